@@ -30,11 +30,19 @@ def covered_polygons(corners_m: FloatArray, without_m: FloatArray | None = None)
     area = _union(corners_m - origin_m)
     if without_m is not None:
         area = shapely.difference(area, _union(without_m - origin_m), grid_size=SAME_POINT_M)
-    polygons = [part for part in shapely.get_parts(area) if part.geom_type == "Polygon"]
+    polygons = [part for part in shapely.get_parts(area) if part.geom_type == "Polygon" and not part.is_empty]
     return [
         [shapely.get_coordinates(ring)[:-1] + origin_m for ring in (polygon.exterior, *polygon.interiors)]
         for polygon in polygons
     ]
+
+
+def distances_m(points_m: FloatArray, corners_m: FloatArray) -> FloatArray:
+    """(N,) distances of points (N, 2) from the area that triangles (K, 3, 2) cover; 0 on it."""
+    import shapely
+
+    found: FloatArray = shapely.distance(shapely.points(points_m), _union(corners_m))
+    return found
 
 
 def _union(corners_m: FloatArray) -> Any:

@@ -224,6 +224,15 @@ _FORMATS = (
         feet=True,
     ),
     Format(
+        name="field",
+        title="one page for the crew's phone, without network: done, moved, skipped, notes; taken into the review",
+        file_name="field.html",
+        write=_lazy("planner_core.export.field_file", "write_field_file"),
+        verified_with="Chromium",
+        in_pack=False,
+        page="../../howto/field-file.md",
+    ),
+    Format(
         name="e57",
         title="simulated scans of all stations, each with its pose, in one file",
         file_name="clouds.e57",

@@ -24,7 +24,7 @@ from planner_core.plan_folder import palette
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.plan_folder.tripod import tripod
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.scene.ifc import open_model
+from planner_core.scene.native import open_tried
 
 try:
     import ifcopenshell
@@ -282,7 +282,8 @@ def _tell(target: _Target, plan: PlanSource, station: FieldStation, proxy: Any) 
         ("SensorHeight", "IfcLengthMeasure", sensor_m, target.metre),
         ("CoveredArea", "IfcAreaMeasure", station.covered_area_m2, target.square_metre),
         ("OwnArea", "IfcAreaMeasure", station.own_area_m2, target.square_metre),
-        ("LinkedTo", "IfcText", _linked(plan, station), None),
+        # What is not known to be seen is not known to overlap.
+        *([] if math.isnan(station.covered_area_m2) else [("LinkedTo", "IfcText", _linked(plan, station), None)]),
     ]
     properties = []
     for name, kind, value, unit in rows:
@@ -410,7 +411,7 @@ def _source_model(plan: PlanSource) -> Any:
         raise ExportError(f"{plan.title}: was read with {scene['up_axis']} up, expected z up; use format ifc")
     path = plan.scene_paths()[0]  # whose frame is the plan's
     try:
-        return open_model(path)
+        return open_tried(path)
     except (OSError, SceneError) as error:
         raise ExportError(f"{path}: can't be read as IFC ({error}), expected the file that was planned on") from error
 

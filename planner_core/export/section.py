@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.export.covered_area import covered_polygons
+from planner_core.export.covered_area import covered_polygons, distances_m
 from planner_core.export.polylines import (
     chains,
     corners,
@@ -27,7 +27,8 @@ from planner_core.export.polylines import (
     nodes,
     split_at,
 )
-from planner_core.model import BoolArray, Element, FloatArray, Floor, Int64Array, Optics, Scene
+from planner_core.model import BoolArray, Element, FloatArray, Floor, Int32Array, Int64Array, Optics, Scene
+from planner_core.scene.floors import ground_levels
 
 CUT_HEIGHT_M = 1.2
 """Above the ground: through doors and windows, above tables. What architects cut floor plans at."""
@@ -128,11 +129,14 @@ def floor_section(scene: Scene, floor: Floor, cut_m: float = CUT_HEIGHT_M) -> tu
         Sorted by element, then by place. Lines of panes that let beams through are `glass`, whatever element they are
         of. Surfaces that lie in the cutting plane count as below it.
     """
-    segments_m, triangle = _crossings(scene, floor.elevation_m + cut_m)
-    glass = np.zeros(len(triangle), dtype=np.bool_)
-    if scene.optics_of_triangle is not None:
-        glass = scene.optics_of_triangle[triangle] == Optics.PASSES
-    return _lines(scene, segments_m, scene.element_of_triangle[triangle].astype(np.int64), glass)
+    found = []
+    for ground_m, _ in (levels := ground_levels(scene, floor)):
+        segments_m, triangle = _crossings(scene, ground_m + cut_m)
+        glass = np.zeros(len(triangle), dtype=np.bool_)
+        if scene.optics_of_triangle is not None:
+            glass = scene.optics_of_triangle[triangle] == Optics.PASSES
+        found.append(_lines(scene, segments_m, scene.element_of_triangle[triangle].astype(np.int64), glass))
+    return _of_their_levels(scene, levels, found)
 
 
 def floor_outline(scene: Scene, floor: Floor) -> tuple[SectionLine, ...]:
@@ -158,7 +162,13 @@ def lines_below(scene: Scene, floor: Floor, cut_m: float = CUT_HEIGHT_M) -> tupl
     These are the borders of level faces: of a box its top, of a flight of stairs its treads. What lies hidden under
     other things is drawn too.
     """
-    corners_m, triangle = _level_faces(scene, floor, cut_m)
+    levels = ground_levels(scene, floor)
+    return _of_their_levels(scene, levels, [_lines_above(scene, floor, ground_m, cut_m) for ground_m, _ in levels])
+
+
+def _lines_above(scene: Scene, floor: Floor, ground_m: float, cut_m: float) -> tuple[SectionLine, ...]:
+    """`lines_below` of the level whose ground is at a height."""
+    corners_m, triangle = _level_faces(scene, floor, ground_m, cut_m)
     if not triangle.size:
         return ()
     # A corner is known by its bits in space: treads one above the other must not join in plan.
@@ -171,6 +181,26 @@ def lines_below(scene: Scene, floor: Floor, cut_m: float = CUT_HEIGHT_M) -> tupl
     _, first, count = np.unique(keys, axis=0, return_index=True, return_counts=True)
     border = np.sort(first[count == 1])
     return _lines(scene, sides_m[border], element[border], np.zeros(len(border), dtype=np.bool_))
+
+
+def _of_their_levels(
+    scene: Scene, levels: list[tuple[float, Int32Array]], found: list[tuple[SectionLine, ...]]
+) -> tuple[SectionLine, ...]:
+    """Of what each level shows, the lines whose nearest ground is that level's; most floors have one level."""
+    if len(levels) == 1:
+        return found[0]
+    corners_m = [scene.vertices_m[scene.triangles[ground]][:, :, :2] + scene.offset_m[:2] for _, ground in levels]
+    kept: list[SectionLine] = []
+    for number, lines in enumerate(found):
+        points_m = np.concatenate([np.zeros((0, 2)), *(line.points_m for line in lines)])
+        ends = np.cumsum([0, *(len(line.points_m) for line in lines)])
+        away_m = np.array([distances_m(points_m, ground_m) for ground_m in corners_m])
+        kept += [
+            line
+            for line, first, end in zip(lines, ends[:-1], ends[1:], strict=True)
+            if away_m[:, first:end].mean(axis=1).argmin() == number
+        ]
+    return tuple(sorted(kept, key=lambda line: line.element))
 
 
 # ------------------------------------------------------------------------------------------- from the mesh
@@ -193,18 +223,18 @@ def _crossings(scene: Scene, z_m: float) -> tuple[FloatArray, Int64Array]:
     return segments_m, triangle
 
 
-def _level_faces(scene: Scene, floor: Floor, cut_m: float) -> tuple[FloatArray, Int64Array]:
-    """Corners (K, 3, 3), local, of level faces of things between the ground and the cut, and their triangles (K,).
+def _level_faces(scene: Scene, floor: Floor, ground_m: float, cut_m: float) -> tuple[FloatArray, Int64Array]:
+    """Corners (K, 3, 3), local, of level faces of things between ground at a height and the cut, and their triangles.
 
     Undersides are among them: windings are not trusted (see `planner_core.scene.floors`), and in plan the underside of
     a box has the border of its top.
     """
     z_m = scene.vertices_m[:, 2][scene.triangles]
-    below_cut = z_m.max(axis=1) <= floor.elevation_m + cut_m
-    inside = below_cut & (z_m.min(axis=1) >= floor.elevation_m) & (z_m.mean(axis=1) > floor.elevation_m + _LEAST_RISE_M)
+    below_cut = z_m.max(axis=1) <= ground_m + cut_m
+    inside = below_cut & (z_m.min(axis=1) >= ground_m) & (z_m.mean(axis=1) > ground_m + _LEAST_RISE_M)
     # Through the hole in the slab one sees the flight that leads down; the slab hides all else.
     stairs = np.array([kind_of(element) == "stair" for element in scene.elements], dtype=np.bool_)
-    leads_down = stairs[scene.element_of_triangle] & (z_m.min(axis=1) >= floor.elevation_m - _BELOW_GROUND_M)
+    leads_down = stairs[scene.element_of_triangle] & (z_m.min(axis=1) >= ground_m - _BELOW_GROUND_M)
     inside |= below_cut & leads_down
     inside[floor.ground_triangles] = False
     triangle = np.flatnonzero(inside)

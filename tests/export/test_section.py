@@ -256,6 +256,31 @@ def test_table_and_steps_are_outlined_below_the_cut_and_walls_are_not():
     assert np.allclose(drawn["Table"][0].points_m, [[1, 1], [2, 1], [2, 2], [1, 2]])
 
 
+def test_wings_half_a_storey_apart_are_each_drawn_at_their_own_height():
+    """Ground at 0 and at 1.5 m: cut at one height, the low wing's would show no high table, and the high slab cut."""
+    names = ("Low slab", "High slab", "Low wall", "High wall", "Low table", "High table", "Shelf above the low wing")
+    scene = scene_of(
+        [
+            ("Low slab", "IfcSlab", box((0, 0, -0.2), (6, 6, 0))),
+            ("High slab", "IfcSlab", box((6, 0, 1.0), (12, 6, 1.5))),
+            ("Low wall", "IfcWall", box((-0.2, 0, -0.2), (0, 6, 4))),
+            ("High wall", "IfcWall", box((12, 0, 1.0), (12.2, 6, 4))),
+            ("Low table", "IfcFurniture", box((2, 2, 0), (3, 3, 0.7))),
+            ("High table", "IfcFurniture", box((9, 2, 1.5), (10, 3, 2.2))),
+            ("Shelf above the low wing", "IfcFurniture", box((1, 5, 2.6), (2, 6, 2.8))),
+        ],
+        shift=(0.0, 0.0, 10.0),
+    )
+    assert tuple(element.name for element in scene.elements) == names
+    top = scene.vertices_m[scene.triangles][:, :, 2].min(axis=1) + scene.offset_m[2]
+    ground = [n for n in range(24) if top[n] == pytest.approx((10.0, 11.5)[n // 12], abs=1e-6)]
+    floor = level(10.0 - float(scene.offset_m[2]), ground=ground, bounds=((0.0, 0.0), (12.0, 6.0)))
+    cut = {scene.elements[line.element].name for line in floor_section(scene, floor)}
+    below = {scene.elements[line.element].name for line in lines_below(scene, floor)}
+    assert cut == {"Low wall", "High wall"}
+    assert below == {"Low table", "High table"}
+
+
 def test_flight_of_one_mesh_shows_every_tread():
     treads = [box((0, 0.3 * n, 0.17 * n), (1, 0.3 * n + 0.3, 0.17 * n + 0.17)) for n in range(4)]
     flight = Solid(
@@ -301,3 +326,9 @@ def _even_odd_area(linework: shapely.Geometry) -> float:
 def test_line_that_comes_back_on_itself_keeps_its_far_end() -> None:
     there_and_back = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 0.0]])
     assert corners(there_and_back).tolist() == [[0.0, 0.0], [2.0, 0.0], [0.0, 0.0]]
+
+
+def test_area_of_which_nothing_is_left_has_no_polygons() -> None:
+    corners = np.array([[[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]]])
+    assert covered_polygons(corners, corners) == []
+    assert covered_polygons(corners, np.concatenate([corners, corners + 0.5])) == []

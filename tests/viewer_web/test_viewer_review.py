@@ -40,6 +40,7 @@ def test_session_says_what_is_shown(ask: Ask, plan_folder: Path) -> None:
         "plan_sha256": ReviewStore(plan_folder).plan().sha256,
         "revision": 0,
         "read_only": False,
+        "comment_only": False,
         "live": {"state": "off", "step": None, "fraction": None, "message": None},
     }
 

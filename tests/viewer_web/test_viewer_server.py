@@ -10,13 +10,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from starlette.responses import PlainTextResponse
-from starlette.types import Message
+from starlette.types import Message, Receive, Scope, Send
 
 from planner_core.errors import MissingPackageError, PlanFolderError
 from viewer_web.server import files
 from viewer_web.server.app import create_app
 from viewer_web.server.files import find_file
-from viewer_web.server.guard import RequestGuard
+from viewer_web.server.guard import MOST_STRANGERS, RequestGuard
 
 from .conftest import send
 
@@ -147,6 +147,44 @@ def test_server_answers_to_the_address_a_connection_came_in_at(local: str, host:
     }  # fmt: skip
     asyncio.run(RequestGuard(PlainTextResponse("plan"), token="secret")(scope, hear_nothing, keep))
     assert said[0]["status"] == expected
+
+
+def test_requests_without_the_token_take_a_limited_share_of_the_work() -> None:
+    """Many hold what they are answered with; the next one is refused at once, and who has the token is not."""
+    release = asyncio.Event()
+    answered = PlainTextResponse("page")
+
+    async def slow(scope: Scope, receive: Receive, send: Send) -> None:
+        await release.wait()
+        await answered(scope, receive, send)
+
+    guard = RequestGuard(slow, token="secret")
+
+    async def status(*headers: tuple[bytes, bytes]) -> int:
+        said: list[Message] = []
+
+        async def keep(message: Message) -> None:
+            said.append(message)
+
+        scope = {
+            "type": "http", "method": "GET", "path": "/", "raw_path": b"/", "query_string": b"",
+            "headers": [(b"host", b"127.0.0.1"), *headers], "server": ("127.0.0.1", 8000),
+        }  # fmt: skip
+        await guard(scope, hear_nothing, keep)
+        return int(said[0]["status"])
+
+    async def hear_nothing() -> Message:
+        return {"type": "http.disconnect"}
+
+    async def attack() -> tuple[list[int], int, int, int]:
+        first = [asyncio.create_task(status()) for _ in range(MOST_STRANGERS)]
+        await asyncio.sleep(0)
+        refused = await asyncio.wait_for(status(), 60)
+        admitted = asyncio.create_task(status((b"x-tlsplan-token", b"secret")))
+        release.set()
+        return await asyncio.gather(*first), refused, await admitted, await status()
+
+    assert asyncio.run(attack()) == ([200] * MOST_STRANGERS, 503, 200, 200)
 
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE", "PROPFIND"])

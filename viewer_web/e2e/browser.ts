@@ -96,7 +96,9 @@ export class ViewerPage {
   async canvasPixels(): Promise<Pixels> {
     const style = await this.page.evaluateHandle(() => {
       const sheet = new CSSStyleSheet();
-      sheet.replaceSync('.toolbar, .markers, .corner, .corner *, .card { visibility: hidden }');
+      sheet.replaceSync(
+        '.toolbar, .site-tools, .markers, .measure-layer, .corner, .corner *, .card { visibility: hidden }',
+      );
       document.adoptedStyleSheets = [sheet];
       return sheet;
     });

@@ -146,6 +146,29 @@ test('the matrix is read and chosen from by pointer and by keys', async () => {
   await viewer.screenshot('n-pair-dark');
 });
 
+test('the enlarged matrix tells overlap and strength in figures that fit their cells, with both legends', async () => {
+  await viewer.open('#tab=network');
+  const { page } = viewer;
+  await page.getByRole('radio', { name: 'Matrix' }).click();
+  expect(await page.locator('.matrix-figure').count()).toBe(0);
+  await page.getByRole('button', { name: 'Enlarge' }).click();
+  const sheet = page.locator('.sheet');
+  const figures = sheet.locator('.matrix-figure');
+  await figures.first().waitFor();
+  const withStrength = registration.links.filter(({ strength }) => strength !== null);
+  expect(await figures.count()).toBe(registration.links.length + withStrength.length);
+  const told = await figures.allTextContents();
+  const overlaps = registration.links.map(({ overlap }) => String(Math.floor(100 * overlap + 1e-9)));
+  expect(told.filter((words) => !words.includes('.')).sort()).toEqual(overlaps.sort());
+  const cell = await sheet.locator('.matrix-diagonal').first().boundingBox();
+  const widths = await figures.evaluateAll((all) => all.map((one) => one.getBoundingClientRect().width));
+  expect(Math.max(...widths)).toBeLessThan(cell!.width);
+  expect(await sheet.getByTestId('overlap-legend').textContent()).toMatch(/0 %.*100 %; links count from [\d.]+ %/);
+  await viewer.screenshot('n-matrix-figures');
+  await sheet.getByRole('checkbox', { name: /^Figures/ }).click();
+  expect(await figures.count()).toBe(0);
+});
+
 test('links are drawn in 3D while the network is looked at', async () => {
   await viewer.open();
   const without = await viewer.canvasPixels();

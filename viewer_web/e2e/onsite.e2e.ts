@@ -108,6 +108,37 @@ test('who changed a station while it was dragged is told of, and nothing of it i
   expect(viewer.faults.splice(0).filter((fault) => !/409/.test(fault))).toEqual([]);
 });
 
+test('who moved a station and who raised it meanwhile both keep what they did', async () => {
+  await openEdit();
+  const mine = viewer;
+  const ben = await ViewerPage.create(own.browser, own.server.address, { width: 1024, height: 768 });
+  await ben.open(`#floor=${floor.id}&tab=edit`);
+  await ben.page.getByTestId('totals').waitFor();
+  const { id, position } = second;
+  await drag(id, 50, 30);
+  // Ben raises it on his page, while it is dragged on mine.
+  await ben.page.locator(`.marker[data-station="${id}"]`).click();
+  const height = ben.page.getByRole('slider', { name: /Instrument height/ });
+  const raised = Number(await height.inputValue()) + 0.2;
+  await height.fill(raised.toFixed(2));
+  await expect.poll(async () => (await review()).stations[id]?.instrument_height_m ?? 0).toBeCloseTo(raised);
+  await mine.page.mouse.up();
+  await mine.page.getByRole('alertdialog').waitFor();
+  await mine.screenshot('onsite-2-keep-both');
+  await mine.page.getByRole('button', { name: 'Keep both' }).click();
+  await expect.poll(async () => (await review()).stations[id].position_m?.[0]).not.toBeCloseTo(position[0], 2);
+  const kept = (await review()).stations[id];
+  expect(kept.instrument_height_m).toBeCloseTo(raised);
+  const ground = position[2] - second.instrument_height_m!;
+  expect(kept.position_m![2]).toBeCloseTo(ground + raised, 2);
+  expect(Math.hypot(kept.position_m![0] - position[0], kept.position_m![1] - position[1])).toBeGreaterThan(0.1);
+  // Both pages show it.
+  await expect.poll(() => height.inputValue()).toBe(String(Number(raised.toFixed(2))));
+  await ben.page.close();
+  await changeAs('Ben', { kind: 'move_station', station: id, position_m: null });
+  expect([...mine.faults.splice(0), ...ben.faults].filter((fault) => !/409/.test(fault))).toEqual([]);
+});
+
 test('keys move the chosen station over its floor as one change, and turn the building', async () => {
   await openEdit();
   const before = await viewer.hash();
@@ -197,7 +228,14 @@ test('what is not planned and what is not met stand beside the headline, and sho
   );
   await viewer.page.route('**/plan/plan.json', async (route) => {
     const told = await (await route.fetch()).json();
-    const sealed = [{ floor: floor.id, area_m2: 1096, inside }];
+    const [x, y] = inside;
+    const rectangles = [
+      [
+        [x - 1.5, y - 1],
+        [x + 1.5, y + 1],
+      ],
+    ];
+    const sealed = [{ floor: floor.id, area_m2: 1096, inside, rectangles }];
     await route.fulfill({ json: { ...told, sealed, requirements: { ...told.requirements, results } } });
   });
   await viewer.open();
@@ -218,9 +256,10 @@ test('what is not planned and what is not met stand beside the headline, and sho
   await viewer.settle();
   const shown = await viewer.canvasPixels();
   expect(shown.shareChanged(before)).toBeGreaterThan(0.1);
-  // The red dot that marks it.
-  expect(shown.share(([r, g, b]) => r > 160 && g < 70 && b < 80)).toBeGreaterThan(1e-4);
   await viewer.screenshot('onsite-5-unreachable');
+  // The red dot and the words on red that mark it, and its ground in red through which the floor is seen: orange is unseen.
+  expect(shown.share(([r, g, b]) => r > 160 && g < 70 && b < 80)).toBeGreaterThan(2e-3);
+  expect(shown.share(([r, g, b]) => r > 100 && g > 55 && r - g > 30 && Math.abs(g - b) < 30)).toBeGreaterThan(0.005);
   await list.nth(1).click();
   await expect.poll(() => viewer.hash()).toContain('tab=unseen');
 });

@@ -4,6 +4,45 @@ import { join } from 'node:path';
 import { type LayersJson, parseLayers } from '../src/load/layers.ts';
 import { type PlanJson, parsePlan } from '../src/load/plan-json.ts';
 
+/** A map conversion as IFC has it: the scene's x axis points 30 degrees north of east. */
+const [COS, SIN] = [Math.sqrt(3) / 2, 0.5];
+export const SITE_ORIGIN = [512_000, 5_412_000, 230] as const;
+export const siteOf = ([x, y, z]: readonly number[]): number[] => [
+  SITE_ORIGIN[0] + COS * x - SIN * y,
+  SITE_ORIGIN[1] + SIN * x + COS * y,
+  SITE_ORIGIN[2] + z,
+];
+
+/** The plan as it would be of a scene file with that map conversion. */
+export function withSite(folder: string): object {
+  const plan = JSON.parse(readFileSync(join(folder, 'plan.json'), 'utf8'));
+  const [e, n, h] = SITE_ORIGIN;
+  plan.scene.georeference = {
+    operation: 'IfcMapConversion',
+    to_map: [
+      [COS, -SIN, 0, e],
+      [SIN, COS, 0, n],
+      [0, 0, 1, h],
+      [0, 0, 0, 1],
+    ],
+    crs_name: 'EPSG:25832',
+    crs_text: '',
+    description: '',
+    geodetic_datum: '',
+    vertical_datum: '',
+    map_projection: '',
+    map_zone: '',
+    map_unit: '',
+    site_latitude_deg: null,
+    site_longitude_deg: null,
+    site_elevation_m: null,
+    site_position: null,
+    true_north: null,
+    warnings: [],
+  };
+  return plan;
+}
+
 export class PlanFiles {
   readonly plan: PlanJson;
 

@@ -9,6 +9,8 @@ export const REPOSITORY = fileURLToPath(new URL('../../', import.meta.url));
 
 export interface PlanServer {
   readonly address: string;
+  /** Of those who may comment and give verdicts, and no more. */
+  readonly commentAddress: string;
   readonly folder: string;
   /** Ends it; `SIGKILL` as a machine that loses power would. */
   stop(signal?: NodeJS.Signals): Promise<void>;
@@ -20,17 +22,18 @@ export async function servePlan(folder: string, scene = '', port = 0): Promise<P
   const args = ['viewer_web/e2e/serve_plan.py', folder, scene, `${port}`];
   const server = spawn(python, args, { cwd: REPOSITORY, stdio: ['ignore', 'pipe', 'inherit'] });
   const ended = new Promise<void>((done) => server.on('exit', () => done()));
-  const address = await new Promise<string>((resolveAddress, reject) => {
+  const [address, , commentAddress] = await new Promise<string[]>((resolveLines, reject) => {
     let said = '';
     server.stdout.on('data', (chunk: Buffer) => {
       said += chunk.toString();
-      if (said.split('\n').length > 2) resolveAddress(said.split('\n')[0]);
+      if (said.split('\n').length > 3) resolveLines(said.split('\n'));
     });
     server.on('exit', (code) => reject(new Error(`serve_plan.py ended with ${code} before it served`)));
     server.on('error', reject);
   });
   return {
     address,
+    commentAddress,
     folder,
     stop: (signal = 'SIGTERM') => {
       server.kill(signal);

@@ -390,11 +390,12 @@ describe.each(names)('%s', (name) => {
     await viewer.settle();
     const shown = await glCount(page);
     expect(shown.points).toBeGreaterThan(0);
-    expect(shown.points).toBeLessThanOrEqual(8_000_000);
+    // A million more of what is looked at, where the live server is ready by then.
+    expect(shown.points).toBeLessThanOrEqual(9_000_000);
     expect(shown.bytes - before.bytes).toBeGreaterThanOrEqual(3 * shown.points);
     figures.clouds = {
       n_stations: plan.stations.length,
-      words: await page.getByTestId('cloud').locator('p').textContent(),
+      words: await page.getByTestId('cloud').locator('p').first().textContent(),
       frame_ms: await frameMs(),
       ...shown,
     };

@@ -1,4 +1,6 @@
-"""Plans the synthetic house, serves it as `tlsplan view` does, and prints the address and the plan folder, one a line.
+"""Plans the synthetic house, serves it as `tlsplan view` does, and prints addresses and the plan folder.
+
+One a line: the address of those who may do everything, the folder, the address of those who may only comment.
 
 `python serve_plan.py FOLDER [SCENE [PORT]]` writes the plan to FOLDER, the house beside it, and serves it until
 interrupted; a plan that is there is kept. SCENE: the scene file, where a plan was copied away from it; empty: none.
@@ -37,8 +39,13 @@ def main() -> None:
         sys.stdout.write(f"{address}\n{folder}\n")
         sys.stdout.flush()
 
+    def announce_comments(address: str) -> None:
+        sys.stdout.write(f"{address}\n")
+        sys.stdout.flush()
+
     scene = Path(sys.argv[2]) if len(sys.argv) > 2 and sys.argv[2] else None
-    serve(folder, on_ready=announce, scene=scene, port=int(sys.argv[3]) if len(sys.argv) > 3 else 0)
+    port = int(sys.argv[3]) if len(sys.argv) > 3 else 0
+    serve(folder, on_ready=announce, on_comment_address=announce_comments, scene=scene, port=port)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 /** The exported plan, from a plain web server below a folder, and then without any server. */
 import { execFileSync, spawn } from 'node:child_process';
-import { cpSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { cpSync, mkdtempSync, readdirSync, readFileSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -94,6 +94,42 @@ test('the export opens without network once it was opened, clouds and the field 
   await viewer.page.reload();
   await viewer.page.locator('.field-view').waitFor();
   await viewer.screenshot('static-field');
+  expect(viewer.faults).toEqual([]);
+});
+
+test('what the copy holds can be downloaded, without network too, and its clouds are previews that say so', async () => {
+  await viewer.open();
+  await isKept();
+  await server.stop();
+  await viewer.open('#floor=F0');
+  const { page } = viewer;
+  await page.getByRole('button', { name: 'Share' }).click();
+  const menu = page.getByRole('region', { name: 'Share and download' });
+  const [download] = await Promise.all([
+    page.waitForEvent('download'),
+    menu.getByRole('link', { name: /Station list/ }).click(),
+  ]);
+  expect(download.suggestedFilename()).toBe('stations.csv');
+  expect(await menu.getByRole('link').allTextContents()).toEqual([
+    'Station listCSV',
+    'Reportopens',
+    'Unseen elementsCSV',
+    'Unseen surfacesCSV',
+  ]);
+  await viewer.screenshot('static-share');
+  await page.keyboard.press('Escape');
+  await page.getByRole('button', { name: 'Clouds' }).click();
+  await expect
+    .poll(() => page.locator('[data-testid=cloud][data-state=shown]').textContent())
+    .toContain('1 beam in 2 drawn');
+  const clouds = join(root, 'clients/house/plan/viewer/clouds');
+  for (const name of readdirSync(clouds)) expect(statSync(join(clouds, name)).size).toBeLessThan(3e6);
+  expect(readdirSync(join(root, 'clients/house/plan')).sort()).toEqual([
+    'plan.json',
+    'report',
+    'stations.csv',
+    'viewer',
+  ]);
   expect(viewer.faults).toEqual([]);
 });
 

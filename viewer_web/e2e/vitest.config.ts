@@ -4,7 +4,7 @@ export default defineConfig({
   test: {
     root: import.meta.dirname,
     include: ['*.e2e.ts'],
-    exclude: ['scenes.e2e.ts'],
+    exclude: ['scenes.e2e.ts', 'memory.e2e.ts'],
     globalSetup: ['./served-plan.ts'],
     tags: [{ name: 'main', description: 'what everybody does: `make test` has these, `make test-slow` all' }],
     // Software rendering, cold caches and a busy machine: no test here is about time. What waits for the page ends first,

@@ -29,7 +29,7 @@ def refusals(*statuses: int) -> dict[int | str, dict[str, Any]]:
     told = {
         400: "The body is no JSON.",
         401: "The token is missing: open the address that `tlsplan view` printed.",
-        403: "Another site asks, or the server was started with --read-only.",
+        403: "Another site asks, the server was started with --read-only, or the token is for comments only.",
         404: "Nothing has this name.",
         409: "Someone else changed this first, or a run is going on.",
         413: "The body is larger than 1 MiB, or there is one where none is expected.",

@@ -43,6 +43,7 @@ def create_app(
     plan_folder: Path,
     *,
     token: str,
+    comment_token: str = "",
     session: Session | None = None,
     routers: Iterable[APIRouter] = (),
     allowed_hosts: Iterable[str] = (),
@@ -57,6 +58,8 @@ def create_app(
         while the viewer is open shows after a reload.
     token : str
         What requests must bring along, see `viewer_web.server.token`.
+    comment_token : str
+        The same of those who may comment and no more; empty: there are none.
     session : Session
         What the routes share; None: one that may change the review and has no live side.
     routers : iterable of APIRouter
@@ -93,7 +96,7 @@ def create_app(
 
     return Starlette(
         routes=[Mount(PREFIX, send_api), Route("/plan/{path:path}", send_plan), Route("/{path:path}", send_app)],
-        middleware=[Middleware(RequestGuard, token=token, allowed_hosts=allowed_hosts)],
+        middleware=[Middleware(RequestGuard, token=token, comment_token=comment_token, allowed_hosts=allowed_hosts)],
     )
 
 

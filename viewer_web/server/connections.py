@@ -43,6 +43,11 @@ def note_admitted(scope: Scope) -> None:
     scope.setdefault("state", {})[_ADMITTED] = True
 
 
+def is_admitted(scope: Scope) -> bool:
+    """Whether a request was noted to have the token."""
+    return _ADMITTED in scope.get("state", {})
+
+
 def note_stream(scope: Scope) -> None:
     """Remember of a request that its answer is a stream of events, which are counted apart."""
     scope.setdefault("state", {})[_STREAMS] = True

@@ -19,13 +19,17 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from viewer_web.server.connections import note_admitted
+from viewer_web.server.connections import is_admitted, note_admitted
+from viewer_web.server.roles import MAY_ONLY_COMMENT, note_commenter
 from viewer_web.server.token import cookie_of, handed_in, is_token, is_told
 
 LOOPBACK_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
 LONGEST_PATH = 1024
 LONGEST_QUERY = 1024
 LARGEST_BODY_BYTES = 1024 * 1024
+MOST_STRANGERS = 32
+"""Requests without the token that are answered with a file at once. Each waits for threads, in one row with those that
+have it, and goes on waiting when its connection is gone."""
 
 COMMON_HEADERS = {
     "x-content-type-options": "nosniff",
@@ -44,6 +48,9 @@ REPORT_POLICY = (
     "frame-ancestors 'none'"
 )
 _REPORT = re.compile(r"/plan/(runs/[^/]+/plan/)?report/")
+#: What commenters may send: routes that come later are not theirs until they are named here.
+_OF_COMMENTERS = frozenset({"/api/review/changes"})
+_BUSY = "too many ask without the token at once; ask again, or open the address that `tlsplan view` printed"
 _NO_TOKEN = "this browser has no token for this server; open the address that `tlsplan view` printed, with its token"
 
 
@@ -54,13 +61,16 @@ class RequestGuard:
     ----------
     token
         What a request must bring along, see `viewer_web.server.token`.
+    comment_token
+        The same of those who may comment and no more, see `viewer_web.server.roles`; empty: there are none.
     """
 
-    def __init__(self, app: ASGIApp, *, token: str, allowed_hosts: Iterable[str] = ()) -> None:
+    def __init__(self, app: ASGIApp, *, token: str, comment_token: str = "", allowed_hosts: Iterable[str] = ()) -> None:
         self._app = app
-        self._token = token
+        self._token, self._comment_token = token, comment_token
         self._told_hosts = {host.strip("[]").lower() for host in allowed_hosts} - LOOPBACK_NAMES
         self._allowed_hosts = LOOPBACK_NAMES | self._told_hosts
+        self._n_strangers = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request, itself where it must be refused."""
@@ -79,10 +89,18 @@ class RequestGuard:
             await send(message)
 
         answer = self._refusal(scope) or self._admission(scope)
-        if answer is None:
-            await self._app(scope, receive, send_guarded)
-        else:
+        if answer is not None:
             await answer(scope, receive, send_guarded)
+        elif is_admitted(scope):
+            await self._app(scope, receive, send_guarded)
+        elif self._n_strangers >= MOST_STRANGERS:
+            await _refuse(scope, 503, _BUSY)(scope, receive, send_guarded)
+        else:
+            self._n_strangers += 1
+            try:
+                await self._app(scope, receive, send_guarded)
+            finally:
+                self._n_strangers -= 1
 
     def _refusal(self, scope: Scope) -> Response | None:
         headers = Headers(scope=scope)
@@ -110,16 +128,25 @@ class RequestGuard:
         headers = Headers(scope=scope)
         told = handed_in(scope["query_string"]) if scope["path"] == "/" else None
         if told is not None:
-            if not is_token(told, self._token):
+            token = next((token for token in self._tokens() if is_token(told, token)), None)
+            if token is None:
                 return _refuse(scope, 401, _NO_TOKEN)
             # Where the page is: what follows # in the address is kept by the browser.
-            cookie = {"set-cookie": cookie_of(headers, self._token), "cache-control": "no-store"}
+            cookie = {"set-cookie": cookie_of(headers, token), "cache-control": "no-store"}
             return RedirectResponse("/", status_code=303, headers=cookie)
         if is_told(headers, self._token):
             note_admitted(scope)
+        elif self._comment_token and is_told(headers, self._comment_token):
+            note_admitted(scope)
+            note_commenter(scope)
+            if scope["method"] not in ("GET", "HEAD") and scope["path"] not in _OF_COMMENTERS:
+                return _refuse(scope, 403, MAY_ONLY_COMMENT)
         elif _needs_token(scope):
             return _refuse(scope, 401, _NO_TOKEN)
         return None
+
+    def _tokens(self) -> tuple[str, ...]:
+        return (self._token, self._comment_token) if self._comment_token else (self._token,)
 
     def _is_ours(self, host: str, scope: Scope) -> bool:
         try:

@@ -7,13 +7,14 @@ what follows begins at a multiple of 4 bytes, then the arrays, little endian.
 from __future__ import annotations
 
 import hashlib
+import math
 import struct
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel
 
 from planner_core.errors import PlannerError
@@ -26,11 +27,13 @@ from planner_core.review.stations import reviewed_stations
 from viewer_web.server.answers import PREFIX, json_answer, refusals, refuse
 from viewer_web.server.files import etag_matches
 from viewer_web.server.live_documents import (
+    CloudHead,
     FiguresOfDraft,
     GroundHead,
     PreviewHead,
     PreviewQuestion,
     RouteOfDraft,
+    cloud_head,
     draft_route_document,
     figures_document,
     ground_head,
@@ -41,6 +44,7 @@ from viewer_web.server.live_worker import LiveSide, NotReadyError
 #: Pages whose latest question is known.
 _MOST_PAGES = 64
 
+_TURN_RAD = 2 * math.pi
 _BYTES = "application/octet-stream"
 _BINARY: dict[str, Any] = {"schema": {"type": "string", "format": "binary"}}
 _REFUSED = refusals(422, 503)
@@ -189,6 +193,33 @@ def _add_files(router: APIRouter, drafts: _DraftAnswers) -> None:
             request,
             f"cloud {station}",
             lambda live, draft: live.cloud(draft, station),
+            of=lambda draft: _in(draft, station).station(station).position_m,
+        )
+
+    @router.get(
+        "/stations/{station:path}/cloud-window",
+        response_class=Response,
+        responses={200: _framed(CloudHead), **_READ},
+        summary="Part of a station's point cloud, in more detail",
+    )
+    def cloud_window(
+        request: Request,
+        station: str,
+        azimuth: Annotated[float, Query(ge=-_TURN_RAD, le=_TURN_RAD, description="Where it begins, radians.")],
+        width: Annotated[float, Query(gt=0, le=_TURN_RAD, description="Counterclockwise from there, radians.")],
+        low: Annotated[float, Query(ge=-_TURN_RAD / 4, le=_TURN_RAD / 4, description="Lowest elevation, radians.")],
+        high: Annotated[float, Query(ge=-_TURN_RAD / 4, le=_TURN_RAD / 4, description="Highest, radians.")],
+    ) -> Response:
+        """All beams that the scanner sends into a window, thinned evenly to a million at most; see `CloudHead`."""
+
+        def answer(live: LivePlan, draft: Draft) -> bytes:
+            window = live.cloud_window(draft, station, azimuth, width, (low, high))
+            return framed(cloud_head(window), window.content)
+
+        return drafts.cached(
+            request,
+            f"window {station} {azimuth} {width} {low} {high}",
+            answer,
             of=lambda draft: _in(draft, station).station(station).position_m,
         )
 

@@ -26,10 +26,12 @@ from planner_core.plan_folder.plan_model.results import (
     StationSection,
 )
 from planner_core.plan_folder.route_json import route_document
-from planner_core.planning.live.live_plan import DraftFigures, LivePlan, Walk
+from planner_core.plan_folder.viewer_files import range_step_m
+from planner_core.planning.live.live_plan import CloudWindow, DraftFigures, LivePlan, Walk
 from planner_core.planning.live.preview import Preview
 from planner_core.planning.live.tripod_positions import GroundMap
 from planner_core.planning.live.unseen import LeftSurface
+from planner_core.scanner.template import azimuth_step_rad, first_azimuths_rad
 
 _Metres = Annotated[float, Field(ge=-1e7, le=1e7, allow_inf_nan=False)]
 
@@ -108,6 +110,36 @@ class GroundHead(BaseModel):
     cell_m: float
     width: int
     height: int
+
+
+class CloudHead(BaseModel):
+    """The head of a part of a cloud. rows x columns uint16 ranges follow, then uint8 intensities, as in viewer/clouds.
+
+    The angles are those of the stage's stations: see docs/formats/stage.md.
+    """
+
+    rows: int
+    columns: int
+    range_step_m: float
+    elevations_rad: list[float] = Field(description="One a row.")
+    azimuths_rad: list[float] = Field(description="Of each row's first beam.")
+    azimuth_step_rad: float
+    beams: int = Field(description="That the scanner sends into the window; rows x columns of them are here.")
+
+
+def cloud_head(window: CloudWindow) -> CloudHead:
+    """Describe a part of a cloud."""
+    template = window.template
+    rows, columns = template.shape
+    return CloudHead(
+        rows=rows,
+        columns=columns,
+        range_step_m=range_step_m(template),
+        elevations_rad=template.elevation_rad.tolist(),
+        azimuths_rad=first_azimuths_rad(template).tolist(),
+        azimuth_step_rad=azimuth_step_rad(template),
+        beams=window.n_beams,
+    )
 
 
 class FiguresOfDraft(BaseModel):

@@ -19,6 +19,7 @@ from viewer_web.server.review_documents import (
     clash_document,
     review_document,
 )
+from viewer_web.server.roles import MAY_ONLY_COMMENT, is_commenter, may_commenter_make
 from viewer_web.server.session import Session
 
 SCHEMA = "tlsplan/api/1"
@@ -40,6 +41,7 @@ class SessionDocument(BaseModel):
     plan_sha256: Annotated[str, Field(description="Of plan.json: another one is another plan.")]
     revision: int
     read_only: bool
+    comment_only: Annotated[bool, Field(description="The token of this page is for comments and verdicts only.")]
     live: LiveDocument
 
 
@@ -61,6 +63,7 @@ def review_router(session: Session) -> APIRouter:
                 "plan_sha256": session.plan().sha256,
                 "revision": session.review().revision,
                 "read_only": session.read_only,
+                "comment_only": is_commenter(request.scope),
                 "live": dict(session.live_state()),
             },
             request,
@@ -82,8 +85,10 @@ def review_router(session: Session) -> APIRouter:
         },
         summary="Change the review",
     )
-    def post_changes(told: Changes) -> Response:
+    def post_changes(told: Changes, request: Request) -> Response:
         """Make changes, all or none. They are on disk when this is answered; `undo` takes them back.
+
+        With the token of commenters those of comments and verdicts only: others are refused with 403.
 
         Objects have revisions of their own: a change of one that somebody changed after `base_revision` is refused
         with 409, and says who and when.
@@ -91,6 +96,8 @@ def review_router(session: Session) -> APIRouter:
         if session.read_only:
             return refuse(403, "this plan is shown read-only; start `tlsplan view` without --read-only to change it")
         changes = [change_of(document) for document in told.changes]
+        if is_commenter(request.scope) and not all(may_commenter_make(change) for change in changes):
+            return refuse(403, MAY_ONLY_COMMENT)
         outcome = session.store.commit(told.base_revision, changes, told.author, plan_sha256=told.plan_sha256)
         if isinstance(outcome, Conflict):
             conflicts = [clash_document(clash) for clash in outcome.clashes]

@@ -37,7 +37,9 @@ def serve(
     built_app: Path = BUILT_APP,
     scene: ScenePaths = None,
     read_only: bool = False,
+    comment_only: bool = False,
     live: bool = True,
+    on_comment_address: Callable[[str], None] = lambda _: None,
     on_left: Callable[["LeftRun"], None] = lambda _: None,
     on_warning: Callable[[str], None] = lambda _: None,
 ) -> None:
@@ -58,6 +60,11 @@ def serve(
         The scene file or files, for the live side; None: looked for where the plan says, and beside the folder.
     read_only : bool
         Whether the review may not be changed, and no run started.
+    comment_only : bool
+        Whether the address to open is that of those who may comment and give verdicts, and no more.
+    on_comment_address : callable
+        Gets the address of those, where `on_ready` got another one and there is something to comment on: not
+        `read_only`. Called after `on_ready`.
     live : bool
         Whether the live side is opened, in the background, once requests are answered.
     on_left : callable
@@ -78,15 +85,17 @@ def serve(
         The address can't be listened on.
     """
     named = own_names() if host in WILDCARD_HOSTS else (host,)
-    token = new_token()
+    token, comment_token = new_token(), new_token()
     session = Session(plan_folder, read_only=read_only)
     sides = [
         runs_side(session, scene, on_left=on_left),
+        exports_side(session, scene),
         *([live_side(session, scene, on_warning=on_warning)] if live else []),
     ]
     app = create_app(
         plan_folder,
         token=token,
+        comment_token=comment_token,
         session=session,
         routers=[side.router for side in sides],
         allowed_hosts=(*allowed_hosts, *named),
@@ -99,7 +108,10 @@ def serve(
         def ready() -> None:
             for side in sides:
                 side.start()
-            on_ready(f"{address}?{QUERY}={token}")
+            of_commenters = f"{address}?{QUERY}={comment_token}"
+            on_ready(of_commenters if comment_only else f"{address}?{QUERY}={token}")
+            if not (comment_only or read_only):
+                on_comment_address(of_commenters)
 
         def stopping() -> None:
             session.events.close()  # streams end only when they are told to, and the server waits for them
@@ -170,6 +182,15 @@ def runs_side(
             on_left(left)
 
     return Side(create_runs_router(runs, read_only=session.read_only), runs.watch, stop)
+
+
+def exports_side(session: Session, scene: ScenePaths = None) -> Side:
+    """Return the exports of a session."""
+    from viewer_web.server.exports import Exports
+    from viewer_web.server.exports_api import create_exports_router
+
+    exports = Exports(session, scene)
+    return Side(create_exports_router(exports), lambda: None, exports.stop)
 
 
 def own_names() -> tuple[str, ...]:

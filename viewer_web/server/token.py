@@ -1,5 +1,7 @@
 """The token of one start of the server: who opens the address that was printed may read the plan, and nobody else.
 
+There may be a second one, of those who may comment and no more (`viewer_web.server.roles`).
+
 The first page gets it in its address, hands it in, and gets a cookie instead, so that it stays in no history and in no
 link that somebody shares. Programs send it as a header.
 """

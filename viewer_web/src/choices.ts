@@ -1,5 +1,5 @@
 /** Choosing: one thing is chosen at a time (a station, a pair of them, an unseen piece, or a surface), and its floor with it. */
-import { batch } from '@preact/signals';
+import { batch, effect, untracked } from '@preact/signals';
 import type { FileState } from './files/state.ts';
 import { floorBeside, highestCutM } from './floors/cut.ts';
 import type { FloorState } from './floors/state.ts';
@@ -113,6 +113,11 @@ export function createChoices(state: Chosen): Choices {
     chooseStation(shown[next].id);
   };
 
+  // A piece above the cut, as a ceiling, was shown for being looked at: stations are not edited through it.
+  effect(() => {
+    if (state.tab.value === 'edit' && cutBefore !== null) untracked(letGo);
+  });
+
   return {
     chooseFloor,
     stepFloor: (step) => chooseFloor(floorBeside(floorId.value, step, loaded.value?.stage.floors ?? [])),
@@ -128,6 +133,11 @@ export function createChoices(state: Chosen): Choices {
       batch(() => {
         if (sheet.value !== null) {
           sheet.value = null;
+          return;
+        }
+        if (state.selection.value.size > 0 || state.selectsSeveral.value) {
+          state.selection.value = new Set();
+          state.selectsSeveral.value = false;
           return;
         }
         const isNothingChosen = [picked, stationId, pair, unseenFocus].every(({ value }) => value === null);

@@ -79,7 +79,14 @@ function applyAddress(store: Store): void {
 }
 
 /** The switches that an address names, and at what they stand where it does. */
-const SHOWN_AT: Readonly<Record<Shown, boolean>> = { links: true, clouds: true, route: true, whole: false, open: true };
+const SHOWN_AT: Readonly<Record<Shown, boolean>> = {
+  links: true,
+  clouds: true,
+  route: true,
+  whole: false,
+  open: true,
+  flat: true,
+};
 
 function showing(store: Store): Readonly<Record<Shown, Signal<boolean>>> {
   return {
@@ -88,6 +95,7 @@ function showing(store: Store): Readonly<Record<Shown, Signal<boolean>>> {
     route: store.showRoute,
     whole: store.isSpread,
     open: store.hidesCeilings,
+    flat: store.isPlanView,
   };
 }
 

@@ -133,6 +133,19 @@ test('looking at an unseen piece opens its floor and raises the cut above the pi
   expect(store.cutM.value).toBe(2);
 });
 
+test('stations are not edited through a piece above the cut: going to edit lets go of it, and of no piece below', () => {
+  const store = storeWithPlan();
+  store.lookAtUnseen({ surface: SURFACE, piece: 0 });
+  store.tab.value = 'edit';
+  expect([store.cutM.value, store.unseenFocus.value]).toEqual([DEFAULT_CUT_M, null]);
+  expect(store.floorId.value).toBe('F1');
+  store.tab.value = 'unseen';
+  store.cutM.value = 2.7;
+  store.lookAtUnseen({ surface: SURFACE, piece: 0 });
+  store.tab.value = 'edit';
+  expect(store.unseenFocus.value).not.toBeNull();
+});
+
 test('hiding a file lets go of a surface of it, and looking at an unseen piece shows its file', () => {
   const store = storeWithPlan();
   const [ofFirst, ofSecond] = ELEMENTS.map((element) => ({ element }) as unknown as Picked);

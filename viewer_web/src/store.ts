@@ -7,10 +7,13 @@ import { createFileState, type FileState } from './files/state.ts';
 import { createFloorState, type FloorState } from './floors/state.ts';
 import { createHeatState, type HeatState } from './heat/state.ts';
 import { createLoadState, type LoadState } from './load/state.ts';
+import { createMeasureState, type MeasureState } from './measure/state.ts';
 import { createNetworkState, type NetworkState } from './network/state.ts';
 import { createPanelState, type PanelState } from './panels/state.ts';
 import { createRouteState, type RouteState } from './route/state.ts';
 import { createSceneState, type SceneState } from './scene/state.ts';
+import { createSectionState, type SectionState } from './section/state.ts';
+import { createSightState, type SightState } from './sights/state.ts';
 import { createStationState, type StationState } from './stations/state.ts';
 import { createUnseenState, type UnseenState } from './unseen/state.ts';
 import { createWalkState, type WalkState } from './walk/state.ts';
@@ -27,6 +30,9 @@ export interface Store
     WalkState,
     RouteState,
     SceneState,
+    SectionState,
+    MeasureState,
+    SightState,
     CompareState,
     Choices {
   /** The page only shows files: nothing that needs the server behind them. */
@@ -46,17 +52,21 @@ export function createStore({ isStatic = false, reviewClient = null }: StoreOpti
   const load = createLoadState();
   const walk = createWalkState();
   const stations = createStationState(load);
+  const section = createSectionState();
   const state = {
     ...load,
     ...walk,
     ...stations,
-    ...createFloorState(load, walk),
+    ...section,
+    ...createFloorState(load, walk, section),
     ...createFileState(),
     ...createHeatState(load),
     ...createNetworkState(load, stations),
     ...createRouteState(load),
     ...createUnseenState(),
     ...createSceneState(),
+    ...createMeasureState(),
+    ...createSightState(),
     ...createPanelState(),
     ...createCompareState(),
   };

@@ -24,8 +24,8 @@ export interface UrlState {
   readonly hiddenFiles: readonly number[];
 }
 
-/** `whole`: floors are not lifted apart; `open`: without ceilings. */
-export const SHOWN = ['links', 'clouds', 'route', 'whole', 'open'] as const;
+/** `whole`: floors are not lifted apart; `open`: without ceilings; `flat`: the plan view. */
+export const SHOWN = ['links', 'clouds', 'route', 'whole', 'open', 'flat'] as const;
 export type Shown = (typeof SHOWN)[number];
 
 export const NO_STATE: UrlState = {

@@ -2,11 +2,14 @@
 
 The sheets need no scene file: geometry, patches and what became of them are all in the plan folder. Frame of `scene`:
 local, as everywhere; `scene.offset_m` leads to the scene frame. Geometry is float32, as the stage holds it.
+
+A child process reads the stage: plan folders are passed on, and the USD library crashes on some damaged files.
 """
 
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.errors import ExportError
+from planner_core import child_process
+from planner_core.child_process import LostChildError, limits_for
+from planner_core.errors import ExportError, one_line
 from planner_core.model import (
     BoolArray,
     Element,
@@ -29,6 +34,7 @@ from planner_core.model import (
 from planner_core.model.unseen import OUT_OF_SCOPE
 from planner_core.plan_folder.viewer_files import NOT_ACHIEVABLE
 from planner_core.plan_folder.viewer_layers import NONE
+from planner_core.progress import silent
 
 STAGE_FILE = "viewer/stage.usdc"
 
@@ -124,27 +130,63 @@ class _Mesh:
 
 def _read_stage(path: Path) -> tuple[Scene, Patches, Int32Array, Int32Array]:
     """Scene, patches, the floor whose ground each triangle is, and the numbers of the elements."""
+    try:
+        meshes, offset_m = child_process.run_apart(
+            "planner_core.export.sheets.building:read_meshes",
+            {"path": os.fspath(path)},
+            classes=(_Mesh, Element),
+            limits=limits_for(path.stat().st_size),
+            stage="export",
+            progress=silent,
+        )
+    except LostChildError as lost:
+        at = f" at {one_line(lost.place)}" if lost.place else ""
+        raise ExportError(f"{path}: the USD library {lost}{at}, expected a plan's stage; plan again") from lost
+    numbers = np.array([mesh.number for mesh in meshes], dtype=np.int32)
+    return *_joined(path, list(meshes), offset_m), numbers
+
+
+def read_meshes(path: str) -> tuple[list[_Mesh], FloatArray]:
+    """Read the meshes of a plan's stage, by their elements' numbers, and the scene's offset: what the child does."""
     from pxr import Tf, Usd, UsdGeom
 
+    child_process.at("its layers")
     try:
-        stage = Usd.Stage.Open(str(path))
+        stage = Usd.Stage.Open(path)
+        root = stage.GetPrimAtPath("/Plan")
+        prims = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh) and prim.GetAttribute(_TRIANGLE)]
+        if not prims or not root.HasAttribute("tlsplan:offsetX"):
+            raise ExportError(f"{path}: holds no building of a plan, expected the stage that a plan wrote; plan again")
+        meshes = sorted((_mesh(prim) for prim in prims), key=lambda mesh: mesh.number)
+        offset_m = np.array([float(root.GetAttribute(f"tlsplan:offset{axis}").Get()) for axis in "XYZ"])
     except Tf.ErrorException as error:
         reason = str(error).strip().splitlines()[-1].strip()
         raise ExportError(f"{path}: can't be read as USD ({reason}), expected a plan's stage; plan again") from error
-    meshes = [_mesh(prim) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh) and prim.GetAttribute(_TRIANGLE)]
-    root = stage.GetPrimAtPath("/Plan")
-    if not meshes or not root.HasAttribute("tlsplan:offsetX"):
-        raise ExportError(f"{path}: holds no building of a plan, expected the stage that a plan wrote; plan again")
-    meshes.sort(key=lambda mesh: mesh.number)
-    offset_m = np.array([float(root.GetAttribute(f"tlsplan:offset{axis}").Get()) for axis in "XYZ"])
-    numbers = np.array([mesh.number for mesh in meshes], dtype=np.int32)
-    return *_joined(path, meshes, offset_m), numbers
+    except (TypeError, ValueError, UnicodeDecodeError, OverflowError) as error:  # values that are missing or others
+        raise _damaged(path, str(error)) from error
+    for mesh in meshes:
+        n = len(mesh.corners)
+        if not (
+            {mesh.triangle.shape, mesh.floor_number.shape, mesh.first_patch.shape, mesh.depth.shape} == {(n,)}
+            and (n == 0 or 0 <= mesh.corners.min() <= mesh.corners.max() < len(mesh.points_m))
+            and mesh.depth.max(initial=0) <= _DEEPEST
+        ):
+            raise _damaged(path, f"{mesh.element.name}: figures by triangle, or corners, that do not fit")
+    return meshes, offset_m
+
+
+def _damaged(path: str, what: str) -> ExportError:
+    return ExportError(f"{path}: is damaged ({what}), expected the stage that a plan wrote; plan again")
 
 
 _TRIANGLE = "primvars:tlsplan:triangle"
+_DEEPEST = 30
+"""Halvings of a triangle: there is no patch number for more."""
 
 
 def _mesh(prim: Any) -> _Mesh:
+    child_process.at(str(prim.GetPath()))
+
     def numbers(name: str, kind: type[np.generic]) -> NDArray[Any]:
         return np.asarray(prim.GetAttribute(name).Get(), dtype=kind)
 

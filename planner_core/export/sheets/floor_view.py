@@ -155,7 +155,8 @@ def _with_building(plan: PlanSource, view: FloorView, building: Building, trodde
         solids=tuple(_solids(solid, trodden_m)),
         cuts=tuple(_drawn(solid)),
         fittings=tuple(_drawn(line for line in section if line.kind not in _SOLID)),
-        below=tuple(_drawn(below)),
+        # Parapets, and walls below windows, end below the cut and have no top of their own where they are planes.
+        below=tuple(_drawn([*below, *(line for line in standing if line.kind in _SOLID)])),
         surface=surface.moved(offset_m),
         standing=tuple(_solids(standing, trodden_m)),
     )

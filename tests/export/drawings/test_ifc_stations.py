@@ -3,6 +3,7 @@ import math
 import zipfile
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import ifcopenshell
 import ifcopenshell.geom
@@ -14,14 +15,17 @@ import numpy as np
 import pytest
 import trimesh
 
-from planner_core.errors import ExportError
+from planner_core import child_process
+from planner_core.errors import ExportError, SceneError
 from planner_core.export.ifc_stations import OBJECT_TYPE, PSET, write_ifc, write_ifc_model
 from planner_core.export.options import Options
 from planner_core.model import SiteFrame
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.tripod import tripod
 from planner_core.progress import silent
+from planner_core.scene import native
 from planner_core.scene.load import load_scene
+from tests.scene import broken_ifc
 
 DUPLEX = Path(__file__).resolve().parents[3].parent / "shared" / "data" / "ifc" / "duplex.ifc"
 
@@ -360,3 +364,30 @@ def test_overlap_that_falls_short_never_reads_as_what_was_asked(house_in_munich,
     model = ifcopenshell.open(str(tmp_path / "short.ifc"))  # held: its entities die with it
     told = {each.Name: ifcopenshell.util.element.get_psets(each)[PSET]["LinkedTo"] for each in _proxies(model)}
     assert {text for text in told.values() if text != "none"} == {f"{first.a} 29.9 %", f"{first.b} 29.9 %"}
+
+
+def test_model_that_crashes_ifcopenshell_is_refused(house_in_munich, tmp_path, monkeypatch):
+    """As some damaged files do while they are opened: the child process dies, this one says so."""
+
+    def run_apart(function: str, arguments: Any, **options: Any) -> Any:
+        assert function == "planner_core.scene.ifc:try_model"
+        crash = {"stmt": "import faulthandler; faulthandler._sigsegv()", "number": 1}
+        return real("timeit:timeit", crash, **options)
+
+    real = child_process.run_apart
+    monkeypatch.setattr(child_process, "run_apart", run_apart)
+    with pytest.raises(ExportError, match=r"IfcOpenShell crashed \(segmentation fault\), expected a file that it can"):
+        write_ifc_model(house_in_munich, tmp_path / "x.ifc", Options(), silent)
+    assert not (tmp_path / "x.ifc").exists()
+
+
+@pytest.mark.parametrize("entity", ["IfcBuildingStorey", "IfcBuilding"])
+def test_model_whose_storeys_are_placed_by_something_else_is_refused(house_in_munich, tmp_path, entity):
+    """What IfcOpenShell raises at it is a fault of the file."""
+    path = house_in_munich.scene_paths()[0]
+    text = path.read_text()
+    number = broken_ifc.instance(text, entity)
+    broken = broken_ifc.changed(text, number, 5, broken_ifc.instance(text, "IfcCartesianPoint"))
+    (tmp_path / path.name).write_text(broken)
+    with pytest.raises(SceneError, match=r"its contents do not follow IFC"):
+        native.open_tried(tmp_path / path.name)

@@ -114,3 +114,47 @@ def test_sheets_are_handed_over_by_name(sheet_folder: Path, tmp_path: Path, name
 def test_same_plan_gives_the_same_bytes(site_plan: PlanSource, site_sheets: Any, tmp_path: Path) -> None:
     write_pdf(site_plan, tmp_path / "again.pdf", Options(paper="A4"), silent)
     assert (tmp_path / "again.pdf").read_bytes() == site_sheets.path.read_bytes()
+
+
+def stage_with(folder: Path, path: Path, change: str) -> None:
+    """Put a plan's stage at `path`, as text, with the first prim that is changed by a statement about `prim`."""
+    from pxr import Usd
+
+    stage = Usd.Stage.Open(str(folder / "viewer" / "stage.usdc"))
+    stage.Flatten().Export(str(path.with_suffix(".usda")))
+    stage = Usd.Stage.Open(str(path.with_suffix(".usda")))
+    prim = next(prim for prim in stage.Traverse() if prim.GetAttribute("primvars:tlsplan:triangle"))
+    exec(change, {"prim": prim})
+    stage.GetRootLayer().Export(str(path))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "prim.GetAttribute('faceVertexIndices').Set([0, 1, 10**6])",
+        "prim.GetAttribute('faceVertexIndices').Set([0, 1])",
+        "depth = prim.GetAttribute('primvars:tlsplan:patchDepth'); depth.Set([200] * len(depth.Get()))",
+        "prim.GetAttribute('primvars:tlsplan:triangle').Set([0])",
+        "prim.RemoveProperty('tlsplan:element')",
+        "prim.RemoveProperty('points')",
+    ],
+)
+def test_stage_whose_figures_do_not_fit_is_refused(sheet_folder: Path, tmp_path: Path, change: str) -> None:
+    shutil.copytree(sheet_folder / "viewer", tmp_path / "viewer")
+    assert isinstance(read_building(tmp_path), Building)
+    stage_with(sheet_folder, tmp_path / "viewer" / "stage.usdc", change)
+    with pytest.raises(ExportError, match=r"stage\.usdc: is damaged \(.*expected the stage that a plan wrote"):
+        read_building(tmp_path)
+
+
+def test_stage_that_crashes_the_usd_library_is_refused(sheet_folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(sheet_folder / "viewer", tmp_path / "viewer")
+    from pxr import Sdf
+
+    deep = "#usda 1.0\n" + 'def Xform "a"\n{\n' * 200_000 + "}\n" * 200_000
+    (tmp_path / "viewer" / "deep.usda").write_text(deep)
+    layer = Sdf.Layer.CreateAnonymous(".usdc")
+    layer.subLayerPaths.append("./deep.usda")
+    layer.Export(str(tmp_path / "viewer" / "stage.usdc"))
+    with pytest.raises(ExportError, match=r"the USD library crashed .* at its layers, expected a plan's stage"):
+        read_building(tmp_path)

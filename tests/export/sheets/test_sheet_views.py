@@ -54,6 +54,18 @@ def test_drawing_holds_walls_outside_of_the_ground(scene_plan: PlanSource) -> No
     assert (low < [40_299.8, 20_199.8]).all() and (high > [40_310.2, 20_205.2]).all()
 
 
+def test_feet_of_walls_are_drawn_and_of_furniture_are_not(scene_plan: PlanSource) -> None:
+    """Of a parapet that is a plane, without a top, nothing else would be seen below the cut."""
+    boxes = [np.array([line.min(axis=0), line.max(axis=0)]) for line in _view(scene_plan).below]
+
+    def times(low: tuple[float, float], high: tuple[float, float]) -> int:
+        asked = np.array([low, high]) + np.array([40_300.0, 20_200.0])
+        return sum(bool(np.allclose(box, asked, atol=1e-6)) for box in boxes)
+
+    assert times((4.0, 0.0), (4.2, 2.0)) == 1  # the wall between the rooms, which ends above the cut
+    assert times((1.0, 1.0), (2.0, 2.0)) == 1  # the table's top alone
+
+
 def test_walls_are_cut_where_told(scene_plan: PlanSource) -> None:
     building = read_building(scene_plan.folder)
     assert isinstance(building, Building)

@@ -56,6 +56,16 @@ export class ApiClient {
     return response.arrayBuffer();
   }
 
+  /** A file that the server makes, and what it remarks on it, a line each. */
+  async file(
+    path: string,
+    signal: AbortSignal,
+  ): Promise<{ readonly content: Blob; readonly remarks: readonly string[] }> {
+    const response = await answered(await this.ask(path, { signal }));
+    const remarks = decodeURIComponent(response.headers.get('x-tlsplan-remarks') ?? '');
+    return { content: await response.blob(), remarks: remarks.split('\n').filter((line) => line !== '') };
+  }
+
   async framed<Head>(path: string, signal?: AbortSignal): Promise<Framed<Head>> {
     return readFramed<Head>(await this.bytes(path, signal));
   }

@@ -31,6 +31,8 @@ export type PreviewQuestion = Frozen<schema.PreviewQuestion>;
 export type GroundHead = Frozen<schema.GroundHead>;
 export type DraftLink = Frozen<schema.LinkSection>;
 
+export type CloudHead = Frozen<schema.CloudHead>;
+
 /** Figures of the draft. */
 export type DraftFigures = Frozen<schema.FiguresOfDraft>;
 export type DraftRoute = Frozen<schema.RouteOfDraft>;
@@ -40,4 +42,6 @@ export type RunBest = Frozen<Required<schema.RunBest>>;
 export type Run = Frozen<Required<Omit<schema.RunDocument, 'best'>>> & { readonly best: RunBest | null };
 /** All of them. obstacle : why no run can be started; null: nothing is known of. */
 export type RunList = { readonly runs: readonly Run[]; readonly obstacle: string | null };
+/** What can be had of the plan as reviewed. */
+export type ExportList = Frozen<schema.ExportList>;
 export type RunRequest = Frozen<Required<schema.RunRequest>>;

@@ -25,7 +25,12 @@ export interface PendingConflict {
   readonly label: string;
   readonly words: string;
   readonly answer: ConflictAnswer;
+  /** Changes that keep what others did and what was done here; null: one of both has to go. Asked for when they are needed. */
+  readonly together: Together;
 }
+
+type Together = () => readonly Change[] | null;
+const NEVER: Together = () => null;
 
 /** Somebody's change, as it was told while this page was open. */
 export interface Activity {
@@ -74,8 +79,13 @@ export class ReviewClient {
   readonly activities: Signal<readonly Activity[]> = signal([]);
   readonly author: Signal<string>;
   readonly isBusy: Signal<boolean> = signal(false);
-  readonly canEdit: ReadonlySignal<boolean> = computed(
+  /** Comments and verdicts are taken. */
+  readonly canComment: ReadonlySignal<boolean> = computed(
     () => this.session.value !== null && !this.session.value.read_only && this.review.value !== null,
+  );
+  /** All changes are. */
+  readonly canEdit: ReadonlySignal<boolean> = computed(
+    () => this.canComment.value && !this.session.value?.comment_only,
   );
   readonly undoable: ReadonlySignal<string | null> = computed(() => this.done.value.at(-1)?.label ?? null);
   readonly redoable: ReadonlySignal<string | null> = computed(() => this.undone.value.at(-1)?.label ?? null);
@@ -156,10 +166,11 @@ export class ReviewClient {
 
   /**
    * Change the review; false where that did not happen (the reason is then on the screen). `decidedAt`: the revision that was
-   * looked at, where that was some time ago, as when a drag began; whoever changed the same since then is told of.
+   * looked at, where that was some time ago, as when a drag began; whoever changed the same since then is told of. `together`: see
+   * `PendingConflict`.
    */
-  commit(label: string, changes: readonly Change[], decidedAt?: number): Promise<boolean> {
-    return this.inTurn(() => this.send({ label, changes }, 'do', decidedAt));
+  commit(label: string, changes: readonly Change[], decidedAt?: number, together?: Together): Promise<boolean> {
+    return this.inTurn(() => this.send({ label, changes }, 'do', decidedAt, together));
   }
 
   undo(): Promise<boolean> {
@@ -175,12 +186,12 @@ export class ReviewClient {
     this.conflict.value = null;
   }
 
-  /** After a conflict: do it all the same, over what the others did. */
+  /** After a conflict: do it all the same, with what the others did where both can be, else over it. */
   applyMine(): Promise<boolean> {
     const pending = this.conflict.value;
     this.conflict.value = null;
     if (pending === null) return Promise.resolve(false);
-    return this.commit(pending.label, pending.changes);
+    return this.commit(pending.label, pending.together() ?? pending.changes, undefined, pending.together);
   }
 
   /** The figures of the draft at the revision that is shown; those of an older one are dropped. */
@@ -275,14 +286,19 @@ export class ReviewClient {
     return step === undefined ? Promise.resolve(false) : this.send(step, direction);
   }
 
-  private async send(step: Step, direction: Direction, decidedAt?: number): Promise<boolean> {
+  private async send(
+    step: Step,
+    direction: Direction,
+    decidedAt?: number,
+    together: Together = NEVER,
+  ): Promise<boolean> {
     const review = this.review.peek();
     if (review === null || this.conflict.peek() !== null) return false;
     this.isBusy.value = true;
     try {
       const basis = { revision: decidedAt ?? review.revision, planSha256: this.session.peek()?.plan_sha256 ?? null };
       const outcome = await this.client.commit(basis, this.author.peek().trim() || UNNAMED, step.changes);
-      if (outcome.kind === 'conflict') this.meet(step, outcome.answer);
+      if (outcome.kind === 'conflict') this.meet(step, outcome.answer, together);
       else this.take(step, outcome.answer.review, outcome.answer.undo, direction);
       return outcome.kind === 'committed';
     } catch (error) {
@@ -294,10 +310,10 @@ export class ReviewClient {
     }
   }
 
-  private meet(step: Step, answer: ConflictAnswer): void {
+  private meet(step: Step, answer: ConflictAnswer, together: Together): void {
     batch(() => {
       this.review.value = answer.review;
-      this.conflict.value = { ...step, words: conflictInWords(answer), answer };
+      this.conflict.value = { ...step, words: conflictInWords(answer), answer, together };
     });
     void this.refreshFigures();
   }

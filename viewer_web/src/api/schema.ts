@@ -27,11 +27,13 @@ export interface Documents {
   Changes: Changes;
   ClashDocument: ClashDocument;
   ClearVerdict: ClearVerdict;
+  CloudHead: CloudHead;
   CommentDocument: CommentDocument;
   CommittedDocument: CommittedDocument;
   ConflictDocument: ConflictDocument;
   CoverageFigures: CoverageFigures;
   EditComment: EditComment;
+  ExportList: ExportList;
   FieldTimeSection: FieldTimeSection;
   FiguresOfDraft: FiguresOfDraft;
   FloorCoverage: FloorCoverage;
@@ -49,6 +51,7 @@ export interface Documents {
   LossSection: LossSection;
   MoveStation: MoveStation;
   NetworkSection: NetworkSection;
+  OfferedExport: OfferedExport;
   PickGround: PickGround;
   PieceSection: PieceSection;
   PreviewHead: PreviewHead;
@@ -449,6 +452,29 @@ export interface ClashDocument {
   at: string;
 }
 /**
+ * The head of a part of a cloud. rows x columns uint16 ranges follow, then uint8 intensities, as in viewer/clouds.
+ *
+ * The angles are those of the stage's stations: see docs/formats/stage.md.
+ */
+export interface CloudHead {
+  rows: number;
+  columns: number;
+  range_step_m: number;
+  /**
+   * One a row.
+   */
+  elevations_rad: number[];
+  /**
+   * Of each row's first beam.
+   */
+  azimuths_rad: number[];
+  azimuth_step_rad: number;
+  /**
+   * That the scanner sends into the window; rows x columns of them are here.
+   */
+  beams: number;
+}
+/**
  * A remark, pinned to a station, an element, a place or nothing.
  */
 export interface CommentDocument {
@@ -606,6 +632,31 @@ export interface CoverageFigures {
    * covered / total.
    */
   fraction_of_total: number;
+}
+/**
+ * What can be had of the plan, stations as reviewed.
+ */
+export interface ExportList {
+  exports: OfferedExport[];
+  /**
+   * Stations that were moved, added or taken out.
+   */
+  edited_stations: number;
+}
+/**
+ * A format that the plan can be had in.
+ */
+export interface OfferedExport {
+  /**
+   * As `tlsplan export --format` takes it.
+   */
+  name: string;
+  title: string;
+  file_name: string;
+  /**
+   * Why it can't be made now; null: nothing is known of.
+   */
+  obstacle: string | null;
 }
 /**
  * Figures of the draft at a revision of the review; `stations`, `requirements`, `registration` as in plan.json.
@@ -925,5 +976,9 @@ export interface SessionDocument {
   plan_sha256: string;
   revision: number;
   read_only: boolean;
+  /**
+   * The token of this page is for comments and verdicts only.
+   */
+  comment_only: boolean;
   live: LiveDocument;
 }

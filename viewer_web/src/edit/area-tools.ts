@@ -82,7 +82,7 @@ export class AreaTools {
     }
     if (tool === 'ground') void this.pickGround(picked);
     else if (tool === 'forbid') void this.forbid(picked);
-    else if (tool === 'add') this.add(picked);
+    else if (tool === 'add') this.addStation(picked);
     else this.pinComment(picked);
   }
 
@@ -152,7 +152,8 @@ export class AreaTools {
     await this.reviewClient.commit('forbid a position', [forbid(picked.pointM, radiusM, this.floorOf(picked))]);
   }
 
-  private add(picked: Picked): void {
+  /** As near to a surface as a tripod can stand. */
+  addStation(picked: Picked): void {
     const floorId = this.floorOf(picked);
     // A click on a wall or a table means the floor at that place.
     const floor = this.loaded.stage.floors.find(({ id }) => id === floorId);

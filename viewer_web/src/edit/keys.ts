@@ -2,10 +2,12 @@
  * Keys of editing: Shift and arrows move the chosen station over its floor, by the compass as the picture is turned; undo and redo, Escape and Enter for what is half done, Delete for the chosen
  * station.
  */
+import { counted } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import { removeStation } from './changes.ts';
 import { stationsOf } from './draft-follower.ts';
 import { canEdit } from './readiness.ts';
+import { selectedStations } from './selected.ts';
 import type { EditorActions } from './state.ts';
 
 /** Returns what stops listening. */
@@ -43,7 +45,7 @@ export function listenToEditKeys(
   };
 }
 
-const NUDGE_M = 0.1;
+export const NUDGE_M = 0.1;
 /** To the right of the picture, and into it. */
 const NUDGES: Readonly<Record<string, readonly [number, number]>> = {
   ArrowUp: [0, 1],
@@ -55,12 +57,15 @@ const NUDGES: Readonly<Record<string, readonly [number, number]>> = {
 /** Along the axis of the scene that is nearest to where the arrow points in the picture. */
 function nudge(key: string, store: Store, { mover }: EditorActions, headingRad: number): Promise<void> | null {
   const by = NUDGES[key];
-  const station = stationsOf(store).find(({ id }) => id === store.stationId.peek());
-  if (by === undefined || station === undefined || station.isRemoved || store.tab.peek() !== 'edit') return null;
+  if (by === undefined || store.tab.peek() !== 'edit') return null;
   const quarters = Math.round(headingRad / (Math.PI / 2));
   const [cos, sin] = [Math.round(Math.cos((quarters * Math.PI) / 2)), Math.round(Math.sin((quarters * Math.PI) / 2))];
   const [right, ahead] = by.map((steps) => steps * NUDGE_M);
-  return mover.nudge(station, ahead * cos + right * sin, ahead * sin - right * cos);
+  const [eastM, northM] = [ahead * cos + right * sin, ahead * sin - right * cos];
+  const several = selectedStations(store);
+  if (several.length > 0) return mover.moveAll(several, eastM, northM);
+  const station = stationsOf(store).find(({ id }) => id === store.stationId.peek());
+  return station === undefined || station.isRemoved ? null : mover.nudge(station, eastM, northM);
 }
 
 export function isTyping(target: EventTarget | null): boolean {
@@ -88,6 +93,12 @@ function actOnKey(key: string, store: Store, { areas, mover }: EditorActions): b
   else if (key === 'Enter' && hasOutline) void areas.finishOutline();
   else if (key === 'Backspace' && hasOutline) areas.takeCornerBack();
   else if (key === 'Delete' && store.tab.peek() === 'edit') {
+    const several = selectedStations(store).filter(({ isFixed }) => !isFixed);
+    if (several.length > 0) {
+      const changes = several.map(({ id }) => removeStation(id));
+      void reviewClient?.commit(`remove ${counted(several.length, 'station')}`, changes);
+      return true;
+    }
     const id = store.stationId.peek();
     if (id === null) return false;
     void reviewClient?.commit(`remove ${id}`, [removeStation(id)]);

@@ -1,6 +1,6 @@
 /** What the server says: notices, a broken line, and the choice that a conflict needs. They have a place of their own and cover nothing. */
 import { NO_TOKEN } from '../api/api-error.ts';
-import type { ReviewClient } from '../api/review-client.ts';
+import type { PendingConflict, ReviewClient } from '../api/review-client.ts';
 
 const ASKING = 'The server does not answer; retrying. The page may be out of date.';
 const STARTED_AGAIN = 'If it was started again, open the address that it printed.';
@@ -30,21 +30,31 @@ export function Messages({ reviewClient }: { reviewClient: ReviewClient }) {
           </button>
         </div>
       )}
-      {conflict !== null && (
-        <div class="message-card message-conflict" role="alertdialog" aria-labelledby="conflict-title">
-          <h2 id="conflict-title">Someone else changed this</h2>
-          <p>{conflict.words}</p>
-          <div class="buttons">
-            <button type="button" class="button button-primary" onClick={() => reviewClient.takeTheirs()}>
-              Keep theirs
-            </button>
-            <button type="button" class="button" onClick={() => void reviewClient.applyMine()}>
-              Keep mine
-            </button>
-          </div>
-        </div>
-      )}
+      {conflict !== null && <ConflictCard conflict={conflict} reviewClient={reviewClient} />}
     </section>
+  );
+}
+
+/** Theirs, mine, or both where they touch different things. */
+function ConflictCard({ conflict, reviewClient }: { conflict: PendingConflict; reviewClient: ReviewClient }) {
+  const canBoth = conflict.together() !== null;
+  const isFirst = (primary: boolean): string => (primary ? 'button button-primary' : 'button');
+  return (
+    <div class="message-card message-conflict" role="alertdialog" aria-labelledby="conflict-title">
+      <h2 id="conflict-title">Someone else changed this</h2>
+      <p>
+        {conflict.words}
+        {canBoth && ' The position and the height were changed by different people: both can be kept.'}
+      </p>
+      <div class="buttons">
+        <button type="button" class={isFirst(!canBoth)} onClick={() => reviewClient.takeTheirs()}>
+          Keep theirs
+        </button>
+        <button type="button" class={isFirst(canBoth)} onClick={() => void reviewClient.applyMine()}>
+          {canBoth ? 'Keep both' : 'Keep mine'}
+        </button>
+      </div>
+    </div>
   );
 }
 

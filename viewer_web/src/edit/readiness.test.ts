@@ -4,7 +4,16 @@ import type { LiveState } from '../api/documents.ts';
 import { ReviewClient } from '../api/review-client.ts';
 import { createStore, type Store } from '../store.ts';
 import { FakeReviewServer } from '../testing/fake-review-server.ts';
-import { canEdit, isLive, toolInHand, whyNoEditing, whyNoServer, whyNotLive } from './readiness.ts';
+import {
+  canComment,
+  canEdit,
+  isLive,
+  toolInHand,
+  whyNoComments,
+  whyNoEditing,
+  whyNoServer,
+  whyNotLive,
+} from './readiness.ts';
 
 async function storeOn(server: FakeReviewServer | null): Promise<Store> {
   const fetcher = server?.fetch ?? (async () => new Response('not found', { status: 404 }));
@@ -33,6 +42,19 @@ test('without a server, with a file server, and read-only, it is said how to get
   session.value = { ...session.value!, read_only: true };
   expect(whyNoEditing(store)).toMatch(/--read-only.*without/);
   expect(canEdit(store)).toBe(false);
+});
+
+test('who may only comment has the tool for that alone, and is told why there are no others', async () => {
+  const store = await storeOn(new FakeReviewServer());
+  const session = store.reviewClient!.session;
+  session.value = { ...session.value!, comment_only: true };
+  expect([canComment(store), whyNoComments(store), canEdit(store)]).toEqual([true, null, false]);
+  expect(whyNoEditing(store)).toMatch(/comments and verdicts.*other address/);
+  store.editing.tool.value = 'comment';
+  store.tab.value = 'review';
+  expect(toolInHand(store)).toBe('comment');
+  store.tab.value = 'edit';
+  expect(toolInHand(store)).toBeNull();
 });
 
 test('a server whose review can not be read is not taken for one that is gone', async () => {

@@ -10,9 +10,18 @@ export function isLive(store: Store): boolean {
   return store.reviewClient?.live.value.state === 'ready';
 }
 
-/** Changes of the review are taken. */
+/** Said beside what commenters can't do. */
+export const COMMENT_ONLY =
+  'This address is for comments and verdicts. To edit stations, plan again or sign off, ask for the other address that `tlsplan view` printed.';
+
+/** All changes of the review are taken. */
 export function canEdit(store: Store): boolean {
   return (store.reviewClient?.canEdit.value ?? false) && store.planBase.value === OWN_PLAN;
+}
+
+/** Comments and verdicts are taken. */
+export function canComment(store: Store): boolean {
+  return (store.reviewClient?.canComment.value ?? false) && store.planBase.value === OWN_PLAN;
 }
 
 /** Why the server's side is missing, in words; null: it is there. */
@@ -25,8 +34,13 @@ export function whyNoServer({ line, session, fault }: ReviewClient): string | nu
   return fault.value ?? NO_ANSWER;
 }
 
-/** Why changes are not taken; null: they are. */
+/** Why stations and areas are not changed, nor the plan signed off; null: they are. */
 export function whyNoEditing(store: Store): string | null {
+  return whyNoComments(store) ?? (store.reviewClient?.session.value?.comment_only ? COMMENT_ONLY : null);
+}
+
+/** Why not even comments and verdicts are taken; null: they are. */
+export function whyNoComments(store: Store): string | null {
   const { reviewClient } = store;
   if (reviewClient === null) return 'This is a read-only copy. Open the plan with `tlsplan view` to change it.';
   if (store.planBase.value !== OWN_PLAN) {
@@ -37,7 +51,7 @@ export function whyNoEditing(store: Store): string | null {
   if (reviewClient.session.value?.read_only) {
     return 'The server was started with --read-only. Restart it without this option to change the plan.';
   }
-  if (!reviewClient.canEdit.value) return reviewClient.fault.value ?? NO_ANSWER;
+  if (!reviewClient.canComment.value) return reviewClient.fault.value ?? NO_ANSWER;
   return null;
 }
 
@@ -57,8 +71,7 @@ export function whyNotLive(store: Store): string | null {
 
 /** The tool that the pointer works with on the tab that is shown; null: it only looks around. */
 export function toolInHand(store: Store): Tool | null {
-  if (!canEdit(store)) return null;
   const tool = store.editing.tool.value;
-  if (store.tab.value === 'edit') return tool === 'comment' ? 'select' : tool;
-  return store.tab.value === 'review' && tool === 'comment' ? tool : null;
+  if (store.tab.value === 'edit') return !canEdit(store) ? null : tool === 'comment' ? 'select' : tool;
+  return store.tab.value === 'review' && tool === 'comment' && canComment(store) ? tool : null;
 }

@@ -1,6 +1,7 @@
 /** What is being edited right now and not yet committed: the tool in hand, an outline half drawn, a station under way. */
 import { type Signal, signal } from '@preact/signals';
 import type { Point, PreviewHead } from '../api/documents.ts';
+import type { Picked } from '../scene/state.ts';
 import type { DraftStation } from './draft.ts';
 import type { GroundMap, Place } from './ground-map.ts';
 import { Latencies } from './preview-loop.ts';
@@ -28,6 +29,8 @@ export interface EditorActions {
   readonly mover: {
     raise(station: DraftStation, heightM: number): void;
     nudge(station: DraftStation, eastM: number, northM: number): Promise<void>;
+    place(station: DraftStation, toM: Point): Promise<void>;
+    moveAll(stations: readonly DraftStation[], eastM: number, northM: number): Promise<void>;
     finish(): Promise<unknown>;
     cancel(): void;
   };
@@ -35,6 +38,7 @@ export interface EditorActions {
     dropOutline(): void;
     finishOutline(): Promise<void>;
     takeCornerBack(): void;
+    addStation(picked: Picked): void;
   };
 }
 

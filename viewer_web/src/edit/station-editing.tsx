@@ -1,5 +1,6 @@
 /** The chosen station: its height, and what may be done with it. */
 import { batch } from '@preact/signals';
+import { SetUpDistances } from '../measure/set-up-lines.tsx';
 import { lengthWords } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
@@ -7,6 +8,7 @@ import { forbid, lockStation, moveBack, removeStation, restoreStation } from './
 import type { DraftStation } from './draft.ts';
 import { stationsOf } from './draft-follower.ts';
 import { isLive } from './readiness.ts';
+import { StationCoordinates } from './station-coordinates.tsx';
 
 /** Of tripods, where the scanner does not say. */
 const USUAL_HEIGHTS_M = [0.5, 2] as const;
@@ -28,6 +30,8 @@ export function StationEditing({ store }: { store: Store }) {
       ) : (
         <>
           {!station.isRemoved && <HeightSlider store={store} station={station} />}
+          {!station.isRemoved && <StationCoordinates store={store} station={station} />}
+          {!station.isRemoved && <SetUpDistances store={store} />}
           <StationButtons store={store} station={station} />
         </>
       )}

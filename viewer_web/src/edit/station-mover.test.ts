@@ -157,6 +157,34 @@ test('who changed the station while it was dragged is told of, and not overwritt
   await expect.poll(movedTo).toEqual([1003, 2004]);
 });
 
+test('where others only raised the station meanwhile, its place and their height are both kept', async () => {
+  answerGround(openGround('F0'));
+  const [before] = stations.value;
+  pointer.onDown?.(at(0, 0));
+  pointer.onMove?.(at(3, 4));
+  await expect.poll(() => store.editing.underWay.value).not.toBeNull();
+  const [x, y, z] = before.positionM;
+  const heightM = (before.instrumentHeightM ?? 0) + 0.2;
+  server.changeAs('Ben', { kind: 'move_station', station: 'S001', position_m: [x, y, z + 0.2] });
+  pointer.onUp?.(at(3, 4), false);
+  await expect.poll(() => reviewClient.conflict.value).not.toBeNull();
+  stations.value = stations.value.map((one) =>
+    one.id === 'S001' ? { ...one, positionM: [x, y, z + 0.2], instrumentHeightM: heightM } : one,
+  );
+  expect(reviewClient.conflict.value?.together()).toEqual([
+    {
+      kind: 'move_station',
+      station: 'S001',
+      position_m: [1003, 2004, expect.closeTo(z + 0.2)],
+      instrument_height_m: expect.closeTo(heightM),
+      floor: before.floorId,
+    },
+  ]);
+  await reviewClient.applyMine();
+  await expect.poll(movedTo).toEqual([1003, 2004]);
+  expect(reviewClient.review.value?.stations.S001.position_m?.[2]).toBeCloseTo(z + 0.2);
+});
+
 test.each([
   ['isLocked', 'Station S001 is locked. Unlock it to move it.'],
   ['isFixed', 'Station S001 is already scanned: its position can’t be changed.'],

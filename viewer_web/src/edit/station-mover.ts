@@ -1,16 +1,17 @@
 /** Moves, raises and adds stations: places while the pointer moves, the server's answer as it comes, and a commit at the end. */
 import { batch, effect, untracked } from '@preact/signals';
-import type { Point } from '../api/documents.ts';
+import type { Change, Point } from '../api/documents.ts';
 import type { ReviewClient } from '../api/review-client.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
-import { lengthWords } from '../panels/figures.ts';
+import { coordinatesWords, counted, lengthWords } from '../panels/figures.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { PointerConsumer, PointerPlace } from '../scene/pointer.ts';
 import type { Store } from '../store.ts';
-import { addStation, moveStation } from './changes.ts';
+import { addStation, moveStation, type Pose } from './changes.ts';
 import { type DraftStation, localOf, sceneOf, usualHeightM } from './draft.ts';
 import type { DraftFollower } from './draft-follower.ts';
 import { GROUND, type GroundMap, type Place } from './ground-map.ts';
+import { joinedPose } from './joined-pose.ts';
 import { PreviewLoop } from './preview-loop.ts';
 import { askPreview, type Preview, PreviewPaint, type Wish } from './previews.ts';
 import { isLive, toolInHand, whyNotLive } from './readiness.ts';
@@ -26,6 +27,8 @@ const FAST_FRAME_MS = 15;
 const LEAST_DETAIL = 0.25;
 /** Nearer to the click than this is where it was meant. */
 const NOT_WORTH_TELLING_M = 0.15;
+/** Stations that move together keep their distances: none goes to the next best position. */
+const SAME_PLACE_M = 0.01;
 
 export class StationMover {
   private readonly paint: PreviewPaint;
@@ -36,8 +39,12 @@ export class StationMover {
   private refusal: string | null = null;
   /** The review when what is under way began: who changed the station since then is told of, not overwritten. */
   private basisRevision = 0;
+  /** The station as it was then; null: it is a new one. */
+  private basis: DraftStation | null = null;
   /** Where the pointer is with what was grabbed, scene frame; null: it has not moved. */
   private wantedAt: Place | null = null;
+  /** Steps of keys that come meanwhile would begin at the old places. */
+  private isMovingAll = false;
   private detail = 1;
   /** Rising over reloads of the page too: the server drops questions older than one it has had. */
   private sequence = Date.now();
@@ -73,7 +80,7 @@ export class StationMover {
 
   /** Show the station at another height, not yet committed. */
   raise(station: DraftStation, heightM: number): void {
-    if (this.store.editing.underWay.peek() === null) this.begin();
+    if (this.store.editing.underWay.peek() === null) this.begin(station);
     const [x, y, z] = station.positionM;
     const from = station.instrumentHeightM ?? heightM;
     this.put({ stationId: station.id, floorId: station.floorId, positionM: [x, y, z - from + heightM], heightM });
@@ -109,7 +116,7 @@ export class StationMover {
 
   /** A new station at a place on a floor, or as near to it as a tripod can stand; scene frame. */
   async add(floorId: string, at: readonly [number, number], groundM: number): Promise<void> {
-    this.begin();
+    this.begin(null);
     const ground = await this.groundOf(floorId);
     const place = ground.nearestAdmissible(at);
     if (place === null) {
@@ -139,7 +146,7 @@ export class StationMover {
       this.reviewClient.warn(words ?? whyNotLive(store) ?? '');
       return;
     }
-    if (store.editing.underWay.peek() === null) this.begin();
+    if (store.editing.underWay.peek() === null) this.begin(station);
     const revision = this.basisRevision;
     const ground = await this.groundOf(station.floorId).catch((error: Error) => this.reviewClient.warn(error.message));
     if (!ground) return;
@@ -156,6 +163,68 @@ export class StationMover {
     this.put({ stationId: station.id, floorId: station.floorId, positionM: [...place, z], heightM });
   }
 
+  /** To a place that was typed, scene frame: the sensor there, or a word on why no tripod can stand under it. */
+  async place(station: DraftStation, [x, y, z]: Point): Promise<void> {
+    const words = whyItStays(station) ?? (isLive(this.store) ? null : whyNotLive(this.store));
+    if (words !== null) {
+      this.reviewClient.warn(words);
+      return;
+    }
+    this.begin(station);
+    const ground = await this.groundOf(station.floorId).catch((error: Error) => this.reviewClient.warn(error.message));
+    if (!ground || this.store.editing.underWay.peek() !== null) return;
+    if (ground.at([x, y]) !== GROUND.admissible) {
+      const nearest = ground.nearestAdmissible([x, y]);
+      const advice = nearest === null ? '' : ` The nearest position is ${coordinatesWords(nearest)}.`;
+      this.reviewClient.warn(`No tripod can stand at ${coordinatesWords([x, y])}.${advice}`);
+      return;
+    }
+    const heightM = (station.instrumentHeightM ?? this.usualHeightM(station.floorId)) + z - station.positionM[2];
+    this.put({ stationId: station.id, floorId: station.floorId, positionM: [x, y, z], heightM });
+    await this.finish();
+  }
+
+  /** Several together, as one change: where one can't stand, none is moved. */
+  async moveAll(stations: readonly DraftStation[], eastM: number, northM: number): Promise<void> {
+    const { reviewClient, store } = this;
+    if (eastM === 0 && northM === 0) return;
+    const stays = stations.map(whyItStays).find((words) => words !== null);
+    const refusal = stays ?? (isLive(store) ? null : whyNotLive(store));
+    if (refusal !== null || this.isMovingAll || store.editing.underWay.peek() !== null) {
+      if (refusal !== null) reviewClient.warn(refusal);
+      return;
+    }
+    this.begin(null);
+    const revision = this.basisRevision;
+    this.isMovingAll = true;
+    try {
+      const changes: Change[] = [];
+      for (const { id, floorId, positionM, instrumentHeightM } of stations) {
+        const [x, y, z] = positionM;
+        const heightM = instrumentHeightM ?? this.usualHeightM(floorId);
+        const asked: UnderWay = { stationId: id, floorId, positionM: [x + eastM, y + northM, z], heightM };
+        const { head } = await askPreview(reviewClient.client, this.wish(asked), this.nextSequence());
+        const besideM = Math.hypot(head.position[0] - x - eastM, head.position[1] - y - northM);
+        if (!head.admissible || besideM > SAME_PLACE_M) {
+          reviewClient.warn(`No valid tripod position for ${id} there: ${head.reason}. Nothing was moved.`);
+          return;
+        }
+        const [px, py, pz] = head.position;
+        const pose = {
+          position_m: [px, py, pz] as const,
+          instrument_height_m: head.instrument_height_m,
+          floor: floorId,
+        };
+        changes.push(moveStation(id, pose));
+      }
+      await reviewClient.commit(`move ${counted(changes.length, 'station')}`, changes, revision);
+    } catch (error) {
+      reviewClient.warn((error as Error).message);
+    } finally {
+      this.isMovingAll = false;
+    }
+  }
+
   private consumer(): PointerConsumer {
     return {
       onDown: (place) => this.grab(place),
@@ -168,7 +237,8 @@ export class StationMover {
     };
   }
 
-  private begin(): void {
+  private begin(station: DraftStation | null): void {
+    this.basis = station;
     this.basisRevision = this.reviewClient.review.peek()?.revision ?? 0;
   }
 
@@ -180,7 +250,7 @@ export class StationMover {
     if (station === undefined) return false;
     this.refusal = whyItStays(station);
     if (this.refusal !== null) return true;
-    this.begin();
+    this.begin(station);
     this.grabbed = station;
     this.wantedAt = null;
     void this.groundOf(station.floorId)
@@ -230,7 +300,22 @@ export class StationMover {
       await this.groundOf(grabbed.floorId).catch(() => undefined);
       if (this.grabbed !== grabbed) return;
     }
-    await this.finish();
+    const underWay = this.store.editing.underWay.peek();
+    const together = this.together(grabbed);
+    if (underWay === null || grabbed === null || together.length < 2) {
+      await this.finish();
+      return;
+    }
+    const [eastM, northM] = [0, 1].map((k) => underWay.positionM[k] - grabbed.positionM[k]);
+    this.cancel();
+    await this.moveAll(together, eastM, northM);
+  }
+
+  /** The selection that a station is one of. */
+  private together(station: DraftStation | null): readonly DraftStation[] {
+    const ids = this.store.selection.peek();
+    if (station === null || !ids.has(station.id)) return [];
+    return this.follower.stations.peek().filter(({ id, isRemoved, isFixed }) => ids.has(id) && !isRemoved && !isFixed);
   }
 
   private put(underWay: UnderWay): void {
@@ -287,6 +372,7 @@ export class StationMover {
         `move ${stationId}`,
         [moveStation(stationId, pose)],
         this.basisRevision,
+        this.withTheirs(pose),
       );
       return isMoved ? { id: stationId, positionM: pose.position_m } : null;
     }
@@ -296,6 +382,16 @@ export class StationMover {
     if (!isDone || added === undefined) return null;
     store.chooseStation(added);
     return { id: added, positionM: pose.position_m };
+  }
+
+  /** The change that keeps a pose and what others did to the station meanwhile, see `joinedPose`. */
+  private withTheirs(pose: Pose): () => Change[] | null {
+    const { basis } = this;
+    return () => {
+      const theirs = this.follower.stations.peek().find(({ id }) => id === basis?.id);
+      const joined = basis === null || theirs === undefined ? null : joinedPose(basis, pose, theirs);
+      return joined === null || basis === null ? null : [moveStation(basis.id, joined)];
+    };
   }
 
   private letGo(): void {

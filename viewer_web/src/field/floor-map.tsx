@@ -124,7 +124,9 @@ const shownPlace = ([{ positionM }]: Stack): [number, number] => [positionM[0], 
 
 function nameOf(stack: Stack, done: ReadonlySet<string>): string {
   const names = stack.map(({ stationId }) => (done.has(stationId) ? `${stationId}, done` : stationId));
-  return stack.length === 1 ? `Station ${names[0]}` : `${stack.length} stations here: ${names.join('; ')}`;
+  return stack.length === 1
+    ? `${stack[0].order}, station ${names[0]}`
+    : `${stack.length} stations here: ${names.join('; ')}`;
 }
 
 interface StackListProps {

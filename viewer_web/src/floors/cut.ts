@@ -5,6 +5,7 @@
  * clouds, markers, picks) goes through the same slices, so they always agree on what is visible.
  */
 import type { Stage, StageFloor } from '../load/stage.ts';
+import type { CutPlane } from '../section/planes.ts';
 
 export interface Slice {
   /** Id of the floor it shows; null: the whole building. */
@@ -15,6 +16,8 @@ export interface Slice {
   readonly liftM: number;
   /** Ceilings, roofs and all else that lies flat above this height is not drawn. */
   readonly ceilingM: number;
+  /** What a section takes away of it besides. */
+  readonly planes?: readonly CutPlane[];
 }
 
 export interface FloorView {

@@ -24,8 +24,13 @@ import type { Spread } from './statistics.ts';
 
 export function Legend({ store }: { store: Store }) {
   if (store.marking.value.kind !== 'none') return <MarkLegend store={store} />;
-  if (store.cloud.value.kind !== 'none') return <CloudLegend store={store} />;
+  if (store.cloud.value.kind !== 'none' || isKeyOpen(store)) return <CloudLegend store={store} />;
   return <LayerLegend store={store} state={store.layerState.value} isDark={store.isDark.value} />;
+}
+
+/** Where all clouds are switched off by the key, the key has to stay. */
+function isKeyOpen({ showClouds, hiddenClouds }: Store): boolean {
+  return showClouds.value && hiddenClouds.value.size > 0;
 }
 
 /** What is highlighted, and how much it is. */
@@ -187,9 +192,6 @@ const CLOUD_TITLES = {
   intensity: 'Intensity (bright: head-on)',
   station: 'Points by station',
 } as const;
-/** More colours than these nobody tells apart. */
-const MOST_STATIONS = 12;
-
 function CloudLegend({ store }: { store: Store }) {
   const paint = store.cloudPaint.value;
   const cloud = store.cloud.value;
@@ -228,15 +230,50 @@ function StationColors({ store }: { store: Store }) {
   const isShown = ({ id, floorId: own }: ShownStation): boolean =>
     store.showClouds.value ? floorId === null || own === floorId : id === store.stationId.value;
   const stations = store.shownStations.value.filter(isShown);
-  if (stations.length > MOST_STATIONS) return <p class="muted">One colour per station, {stations.length} stations</p>;
+  const hidden = store.hiddenClouds.value;
+  const mayHide = store.showClouds.value;
+  const showOnly = (isShownNow: (id: string) => boolean): void => {
+    const here = new Set(stations.map(({ id }) => id));
+    const elsewhere = [...hidden].filter((id) => !here.has(id));
+    store.hiddenClouds.value = new Set([...elsewhere, ...[...here].filter((id) => !isShownNow(id))]);
+  };
   return (
-    <ul class="legend-classes">
-      {stations.map(({ id, order }) => (
-        <li key={id}>
-          <Swatch color={cssColor(stationColor(order))} />
-          {id}
-        </li>
-      ))}
-    </ul>
+    <>
+      {mayHide && stations.length > 1 && (
+        <p class="cloud-key-all">
+          <button type="button" class="link" onClick={() => showOnly(() => true)}>
+            All
+          </button>
+          <button type="button" class="link" onClick={() => showOnly(() => false)}>
+            None
+          </button>
+        </p>
+      )}
+      <ul class="legend-classes cloud-key" aria-label="Clouds by station">
+        {stations.map(({ id, order }) => (
+          <li key={id} class={hidden.has(id) ? 'cloud-key-off' : ''}>
+            {mayHide ? (
+              <label>
+                <input
+                  type="checkbox"
+                  checked={!hidden.has(id)}
+                  onChange={(event) => {
+                    const isOn = event.currentTarget.checked;
+                    showOnly((other) => (other === id ? isOn : !hidden.has(other)));
+                  }}
+                />
+                <Swatch color={cssColor(stationColor(order))} />
+                {id}
+              </label>
+            ) : (
+              <>
+                <Swatch color={cssColor(stationColor(order))} />
+                {id}
+              </>
+            )}
+          </li>
+        ))}
+      </ul>
+    </>
   );
 }

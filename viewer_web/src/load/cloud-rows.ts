@@ -1,4 +1,4 @@
-/** Reads a station's cloud piece by piece, keeping every nth row and column: the file may be larger than memory allows. */
+/** Reads a station's cloud piece by piece, keeping some rows and columns: the file may be larger than memory allows. */
 import type { Beams, Cloud } from './cloud.ts';
 import { PlanLoadError } from './plan-load-error.ts';
 import type { StageStation } from './stage.ts';
@@ -8,24 +8,35 @@ export interface ThinnedCloud {
   readonly beams: Beams;
 }
 
+/** Every so many rows and columns of a cloud are kept. */
+export interface Thinning {
+  readonly everyRow: number;
+  readonly everyColumn: number;
+}
+
+export const ALL_BEAMS: Thinning = { everyRow: 1, everyColumn: 1 };
+
 /** The angles that remain of a station's beams. */
-export function thinnedBeams(station: StageStation, stride: number): Beams {
-  const every = (angles: Float32Array): Float32Array => angles.filter((_, row) => row % stride === 0);
+export function thinnedBeams(station: StageStation, { everyRow, everyColumn }: Thinning): Beams {
+  const every = (angles: Float32Array): Float32Array => angles.filter((_, row) => row % everyRow === 0);
   return {
-    rows: Math.ceil(station.cloudRows / stride),
-    columns: Math.ceil(station.cloudColumns / stride),
+    rows: Math.ceil(station.cloudRows / everyRow),
+    columns: Math.ceil(station.cloudColumns / everyColumn),
     rangeStepM: station.rangeStepM,
     elevationsRad: every(station.elevationsRad),
     azimuthsRad: every(station.azimuthsRad),
-    azimuthStepRad: station.azimuthStepRad * stride,
+    azimuthStepRad: station.azimuthStepRad * everyColumn,
   };
 }
 
-/** The smallest stride at which `nClouds` clouds together stay within a number of points. */
-export function strideFor({ cloudRows, cloudColumns }: StageStation, nClouds: number, budget: number): number {
-  let stride = 1;
-  while (nClouds * Math.ceil(cloudRows / stride) * Math.ceil(cloudColumns / stride) > budget) stride++;
-  return stride;
+/** The least thinning at which `nClouds` clouds together stay within a number of points: columns and rows in turn. */
+export function thinningFor({ cloudRows, cloudColumns }: StageStation, nClouds: number, budget: number): Thinning {
+  let [everyRow, everyColumn] = [1, 1];
+  while (nClouds * Math.ceil(cloudRows / everyRow) * Math.ceil(cloudColumns / everyColumn) > budget) {
+    if (everyColumn <= everyRow) everyColumn++;
+    else everyRow++;
+  }
+  return { everyRow, everyColumn };
 }
 
 /** Takes the bytes of a cloud's file in pieces of any length. */
@@ -41,9 +52,9 @@ export class CloudRows {
 
   constructor(
     private readonly station: StageStation,
-    private readonly stride: number,
+    private readonly thinning: Thinning,
   ) {
-    this.beams = thinnedBeams(station, stride);
+    this.beams = thinnedBeams(station, thinning);
     const n = this.beams.rows * this.beams.columns;
     this.rangeSteps = new Uint16Array(n);
     this.intensity = new Uint8Array(n);
@@ -84,15 +95,16 @@ export class CloudRows {
   }
 
   private endRow(): void {
-    const { stride, station, beams } = this;
+    const { station, beams } = this;
+    const { everyRow, everyColumn } = this.thinning;
     const isRanges = this.nRows < station.cloudRows;
     const row = isRanges ? this.nRows : this.nRows - station.cloudRows;
-    if (row % stride === 0) {
-      const first = (row / stride) * beams.columns;
+    if (row % everyRow === 0) {
+      const first = (row / everyRow) * beams.columns;
       // Little endian, as every machine that runs a browser.
       const values = isRanges ? new Uint16Array(this.row.buffer) : this.row;
       const to = isRanges ? this.rangeSteps : this.intensity;
-      for (let column = 0; column < beams.columns; column++) to[first + column] = values[column * stride];
+      for (let column = 0; column < beams.columns; column++) to[first + column] = values[column * everyColumn];
     }
     this.nRows++;
     this.inRow = 0;

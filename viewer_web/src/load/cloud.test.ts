@@ -1,6 +1,6 @@
 import { expect, test } from 'vitest';
 import { cloudPoint } from './cloud.ts';
-import { CloudRows, strideFor, type ThinnedCloud, thinnedBeams } from './cloud-rows.ts';
+import { ALL_BEAMS, CloudRows, type ThinnedCloud, type Thinning, thinnedBeams, thinningFor } from './cloud-rows.ts';
 import { PlanLoadError } from './plan-load-error.ts';
 import type { StageStation } from './stage.ts';
 
@@ -29,8 +29,13 @@ function bytes(): ArrayBuffer {
   return buffer;
 }
 
-function read(buffer: ArrayBuffer, station: StageStation, stride = 1, pieceBytes = 1e9): ThinnedCloud {
-  const rows = new CloudRows(station, stride);
+function read(
+  buffer: ArrayBuffer,
+  station: StageStation,
+  thinning: Thinning = ALL_BEAMS,
+  pieceBytes = 1e9,
+): ThinnedCloud {
+  const rows = new CloudRows(station, thinning);
   const all = new Uint8Array(buffer);
   for (let at = 0; at < all.length; at += pieceBytes) rows.push(all.subarray(at, at + pieceBytes));
   return rows.finish();
@@ -69,16 +74,21 @@ test('a file of another size is told with both sizes', () => {
   expect(() => read(new ArrayBuffer(23), STATION)).toThrow(/23 bytes, expected 24 for 2 x 4/);
 });
 
-test.each([1, 2, 3, 5])('of a cloud every nth row and column is kept, in whatever pieces it comes: %i', (stride) => {
+test.each([
+  [1, 1],
+  [2, 2],
+  [1, 3],
+  [5, 2],
+])('of a cloud every %ith row and %ith column is kept, in whatever pieces it comes', (everyRow, everyColumn) => {
   const [rows, columns] = [7, 11];
   const station = { ...STATION, cloudRows: rows, cloudColumns: columns, elevationsRad: new Float32Array(rows) };
   const all = new Uint8Array(3 * rows * columns).map((_, i) => (i * 37 + 5) % 251);
   const ranges = new Uint16Array(all.slice(0, 2 * rows * columns).buffer);
   for (const pieceBytes of [1, 13, 22, 1000]) {
-    const { cloud } = read(all.buffer, station, stride, pieceBytes);
+    const { cloud } = read(all.buffer, station, { everyRow, everyColumn }, pieceBytes);
     const expected: [number, number][] = [];
-    for (let row = 0; row < rows; row += stride) {
-      for (let column = 0; column < columns; column += stride) {
+    for (let row = 0; row < rows; row += everyRow) {
+      for (let column = 0; column < columns; column += everyColumn) {
         const beam = row * columns + column;
         expected.push([ranges[beam], all[2 * rows * columns + beam]]);
       }
@@ -90,14 +100,16 @@ test.each([1, 2, 3, 5])('of a cloud every nth row and column is kept, in whateve
 
 test('a thinned cloud keeps its directions', () => {
   const station = { ...STATION, azimuthsRad: Float32Array.of(0.25, 0.5) };
-  const beams = thinnedBeams(station, 2);
+  const beams = thinnedBeams(station, { everyRow: 2, everyColumn: 2 });
   expect([beams.rows, beams.columns, beams.azimuthStepRad]).toEqual([1, 2, Math.PI]);
   expect([...beams.azimuthsRad]).toEqual([0.25]);
 });
 
 test('clouds are thinned no more than the number of points asks', () => {
   const station = { ...STATION, cloudRows: 1000, cloudColumns: 2000 };
-  expect(strideFor(station, 1, 2_000_000)).toBe(1);
-  expect(strideFor(station, 1, 1_999_999)).toBe(2);
-  expect(strideFor(station, 20, 8_000_000)).toBe(3);
+  expect(thinningFor(station, 1, 2_000_000)).toEqual(ALL_BEAMS);
+  // Half of the beams are enough to leave out.
+  expect(thinningFor(station, 1, 1_999_999)).toEqual({ everyRow: 1, everyColumn: 2 });
+  expect(thinningFor(station, 1, 999_999)).toEqual({ everyRow: 2, everyColumn: 2 });
+  expect(thinningFor(station, 20, 8_000_000)).toEqual({ everyRow: 2, everyColumn: 3 });
 });

@@ -4,7 +4,7 @@ import type { SerializedBVH } from 'three-mesh-bvh';
 import { NO_TOKEN } from '../api/api-error.ts';
 import { OUT_OF_SCOPE, REASON } from '../heat/layers.ts';
 import { withinScope } from '../heat/scope.ts';
-import { CloudRows, type ThinnedCloud } from './cloud-rows.ts';
+import { CloudRows, type ThinnedCloud, type Thinning } from './cloud-rows.ts';
 import type { StageEdges } from './edges.ts';
 import { decodeValues, type LayersJson, parseLayers } from './layers.ts';
 import { planUrl } from './plan-base.ts';
@@ -75,15 +75,15 @@ export async function fetchScope(
   }
 }
 
-/** The cloud of a station, every nth beam of every nth row. */
+/** The cloud of a station, thinned. */
 export async function fetchCloud(
   base: string,
   station: StageStation,
-  stride: number,
+  thinning: Thinning,
   signal: AbortSignal,
 ): Promise<ThinnedCloud> {
-  const { body } = await request(base, `viewer/${station.cloudUri}`, signal);
-  const rows = new CloudRows(station, stride);
+  const { body } = await request(base, `viewer/${station.cloudUri}`, { signal });
+  const rows = new CloudRows(station, thinning);
   const reader = body.getReader();
   for (let step = await reader.read(); !step.done; step = await reader.read()) rows.push(step.value);
   return rows.finish();
@@ -91,7 +91,7 @@ export async function fetchCloud(
 
 /** What a station sees, one bit a patch. */
 export async function fetchSeen({ base, patchSeen }: LoadedPlan, station: StageStation): Promise<Uint8Array> {
-  const file = station.cloudUri.replace(/^clouds\//, 'seen/').replace(/\.u16$/, '.bits');
+  const file = seenFile(station);
   const bits = new Uint8Array(await fetchBytes(base, `viewer/${file}`));
   const nBytes = Math.ceil(patchSeen.length / 8);
   if (bits.length !== nBytes) {
@@ -99,6 +99,20 @@ export async function fetchSeen({ base, patchSeen }: LoadedPlan, station: StageS
   }
   return bits;
 }
+
+/** Whether a station sees one patch; where the host serves parts of files, one byte of the station's. */
+export async function fetchSeenBit({ base }: LoadedPlan, station: StageStation, patch: number): Promise<boolean> {
+  const byte = patch >> 3;
+  const file = `viewer/${seenFile(station)}`;
+  const { body, status } = await request(base, file, { headers: { Range: `bytes=${byte}-${byte}` } });
+  const bits = new Uint8Array(await new Response(body).arrayBuffer());
+  const value = status === 206 ? bits[0] : bits[byte];
+  if (value === undefined) throw new PlanLoadError(`${file}: too short for patch ${patch}. Write the plan again.`);
+  return ((value >> (patch & 7)) & 1) === 1;
+}
+
+const seenFile = ({ cloudUri }: StageStation): string =>
+  cloudUri.replace(/^clouds\//, 'seen/').replace(/\.u16$/, '.bits');
 
 /** What each requirement would lose without a station, see `parseLost`. */
 export async function fetchLost({ base }: LoadedPlan, station: StageStation): Promise<ArrayBuffer> {
@@ -159,25 +173,25 @@ export async function fetchBytes(
   onShare: (share: number | null) => void = () => undefined,
   signal?: AbortSignal,
 ): Promise<ArrayBuffer> {
-  const { headers, body } = await request(base, path, signal);
+  const { headers, body } = await request(base, path, signal ? { signal } : {});
   const total = headers.has('content-encoding') ? 0 : Number(headers.get('content-length') ?? 0);
   return collect(body, total, onShare);
 }
 
-async function request(base: string, path: string, signal?: AbortSignal) {
-  const response = await fetch(planUrl(base, path), signal ? { signal } : {}).catch((error: unknown) => {
-    if (signal?.aborted) throw error;
+async function request(base: string, path: string, asked: RequestInit) {
+  const response = await fetch(planUrl(base, path), asked).catch((error: unknown) => {
+    if (asked.signal?.aborted) throw error;
     throw new PlanLoadError(`${path}: the server does not answer. Is \`tlsplan view\` still running?`);
   });
   if (response.status === 404) {
     throw new MissingFileError(`${path}: the server answered 404. The plan folder is not complete; write it again.`);
   }
-  const { body, headers } = response;
+  const { body, headers, status } = response;
   if (response.status === 401) throw new PlanLoadError(NO_TOKEN);
   if (!response.ok || body === null) {
     throw new PlanLoadError(`${path}: the server answered ${response.status}. ${await response.text()}`);
   }
-  return { headers, body };
+  return { headers, body, status };
 }
 
 async function collect(body: ReadableStream<Uint8Array>, total: number, onShare: (share: number | null) => void) {

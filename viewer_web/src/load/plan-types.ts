@@ -990,6 +990,10 @@ export interface SealedSection {
    * @maxItems 3
    */
   inside: [number, number, number];
+  /**
+   * Its ground in plan: no two share more than an edge. Plans of older versions have none.
+   */
+  rectangles: [[number, number], [number, number]][];
 }
 /**
  * Everything else that decided the plan, and the size of the problem.

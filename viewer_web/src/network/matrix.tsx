@@ -5,6 +5,7 @@ import { percentDown } from '../panels/figures.ts';
 import type { ShownStation } from '../stations/shown.ts';
 import type { Store } from '../store.ts';
 import { type Counting, counts } from './graph.ts';
+import { inkOn } from './ink.ts';
 import { type Rim, rimOf } from './matrix-rim.ts';
 import type { Pair } from './state.ts';
 import { overlapColor, strengthColor, strengthInWords } from './strength.ts';
@@ -13,12 +14,16 @@ import './network.css';
 
 /** Width of the sheet's, about. */
 const SHEET_PX = 520;
+/** Of a cell in which a figure is read. */
+const FIGURES_PX = 40;
 
 interface MatrixProps {
   readonly store: Store;
   readonly counting: Counting;
   /** In pixels; nothing told: that of the sheet. */
   readonly width?: number;
+  /** Overlap and strength in figures, in cells as large as that takes. */
+  readonly hasFigures?: boolean;
 }
 
 interface Cell {
@@ -26,12 +31,13 @@ interface Cell {
   readonly column: number;
 }
 
-export function Matrix({ store, counting, width = SHEET_PX }: MatrixProps) {
+export function Matrix({ store, counting, width: widthPx = SHEET_PX, hasFigures = false }: MatrixProps) {
   const [cursor, setCursor] = useState<Cell | null>(null);
   const stations = store.shownStations.value;
   const n = stations.length;
   const place = new Map(stations.map(({ id }, i) => [id, i]));
   const linkAt = new Map(store.shownLinks.value.map((link) => [keyOf(place, link.a, link.b), link]));
+  const width = hasFigures ? Math.max(widthPx, (n + 1) * FIGURES_PX) : widthPx;
   const nFigures = Math.max(1, ...stations.map(({ order }) => String(order).length));
   const rims = rimOf(n, width, nFigures);
   const rim = rims.width;
@@ -59,11 +65,12 @@ export function Matrix({ store, counting, width = SHEET_PX }: MatrixProps) {
     event.stopPropagation();
   };
   return (
-    <div class="matrix">
+    <div class={hasFigures ? 'matrix matrix-figures' : 'matrix'}>
       <svg
         role="application"
         aria-label="Matrix of overlap and strength of all pairs of stations. Arrow keys move, Enter chooses a pair."
         tabindex={0}
+        {...(hasFigures ? { style: { minWidth: `${width}px` } } : {})}
         viewBox={`${-rim} ${-rim} ${n + rim} ${n + rim}`}
         onPointerMove={(event) => setCursor(cellOf(event))}
         onPointerLeave={() => setCursor(null)}
@@ -78,6 +85,7 @@ export function Matrix({ store, counting, width = SHEET_PX }: MatrixProps) {
             place={place}
             counting={counting}
             isDark={store.isDark.value}
+            hasFigures={hasFigures}
           />
         ))}
         {stations.map(({ id }, i) => (
@@ -122,20 +130,37 @@ interface CellsProps {
   readonly place: ReadonlyMap<string, number>;
   readonly counting: Counting;
   readonly isDark: boolean;
+  readonly hasFigures: boolean;
 }
 
 /** Both cells of a link; what doesn't count is smaller. */
-function Cells({ link, place, counting, isDark }: CellsProps) {
+function Cells({ link, place, counting, isDark, hasFigures }: CellsProps) {
   const [a, b] = [place.get(link.a), place.get(link.b)];
   if (a === undefined || b === undefined) return null;
   const [low, high] = [Math.min(a, b), Math.max(a, b)];
-  const margin = counts(link, counting) ? 0.04 : 0.28;
+  const isCounting = counts(link, counting);
+  const margin = isCounting ? 0.04 : hasFigures ? 0.14 : 0.28;
   const size = 1 - 2 * margin;
+  const [overlap, strength] = [overlapColor(link.overlap, isDark), strengthColor(link.strength, isDark)];
   return (
     <>
-      <rect x={high + margin} y={low + margin} width={size} height={size} fill={overlapColor(link.overlap, isDark)} />
-      <rect x={low + margin} y={high + margin} width={size} height={size} fill={strengthColor(link.strength, isDark)} />
+      <rect x={high + margin} y={low + margin} width={size} height={size} fill={overlap} />
+      <rect x={low + margin} y={high + margin} width={size} height={size} fill={strength} />
+      {hasFigures && (
+        <CellFigure x={high} y={low} on={overlap} words={percentDown(link.overlap).replace(/\.\d %$/, '')} />
+      )}
+      {hasFigures && link.strength !== null && (
+        <CellFigure x={low} y={high} on={strength} words={link.strength.toFixed(link.strength < 0.01 ? 3 : 2)} />
+      )}
     </>
+  );
+}
+
+function CellFigure({ x, y, on, words }: { x: number; y: number; on: string; words: string }) {
+  return (
+    <text class="matrix-figure" x={x + 0.5} y={y + 0.5} font-size={words.length > 4 ? 0.22 : 0.27} fill={inkOn(on)}>
+      {words}
+    </text>
   );
 }
 

@@ -10,7 +10,7 @@ import { Graph } from './graph-view.tsx';
 import { LinkList } from './link-list.tsx';
 import { Matrix } from './matrix.tsx';
 import { strengthInWords } from './strength.ts';
-import { StrengthLegend } from './strength-legend.tsx';
+import { OverlapLegend, StrengthLegend } from './strength-legend.tsx';
 
 type Picture = 'graph' | 'matrix';
 
@@ -53,7 +53,10 @@ export function NetworkTab({ store }: { store: Store }) {
             <GraphKey />
           </>
         ) : (
-          <Matrix store={store} counting={counting} width={WIDTH} />
+          <>
+            <Matrix store={store} counting={counting} width={WIDTH} />
+            <OverlapLegend isDark={store.isDark.value} threshold={counting.threshold} />
+          </>
         )}
         <StrengthLegend isDark={store.isDark.value} />
       </Section>

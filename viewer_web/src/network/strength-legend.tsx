@@ -1,11 +1,13 @@
 /** What the colours of links mean. */
-import { STRENGTH_ENDS, strengthColor } from './strength.ts';
+import { askedPercent } from '../panels/figures.ts';
+import { overlapColor, STRENGTH_ENDS, strengthColor } from './strength.ts';
 
 export function StrengthLegend({ isDark }: { isDark: boolean }) {
   const [weak, strong] = STRENGTH_ENDS;
   const steps = [...Array(24).keys()];
   return (
     <div class="strength-legend">
+      <span class="legend-name">Strength</span>
       <span class="muted">weak {weak}</span>
       <svg viewBox="0 0 24 1" preserveAspectRatio="none" shape-rendering="crispEdges" aria-hidden="true">
         {steps.map((i) => (
@@ -13,6 +15,23 @@ export function StrengthLegend({ isDark }: { isDark: boolean }) {
         ))}
       </svg>
       <span class="muted">{strong} strong</span>
+    </div>
+  );
+}
+
+/** What the colours above the diagonal of the matrix mean, and from which overlap on a link counts. */
+export function OverlapLegend({ isDark, threshold }: { isDark: boolean; threshold: number }) {
+  const steps = [...Array(24).keys()];
+  return (
+    <div class="strength-legend" data-testid="overlap-legend">
+      <span class="legend-name">Overlap</span>
+      <span class="muted">0 %</span>
+      <svg viewBox="0 0 24 1" preserveAspectRatio="none" shape-rendering="crispEdges" aria-hidden="true">
+        {steps.map((i) => (
+          <rect key={i} x={i} width="1.1" height="1" fill={overlapColor(i / 23, isDark)} />
+        ))}
+      </svg>
+      <span class="muted">100 %; links count from {askedPercent(threshold)}</span>
     </div>
   );
 }

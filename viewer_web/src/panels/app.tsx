@@ -3,11 +3,15 @@ import { useEffect, useRef, useState } from 'preact/hooks';
 import { DraftBar } from '../edit/draft-bar.tsx';
 import { EditLayer } from '../edit/edit-layer.tsx';
 import { Messages } from '../edit/messages.tsx';
+import { SelectionCard } from '../edit/selection-card.tsx';
 import { FieldButton } from '../field/field-button.tsx';
 import { FieldView } from '../field/field-view.tsx';
 import { Legend } from '../heat/legend.tsx';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
+import { MeasureLayer } from '../measure/measure-layer.tsx';
+import { PlanScale } from '../measure/plan-grid.tsx';
+import { SiteTools } from '../measure/site-tools.tsx';
 import { PairCard } from '../network/pair-card.tsx';
 import { RunBanner } from '../runs/run-banner.tsx';
 import { PlanView } from '../scene/plan-view.ts';
@@ -16,6 +20,7 @@ import { Markers } from '../stations/markers.tsx';
 import { StationCard } from '../stations/station-card.tsx';
 import type { Store } from '../store.ts';
 import { WalkPanel } from '../walk/walk-panel.tsx';
+import { KeyCursor } from './key-cursor.tsx';
 import { listenToKeys } from './keys.ts';
 import { printPicture } from './print-picture.ts';
 import { Sheet } from './sheet.tsx';
@@ -106,18 +111,24 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
         <div class="scene">
           <canvas
             ref={canvas}
-            aria-label="The building in 3D. Drag to rotate, scroll to zoom, click a floor to open it. By keys: Q and E turn, R and F tilt, plus and minus zoom."
+            tabIndex={0}
+            aria-label="The building in 3D. Drag to rotate, scroll to zoom, click a floor to open it. By keys: Q and E turn, R and F tilt, plus and minus zoom, arrows move a cross, Space clicks there."
           />
+          {view !== null && <MeasureLayer store={store} loaded={loaded} view={view} />}
+          {view !== null && store.measuring.tool.value === null && <KeyCursor canvas={canvas} />}
           {view !== null && <Markers store={store} view={view} />}
           {view !== null && <Toolbar store={store} view={view} />}
           {view !== null && <EditLayer store={store} loaded={loaded} view={view} />}
+          {view !== null && <SiteTools store={store} view={view} />}
           <div class="corner">
+            {view !== null && <PlanScale store={store} view={view} />}
             {view !== null && <CoveredNote store={store} view={view} />}
             <Legend store={store} />
             {view !== null && <WalkPanel store={store} view={view} />}
           </div>
           <div class="cards">
             {showsStationCard(store) && <StationCard store={store} view={view} />}
+            <SelectionCard store={store} />
             <PairCard store={store} />
             <SurfaceCard store={store} view={view} />
           </div>

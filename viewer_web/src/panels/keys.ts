@@ -42,6 +42,8 @@ function act(key: string, store: Store, view: PlanView): boolean {
   else if (key === 'Escape') store.clear();
   else if (key === 'h') view.showAll('side');
   else if (key === 't') view.showAll('top');
+  else if (key === 'p') view.showPlan();
+  else if (key === 'm') document.getElementById('site-tool-measure')?.click();
   else if (key === 'w') view.startWalk();
   else return !store.isWalking.peek() && turn(key.toLowerCase(), view);
   return true;

@@ -1,10 +1,11 @@
 /** A sheet over the canvas for what needs more room than the sidebar has. */
+import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
-import { countingOf, networkOf } from '../network/graph.ts';
+import { type Counting, countingOf, networkOf } from '../network/graph.ts';
 import { Graph } from '../network/graph-view.tsx';
 import { Matrix } from '../network/matrix.tsx';
 import { GraphKey } from '../network/network-tab.tsx';
-import { StrengthLegend } from '../network/strength-legend.tsx';
+import { OverlapLegend, StrengthLegend } from '../network/strength-legend.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import { Panorama } from '../stations/panorama.tsx';
 import type { Store } from '../store.ts';
@@ -39,7 +40,8 @@ export function Sheet({ store, view }: { store: Store; view: PlanView | null }) 
           ×
         </button>
       </header>
-      <div class="sheet-page">
+      {/* biome-ignore lint/a11y/noNoninteractiveTabindex: it scrolls, and arrows scroll what has the focus. */}
+      <div class="sheet-page" tabIndex={0}>
         {id === 'panorama' ? <Panorama store={store} view={view} /> : <Network store={store} id={id} />}
       </div>
     </section>
@@ -59,9 +61,29 @@ function Network({ store, id }: { store: Store; id: SheetId }) {
           <GraphKey />
         </>
       ) : (
-        <Matrix store={store} counting={counting} />
+        <MatrixWithFigures store={store} counting={counting} />
       )}
       <StrengthLegend isDark={store.isDark.value} />
+    </>
+  );
+}
+
+function MatrixWithFigures({ store, counting }: { store: Store; counting: Counting }) {
+  const hasFigures = useSignal(true);
+  return (
+    <>
+      <label class="check">
+        <input
+          type="checkbox"
+          checked={hasFigures.value}
+          onChange={(event) => {
+            hasFigures.value = event.currentTarget.checked;
+          }}
+        />
+        Figures: overlap in percent above the diagonal, strength below it
+      </label>
+      <Matrix store={store} counting={counting} hasFigures={hasFigures.value} />
+      <OverlapLegend isDark={store.isDark.value} threshold={counting.threshold} />
     </>
   );
 }

@@ -1,8 +1,10 @@
 /** What was clicked in the building. */
 import type { ElementCoverage } from '../heat/element-coverage.ts';
 import { NOT_ASKED_CLASS } from '../heat/layers.ts';
+import { siteOf, siteWords } from '../measure/site.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Picked } from '../scene/state.ts';
+import { AddStationHere, SightList } from '../sights/sight-list.tsx';
 import type { Store } from '../store.ts';
 import { Card } from './card.tsx';
 import { areaWords, coordinatesWords, counted, kindInWords, percent, unitName } from './figures.ts';
@@ -14,6 +16,8 @@ export function SurfaceCard({ store, view }: { store: Store; view: PlanView | nu
   if (picked === null) return null;
   const floorName = (id: string): string => floors.find((floor) => floor.id === id)?.name ?? id;
   const { element, groundOf } = picked;
+  const scene = store.loaded.value?.plan.scene;
+  const site = scene === undefined ? null : siteOf(scene);
   // The layer may have changed since the click.
   const isLayerShown = store.layerState.value.kind === 'shown';
   const shown = isLayerShown ? (view?.layerAt(picked.patch) ?? null) : null;
@@ -39,7 +43,10 @@ export function SurfaceCard({ store, view }: { store: Store; view: PlanView | nu
           value={coordinatesWords(picked.pointM)}
           hint={`Scene coordinates x, y, z in ${unitName()}`}
         />
+        {site !== null && <Figure name="Site" value={siteWords(site, picked.pointM)} hint={site.name} />}
       </dl>
+      <SightList store={store} />
+      <AddStationHere store={store} picked={picked} />
     </Card>
   );
 }

@@ -1,6 +1,7 @@
 /** How the building is painted and looked at. */
 import { PLAIN } from '../heat/layers.ts';
 import type { PlanView } from '../scene/plan-view.ts';
+import { ShareMenu } from '../share/share-menu.tsx';
 import type { Store } from '../store.ts';
 import { chooseUnits, units } from './units.ts';
 
@@ -63,6 +64,7 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
         <button type="button" class="tool" title="Top view (T)" onClick={() => view.showAll('top')}>
           Top
         </button>
+        <ShareMenu store={store} view={view} />
       </div>
     </div>
   );

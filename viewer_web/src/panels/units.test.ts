@@ -1,7 +1,7 @@
 import { afterEach, expect, test } from 'vitest';
 import { quantity } from '../heat/quantity.ts';
 import { areaWords, coordinatesWords, coordinateWords, heightWords, lengthWords, unitName } from './figures.ts';
-import { chooseUnits, feetAndInches, restoreUnits, units } from './units.ts';
+import { chooseUnits, feetAndInches, parseLengthM, restoreUnits, units } from './units.ts';
 
 function storage(): { getItem: (key: string) => string | null; setItem: (key: string, value: string) => void } {
   const kept = new Map<string, string>();
@@ -56,4 +56,17 @@ test('the browser keeps what was chosen', () => {
   kept.setItem('tlsplan-units', 'furlongs');
   restoreUnits(kept);
   expect(units.value).toBe('m');
+});
+
+test('a typed length is read in the chosen unit, with either decimal mark, and as feet and inches', () => {
+  expect(['12.5', ' 12,5 ', '-3', '−0.25', '.5'].map((typed) => parseLengthM(typed))).toEqual([
+    12.5, 12.5, -3, -0.25, 0.5,
+  ]);
+  expect(parseLengthM(`5' 3 1/2"`)).toBeCloseTo(1.6129, 9);
+  expect(parseLengthM(`-2'`)).toBeCloseTo(-0.6096, 9);
+  for (const typed of ['', 'x', '1.2.3', '1,234.5', '1e3', '5 m', '--1']) expect(parseLengthM(typed), typed).toBeNull();
+  units.value = 'ft';
+  expect(parseLengthM('10')).toBeCloseTo(3.048, 9);
+  // What is shown can be typed back.
+  for (const m of [0.3048, 1.5, 4.2672]) expect(parseLengthM(feetAndInches(m))).toBeCloseTo(m, 2);
 });

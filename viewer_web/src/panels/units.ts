@@ -31,3 +31,15 @@ export function feetAndInches(m: number, parts = 8): string {
   const sign = m < 0 && count > 0 ? '−' : '';
   return `${sign}${feet}' ${inches}${part > 0 ? ` ${over}/${under}` : ''}"`;
 }
+
+/** What is typed as a length, in metres: a number of the chosen unit, of `unitM` metres each, or `5' 3 1/4"`; null: it is none. */
+export function parseLengthM(typed: string, unitM = units.value === 'm' ? 1 : FOOT_M): number | null {
+  const text = typed.trim().replace('−', '-').replace(',', '.');
+  const inFeet = /^(-?)(\d+)'\s*(?:(\d+)(?:\s+(\d+)\/(\d+))?\s*"?)?$/.exec(text);
+  if (inFeet !== null) {
+    const [feet, inches, part, whole] = inFeet.slice(2).map((digits) => Number(digits ?? 0));
+    const m = feet * FOOT_M + (inches + (whole > 0 ? part / whole : 0)) * INCH_M;
+    return inFeet[1] === '-' ? -m : m;
+  }
+  return /^-?(\d+\.?\d*|\.\d+)$/.test(text) ? Number(text) * unitM : null;
+}

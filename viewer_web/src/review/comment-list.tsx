@@ -4,7 +4,7 @@ import { timeInWords } from '../api/conflict-words.ts';
 import type { Comment, Review } from '../api/documents.ts';
 import { type ReviewClient, UNNAMED } from '../api/review-client.ts';
 import { localOf } from '../edit/draft.ts';
-import { canEdit } from '../edit/readiness.ts';
+import { canComment } from '../edit/readiness.ts';
 import { floorAt } from '../edit/review-areas.ts';
 import { Section } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
@@ -23,7 +23,7 @@ export function CommentList({ store, reviewClient, review, view }: CommentListPr
   const nOpen = comments.filter(({ resolved }) => !resolved).length;
   return (
     <Section title="Comments" aside={comments.length === 0 ? '' : `${nOpen} open`}>
-      {canEdit(store) && <NewComment store={store} reviewClient={reviewClient} />}
+      {canComment(store) && <NewComment store={store} reviewClient={reviewClient} />}
       <ul class="comments" aria-label="Comments">
         {comments.map((comment) => (
           <CommentEntry key={comment.id} store={store} reviewClient={reviewClient} comment={comment} view={view} />
@@ -117,7 +117,7 @@ function CommentEntry({ store, reviewClient, comment, view }: CommentEntryProps)
   const { id, author, time, resolved, text } = comment;
   const [edited, setEdited] = useState<string | null>(null);
   const isMine = author === (reviewClient.author.value.trim() || UNNAMED);
-  const mayChange = canEdit(store);
+  const mayChange = canComment(store);
   const place = placeInWords(store, comment);
   return (
     <li class={resolved ? 'comment comment-resolved' : 'comment'} data-comment={id}>

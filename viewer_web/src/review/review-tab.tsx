@@ -2,9 +2,10 @@
 import '../edit/edit.css';
 import { AuthorField } from './author-field.tsx';
 import { CommentList } from './comment-list.tsx';
+import { FieldResultSection } from './field-result-section.tsx';
 import { LastChanges } from './last-changes.tsx';
 import './review.css';
-import { whyNoEditing } from '../edit/readiness.ts';
+import { whyNoComments } from '../edit/readiness.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -20,7 +21,7 @@ interface ReviewTabProps {
 export function ReviewTab({ store, view }: ReviewTabProps) {
   const { reviewClient } = store;
   const review = reviewClient?.review.value ?? null;
-  const refusal = whyNoEditing(store);
+  const refusal = whyNoComments(store);
   const isOther = store.planBase.value !== OWN_PLAN;
   return (
     <>
@@ -30,6 +31,7 @@ export function ReviewTab({ store, view }: ReviewTabProps) {
           {refusal === null && <AuthorField reviewClient={reviewClient} />}
           <CommentList store={store} reviewClient={reviewClient} review={review} view={view} />
           <VerdictList store={store} reviewClient={reviewClient} review={review} />
+          {refusal === null && <FieldResultSection store={store} reviewClient={reviewClient} />}
           <SignOffSection store={store} reviewClient={reviewClient} review={review} />
           <LastChanges review={review} />
         </>

@@ -4,7 +4,7 @@ import { timeInWords } from '../api/conflict-words.ts';
 import type { Review } from '../api/documents.ts';
 import type { ReviewClient } from '../api/review-client.ts';
 import { stationsOf } from '../edit/draft-follower.ts';
-import { canEdit } from '../edit/readiness.ts';
+import { canComment, canEdit, whyNoEditing } from '../edit/readiness.ts';
 import { totalsBeside } from '../edit/totals-beside.ts';
 import { counted } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
@@ -30,6 +30,7 @@ export function SignOffSection({ store, reviewClient, review }: SignOffProps) {
       )}
       <ConcernList concerns={concerns} />
       {canEdit(store) && signed === null && <SignForm reviewClient={reviewClient} concerns={concerns} />}
+      {canComment(store) && !canEdit(store) && <p class="hint">{whyNoEditing(store)}</p>}
     </Section>
   );
 }

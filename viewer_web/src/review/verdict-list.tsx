@@ -3,7 +3,7 @@ import { timeInWords } from '../api/conflict-words.ts';
 import type { Review } from '../api/documents.ts';
 import type { ReviewClient } from '../api/review-client.ts';
 import { stationsOf } from '../edit/draft-follower.ts';
-import { canEdit } from '../edit/readiness.ts';
+import { canComment } from '../edit/readiness.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { clearVerdict, countVerdicts, setVerdict } from './remarks.ts';
@@ -21,7 +21,7 @@ export function VerdictList({ store, reviewClient, review }: VerdictListProps) {
     stations.map(({ id }) => id),
   );
   const open = stations.filter(({ id }) => review.verdicts[id] === undefined);
-  const mayChange = canEdit(store);
+  const mayChange = canComment(store);
   return (
     <Section title="Stations" aside={`${counts.accepted} accepted, ${counts.rejected} rejected, ${counts.open} open`}>
       <ul class="verdicts" aria-label="Verdicts">

@@ -2,7 +2,7 @@
 import { useEffect } from 'preact/hooks';
 import { CompareSection } from '../compare/compare-section.tsx';
 import '../edit/edit.css';
-import { whyNoServer } from '../edit/readiness.ts';
+import { COMMENT_ONLY, whyNoServer } from '../edit/readiness.ts';
 import { Section } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -24,11 +24,14 @@ export function RunsTab({ store }: RunsTabProps) {
   }, [reviewClient, session]);
   if (reviewClient === null) return null;
   if (session === null) return <p class="callout">{whyNoServer(reviewClient)}</p>;
+  const mayChange = !session.read_only && !session.comment_only;
   const runs = [...reviewClient.runs.value].reverse();
   return (
     <>
       {session.read_only ? (
         <p class="callout">The server was started with --read-only. Restart it without this option to plan here.</p>
+      ) : session.comment_only ? (
+        <p class="callout">{COMMENT_ONLY}</p>
       ) : (
         <RunFormSection store={store} reviewClient={reviewClient} />
       )}
@@ -36,7 +39,7 @@ export function RunsTab({ store }: RunsTabProps) {
         {runs.length === 0 && <p class="muted">No runs yet.</p>}
         <ul class="runs" aria-label="Runs">
           {runs.map((run) => (
-            <RunCard key={run.id} store={store} reviewClient={reviewClient} run={run} mayChange={!session.read_only} />
+            <RunCard key={run.id} store={store} reviewClient={reviewClient} run={run} mayChange={mayChange} />
           ))}
         </ul>
       </Section>

@@ -3,6 +3,7 @@ import { BackSide, DoubleSide, FrontSide, GLSL3, GreaterDepth, type IUniform, Sh
 import { FLAT_COS, type Slice } from '../floors/cut.ts';
 import { NOT_ASKED } from '../heat/layers.ts';
 import { PATCH_CODE_GLSL } from '../load/patch-rule.ts';
+import { CUT_GLSL } from '../section/cut-uniforms.ts';
 import { TEXTURE_WIDTH } from './patch-values.ts';
 
 const SURFACE_VERTEX = /* glsl */ `
@@ -34,6 +35,7 @@ precision highp int;
 uniform highp usampler2D patchSeen, patchValues, patchMarks;
 uniform sampler2D colors; // 256 texels: of each class, or along the ramp
 uniform vec3 slice; // lowest, highest, and the height above which nothing flat is drawn
+${CUT_GLSL}
 uniform int paintMode; // 0 plain, 1 classes, 2 ramp
 uniform bool hasMarks;
 uniform bool isGhost; // the pass that draws nothing but marked patches, through whatever hides them
@@ -72,7 +74,7 @@ bool isMarked() {
 void main() {
   // Flat shading from the geometry itself; sign-free, since a surface's two sides look alike.
   vec3 normal = abs(normalize(cross(dFdx(vLocal), dFdy(vLocal))));
-  if (vLocal.z < slice.x || vLocal.z > slice.y || (vLocal.z > slice.z && normal.z > ${FLAT_COS})) discard;
+  if (isCutAway(vLocal) || vLocal.z < slice.x || vLocal.z > slice.y || (vLocal.z > slice.z && normal.z > ${FLAT_COS})) discard;
   if (isGhost) {
     if (!isMarked()) discard;
     fragColor = vec4(markColor, 0.3);
@@ -94,9 +96,9 @@ void main() {
 `;
 
 const LINE_VERTEX = /* glsl */ `
-out float vHeight;
+out vec3 vLocal;
 void main() {
-  vHeight = position.z;
+  vLocal = position;
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
 }
 `;
@@ -105,10 +107,11 @@ precision highp float;
 uniform vec3 slice;
 uniform vec3 lineColor;
 uniform float opacity;
-in float vHeight;
+in vec3 vLocal;
 out vec4 fragColor;
+${CUT_GLSL}
 void main() {
-  if (vHeight < slice.x || vHeight > slice.y) discard;
+  if (isCutAway(vLocal) || vLocal.z < slice.x || vLocal.z > slice.y) discard;
   fragColor = vec4(lineColor, opacity);
 }
 `;

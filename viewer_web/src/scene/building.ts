@@ -22,6 +22,7 @@ import {
 import type { Slice } from '../floors/cut.ts';
 import type { PatchValues } from '../heat/layers.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
+import { type CutUniforms, cutUniforms } from '../section/cut-uniforms.ts';
 import { sliceMaterials } from './building-materials.ts';
 import { type Chunk, lineChunks, reaches, surfaceChunks } from './chunks.ts';
 import type { Palette } from './palette.ts';
@@ -56,7 +57,9 @@ export class Building {
   private values: PatchTexture;
   /** Shared by the materials of all slices: three reads the same objects. */
   private readonly uniforms;
-  private readonly lineUniforms = { lineColor: { value: new Color() }, opacity: { value: 0.5 } };
+  /** What a section takes away; others that draw with the building share it. */
+  readonly cut: CutUniforms = cutUniforms();
+  private readonly lineUniforms = { ...this.cut, lineColor: { value: new Color() }, opacity: { value: 0.5 } };
   private materials: ShaderMaterial[] = [];
   /** Of each slice: the marked patches once more, seen through what hides them. */
   private ghosts: Mesh[] = [];
@@ -80,6 +83,7 @@ export class Building {
     this.values = this.seen;
     this.marks = new PatchTexture(new Uint8Array(1));
     this.uniforms = {
+      ...this.cut,
       triangleShape: { value: shapeTexture },
       triangleNumbers: { value: numberTexture },
       patchSeen: { value: this.seen.texture },

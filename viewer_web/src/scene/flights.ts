@@ -1,9 +1,10 @@
 /** Where the camera goes: to all that is shown, to what is chosen, and where the address says that it was left by hand. */
-import { computed, effect, untracked } from '@preact/signals';
+import { batch, computed, effect, untracked } from '@preact/signals';
 import { Ray, Vector3 } from 'three';
 import { extentOf, sliceOfFloor, WHOLE_BUILDING } from '../floors/cut.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import type { Pair } from '../network/state.ts';
+import { facingOf, isKept } from '../section/planes.ts';
 import type { Direction } from '../stations/panorama-image.ts';
 import type { ShownStation } from '../stations/shown.ts';
 import type { Store } from '../store.ts';
@@ -41,6 +42,7 @@ export class Flights {
     this.followStation();
     this.followUnseen();
     this.followCamera();
+    this.followSection();
   }
 
   dispose(): void {
@@ -52,7 +54,8 @@ export class Flights {
     const { slices, extents } = this.deck.store;
     const boxes = extents.peek();
     if (boxes === null) return;
-    this.deck.viewport.showAll(extentOf(slices.peek(), boxes.whole, boxes.grounds), from, isInstant);
+    const drawn = extentOf(slices.peek(), boxes.whole, boxes.grounds);
+    this.deck.viewport.showAll(this.deck.store.sectionBox.peek() ?? drawn, from, isInstant);
   }
 
   /** Look from a station's sensor in a direction. */
@@ -60,6 +63,7 @@ export class Flights {
     const station = this.deck.store.shownStations.peek().find(({ id }) => id === stationId);
     const position = station && drawnPlace(this.deck.store, station);
     if (!position) return;
+    this.endFlat();
     const flat = Math.cos(elevationRad);
     const ahead = new Vector3(flat * Math.cos(azimuthRad), flat * Math.sin(azimuthRad), Math.sin(elevationRad));
     this.deck.viewport.flyTo({ position, target: position.clone().add(ahead) });
@@ -78,7 +82,10 @@ export class Flights {
       effect(() => {
         store.floorId.value;
         store.isSpread.value;
-        if (store.stationId.peek() === null || isFirst) this.showAll('side', isFirst);
+        const from = store.isPlanView.peek() ? 'top' : 'side';
+        // A section is looked at squarely, see below.
+        const isLeft = store.stationId.peek() !== null || store.isFacing.peek();
+        if (!isLeft || isFirst) this.showAll(from, isFirst);
         isFirst = false;
       }),
     );
@@ -117,6 +124,27 @@ export class Flights {
     );
   }
 
+  /** Squarely at the section along a line, and from beside when that ends. */
+  private followSection(): void {
+    const { store, viewport } = this.deck;
+    let wasFacing = false;
+    this.endings.push(
+      effect(() => {
+        const [line, isFacing] = [store.sectionLine.value, store.isFacing.value];
+        const whole = store.extents.peek()?.whole;
+        if (line !== null && isFacing && whole !== undefined) {
+          const { fromM, toM } = line;
+          const middle = [fromM[0] + toM[0], fromM[1] + toM[1], whole.minM[2] + whole.maxM[2]].map((x) => x / 2);
+          const widthM = Math.hypot(toM[0] - fromM[0], toM[1] - fromM[1]);
+          untracked(() => viewport.face(new Vector3(...middle), facingOf(line), widthM, whole.maxM[2] - whole.minM[2]));
+        } else if (wasFacing && line !== null && !store.isPlanView.peek())
+          untracked(() => viewport.orbit(0.5, -0.5, 1));
+        else if (wasFacing) untracked(() => this.showAll(store.isPlanView.value ? 'top' : 'side'));
+        wasFacing = line !== null && isFacing;
+      }),
+    );
+  }
+
   /** The address says where the camera was left by hand; the choice of a floor or station overrules it. */
   private followCamera(): void {
     const { store, viewport } = this.deck;
@@ -138,6 +166,14 @@ export class Flights {
         startsWalking.value = false;
       }),
     );
+  }
+
+  /** Views from anywhere have perspective. */
+  private endFlat(): void {
+    batch(() => {
+      this.deck.store.isPlanView.value = false;
+      this.deck.store.isFacing.value = false;
+    });
   }
 
   private flyToStation(station: ShownStation): void {
@@ -172,6 +208,7 @@ export class Flights {
       isOpen: (fromM, toM) => this.isOpen(fromM, toM, liftM),
     });
     for (const point of [view.position, view.target]) point.z += liftM;
+    this.endFlat();
     viewport.flyTo(view);
   }
 
@@ -198,10 +235,10 @@ export class Flights {
   }
 }
 
-/** Where a station is drawn; null: its floor is not shown. */
+/** Where a station is drawn; null: its floor is not shown, or a section takes it away. */
 export function drawnPlace(store: Store, { floorId, positionM }: ShownStation): Vector3 | null {
   const slice = sliceOfFloor(store.slices.peek(), floorId);
   if (slice === undefined) return null;
   const [x, y, z] = positionM;
-  return new Vector3(x, y, z + slice.liftM);
+  return isKept(slice.planes ?? [], positionM) ? new Vector3(x, y, z + slice.liftM) : null;
 }

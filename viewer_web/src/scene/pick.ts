@@ -1,7 +1,8 @@
 /** Which surface lies under the pointer: a ray against the merged triangles, through the slices that are drawn. */
-import { BufferAttribute, BufferGeometry, DoubleSide, Ray, Vector3 } from 'three';
+import { BufferAttribute, BufferGeometry, DoubleSide, Ray, Sphere, Vector3 } from 'three';
 import { MeshBVH, type SerializedBVH } from 'three-mesh-bvh';
 import { FLAT_COS, type Slice } from '../floors/cut.ts';
+import { keptOfRay } from '../section/planes.ts';
 
 /** Whether a ray goes on behind a triangle. */
 export type IsPassed = (triangle: number) => boolean;
@@ -42,6 +43,20 @@ export class SurfacePicker {
     return best;
   }
 
+  /** Triangles that come as near to a place as this; local frame, metres. */
+  trianglesNear(pointM: Vector3, radiusM: number): number[] {
+    const near = new Sphere(pointM, radiusM);
+    const found: number[] = [];
+    this.bvh.shapecast({
+      intersectsBounds: (box) => near.intersectsBox(box),
+      intersectsTriangle: (triangle, index) => {
+        if (triangle.closestPointToPoint(pointM, new Vector3()).distanceTo(pointM) <= radiusM) found.push(index);
+        return false;
+      },
+    });
+    return found;
+  }
+
   private firstInSlice(ray: Ray, slice: Slice, farM: number, isPassed: IsPassed): SurfaceHit | null {
     // Start where the ray enters the slice, and from there on look past nothing: what it meets before is cut away.
     const up = ray.direction.z;
@@ -52,7 +67,8 @@ export class SurfacePicker {
     const near = isLevel ? 0 : Math.max(0, Math.min(toBottom, toTop));
     const far = isLevel ? farM : Math.min(farM, Math.max(toBottom, toTop));
     if (!(near < far)) return null;
-    return this.firstDrawn(ray, slice, near, far, isPassed);
+    const kept = keptOfRay(slice.planes ?? [], ray.origin.toArray(), ray.direction.toArray(), near, far);
+    return kept === null ? null : this.firstDrawn(ray, slice, kept[0], kept[1], isPassed);
   }
 
   /** Past ceilings that are not drawn, and past what the caller passes. */

@@ -1,41 +1,38 @@
 /** The 3D side of the viewer: follows the store's signals, and tells it what was clicked. */
-import { computed, effect, untracked } from '@preact/signals';
-import { type Object3D, Ray, Vector3 } from 'three';
+import { batch, computed, effect, untracked } from '@preact/signals';
+import { type Object3D, type Ray, Vector3 } from 'three';
 import { hiddenTriangles } from '../files/state.ts';
-import { sliceOfFloor } from '../floors/cut.ts';
+import { sliceOfFloor, WHOLE_BUILDING } from '../floors/cut.ts';
 import { coverageOf, type ElementCoverage } from '../heat/element-coverage.ts';
-import { NOT_ACHIEVABLE, NOT_ASKED, type PatchValues, TIMES_SEEN, valuesOf } from '../heat/layers.ts';
+import { type PatchValues, TIMES_SEEN, valuesOf } from '../heat/layers.ts';
 import { MarkFollower } from '../heat/mark-follower.ts';
 import { PatchPaint } from '../heat/patch-paint.ts';
 import { quantity } from '../heat/quantity.ts';
-import { normalOf } from '../load/edges.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
-import { patchCode } from '../load/patch-rule.ts';
-import type { PlanLink } from '../load/plan-json.ts';
-import type { StageTriangles } from '../load/stage.ts';
-import { countingOf, counts } from '../network/graph.ts';
+import { countingOf } from '../network/graph.ts';
 import { segmentsOf } from '../route/route.ts';
 import { RouteLine } from '../route/route-line.ts';
+import { setCut } from '../section/cut-uniforms.ts';
+import { SightFollower } from '../sights/sight-follower.ts';
+import { CloudDetailFollower } from '../stations/cloud-detail.ts';
 import { CloudSet } from '../stations/cloud-set.ts';
-import { LinkLines, type LinksShown } from '../stations/link-lines.ts';
+import { LinkLines, linksShown } from '../stations/link-lines.ts';
 import type { Direction } from '../stations/panorama-image.ts';
 import type { Store } from '../store.ts';
 import { WalkMode } from '../walk/walk-mode.ts';
 import { walkWorld } from '../walk/walk-world.ts';
 import { DEFAULT_EYE_HEIGHT_M } from '../walk/walker.ts';
 import { Building } from './building.ts';
+import { DrawnSurfaces } from './drawn-surfaces.ts';
 import { drawnPlace, Flights } from './flights.ts';
 import type { MarkerPlace } from './marker-place.ts';
 import { DARK, LIGHT } from './palette.ts';
 import { PatchPlaces } from './patch-places.ts';
 import { type IsPassed, type SurfaceHit, SurfacePicker } from './pick.ts';
 import { Pointer, type PointerConsumer } from './pointer.ts';
+import { type Snapped, Snapper } from './snap.ts';
 import type { Picked } from './state.ts';
 import { Viewport } from './viewport.ts';
-import { weightsAt } from './weights.ts';
-
-/** Nothing this near to a station hides it: it may stand against a table it was planned beside. */
-const OCCLUSION_SLACK_M = 0.15;
 
 export class PlanView {
   /** Called after each frame with the places of the markers by station id. */
@@ -49,15 +46,20 @@ export class PlanView {
   private readonly marks: MarkFollower;
   private readonly picker: SurfacePicker;
   private readonly isHidden: IsPassed;
+  private readonly drawn: DrawnSurfaces;
   private patchPlaces: PatchPlaces | null = null;
   private readonly links: LinkLines;
   private readonly clouds: CloudSet;
+  private readonly cloudDetail: CloudDetailFollower;
   private readonly route: RouteLine;
   private readonly flights: Flights;
+  private readonly sights: SightFollower;
+  private readonly snapper: Snapper;
+  private readonly frameListeners = new Set<() => void>();
   private readonly endings: (() => void)[] = [];
 
   constructor(
-    canvas: HTMLCanvasElement,
+    private readonly canvas: HTMLCanvasElement,
     private readonly store: Store,
     private readonly loaded: LoadedPlan,
   ) {
@@ -71,6 +73,8 @@ export class PlanView {
     this.patchPaint = new PatchPaint(store, loaded, this.building, () => this.requestFrame());
     this.picker = new SurfacePicker(loaded.stage.triangles.cornersM, loaded.tree);
     this.isHidden = hiddenTriangles(store, loaded.stage);
+    this.drawn = new DrawnSurfaces(store, loaded, this.viewport, this.picker, this.isHidden, this.patchPaint);
+    this.snapper = new Snapper(this.picker, loaded, this.isHidden);
     this.marks = new MarkFollower(
       store,
       loaded,
@@ -81,18 +85,38 @@ export class PlanView {
     );
     this.links = new LinkLines();
     this.clouds = new CloudSet(store, loaded, () => this.requestFrame());
+    this.cloudDetail = new CloudDetailFollower(
+      store,
+      loaded,
+      {
+        pose: () => this.viewport.pose().join(),
+        places: () => this.drawn.placesInSight(),
+        target: () => this.viewport.target().toArray(),
+      },
+      () => this.requestFrame(),
+    );
     this.route = new RouteLine();
     this.walk = new WalkMode(store, {
       world: walkWorld(this.picker, loaded.stage),
       pointer: this.pointer,
-      groundAt: (x, y) => this.groundAt(x, y),
+      groundAt: (x, y) => this.drawn.groundAt(x, y),
       place: (pose) => this.viewport.place(pose),
       holdCamera: (isHeld) => this.viewport.holdCamera(isHeld),
       pick: (x, y) => this.store.pick(this.surfaceAt(x, y)),
       left: () => this.showAll('side'),
     });
-    this.viewport.scene.add(this.building.group, this.clouds.group, this.links.group, this.route.group);
-    this.viewport.onFrame = () => this.onMarkers(this.markerPlaces());
+    this.viewport.scene.add(
+      this.building.group,
+      this.clouds.group,
+      this.cloudDetail.group,
+      this.links.group,
+      this.route.group,
+    );
+    this.viewport.onFrame = () => {
+      this.onMarkers(this.markerPlaces());
+      this.cloudDetail.onFrame();
+      for (const listener of this.frameListeners) listener();
+    };
     this.viewport.onResize = (width, height) => {
       this.links.setResolution(width, height);
       this.route.setResolution(width, height);
@@ -103,6 +127,7 @@ export class PlanView {
     this.followLinks();
     this.followRoute();
     this.followWalk();
+    this.sights = new SightFollower(store, loaded);
     this.flights = new Flights({
       store,
       loaded,
@@ -114,14 +139,28 @@ export class PlanView {
     });
   }
 
-  /** Show everything that is drawn. */
+  /** Show everything that is drawn, with perspective. */
   showAll(from: 'side' | 'top'): void {
+    batch(() => {
+      this.store.isPlanView.value = false;
+      this.store.isFacing.value = false;
+    });
     this.flights.showAll(from);
+  }
+
+  /** Show everything that is drawn straight from above, without perspective. */
+  showPlan(): void {
+    batch(() => {
+      this.store.isPlanView.value = true;
+      this.store.isFacing.value = false;
+    });
+    this.flights.showAll('top');
   }
 
   /** Turn the building counterclockwise and tilt it down, by angles; `closer`: the share of the distance that is left. */
   orbit(turnRad: number, tiltRad: number, closer = 1): void {
-    this.viewport.orbit(turnRad, tiltRad, closer);
+    const isFlat = this.store.isPlanView.peek() || this.store.isFacing.peek();
+    if (!isFlat || closer !== 1) this.viewport.orbit(isFlat ? 0 : turnRad, isFlat ? 0 : tiltRad, closer);
   }
 
   /** Copy what is drawn now into another canvas. */
@@ -129,9 +168,21 @@ export class PlanView {
     this.viewport.copyPicture(into);
   }
 
+  /** Where the camera is, and what it looks at: local metres. */
+  pose(): readonly number[] {
+    return this.viewport.pose();
+  }
+
   /** Which way the camera looks, counterclockwise from +x. */
   heading(): number {
     return this.viewport.heading();
+  }
+
+  /** Called after each frame, for what lies over the canvas. Returns what ends that. */
+  onFrame(listener: () => void): () => void {
+    this.frameListeners.add(listener);
+    this.requestFrame();
+    return () => this.frameListeners.delete(listener);
   }
 
   /** Draw soon; needed after a change of an overlay. */
@@ -234,9 +285,32 @@ export class PlanView {
 
   /** The surface under a place of the page; null: none. */
   surfaceAt(clientX: number, clientY: number): Picked | null {
-    const ray = this.viewport.rayAt(clientX, clientY);
-    const hit = this.firstDrawn(ray);
-    return hit === null ? null : this.describe(hit, ray.direction);
+    return this.drawn.surfaceAt(clientX, clientY);
+  }
+
+  /** The corner, edge or surface under a place of the page, a corner or an edge where one is near; null: nothing is. */
+  snapAt(clientX: number, clientY: number): Snapped | null {
+    return this.snapper.snapAt(clientX, clientY, this.viewport, this.store.slices.peek());
+  }
+
+  /** The first surface of the whole building, hidden or not, that a ray meets; local frame. */
+  firstOfBuilding(ray: Ray, farM: number): SurfaceHit | null {
+    return this.picker.firstHit(ray, [WHOLE_BUILDING], farM);
+  }
+
+  /** Keys go to the building from now on. */
+  focus(): void {
+    this.canvas.focus({ preventScroll: true });
+  }
+
+  /** Where the canvas is on the page. */
+  get box(): DOMRect {
+    return this.canvas.getBoundingClientRect();
+  }
+
+  /** Metres that a CSS pixel is wide at what is looked at; in plan view everywhere. */
+  metresPerPixel(): number {
+    return this.viewport.metresPerPixel();
   }
 
   /** Where the ray under a place of the page meets the level `heightM` (local) of a floor; null: it does not. */
@@ -271,9 +345,11 @@ export class PlanView {
 
   dispose(): void {
     this.flights.dispose();
+    this.sights.dispose();
     for (const end of this.endings) end();
     this.walk.dispose();
     this.clouds.dispose();
+    this.cloudDetail.dispose();
     this.route.dispose();
     this.marks.dispose();
     this.patchPaint.dispose();
@@ -300,7 +376,11 @@ export class PlanView {
   private followFloors(): void {
     this.endings.push(
       effect(() => {
-        this.building.setSlices(this.store.slices.value, this.store.hiddenFiles.value);
+        this.building.setSlices(this.store.wholeSlices.value, this.store.hiddenFiles.value);
+        this.viewport.requestFrame();
+      }),
+      effect(() => {
+        setCut(this.building.cut, this.store.slices.value[0]?.planes ?? []);
         this.viewport.requestFrame();
       }),
     );
@@ -319,20 +399,10 @@ export class PlanView {
     );
   }
 
-  /** All links that count, those of the chosen station, or the chosen pair's, whether it counts or not. */
   private followLinks(): void {
     const { store } = this;
     const counting = countingOf(this.loaded.plan);
-    const shown = computed<LinksShown>(() => {
-      const [pair, stationId] = [store.pair.value, store.stationId.value];
-      const isOf = (link: PlanLink, id: string): boolean => link.a === id || link.b === id;
-      const chosen = store.shownLinks.value.find((link) => pair?.every((id) => isOf(link, id))) ?? null;
-      const isAll = store.showLinks.value || (store.tab.value === 'network' && stationId === null);
-      const links = store.shownLinks.value.filter(
-        (link) => link === chosen || (counts(link, counting) && (isAll || isOf(link, stationId ?? ''))),
-      );
-      return { stations: store.shownStations.value, links, chosen, isDark: store.isDark.value };
-    });
+    const shown = computed(() => linksShown(store, counting));
     this.endings.push(
       effect(() => {
         this.links.update(store.slices.value, shown.value);
@@ -374,16 +444,12 @@ export class PlanView {
         isFirst = false;
       }),
       effect(() => this.viewport.setWide(store.isWalking.value)),
+      effect(() => {
+        const isFacing = store.isFacing.value && store.sectionLine.value !== null;
+        const flat = isFacing ? 'facing' : store.isPlanView.value ? 'plan' : 'perspective';
+        this.viewport.setProjection(store.isWalking.value ? 'perspective' : flat);
+      }),
     );
-  }
-
-  /** What one can stand on under a place of the page. */
-  private groundAt(clientX: number, clientY: number): [number, number, number] | null {
-    const hit = this.firstDrawn(this.viewport.rayAt(clientX, clientY));
-    if (hit === null) return null;
-    const [nx, ny, nz] = normalOf(this.loaded.stage.triangles.cornersM, hit.triangle);
-    const isLevel = Math.abs(nz) > 0.8 * Math.hypot(nx, ny, nz);
-    return isLevel ? [hit.pointM.x, hit.pointM.y, hit.pointM.z] : null;
   }
 
   /** Where patches are; made when first asked for. */
@@ -397,7 +463,7 @@ export class PlanView {
     for (const station of this.store.shownStations.peek()) {
       const at = drawnPlace(this.store, station);
       const place = at && this.viewport.project(at);
-      const cover = at && this.coverOf(at);
+      const cover = at && this.drawn.coverOf(at);
       if (cover && this.store.isWalking.peek()) continue;
       if (!place) continue;
       const coverId = cover?.slice.floorId ?? null;
@@ -405,18 +471,6 @@ export class PlanView {
       places.set(station.id, { ...place, isHidden: cover !== null, coveredBy });
     }
     return places;
-  }
-
-  /** The surface between the camera and a place; null: none. */
-  private coverOf(at: Vector3): SurfaceHit | null {
-    const eye = this.viewport.camera.position;
-    const ray = new Ray(eye.clone(), at.clone().sub(eye).normalize());
-    return this.firstDrawn(ray, eye.distanceTo(at) - OCCLUSION_SLACK_M);
-  }
-
-  /** The first surface that a ray meets of what is drawn. */
-  private firstDrawn(ray: Ray, farM = Number.POSITIVE_INFINITY): SurfaceHit | null {
-    return this.picker.firstHit(ray, this.store.slices.peek(), farM, this.isHidden);
   }
 
   /** A click on ground picks its floor; on anything else it tells what that is; beside the building it lets go. */
@@ -431,35 +485,9 @@ export class PlanView {
     }
     this.store.pick(picked);
   }
-
-  private describe(hit: SurfaceHit, beam: Vector3): Picked {
-    const { triangles, elements, floors, offsetM } = this.loaded.stage;
-    const elementIndex = triangles.element[hit.triangle];
-    const patch = patchAt(triangles, hit);
-    const seen = this.patchPaint.timesSeen[patch];
-    const outward = new Vector3(...normalOf(triangles.cornersM, hit.triangle));
-    const isSection = this.loaded.edges.bodySide[hit.triangle] * outward.dot(beam) > 0;
-    return {
-      element: elements[elementIndex],
-      elementIndex,
-      triangle: hit.triangle,
-      patch,
-      groundOf: floors.find(({ index }) => index + 1 === triangles.groundOf[hit.triangle])?.id ?? null,
-      timesSeen: seen === NOT_ACHIEVABLE || seen === NOT_ASKED || isSection ? null : seen,
-      isAsked: seen !== NOT_ASKED,
-      isSection,
-      pointM: [hit.pointM.x + offsetM[0], hit.pointM.y + offsetM[1], hit.pointM.z + offsetM[2]],
-    };
-  }
 }
 
 /** Ground keeps its colours: it fills the picture, and its coverage is what is looked at. */
 function highlighted(picked: Picked | null): number | null {
   return picked === null || picked.groundOf !== null ? null : picked.elementIndex;
-}
-
-function patchAt(triangles: StageTriangles, { triangle, pointM }: SurfaceHit): number {
-  const weights = weightsAt(triangles.cornersM, triangle, pointM);
-  const [q01, q12, q20] = triangles.squaredEdgesM2.subarray(3 * triangle, 3 * triangle + 3);
-  return triangles.firstPatch[triangle] + patchCode(weights, [q01, q12, q20], triangles.patchDepth[triangle]);
 }

@@ -15,6 +15,8 @@ export interface Picked {
   readonly timesSeen: number | null;
   /** Whether the plan is of this surface at all. */
   readonly isAsked: boolean;
+  /** The floor whose slice it was clicked in; null: the whole building. */
+  readonly drawnOn: string | null;
   /** The inside of a body that the cut opens. */
   readonly isSection: boolean;
   /** Scene coordinates, metres. */
@@ -25,6 +27,8 @@ export interface SceneState {
   /** Where the camera was left by hand: position and target, local metres; null: where the choice of floor puts it. */
   readonly camera: Signal<readonly number[] | null>;
   readonly picked: Signal<Picked | null>;
+  /** Drawn straight from above and without perspective, with grid, scale and north. */
+  readonly isPlanView: Signal<boolean>;
   /** The page is shown in dark colours. */
   readonly isDark: Signal<boolean>;
 }
@@ -33,6 +37,7 @@ export function createSceneState(): SceneState {
   return {
     camera: signal<readonly number[] | null>(null),
     picked: signal<Picked | null>(null),
+    isPlanView: signal(false),
     isDark: signal(false),
   };
 }

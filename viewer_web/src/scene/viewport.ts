@@ -1,5 +1,18 @@
 /** The canvas: renderer, camera, orbit controls, and a picture drawn only when something changed. */
-import { Color, PerspectiveCamera, type Ray, Raycaster, Scene, Vector2, type Vector3, WebGLRenderer } from 'three';
+import {
+  type Camera,
+  Color,
+  MOUSE,
+  OrthographicCamera,
+  PerspectiveCamera,
+  type Ray,
+  Raycaster,
+  Scene,
+  TOUCH,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+} from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Extent } from '../floors/cut.ts';
 import { type Flight, flightAt, homeView, orbited, type View } from './camera.ts';
@@ -8,8 +21,16 @@ import type { Palette } from './palette.ts';
 const FIELD_OF_VIEW_DEG = 34;
 const WIDE_FIELD_OF_VIEW_DEG = 62;
 const FLIGHT_MS = 650;
+/** Room around a section, for the bars above it. */
+const FACING_MARGIN = 1.3;
 /** More pixels than this cost time that nobody sees. */
 const MOST_PIXEL_RATIO = 2;
+
+/**
+ * `plan` and `facing` are orthographic, so that lengths can be read off: straight from above with +y up, and level. As much is in the picture as
+ * in perspective at the distance of what is looked at, so that coming closer works alike.
+ */
+export type Projection = 'perspective' | 'plan' | 'facing';
 
 export class Viewport {
   readonly scene = new Scene();
@@ -30,6 +51,8 @@ export class Viewport {
   private readonly controls: OrbitControls;
   private readonly resizing: ResizeObserver;
   private readonly background = new Color();
+  private readonly flat = new OrthographicCamera();
+  private projection: Projection = 'perspective';
   private flight: Flight | null = null;
   private isScheduled = false;
   private isDisposed = false;
@@ -79,6 +102,16 @@ export class Viewport {
     this.requestFrame();
   }
 
+  /** Drawn with perspective or without; without it a drag shifts the picture, which does not turn. */
+  setProjection(projection: Projection): void {
+    this.projection = projection;
+    const isFlat = projection !== 'perspective';
+    this.controls.enableRotate = !isFlat;
+    this.controls.mouseButtons.LEFT = isFlat ? MOUSE.PAN : MOUSE.ROTATE;
+    this.controls.touches.ONE = isFlat ? TOUCH.PAN : TOUCH.ROTATE;
+    this.requestFrame();
+  }
+
   /** While something else is dragged, the camera stands still. */
   holdCamera(isHeld: boolean): void {
     this.controls.enabled = !isHeld;
@@ -112,6 +145,11 @@ export class Viewport {
     return Math.atan2(ahead.y, ahead.x);
   }
 
+  /** Where the camera is, and what it looks at. */
+  pose(): readonly number[] {
+    return [...this.camera.position.toArray(), ...this.controls.target.toArray()];
+  }
+
   /** What is looked at. */
   target(): Vector3 {
     return this.controls.target.clone();
@@ -136,6 +174,14 @@ export class Viewport {
     this.camera.far = 20 * size;
   }
 
+  /** Look level at a place, so that a width and a height around it fill the picture. */
+  face(place: Vector3, [x, y]: readonly [number, number], widthM: number, heightM: number): void {
+    const halfM = FACING_MARGIN * Math.max(heightM / 2, widthM / 2 / this.camera.aspect, 0.5);
+    const distanceM = halfM / Math.tan((FIELD_OF_VIEW_DEG * Math.PI) / 360);
+    const position = place.clone().addScaledVector(new Vector3(x, y, 0), -distanceM);
+    this.flyTo({ position, target: place.clone() });
+  }
+
   /** Look at a place from where the camera is now, as near as `distanceM`. */
   approach(place: Vector3, distanceM: number): void {
     const from = this.camera.position.clone().sub(this.controls.target).normalize();
@@ -143,18 +189,43 @@ export class Viewport {
     this.flyTo({ target: place.clone(), position: place.clone().addScaledVector(from, distance) });
   }
 
+  /** Where on the page the picture is. */
+  box(): DOMRect {
+    return this.canvas.getBoundingClientRect();
+  }
+
   /** The ray under a place of the page, in CSS pixels. */
   rayAt(clientX: number, clientY: number): Ray {
     const box = this.canvas.getBoundingClientRect();
     const at = new Vector2(((clientX - box.left) / box.width) * 2 - 1, 1 - ((clientY - box.top) / box.height) * 2);
     const raycaster = new Raycaster();
-    raycaster.setFromCamera(at, this.camera);
+    const eye = this.eye();
+    raycaster.setFromCamera(at, eye);
+    // Without perspective, what is behind the camera is drawn too.
+    if (eye === this.flat) raycaster.ray.origin.addScaledVector(raycaster.ray.direction, -this.flat.far);
     return raycaster.ray;
+  }
+
+  /** The ray from the eye to a place, and how far along it the place is. */
+  rayTo(place: Vector3): { readonly ray: Ray; readonly distanceM: number } {
+    const at = place.clone().project(this.eye());
+    const box = this.canvas.getBoundingClientRect();
+    const ray = this.rayAt(box.left + ((at.x + 1) / 2) * box.width, box.top + ((1 - at.y) / 2) * box.height);
+    return { ray, distanceM: place.clone().sub(ray.origin).dot(ray.direction) };
+  }
+
+  /** Metres that a CSS pixel is wide at a place; without one, at what is looked at. */
+  metresPerPixel(place: Vector3 = this.controls.target): number {
+    const { position, fov } = this.camera;
+    const isFlat = this.projection !== 'perspective';
+    const ahead = this.controls.target.clone().sub(position);
+    const farM = isFlat ? ahead.length() : place.clone().sub(position).dot(ahead.normalize());
+    return (2 * Math.max(farM, 0) * Math.tan((fov * Math.PI) / 360)) / Math.max(1, this.canvas.clientHeight);
   }
 
   /** Place of a point on the canvas in CSS pixels; null behind the camera. */
   project(pointM: Vector3): { x: number; y: number } | null {
-    const at = pointM.clone().project(this.camera);
+    const at = pointM.clone().project(this.eye());
     if (at.z > 1 || at.z < -1) return null;
     return { x: ((at.x + 1) / 2) * this.canvas.clientWidth, y: ((1 - at.y) / 2) * this.canvas.clientHeight };
   }
@@ -180,10 +251,6 @@ export class Viewport {
     this.requestFrame();
   }
 
-  private pose(): readonly number[] {
-    return [...this.camera.position.toArray(), ...this.controls.target.toArray()];
-  }
-
   private draw(now: number): void {
     if (this.flight !== null) {
       const { view, isOver } = flightAt(this.flight, now);
@@ -196,8 +263,30 @@ export class Viewport {
     // As far off as the view allows: thin panes and touching walls need the depth buffer's precision.
     this.camera.near = this.camera.position.distanceTo(this.controls.target) / 40;
     this.camera.updateProjectionMatrix();
-    this.renderer.render(this.scene, this.camera);
+    this.renderer.render(this.scene, this.eye());
     this.onFrame();
+  }
+
+  /** The camera that the picture is drawn with, as things stand now. */
+  private eye(): Camera {
+    const { camera, flat, projection } = this;
+    if (projection === 'perspective') {
+      camera.updateMatrixWorld();
+      return camera;
+    }
+    const target = this.controls.target;
+    const halfM = camera.position.distanceTo(target) * Math.tan((camera.fov * Math.PI) / 360);
+    [flat.left, flat.right, flat.top, flat.bottom] = [-halfM * camera.aspect, halfM * camera.aspect, halfM, -halfM];
+    [flat.near, flat.far] = [-camera.far, camera.far];
+    flat.position.copy(camera.position);
+    flat.quaternion.copy(camera.quaternion);
+    if (projection === 'plan') {
+      flat.position.setX(target.x).setY(target.y);
+      flat.quaternion.identity();
+    }
+    flat.updateProjectionMatrix();
+    flat.updateMatrixWorld();
+    return flat;
   }
 
   private resize(): void {

@@ -4,11 +4,13 @@ import { useEffect, useState } from 'preact/hooks';
 import { localOf } from '../edit/draft.ts';
 import { floorAt } from '../edit/review-areas.ts';
 import type { Totals } from '../edit/totals.ts';
-import { sliceOfFloor } from '../floors/cut.ts';
+import { type Slice, sliceOfFloor } from '../floors/cut.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
+import { areaWords } from '../panels/figures.ts';
 import { Pins } from '../review/pins.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
+import { type SealedGround, SealedOverlay } from './sealed-overlay.ts';
 import { type SealedPlace, type Shortfall, sealedPlaces, shortfallsOf } from './shortfalls.ts';
 import './shortfalls.css';
 
@@ -48,7 +50,7 @@ export function ShortfallList({ store, loaded, totals, view }: ShortfallsProps) 
 }
 
 function hintOf(shortfall: Shortfall): string {
-  if (shortfall.kind === 'unreachable') return 'Show the next one in the building; red dots mark all of them';
+  if (shortfall.kind === 'unreachable') return 'Show the next one in the building; red areas mark all of them';
   return shortfall.kind === 'requirement' ? 'Show what is unseen' : 'Show the network';
 }
 
@@ -74,25 +76,35 @@ function approach(place: SealedPlace, store: Store, loaded: LoadedPlan, view: Pl
   view?.approach(localOf(place.insideM, loaded.stage.offsetM), floorId);
 }
 
-/** A red dot in each, while the list is shown. */
+/** A red dot in each, its ground filled and named, while the list is shown. */
 function useSealedPins(store: Store, loaded: LoadedPlan, view: PlanView | null): void {
   const { value: slices } = store.slices;
   useEffect(() => {
     const places = sealedPlaces(loaded.plan);
     if (view === null || places.length === 0) return undefined;
-    const pins = new Pins(RED);
-    pins.set(
-      places.flatMap((place) => {
-        const slice = sliceOfFloor(slices, floorOf(place, loaded));
-        if (slice === undefined) return [];
-        const [x, y, z] = localOf(place.insideM, loaded.stage.offsetM);
-        return [[x, y, z + slice.liftM] as const];
-      }),
-    );
-    const remove = view.addOverlay(pins.points);
+    const grounds = places.flatMap((place) => groundOf(place, loaded, slices) ?? []);
+    const [pins, areas] = [new Pins(RED), new SealedOverlay()];
+    pins.set(grounds.map(({ insideM }) => insideM));
+    areas.set(grounds);
+    const removals = [view.addOverlay(pins.points), view.addOverlay(areas.group)];
     return () => {
-      remove();
+      for (const remove of removals) remove();
       pins.dispose();
+      areas.dispose();
     };
   }, [loaded, view, slices]);
+}
+
+/** An area as it is drawn; null: its floor is not shown. */
+function groundOf(place: SealedPlace, loaded: LoadedPlan, slices: readonly Slice[]): SealedGround | null {
+  const { offsetM } = loaded.stage;
+  const slice = sliceOfFloor(slices, floorOf(place, loaded));
+  if (slice === undefined) return null;
+  const [x, y, z] = localOf(place.insideM, offsetM);
+  const local = ([px, py]: readonly [number, number]) => [px - offsetM[0], py - offsetM[1]] as const;
+  return {
+    insideM: [x, y, z + slice.liftM],
+    rectangles: place.rectangles.map(([low, high]) => [local(low), local(high)]),
+    words: `Not reachable · ${areaWords(place.areaM2)}`,
+  };
 }

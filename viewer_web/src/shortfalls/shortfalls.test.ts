@@ -9,8 +9,8 @@ const joined = (): PlanJson => {
   return { ...plan, requirements: { ...plan.requirements, network: 'connected' } };
 };
 const sealed = [
-  { floor: 'F0', area_m2: 34.25, inside: [1001, 2001, 0] as [number, number, number] },
-  { floor: 'F1', area_m2: 1062, inside: [1002, 2002, 2.8] as [number, number, number] },
+  { floor: 'F0', area_m2: 34.25, inside: [1001, 2001, 0] as [number, number, number], rectangles: [] },
+  { floor: 'F1', area_m2: 1062, inside: [1002, 2002, 2.8] as [number, number, number], rectangles: [] },
 ];
 
 test('what is not planned comes first, then what is not met, then what does not register', () => {

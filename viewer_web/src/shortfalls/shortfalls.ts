@@ -9,6 +9,8 @@ export interface SealedPlace {
   readonly areaM2: number;
   /** On the ground, scene frame. */
   readonly insideM: readonly [number, number, number];
+  /** Its ground in plan, lowest and highest (x, y), scene frame; plans of older versions have none. */
+  readonly rectangles: readonly (readonly [readonly [number, number], readonly [number, number]])[];
 }
 
 export type Shortfall =
@@ -40,7 +42,12 @@ export function shortfallsOf(plan: PlanJson, { requirements, nNetworks }: Totals
 /** Largest first. */
 export function sealedPlaces({ sealed }: PlanJson): readonly SealedPlace[] {
   return sealed
-    .map(({ floor, area_m2, inside }) => ({ floorId: floor, areaM2: area_m2, insideM: inside }))
+    .map(({ floor, area_m2, inside, rectangles }) => ({
+      floorId: floor,
+      areaM2: area_m2,
+      insideM: inside,
+      rectangles,
+    }))
     .sort((a, b) => b.areaM2 - a.areaM2);
 }
 

@@ -1,6 +1,7 @@
 /** What the clouds are coloured by, and what of them is shown. */
 import { counted, whole } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
+import { shareInWords } from './cloud-share.ts';
 import type { CloudPaint, CloudState } from './state.ts';
 
 const PAINTS: readonly [CloudPaint, string][] = [
@@ -13,18 +14,26 @@ const PAINTS: readonly [CloudPaint, string][] = [
 export function CloudControl({ store }: { store: Store }) {
   const cloud = store.cloud.value;
   if (cloud.kind === 'none') return null;
+  const detail = detailInWords(store);
   return (
     <div class="cloud" data-testid="cloud" data-state={cloud.kind}>
-      <p class={cloud.kind === 'failed' ? 'note note-warn' : 'muted'} role="status">
-        {inWords(cloud)}
-      </p>
+      <div>
+        <p class={cloud.kind === 'failed' ? 'note note-warn' : 'muted'} role="status">
+          {inWords(cloud)}
+        </p>
+        {detail !== null && (
+          <p class="muted" role="status" data-testid="cloud-detail">
+            {detail}
+          </p>
+        )}
+      </div>
       <label class="cloud-paint">
         <span class="muted">by</span>
         <select
           aria-label="Colour of the cloud"
           value={store.cloudPaint.value}
           onChange={(event) => {
-            store.cloudPaint.value = event.currentTarget.value as CloudPaint;
+            store.chosenPaint.value = event.currentTarget.value as CloudPaint;
           }}
         >
           {PAINTS.map(([paint, label]) => (
@@ -45,10 +54,12 @@ function inWords(cloud: CloudState): string {
   if (cloud.kind === 'failed') return cloud.message;
   if (cloud.kind === 'none') return '';
   const of = cloud.nStations === 1 ? '' : ` from ${counted(cloud.nStations, 'station')}`;
-  return `${whole(cloud.nReturns)} returns${of}${thinnedInWords(cloud.stride)}`;
+  return `${whole(cloud.nReturns)} returns${of}: ${shareInWords(cloud.nBeams, cloud.nScanned)} drawn`;
 }
 
-/** To stay within what a graphics card turns smoothly. */
-function thinnedInWords(stride: number): string {
-  return stride === 1 ? '' : `, one beam in ${stride * stride}`;
+/** Of the part that is looked at closely. */
+function detailInWords({ cloud, cloudDetail }: Store): string | null {
+  const detail = cloudDetail.value;
+  if (detail === null || cloud.value.kind !== 'shown') return null;
+  return `Closer, from ${detail.stationId}: ${shareInWords(detail.nBeams, detail.nScanned)}`;
 }

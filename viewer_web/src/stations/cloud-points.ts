@@ -12,6 +12,7 @@ import {
 } from 'three';
 import { type Slice, sliceOfFloor } from '../floors/cut.ts';
 import type { ThinnedCloud } from '../load/cloud-rows.ts';
+import { CUT_GLSL, cutUniforms, setCut } from '../section/cut-uniforms.ts';
 import type { ShownStation } from './shown.ts';
 import type { CloudPaint } from './state.ts';
 import { stationColor } from './station-color.ts';
@@ -23,12 +24,13 @@ const PAINT_MODES: Readonly<Record<CloudPaint, number>> = { range: 0, incidence:
 const VERTEX = /* glsl */ `
 uniform highp sampler2D angles; // radians, one texel a row: its elevation, and the azimuth of its first beam
 uniform int columns;
-uniform float azimuthStep, rangeStep, farthest, pixelRatio, height;
+uniform float azimuthStep, rangeStep, farthest, pixelRatio;
+uniform vec3 origin; // of the sensor
 uniform int paintMode; // 0 range, 1 incidence, 2 intensity, 3 station
 uniform vec3 stationColor;
 in float steps;
 in float intensity;
-out float vHeight;
+out vec3 vPlace;
 out vec3 vColor;
 // Dark blue over green to yellow, and near to far; close to viridis, by a cubic in each channel.
 vec3 ramp(float t) {
@@ -43,7 +45,7 @@ void main() {
   float range = steps * rangeStep;
   vec3 beam = vec3(cos(elevation) * cos(azimuth), cos(elevation) * sin(azimuth), sin(elevation));
   vec3 local = range * beam;
-  vHeight = local.z + height;
+  vPlace = local + origin;
   vColor = paintMode == 0 ? ramp(range / farthest)
     : paintMode == 1 ? ramp(1.0 - acos(clamp(intensity, 0.0, 1.0)) / 1.5707963)
     : paintMode == 2 ? vec3(0.15 + 0.85 * intensity)
@@ -56,11 +58,12 @@ void main() {
 const FRAGMENT = /* glsl */ `
 precision highp float;
 uniform vec2 slice;
-in float vHeight;
+${CUT_GLSL}
+in vec3 vPlace;
 in vec3 vColor;
 out vec4 fragColor;
 void main() {
-  if (vHeight < slice.x || vHeight > slice.y) discard;
+  if (isCutAway(vPlace) || vPlace.z < slice.x || vPlace.z > slice.y) discard;
   fragColor = vec4(vColor, 1.0);
 }
 `;
@@ -68,6 +71,7 @@ void main() {
 export class CloudPoints {
   readonly points: Points<BufferGeometry, ShaderMaterial>;
   private readonly angles: DataTexture;
+  private readonly cut = cutUniforms();
 
   constructor(
     readonly thinned: ThinnedCloud,
@@ -99,7 +103,8 @@ export class CloudPoints {
         rangeStep: { value: beams.rangeStepM },
         farthest: { value: 1 },
         pixelRatio: { value: Math.min(2, window.devicePixelRatio) },
-        height: { value: station.positionM[2] },
+        ...this.cut,
+        origin: { value: [...station.positionM] },
         paintMode: { value: 0 },
         stationColor: { value: stationColor(station.order) },
         slice: { value: [-1e9, 1e9] },
@@ -116,6 +121,7 @@ export class CloudPoints {
     if (slice === undefined) return;
     const [x, y, z] = this.station.positionM;
     this.points.position.set(x, y, z + slice.liftM);
+    setCut(this.cut, slice.planes ?? []);
     this.points.material.uniforms.slice.value = [Math.max(-1e9, slice.bottomM), Math.min(1e9, slice.topM)];
   }
 

@@ -68,7 +68,12 @@ test('the chosen station’s cloud is shown, and gone when the choice goes', asy
   store.chooseStation('S001');
   expect(store.cloud.value).toMatchObject({ kind: 'loading', n: 0, of: 1 });
   await expect.poll(() => kind(store)).toBe('shown');
-  expect(store.cloud.value).toMatchObject({ nStations: 1, nReturns: ROWS * COLUMNS, stride: 1 });
+  expect(store.cloud.value).toMatchObject({
+    nStations: 1,
+    nReturns: ROWS * COLUMNS,
+    nBeams: ROWS * COLUMNS,
+    nScanned: 720,
+  });
   expect(store.chosenCloud.value?.stationId).toBe('S001');
   const [points] = clouds.group.children;
   const disposed = vi.spyOn((points as unknown as { geometry: { dispose(): void } }).geometry, 'dispose');
@@ -90,6 +95,31 @@ test('all clouds are those of the floor that is shown; what stays is not asked f
   store.showClouds.value = false;
   expect(clouds.group.children).toHaveLength(1);
   expect(asked).toHaveLength(2);
+});
+
+test('a cloud that is switched off gives its memory back, and its station’s returns are counted no more', async () => {
+  const { store, clouds } = setUp();
+  store.chooseFloor('F0');
+  store.showClouds.value = true;
+  await expect.poll(() => store.cloud.value).toMatchObject({ kind: 'shown', nStations: 2 });
+  store.hiddenClouds.value = new Set(['S001']);
+  expect(store.cloud.value).toMatchObject({ kind: 'shown', nStations: 1, nScanned: 720 });
+  expect(clouds.group.children).toHaveLength(1);
+  // Chosen, it is shown all the same: its card is about it.
+  store.chooseStation('S001');
+  await expect.poll(() => store.cloud.value).toMatchObject({ kind: 'shown', nStations: 2 });
+  store.chooseStation(null);
+  store.hiddenClouds.value = new Set(['S001', 'S002']);
+  expect(kind(store)).toBe('none');
+});
+
+test('clouds of all stations are told apart by colour unless another is chosen', () => {
+  const { store } = setUp();
+  expect(store.cloudPaint.value).toBe('range');
+  store.showClouds.value = true;
+  expect(store.cloudPaint.value).toBe('station');
+  store.chosenPaint.value = 'intensity';
+  expect(store.cloudPaint.value).toBe('intensity');
 });
 
 test('what is let go of while it is on its way never shows', async () => {

@@ -1,17 +1,18 @@
 /**
  * The clouds that are shown: the chosen station's, or those of all stations of the floors that are shown.
  *
- * All together stay within a number of points: beyond it every cloud is read at every nth row and column. What is hidden gives
- * its memory back.
+ * All together stay within a number of points: beyond it some rows and columns of every cloud are left out. What is hidden gives
+ * its memory back, and the others come closer to all of their beams.
  */
 import { computed, effect, signal, untracked } from '@preact/signals';
 import { Group } from 'three';
 import { roundUp } from '../heat/statistics.ts';
-import { CloudRows, strideFor, type ThinnedCloud } from '../load/cloud-rows.ts';
+import { CloudRows, type ThinnedCloud, type Thinning, thinningFor } from '../load/cloud-rows.ts';
 import { fetchCloud, type LoadedPlan } from '../load/fetch-plan.ts';
 import type { StageStation } from '../load/stage.ts';
 import type { Store } from '../store.ts';
 import { CloudPoints, usualRangeM } from './cloud-points.ts';
+import { beamsOfScan } from './cloud-share.ts';
 import type { ShownStation } from './shown.ts';
 
 /** A graphics card of a laptop turns this many smoothly; 3 bytes each. */
@@ -20,7 +21,7 @@ const MOST_AT_ONCE = 3;
 
 interface Wanted {
   readonly station: ShownStation;
-  readonly stride: number;
+  readonly thinning: Thinning;
   /** What makes it this cloud and no other. */
   readonly key: string;
 }
@@ -63,8 +64,10 @@ export class CloudSet {
     const isOnShownFloor = ({ floorId }: ShownStation): boolean => floors.has(null) || floors.has(floorId);
     // A cloud would stand in front of the coverage that editing is about.
     const isEditing = store.tab.value === 'edit';
+    const isSwitchedOn = ({ id }: ShownStation): boolean =>
+      id === store.stationId.value || !store.hiddenClouds.value.has(id);
     const stations = store.showClouds.value
-      ? store.shownStations.value.filter(isOnShownFloor)
+      ? store.shownStations.value.filter((station) => isOnShownFloor(station) && isSwitchedOn(station))
       : store.shownStations.value.filter(
           ({ id }) => id === store.stationId.value && !store.isWalking.value && !isEditing,
         );
@@ -72,9 +75,14 @@ export class CloudSet {
     return stations.flatMap((station) => {
       const beams = this.beamsOf(station);
       if (beams === undefined) return [];
-      const stride = strideFor(beams, stations.length, MOST_POINTS);
-      const key = [station.id, stride, ...(source === null ? [] : station.positionM)].join(' ');
-      return [{ station, stride, key }];
+      const thinning = thinningFor(beams, stations.length, MOST_POINTS);
+      const key = [
+        station.id,
+        thinning.everyRow,
+        thinning.everyColumn,
+        ...(source === null ? [] : station.positionM),
+      ].join(' ');
+      return [{ station, thinning, key }];
     });
   }
 
@@ -122,11 +130,11 @@ export class CloudSet {
     this.loadNext();
   }
 
-  private async fetch({ station, stride }: Wanted, signal: AbortSignal): Promise<ThinnedCloud> {
+  private async fetch({ station, thinning }: Wanted, signal: AbortSignal): Promise<ThinnedCloud> {
     const beams = this.beamsOf(station) as StageStation;
     const live = await this.store.stationSource.peek()?.cloud(station.id);
-    if (!live) return fetchCloud(this.loaded.base, beams, stride, signal);
-    const rows = new CloudRows(beams, stride);
+    if (!live) return fetchCloud(this.loaded.base, beams, thinning, signal);
+    const rows = new CloudRows(beams, thinning);
     rows.push(new Uint8Array(live));
     return rows.finish();
   }
@@ -171,7 +179,9 @@ export class CloudSet {
     else if (clouds.length < wanted.length) cloud.value = { kind: 'loading', n: clouds.length, of: wanted.length };
     else {
       const nReturns = clouds.reduce((sum, { thinned }) => sum + thinned.cloud.nReturns, 0);
-      cloud.value = { kind: 'shown', nReturns, nStations: clouds.length, stride: wanted[0].stride };
+      const nBeams = clouds.reduce((sum, { thinned }) => sum + thinned.cloud.rangeSteps.length, 0);
+      const nScanned = clouds.length * beamsOfScan(this.loaded.plan.scanner);
+      cloud.value = { kind: 'shown', nReturns, nStations: clouds.length, nBeams, nScanned };
     }
   }
 }

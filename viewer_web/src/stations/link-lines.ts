@@ -5,7 +5,9 @@ import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
 import { type Slice, sliceOfFloor } from '../floors/cut.ts';
 import type { PlanLink } from '../load/plan-json.ts';
+import { type Counting, counts } from '../network/graph.ts';
 import { strengthColor } from '../network/strength.ts';
+import type { Store } from '../store.ts';
 import type { ShownStation } from './shown.ts';
 import { weakGlyph } from './weak-glyph.ts';
 
@@ -18,6 +20,18 @@ export interface LinksShown {
   /** Of the links, that which is chosen. */
   readonly chosen: PlanLink | null;
   readonly isDark: boolean;
+}
+
+/** All links that count, those of the chosen station, or the chosen pair's, whether it counts or not. */
+export function linksShown(store: Store, counting: Counting): LinksShown {
+  const [pair, stationId] = [store.pair.value, store.stationId.value];
+  const isOf = (link: PlanLink, id: string): boolean => link.a === id || link.b === id;
+  const chosen = store.shownLinks.value.find((link) => pair?.every((id) => isOf(link, id))) ?? null;
+  const isAll = store.showLinks.value || (store.tab.value === 'network' && stationId === null);
+  const links = store.shownLinks.value.filter(
+    (link) => link === chosen || (counts(link, counting) && (isAll || isOf(link, stationId ?? ''))),
+  );
+  return { stations: store.shownStations.value, links, chosen, isDark: store.isDark.value };
 }
 
 export class LinkLines {

@@ -5,6 +5,7 @@ import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 import { coveredAmong, isSameCovered } from './covered.ts';
 import { crowdedMarkers } from './crowding.ts';
+import { clickStation } from './select.ts';
 import { type Offset, Spreader } from './spreading.ts';
 
 export function Markers({ store, view }: { store: Store; view: PlanView }) {
@@ -23,7 +24,7 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
       tellCovered(store, all, through, layer.current);
       dots = dotsAmong(places, pinned, dots);
       placed.current = placeMarkers(places, pinned, dots, spreader);
-      for (const [id, button] of buttons.current) moveButton(button, placed.current.get(id));
+      for (const [id, button] of buttons.current) moveButton(button, placed.current.get(id), layer.current);
       for (const [id, stem] of stems.current) moveStem(stem, placed.current.get(id));
     };
     return () => {
@@ -31,7 +32,7 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
     };
   }, [view]);
   const stations = store.shownStations.value;
-  const isChosen = (id: string): boolean => store.stationId.value === id;
+  const isChosen = (id: string): boolean => store.stationId.value === id || store.selection.value.has(id);
   /** How far beside its station a number was pressed: dragged, the station must not jump to the pointer. */
   const gripOf = (event: PointerEvent, id: string): Offset => {
     const [box, place] = [layer.current?.getBoundingClientRect(), placed.current.get(id)];
@@ -59,7 +60,7 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
           data-station={station.id}
           ref={(button) => keep(buttons.current, station.id, button)}
           onPointerDown={(event) => view.pointer.down(event, station.id, gripOf(event, station.id))}
-          onClick={() => store.chooseStation(station.id)}
+          onClick={(event) => clickStation(store, station.id, event)}
         >
           {station.order}
         </button>
@@ -129,11 +130,14 @@ function placeMarkers(
 }
 
 /** Styles set from a script, not written into the page: the content security policy allows only those. */
-function moveButton(button: HTMLButtonElement, place: PlacedMarker | undefined): void {
+function moveButton(button: HTMLButtonElement, place: PlacedMarker | undefined, layer: HTMLElement | null): void {
   button.hidden = place === undefined;
   if (place === undefined) return;
   const [x, y] = [place.x + place.offset.x, place.y + place.offset.y];
   button.style.transform = `translate(-50%, -50%) translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+  // Tab must not lead to what is beside the picture; the list of stations has all of them.
+  const isBeside = layer !== null && (x < 0 || y < 0 || x > layer.clientWidth || y > layer.clientHeight);
+  button.tabIndex = isBeside ? -1 : 0;
   button.classList.toggle('marker-behind', place.isHidden);
   button.classList.toggle('marker-through', place.coveredBy !== null);
   button.classList.toggle('marker-dot', place.isDot);

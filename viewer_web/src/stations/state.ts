@@ -28,8 +28,21 @@ export type CloudState =
   | { readonly kind: 'none' }
   | { readonly kind: 'loading'; readonly n: number; readonly of: number }
   | { readonly kind: 'failed'; readonly message: string }
-  /** Of every cloud each `stride`-th beam of each `stride`-th row. */
-  | { readonly kind: 'shown'; readonly nReturns: number; readonly nStations: number; readonly stride: number };
+  /** nBeams, nScanned : beams that are drawn, with a return or without, and that the scanner sends out at these stations. */
+  | {
+      readonly kind: 'shown';
+      readonly nReturns: number;
+      readonly nStations: number;
+      readonly nBeams: number;
+      readonly nScanned: number;
+    };
+
+/** A part of a cloud in more detail, as one looks closer; nBeams, nScanned : drawn, and that the scanner sends there. */
+export interface CloudDetail {
+  readonly stationId: string;
+  readonly nBeams: number;
+  readonly nScanned: number;
+}
 
 export interface StationState {
   readonly draft: Signal<Draft | null>;
@@ -37,6 +50,10 @@ export interface StationState {
   readonly shownStations: ReadonlySignal<readonly ShownStation[]>;
   readonly stationSource: Signal<StationSource | null>;
   readonly stationId: Signal<string | null>;
+  /** Several stations that are changed together; empty: none, or the chosen one alone. */
+  readonly selection: Signal<ReadonlySet<string>>;
+  /** Clicks add to it without Shift, as for fingers. */
+  readonly selectsSeveral: Signal<boolean>;
   /** Stations that other floors hide in the picture. */
   readonly covered: Signal<CoveredStations>;
   /** Point out what only the chosen station sees. */
@@ -44,9 +61,14 @@ export interface StationState {
   /** Of what would be lost with the station, what this requirement would lose; null: all of it. */
   readonly ownRequirement: Signal<string | null>;
   readonly cloud: Signal<CloudState>;
-  readonly cloudPaint: Signal<CloudPaint>;
+  readonly cloudDetail: Signal<CloudDetail | null>;
+  readonly cloudPaint: ReadonlySignal<CloudPaint>;
+  /** Null: by range, and clouds of all stations by station. */
+  readonly chosenPaint: Signal<CloudPaint | null>;
   /** The clouds of all stations of the shown floors, not the chosen one's alone. */
   readonly showClouds: Signal<boolean>;
+  /** Of all stations together, those whose clouds are switched off. */
+  readonly hiddenClouds: Signal<ReadonlySet<string>>;
   /** End of the colours by range. */
   readonly cloudFarthestM: Signal<number>;
   /** The chosen station's, once it is there. */
@@ -55,17 +77,24 @@ export interface StationState {
 
 export function createStationState({ loaded }: LoadState): StationState {
   const draft = signal<Draft | null>(null);
+  const showClouds = signal(false);
+  const chosenPaint = signal<CloudPaint | null>(null);
   return {
     draft,
     shownStations: computed(() => draft.value?.stations ?? shownStationsOf(loaded.value)),
     stationSource: signal<StationSource | null>(null),
     stationId: signal<string | null>(null),
+    selection: signal<ReadonlySet<string>>(new Set()),
+    selectsSeveral: signal(false),
     covered: signal(NONE_COVERED),
     showsOwn: signal(false),
     ownRequirement: signal<string | null>(null),
     cloud: signal<CloudState>({ kind: 'none' }),
-    cloudPaint: signal<CloudPaint>('range'),
-    showClouds: signal(false),
+    cloudDetail: signal<CloudDetail | null>(null),
+    cloudPaint: computed(() => chosenPaint.value ?? (showClouds.value ? 'station' : 'range')),
+    chosenPaint,
+    showClouds,
+    hiddenClouds: signal<ReadonlySet<string>>(new Set()),
     cloudFarthestM: signal(1),
     chosenCloud: signal<(ThinnedCloud & { readonly stationId: string }) | null>(null),
   };

@@ -1,6 +1,7 @@
 /** All about the chosen station: where it stands, what would be lost without it, what it registers with, what it takes. */
 import { batch } from '@preact/signals';
 import type { PlanJson, PlanLink, PlanStation, RequirementResult, StationLoss } from '../load/plan-json.ts';
+import { SetUpDistances } from '../measure/set-up-lines.tsx';
 import { countingOf, counts } from '../network/graph.ts';
 import { Card } from '../panels/card.tsx';
 import {
@@ -59,6 +60,7 @@ export function StationCard({ store, view }: { store: Store; view: PlanView | nu
           View from here
         </button>
       </div>
+      <SetUpDistances store={store} />
       <CloudControl store={store} />
     </Card>
   );

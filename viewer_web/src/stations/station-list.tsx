@@ -6,6 +6,7 @@ import { areaWords } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { lossWords } from './losses.ts';
+import { clickStation, selectNone } from './select.ts';
 import { rowsOf, type SortKey, type StationRow, sorted } from './station-order.ts';
 
 function columnsOf(plan: PlanJson): readonly (readonly [SortKey, string, string])[] {
@@ -28,6 +29,19 @@ export function StationList({ store }: { store: Store }) {
   const rows = sorted(rowsOf(onFloor, loaded.plan, store.shownLinks.value, countingOf(loaded.plan)), key);
   return (
     <Section title="Stations" aside={String(rows.length)}>
+      {!store.isStatic && (
+        <label class="check">
+          <input
+            type="checkbox"
+            checked={store.selectsSeveral.value}
+            onChange={(event) => {
+              if (event.currentTarget.checked) store.selectsSeveral.value = true;
+              else selectNone(store);
+            }}
+          />
+          Select several (or Shift-click)
+        </label>
+      )}
       <div class="row-station row-heads" role="toolbar" aria-label="Order of the stations">
         {columnsOf(loaded.plan).map(([one, title, hint]) => (
           <button key={one} type="button" aria-pressed={key === one} title={hint} onClick={() => setKey(one)}>
@@ -46,7 +60,7 @@ export function StationList({ store }: { store: Store }) {
 }
 
 function Row({ store, row: { station, seenM2, lostM2, nLinks } }: { store: Store; row: StationRow }) {
-  const isChosen = store.stationId.value === station.id;
+  const isChosen = store.stationId.value === station.id || store.selection.value.has(station.id);
   const row = useRef<HTMLButtonElement>(null);
   useEffect(() => {
     if (isChosen) row.current?.scrollIntoView({ block: 'nearest' });
@@ -60,7 +74,7 @@ function Row({ store, row: { station, seenM2, lostM2, nLinks } }: { store: Store
         class={isChosen ? 'row row-station row-chosen' : 'row row-station'}
         aria-pressed={isChosen}
         data-station={station.id}
-        onClick={() => store.chooseStation(isChosen ? null : station.id)}
+        onClick={(event) => clickStation(store, station.id, event, true)}
       >
         <span class="dot" aria-hidden="true">
           {station.order}

@@ -65,6 +65,7 @@ export class FakeReviewServer {
       plan_sha256: this.planSha256,
       revision: this.review.revision,
       read_only: false,
+      comment_only: false,
       live: this.live,
     };
   }

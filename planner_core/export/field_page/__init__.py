@@ -1,0 +1,1 @@
+"""What the page of format `field` is made of: its style and its script."""

@@ -1,0 +1,174 @@
+'use strict';
+// One page, no framework: it has to open from a file on a phone, in ten years too.
+const plan = JSON.parse(document.getElementById('plan').textContent);
+const page = document.getElementById('page');
+const key = `tlsplan-field ${plan.plan_sha256} ${plan.revision}`;
+const LABELS = { done: 'Done', skipped: 'Skipped' };
+let keeps = true;
+let isPlacing = false;
+let saved = '';
+const kept = read();
+let chosen = next();
+
+function read() {
+  const empty = { name: '', stations: {} };
+  try {
+    const found = JSON.parse(localStorage.getItem(key) || 'null');
+    return found && typeof found.stations === 'object' ? found : empty;
+  } catch {
+    return empty;
+  }
+}
+function keep() {
+  try {
+    localStorage.setItem(key, JSON.stringify(kept));
+    keeps = true;
+  } catch {
+    keeps = false;
+  }
+}
+function of(id) {
+  return kept.stations[id] || { state: null, at: null, moved_to: null, note: '', photo: false };
+}
+function change(id, what) {
+  kept.stations[id] = { ...of(id), ...what, at: new Date().toISOString().slice(0, 19) + 'Z' };
+  saved = '';
+  keep();
+}
+/** The first that nothing became of yet; null: all are through. */
+function next() {
+  return plan.stations.find(({ id }) => of(id).state === null) || null;
+}
+function make(tag, attributes, ...inside) {
+  const isDrawn = ['svg', 'path', 'circle', 'text', 'g', 'line'].includes(tag);
+  const one = isDrawn ? document.createElementNS('http://www.w3.org/2000/svg', tag) : document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith('on')) one.addEventListener(name.slice(2), value);
+    else if (value !== false && value !== null) one.setAttribute(name, value === true ? '' : value);
+  }
+  one.append(...inside.filter((each) => each !== null));
+  return one;
+}
+const metres = (value) => `${value.toFixed(2)} m`;
+const awayOf = ({ id, position: [x, y] }) => {
+  const to = of(id).moved_to;
+  return to === null ? 0 : Math.hypot(to[0] - x, to[1] - y);
+};
+function wordsOf(station) {
+  const { state, note, photo } = of(station.id);
+  const away = awayOf(station);
+  return [LABELS[state], away > 0 && `moved ${metres(away)}`, note && 'note', photo && 'photo'].filter(Boolean).join(' · ');
+}
+function draw() {
+  const nDone = plan.stations.filter(({ id }) => of(id).state === 'done').length;
+  const nSkipped = plan.stations.filter(({ id }) => of(id).state === 'skipped').length;
+  const focused = document.activeElement && document.activeElement.id;
+  page.replaceChildren(...[
+    make('header', {}, make('strong', { id: 'count' }, `${nDone} of ${plan.stations.length} done`),
+      make('span', { class: 'quiet' }, nSkipped ? `${nSkipped} skipped` : plan.title)),
+    make('progress', { max: Math.max(1, plan.stations.length), value: nDone + nSkipped, 'aria-label': 'Stations through' }),
+    keeps ? null : make('p', { class: 'warn', role: 'alert' },
+      'This browser keeps nothing of a file: save the result before you close the page.'),
+    chosen === null ? make('section', {}, make('h1', {}, 'All through'),
+      make('p', {}, 'Save the result and hand it to the office.')) : card(chosen),
+    ...list(),
+    ...result(),
+  ].filter((each) => each !== null));
+  if (focused) document.getElementById(focused)?.focus();
+}
+function card(station) {
+  const { state, note, photo } = of(station.id);
+  const floor = plan.floors.find(({ id }) => id === station.floor);
+  const height = station.instrument_height_m;
+  const [x, y] = of(station.id).moved_to || station.position;
+  const act = (name, label, todo, isOn) =>
+    make('button', { type: 'button', id: `act-${name}`, 'aria-pressed': String(isOn), onclick: todo }, label);
+  const setState = (to) => () => {
+    change(station.id, { state: state === to ? null : to });
+    isPlacing = false;
+    if (state !== to) chosen = next();
+    draw();
+    scrollTo(0, 0);
+  };
+  return make('section', { 'aria-label': 'Station' },
+    make('div', { class: 'next' },
+      make('div', { class: 'number', 'aria-hidden': 'true' }, String(station.number ?? '+')),
+      make('div', {}, make('h1', { id: 'station' }, station.id),
+        make('p', {}, `${floor ? floor.name : ''}${height === null ? '' : ` · sensor ${metres(height)} high`}`),
+        make('p', { class: 'quiet' }, `x ${x.toFixed(2)}, y ${y.toFixed(2)}`))),
+    make('div', { class: 'acts' }, act('done', 'Done', setState('done'), state === 'done'),
+      act('moved', awayOf(station) > 0 ? 'Moved' : 'Move', () => { isPlacing = !isPlacing; draw(); },
+        isPlacing || awayOf(station) > 0),
+      act('skipped', 'Skip', setState('skipped'), state === 'skipped')),
+    isPlacing ? make('p', { class: 'warn', role: 'status' }, 'Tap the map where it stands.') : null,
+    awayOf(station) > 0 ? make('p', {}, `Moved by ${metres(awayOf(station))}. `,
+      make('button', { type: 'button', id: 'act-back', onclick: () => { change(station.id, { moved_to: null }); draw(); } },
+        'Back to the plan')) : null,
+    floor ? map(floor, station) : null,
+    make('label', {}, 'Note', make('textarea', { id: 'note', rows: 2, maxlength: 2000,
+      oninput: (event) => { change(station.id, { note: event.target.value }); } }, note)),
+    make('label', { class: 'tick' }, make('input', { type: 'checkbox', id: 'photo', checked: photo,
+      onchange: (event) => { change(station.id, { photo: event.target.checked }); draw(); } }), 'Photo taken'));
+}
+function map(floor, station) {
+  const here = plan.stations.filter(({ floor: id }) => id === floor.id);
+  const [[x0, y0], [x1, y1]] = floor.bounds;
+  const margin = 0.6;
+  const size = Math.max(x1 - x0, y1 - y0) / 26;
+  const box = [x0 - margin, -y1 - margin, x1 - x0 + 2 * margin, y1 - y0 + 2 * margin];
+  const lines = floor.walls.map((flat) => {
+    let path = 'M';
+    for (let i = 0; i < flat.length; i += 2) path += `${i ? 'L' : ''}${flat[i]},${(-flat[i + 1]).toFixed(2)}`;
+    return path;
+  });
+  const picture = make('svg', { viewBox: box.join(' '), role: 'img', 'aria-label': `Map of ${floor.name}` },
+    make('path', { class: 'wall', d: lines.join(''), 'stroke-width': size / 9 }));
+  const away = awayOf(station) > 0 ? of(station.id).moved_to : null;
+  if (away !== null) {
+    const [x, y] = station.position;
+    picture.append(make('line', { class: 'way', x1: x, y1: -y, x2: away[0], y2: -away[1], 'stroke-width': size / 5 }));
+  }
+  for (const each of [...here.filter((one) => one !== station), station]) {
+    const [x, y] = of(each.id).moved_to || each.position;
+    const look = each === station ? 'now' : of(each.id).state || '';
+    picture.append(make('g', { onclick: () => { if (!isPlacing) { chosen = each; draw(); } } },
+      make('circle', { class: `dot ${look}`, cx: x, cy: -y, r: each === station ? 1.25 * size : size, 'stroke-width': size / 6 }),
+      make('text', { class: `dot-text ${look ? `${look}-text` : ''}`, x, y: -y, 'font-size': 1.05 * size },
+        String(each.number ?? '+'))));
+  }
+  picture.addEventListener('click', (event) => {
+    if (!isPlacing) return;
+    const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(picture.getScreenCTM().inverse());
+    change(station.id, { moved_to: [Math.round(100 * at.x) / 100, Math.round(-100 * at.y) / 100] });
+    isPlacing = false;
+    draw();
+  });
+  return picture;
+}
+function list() {
+  return [make('h2', {}, 'Stations'), make('ol', {}, ...plan.stations.map((station) =>
+    make('li', {}, make('button', { type: 'button', 'aria-current': station === chosen ? 'true' : false,
+      onclick: () => { chosen = station; isPlacing = false; draw(); scrollTo(0, 0); } },
+      make('strong', {}, String(station.number ?? '+')), make('span', {}, station.id), make('span', {}, wordsOf(station))))))];
+}
+function result() {
+  return [make('h2', {}, 'Result'),
+    make('label', {}, 'Your name', make('input', { type: 'text', id: 'name', maxlength: 100, value: kept.name,
+      oninput: (event) => { kept.name = event.target.value; keep(); } })),
+    make('button', { type: 'button', class: 'main', id: 'save', onclick: save }, 'Save the result'),
+    make('p', { class: 'quiet', role: 'status' }, saved || 'A file for the office: tab Review of the plan takes it in.')];
+}
+function save() {
+  const document_ = {
+    schema: plan.schema, plan_sha256: plan.plan_sha256, revision: plan.revision, name: kept.name.trim(),
+    saved_at: new Date().toISOString().slice(0, 19) + 'Z',
+    stations: plan.stations.filter(({ id }) => kept.stations[id]).map(({ id }) => ({ id, ...of(id) })),
+  };
+  const link = make('a', { href: URL.createObjectURL(new Blob([JSON.stringify(document_, null, 1)], { type: 'application/json' })),
+    download: `field-${document_.saved_at.replace(/[^0-9]/g, '')}.json` });
+  link.click();
+  URL.revokeObjectURL(link.href);
+  saved = `Saved as ${link.download}.`;
+  draw();
+}
+draw();

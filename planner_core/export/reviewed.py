@@ -1,0 +1,189 @@
+"""Exports of a plan as its review leaves it: stations where reviewers put them, without those taken out.
+
+Plan folder with review.usda -> a file. What tells figures of a plan whose stations were edited is made of a plan that
+is evaluated anew; what tells places alone is made of the plan's own, and says what of it no longer holds.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+
+from planner_core.child_process import progress_of_child
+from planner_core.errors import ExportError
+from planner_core.export.chosen import named
+from planner_core.export.options import Options
+from planner_core.export.write import export_plan
+from planner_core.model import Plan
+from planner_core.model.review import PlanUnderReview, Review, ReviewedStation, StationEdit
+from planner_core.plan_folder.plan_settings import ScenePaths, settings_of
+from planner_core.plan_folder.plan_source import FieldStation, PlanSource, open_plan
+from planner_core.progress import Progress, silent
+from planner_core.review.stations import reviewed_stations
+from planner_core.review.store import ReviewStore
+
+OFFERED: Mapping[str, Options] = MappingProxyType(
+    {
+        "csv": Options(columns="generic"),
+        "pdf": Options(),
+        "html": Options(),
+        "ifc": Options(),
+        "ifc-model": Options(),
+        "bcf": Options(),
+    }
+)
+"""Formats that `export_reviewed` writes, and how."""
+TELLS_FIGURES = frozenset({"pdf", "html"})
+"""Those of them that are of coverage and registration: they need the scene, once stations are edited."""
+
+
+def edited_stations(planned: PlanUnderReview, review: Review) -> tuple[str, ...]:
+    """Ids of stations that stand elsewhere than planned, were added or taken out: what they are worth has changed."""
+    return tuple(name for name, edit in review.stations.items() if _is_elsewhere(planned, name, edit))
+
+
+def export_reviewed(
+    name: str, folder: Path, target: Path, *, scene: ScenePaths = None, progress: Progress = silent
+) -> tuple[str, ...]:
+    """Write one of `OFFERED` of a plan as reviewed; return remarks for the user, one line each.
+
+    Parameters
+    ----------
+    folder
+        The plan folder; nothing is written into it.
+    target
+        The file to write, which is not there.
+    scene
+        Where the scene files are, see `open_plan`.
+
+    Raises
+    ------
+    ExportError
+        Figures of edited stations need the scene, which is not found; or all stations were taken out.
+    PlannerError
+        As `export_plan`.
+    """
+    store = ReviewStore(folder)
+    planned, review = store.plan(), store.current()
+    plan = open_plan(folder, scene=scene)
+    edited = edited_stations(planned, review)
+    if not edited:
+        return export_plan(name, plan, target, OFFERED[name], progress=progress).remarks
+    stations = reviewed_stations(planned, review)
+    if not stations:
+        raise ExportError(f"{name}: the review took all stations out, expected at least one; restore some first")
+    if name in TELLS_FIGURES:
+        return _of_evaluated(name, plan, stations, target, progress)
+    remarks = export_plan(
+        name, reviewed_source(plan, stations, edited), target, OFFERED[name], progress=progress
+    ).remarks
+    return (*remarks, _what_no_longer_holds(name, edited))
+
+
+def export_in_child(name: str, folder: str, target: str, scene: Sequence[str] | None) -> tuple[str, ...]:
+    """Do what `export_reviewed` does, as a function for `planner_core.child_process.run_apart`."""
+    paths = None if scene is None else tuple(Path(path) for path in scene)
+    return export_reviewed(name, Path(folder), Path(target), scene=paths, progress=progress_of_child)
+
+
+def reviewed_source(plan: PlanSource, stations: Sequence[ReviewedStation], edited: Sequence[str]) -> PlanSource:
+    """Return a plan with these stations in place of its own; areas of all, and links of edited ones, are not known.
+
+    Parameters
+    ----------
+    stations
+        As reviewed. Those of the plan keep its visiting order; added ones come last.
+    edited
+        Ids of those that are not what and where they were.
+    """
+    before = {station.id: station for station in plan.stations}
+    in_order = sorted(stations, key=lambda each: before[each.id].number if each.id in before else math.inf)
+    names = {floor.id: floor.name for floor in plan.floors}
+    placed = tuple(
+        _placed(plan, station, names.get(station.floor, station.floor), number, before.get(station.id))
+        for number, station in enumerate(in_order, start=1)
+    )
+    links = tuple(link for link in plan.links if not {link.a, link.b} & set(edited))
+    return replace(plan, stations=placed, links=links, _made={})
+
+
+def _placed(
+    plan: PlanSource, station: ReviewedStation, floor_name: str, number: int, before: FieldStation | None
+) -> FieldStation:
+    position_m = np.array(station.position_m, dtype=np.float64)
+    height_m = math.nan if station.instrument_height_m is None else station.instrument_height_m
+    ground_m = position_m - np.array([0.0, 0.0, height_m])
+    covered_m2 = math.nan if before is None or station.moved else before.covered_area_m2
+    return FieldStation(
+        id=station.id,
+        number=number,
+        floor_id=station.floor,
+        floor_name=floor_name,
+        order=number,
+        position_m=position_m,
+        ground_m=ground_m,
+        instrument_height_m=height_m,
+        site_m=plan.frame.to_site(position_m),
+        site_ground_m=plan.frame.to_site(ground_m),
+        fixed=station.fixed,
+        own_area_m2=math.nan,
+        covered_area_m2=covered_m2,
+    )
+
+
+def _what_no_longer_holds(name: str, edited: Sequence[str]) -> str:
+    said = f"stations as reviewed ({named(sorted(edited))} edited)"
+    if name == "bcf":
+        return f"{said}; unseen surface is that of the plan as it was made"
+    return f"{said}: numbered as planned, added ones last; what depends on what edited ones see is left out"
+
+
+def _of_evaluated(
+    name: str, plan: PlanSource, stations: Sequence[ReviewedStation], target: Path, progress: Progress
+) -> tuple[str, ...]:
+    """Export the stations as a plan folder of their own, with all figures of theirs."""
+    if not plan.has_scene():
+        try:
+            plan.scene_paths()
+        except ExportError as error:
+            raise ExportError(
+                f"{name}: figures of edited stations are computed from the scene, which is not there: {error}"
+            ) from error
+    from planner_core.engine.scan_engine import open_engine
+    from planner_core.plan_folder.folder import write_plan_folder
+    from planner_core.plan_folder.stations_csv import GivenStation
+    from planner_core.planning.evaluate import evaluate_survey
+
+    survey = plan.survey(progress=progress)
+    engine = open_engine(survey.scene, survey.patches)
+    given = [
+        GivenStation(each.id, np.array(each.position_m), each.instrument_height_m, each.floor) for each in stations
+    ]
+    evaluated = evaluate_survey(survey, settings_of(plan.document), given, engine, progress=progress)
+    with tempfile.TemporaryDirectory(prefix="tlsplan-reviewed-") as made:
+        folder = Path(made) / (plan.folder.name or "plan")
+        write_plan_folder(_in_visiting_order(evaluated, stations), folder, engine=engine, progress=progress)
+        return export_plan(name, folder, target, OFFERED[name], scene=plan.told_scene, progress=progress).remarks
+
+
+def _in_visiting_order(plan: Plan, stations: Sequence[ReviewedStation]) -> Plan:
+    """Number stations as they are walked to; scanned are those alone whose scans exist."""
+    fixed = {station.id: station.fixed for station in stations}
+    visits = range(len(plan.stations)) if plan.route is None else plan.route.order.tolist()
+    place = {index: order for order, index in enumerate(visits, start=1)}
+    return replace(
+        plan,
+        stations=tuple(
+            replace(station, order=place[index], fixed=fixed[station.id]) for index, station in enumerate(plan.stations)
+        ),
+    )
+
+
+def _is_elsewhere(planned: PlanUnderReview, name: str, edit: StationEdit) -> bool:
+    return edit.added or edit.removed or (edit.position_m is not None and planned.station(name) is not None)

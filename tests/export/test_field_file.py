@@ -1,0 +1,67 @@
+"""The field file: all that it needs is in it, it names what it was made of, and no text of a plan breaks out of it."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from planner_core.export.field_file import SCHEMA, write_field_file
+from planner_core.export.options import Options
+from planner_core.plan_folder.plan_source import open_plan
+from planner_core.progress import silent
+from planner_core.review.changes import AddStation, MoveStation, RemoveStation
+from planner_core.review.store import ReviewStore
+
+
+def written(folder: Path, path: Path) -> tuple[str, dict[str, Any], tuple[str, ...]]:
+    remarks = write_field_file(open_plan(folder), path, Options(), silent)
+    text = path.read_text(encoding="utf-8")
+    data = re.search(r'<script id="plan" type="application/json">(.*?)</script>', text, re.DOTALL)
+    assert data is not None
+    return text, json.loads(data[1]), remarks
+
+
+def test_stations_are_those_of_the_review_and_the_file_knows_its_revision(box_folder: Path, tmp_path: Path) -> None:
+    folder = box_folder / "plan"
+    plan = json.loads((folder / "plan.json").read_text())
+    station, floor = plan["stations"][0], plan["floors"][0]["id"]
+    x, y, z = station["position"]
+    store = ReviewStore(folder)
+    store.commit(0, [AddStation((x + 0.5, y, z), floor), MoveStation(station["id"], (x + 0.1, y, z))], "Ada")
+    _, document, remarks = written(folder, tmp_path / "field.html")
+    sha256 = hashlib.sha256((folder / "plan.json").read_bytes()).hexdigest()
+    assert (document["schema"], document["plan_sha256"], document["revision"]) == (SCHEMA, sha256, 1)
+    told = {each["id"]: each for each in document["stations"]}
+    assert told[station["id"]]["position"] == pytest.approx([x + 0.1, y, z], abs=1e-4)
+    assert (
+        list(told)[-1] not in {each["id"] for each in plan["stations"]} and document["stations"][-1]["number"] is None
+    )
+    assert len(remarks) == 1 and "walls" in remarks[0]  # this folder has no stage
+    store.commit(1, [RemoveStation(station["id"])], "Ada")
+    assert station["id"] not in {each["id"] for each in written(folder, tmp_path / "b.html")[1]["stations"]}
+
+
+def test_the_page_loads_nothing_and_runs_its_own_script_alone(box_folder: Path, tmp_path: Path) -> None:
+    text, document, _ = written(box_folder / "plan", tmp_path / "field.html")
+    script = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
+    assert len(script) == 1
+    digest = base64.b64encode(hashlib.sha256(script[0].encode()).digest()).decode()
+    assert "default-src 'none'" in text and f"script-src 'sha256-{digest}'" in text
+    assert not re.search(r"""(src|href)\s*=\s*["']?(https?:)?//""", text)
+    assert document["floors"] and document["stations"]
+
+
+def test_a_name_that_ends_a_script_stays_a_name(box_folder: Path, tmp_path: Path) -> None:
+    file = box_folder / "plan" / "plan.json"
+    plan = json.loads(file.read_text())
+    plan["floors"][0]["name"] = "</script><script>alert(1)</script>"
+    file.write_text(json.dumps(plan))
+    text, document, _ = written(box_folder / "plan", tmp_path / "field.html")
+    assert document["floors"][0]["name"] == "</script><script>alert(1)</script>"
+    assert "<script>alert" not in text

@@ -1,0 +1,129 @@
+"""Exports as reviewed: stations where reviewers put them, and nothing told that no longer holds."""
+
+from __future__ import annotations
+
+import csv
+import io
+import shutil
+from pathlib import Path
+
+import pytest
+
+from planner_core.errors import ExportError
+from planner_core.export.reviewed import OFFERED, edited_stations, export_reviewed
+from planner_core.export.write import export_plan
+from planner_core.plan_folder.plan_json import read_plan_json
+from planner_core.review.changes import (
+    AddComment,
+    AddStation,
+    Change,
+    LockStation,
+    MoveStation,
+    RemoveStation,
+    SetVerdict,
+)
+from planner_core.review.store import ReviewStore
+
+
+def change(folder: Path, *changes: Change) -> None:
+    store = ReviewStore(folder)
+    store.commit(store.current().revision, changes, "Kim")
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
+
+
+def exported(folder: Path, name: str = "csv") -> tuple[list[dict[str, str]], tuple[str, ...]]:
+    target = folder.parent / f"out-{len(list(folder.parent.iterdir()))}.csv"
+    remarks = export_reviewed(name, folder, target)
+    return rows_of(target), remarks
+
+
+def test_stations_of_the_list_are_those_of_the_review(box_folder: Path) -> None:
+    folder = box_folder / "plan"
+    planned = read_plan_json(folder)["stations"]
+    (x, y, z), first = planned[0]["position"], planned[0]["id"]
+    before, _ = exported(folder)
+    change(folder, AddComment("fine"), SetVerdict(first, "accepted"))
+    unchanged, remarks = exported(folder)
+    assert unchanged == before
+    assert not [line for line in remarks if "reviewed" in line]
+    added = AddStation((x + 0.5, y + 0.5, z), planned[0]["floor"], 1.5, station="N1")
+    change(folder, MoveStation(first, (x + 0.25, y, z)), added)
+    after, remarks = exported(folder)
+    assert [row["name"] for row in after] == [*(row["name"] for row in before), "N1"]
+    east = {row["name"]: float(row["easting_m"]) for row in after}
+    north = {row["name"]: float(row["northing_m"]) for row in after}
+    was = {row["name"]: (float(row["easting_m"]), float(row["northing_m"])) for row in before}
+    moved_m = ((east[first] - was[first][0]) ** 2 + (north[first] - was[first][1]) ** 2) ** 0.5
+    assert moved_m == pytest.approx(0.25, abs=1e-3)  # the map is turned and scaled, hardly
+    assert [row["order"] for row in after] == [str(n) for n in range(1, len(after) + 1)]
+    [said] = [line for line in remarks if "as reviewed" in line]
+    assert first in said and "N1" in said
+    change(folder, RemoveStation("N1"))
+    assert "N1" not in {row["name"] for row in exported(folder)[0]}
+
+
+def test_links_and_areas_of_edited_stations_are_left_out_of_ifc(box_folder: Path, tmp_path: Path) -> None:
+    import ifcopenshell
+    from ifcopenshell.util.element import get_psets
+
+    folder = box_folder / "plan"
+    (station, *_) = read_plan_json(folder)["stations"]
+    x, y, z = station["position"]
+    change(folder, MoveStation(station["id"], (x + 0.25, y, z)))
+    export_reviewed("ifc", folder, tmp_path / "stations.ifc")
+    model = ifcopenshell.open(str(tmp_path / "stations.ifc"))
+    figures = next(iter(get_psets(by_name(model, station["id"])).values()))
+    assert "OwnArea" not in figures and "CoveredArea" not in figures and "LinkedTo" not in figures
+    assert figures["Id"] == station["id"]
+
+
+def by_name(model: object, name: str) -> object:
+    return next(each for each in model.by_type("IfcBuildingElementProxy") if name in (each.Name or ""))  # type: ignore[attr-defined]
+
+
+def test_sheets_of_edited_stations_need_the_scene_and_say_so(box_folder: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "alone" / "plan"
+    shutil.copytree(box_folder / "plan", folder)
+    (station, *_) = read_plan_json(folder)["stations"]
+    x, y, z = station["position"]
+    change(folder, MoveStation(station["id"], (x + 0.25, y, z)))
+    with pytest.raises(ExportError, match=r"pdf: figures of edited stations are computed from the scene.*box\.ifc"):
+        export_reviewed("pdf", folder, tmp_path / "sheets.pdf")
+    assert not (tmp_path / "sheets.pdf").exists()
+
+
+def test_a_review_without_stations_is_refused(box_folder: Path, tmp_path: Path) -> None:
+    folder = box_folder / "plan"
+    change(folder, *(RemoveStation(row["id"]) for row in read_plan_json(folder)["stations"]))
+    with pytest.raises(ExportError, match="took all stations out"):
+        export_reviewed("csv", folder, tmp_path / "stations.csv")
+
+
+def test_sheets_of_edited_stations_tell_figures_of_those(box_folder: Path, tmp_path: Path) -> None:
+    folder = box_folder / "plan"
+    planned = read_plan_json(folder)
+    (station, *_) = planned["stations"]
+    x, y, z = station["position"]
+    change(folder, AddStation((x + 0.5, y + 0.5, z), station["floor"], 1.5, station="N1"))
+    export_reviewed("html", folder, tmp_path / "reviewed.html")
+    page = (tmp_path / "reviewed.html").read_text(encoding="utf-8")
+    assert "N1" in page
+    export_plan("html", folder, tmp_path / "planned.html")
+    assert "N1" not in (tmp_path / "planned.html").read_text(encoding="utf-8")
+
+
+def test_what_changes_no_station_leaves_figures_as_they_are(box_folder: Path) -> None:
+    folder = box_folder / "plan"
+    store = ReviewStore(folder)
+    (first, *_) = store.plan().stations
+    change(folder, LockStation(first.id), AddComment("look here", target=first.id))
+    assert edited_stations(store.plan(), store.current()) == ()
+
+
+def test_all_that_is_offered_is_a_file() -> None:
+    from planner_core.export.formats import FORMATS
+
+    assert not [name for name in OFFERED if FORMATS[name].is_folder]

@@ -1,0 +1,230 @@
+/** A whole review, from opening to sign-off, by fingers alone and by keys alone: each step is a picture, to be looked at in order. */
+import type { CDPSession, Locator } from 'playwright-core';
+import { afterEach, beforeEach, expect, inject, test } from 'vitest';
+import type { Review } from '../src/api/documents.ts';
+import { ViewerPage } from './browser.ts';
+import { ownCopy } from './own-copy.ts';
+import { PlanFiles } from './plan-files.ts';
+
+const planFolder = inject('planFolder');
+const { plan } = new PlanFiles(planFolder);
+const floor = [...plan.floors].sort((a, b) => a.elevation_m - b.elevation_m)[0];
+const [first, second] = plan.stations.filter(({ floor: id }) => id === floor.id);
+
+const own = ownCopy(planFolder);
+let viewer: ViewerPage;
+let takes = 0;
+beforeEach(() => {
+  takes = 0;
+});
+afterEach(async () => {
+  await viewer.page.close();
+  expect(viewer.faults).toEqual([]);
+});
+
+async function film(reel: string, what: string): Promise<void> {
+  takes++;
+  await viewer.settle();
+  await viewer.screenshot(`film-${reel}-${String(takes).padStart(2, '0')}-${what}`);
+}
+
+async function review(): Promise<Review> {
+  return viewer.page.evaluate(async () => (await fetch('api/review')).json());
+}
+
+const marker = (id: string): Locator => viewer.page.locator(`.marker[data-station="${id}"]`);
+const button = (name: string | RegExp): Locator =>
+  viewer.page.getByRole('button', { name, ...(typeof name === 'string' ? { exact: true } : {}) });
+const tab = (name: string): Locator => viewer.page.getByRole('tab', { name });
+const liveIsReady = async (): Promise<void> => {
+  await viewer.page.getByRole('radiogroup', { name: 'Tool' }).waitFor();
+  await viewer.page.getByTestId('live-note').waitFor({ state: 'detached' });
+  await viewer.page.getByTestId('totals').waitFor();
+};
+
+async function isSigned(by: string): Promise<void> {
+  await expect.poll(async () => (await review()).sign_off?.name).toBe(by);
+  const { stations, comments, verdicts } = await review();
+  expect(stations[first.id].position_m).not.toBeNull();
+  expect(Object.values(comments).map(({ author, target }) => [author, target])).toContainEqual([by, second.id]);
+  expect(Object.keys(verdicts)).toHaveLength(plan.stations.length);
+}
+
+async function startAgain(): Promise<void> {
+  const { revision, stations, comments, verdicts } = await review();
+  const changes = [
+    { kind: 'unsign' },
+    ...Object.keys(stations).map((station) => ({ kind: 'move_station', station, position_m: null })),
+    ...Object.values(comments).map(({ id }) => ({ kind: 'remove_comment', id })),
+    ...Object.keys(verdicts).map((station) => ({ kind: 'clear_verdict', station })),
+  ];
+  const body = (author: string): string => JSON.stringify({ base_revision: revision, author, changes });
+  const [author] = Object.values(comments).map((comment) => comment.author);
+  const status = await viewer.page.evaluate(
+    async (text) => {
+      const headers = { 'content-type': 'application/json' };
+      return (await fetch('api/review/changes', { method: 'POST', headers, body: text })).status;
+    },
+    body(author ?? 'nobody'),
+  );
+  expect(status).toBe(200);
+}
+
+test('by fingers alone, on a tablet', async () => {
+  viewer = await ViewerPage.create(own.browser, own.server.address, { width: 1024, height: 768, hasTouch: true });
+  const { page } = viewer;
+  const fingers: CDPSession = await page.context().newCDPSession(page);
+  const touch = async (type: string, places: readonly (readonly [number, number])[]): Promise<void> => {
+    const touchPoints = places.map(([x, y], id) => ({ x, y, id }));
+    await fingers.send('Input.dispatchTouchEvent', { type, touchPoints } as never);
+    await viewer.settle();
+  };
+  await viewer.open();
+  await film('touch', 'opened');
+  await page.locator(`[data-floor="${floor.id}"]`).first().tap();
+  await button('Top').tap();
+  await film('touch', 'floor');
+  await marker(second.id).tap();
+  await film('touch', 'station');
+  await tab('Unseen').tap();
+  await page.locator('.unseen button').first().tap();
+  await film('touch', 'unseen');
+  await tab('Network').tap();
+  await film('touch', 'network');
+  await tab('Edit').tap();
+  await liveIsReady();
+  await button('Top').tap();
+  await viewer.settle();
+  const box = (await marker(first.id).boundingBox())!;
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  await touch('touchStart', [[x, y]]);
+  for (let i = 1; i <= 6; i++) await touch('touchMove', [[x - 6 * i, y + 5 * i]]);
+  await film('touch', 'dragging');
+  await touch('touchEnd', []);
+  await expect.poll(async () => (await review()).stations[first.id]?.position_m ?? null).not.toBeNull();
+  await film('touch', 'moved');
+  await tab('Review').tap();
+  await page.getByLabel('Your name, for changes and comments').tap();
+  await page.keyboard.insertText('Ada');
+  await marker(second.id).tap();
+  await button(`Pin to ${second.id}`).tap();
+  await page.getByLabel('New comment').tap();
+  await page.keyboard.insertText('The door beside it is mostly shut.');
+  await film('touch', 'comment');
+  await button('Comment').tap();
+  await expect.poll(async () => Object.keys((await review()).comments)).toHaveLength(1);
+  await button(`Accept ${first.id}`).tap();
+  await button(/^Accept the other/).tap();
+  await expect.poll(async () => Object.keys((await review()).verdicts)).toHaveLength(plan.stations.length);
+  await film('touch', 'verdicts');
+  await page.getByLabel(/^Sign off with th/).tap();
+  await film('touch', 'open-points');
+  await button('Sign off as Ada').tap();
+  await page.getByTestId('signature').waitFor();
+  await film('touch', 'signed');
+  await isSigned('Ada');
+  await startAgain();
+});
+
+test('by keys alone', async () => {
+  viewer = await ViewerPage.create(own.browser, own.server.address, { width: 1024, height: 768 });
+  const { page } = viewer;
+  const { keyboard } = page;
+  /** Tab until it has the focus, which has to be seen: where it lies in the page, and that something marks it. */
+  const reach = async (target: Locator, by = 'Tab'): Promise<void> => {
+    for (let n = 0; n < 250; n++) {
+      if (await target.evaluate((one) => one === document.activeElement)) {
+        expect(await target.evaluate(whyUnmarked)).toBe('');
+        return;
+      }
+      await keyboard.press(by);
+    }
+    throw new Error(`no way by ${by} to ${target}`);
+  };
+  const use = async (target: Locator, by = 'Tab'): Promise<void> => {
+    await reach(target, by);
+    await keyboard.press('Enter');
+    await viewer.settle();
+  };
+  /** The tabs are one stop; arrows go through them. */
+  const openTab = async (name: string): Promise<void> => {
+    await reach(page.locator('[role=tab][aria-selected=true]'), 'Shift+Tab');
+    for (let n = 0; n < 6 && (await tab(name).getAttribute('aria-selected')) !== 'true'; n++) {
+      await keyboard.press('ArrowRight');
+    }
+    expect(await tab(name).getAttribute('aria-selected')).toBe('true');
+  };
+  await viewer.open();
+  await film('keys', 'opened');
+  await keyboard.press('1');
+  await keyboard.press('t');
+  await film('keys', 'floor');
+  await use(marker(second.id));
+  await film('keys', 'station');
+  await openTab('Unseen');
+  await use(page.locator('.unseen button').first());
+  await film('keys', 'unseen');
+  await openTab('Network');
+  await film('keys', 'network');
+  await openTab('Edit');
+  await liveIsReady();
+  await use(page.getByRole('radio', { name: 'Move', exact: true }));
+  await keyboard.press('t');
+  await viewer.settle();
+  await use(marker(first.id));
+  await keyboard.press('t');
+  await viewer.settle();
+  await keyboard.down('Shift');
+  for (const key of ['ArrowDown', 'ArrowDown', 'ArrowLeft']) {
+    await keyboard.press(key);
+    await viewer.settle();
+  }
+  await film('keys', 'moving');
+  await keyboard.up('Shift');
+  await expect.poll(async () => (await review()).stations[first.id]?.position_m ?? null).not.toBeNull();
+  await film('keys', 'moved');
+  // A place is pointed at with the cross: here one that no station may come near.
+  await use(page.getByRole('radio', { name: 'Forbid position', exact: true }), 'Shift+Tab');
+  await reach(page.locator('canvas').first());
+  for (let i = 0; i < 6; i++) await keyboard.press('ArrowDown');
+  await film('keys', 'cross');
+  await keyboard.press('Space');
+  await expect.poll(async () => Object.keys((await review()).forbidden)).toHaveLength(1);
+  await film('keys', 'forbidden');
+  await keyboard.press('Control+z');
+  await expect.poll(async () => Object.keys((await review()).forbidden)).toHaveLength(0);
+  await keyboard.press('t');
+  await viewer.settle();
+  await use(marker(second.id));
+  await openTab('Review');
+  await reach(page.getByLabel('Your name, for changes and comments'));
+  await keyboard.type('Ben');
+  await use(button(`Pin to ${second.id}`));
+  await reach(page.getByLabel('New comment'), 'Shift+Tab');
+  await keyboard.type('Mind the step.');
+  await film('keys', 'comment');
+  await use(button('Comment'));
+  await expect.poll(async () => Object.keys((await review()).comments)).toHaveLength(1);
+  await use(button(`Accept ${first.id}`));
+  await use(button(/^Accept the other/));
+  await expect.poll(async () => Object.keys((await review()).verdicts)).toHaveLength(plan.stations.length);
+  await film('keys', 'verdicts');
+  await reach(page.getByLabel(/^Sign off with th/));
+  await keyboard.press('Space');
+  await film('keys', 'open-points');
+  await use(button('Sign off as Ben'));
+  await page.getByTestId('signature').waitFor();
+  await film('keys', 'signed');
+  await isSigned('Ben');
+  await startAgain();
+});
+
+/** Why what has the focus is not seen to have it: it lies beyond the window, or nothing is around it. Empty: it is seen. */
+function whyUnmarked(one: Element): string {
+  const { x, y, width, height } = one.getBoundingClientRect();
+  const isInside = x + width > 0 && y + height > 0 && x < window.innerWidth && y < window.innerHeight;
+  if (!isInside) return `${one.outerHTML.slice(0, 120)} at ${[x, y, width, height]}`;
+  const looks = [one, one.parentElement!].map((each) => getComputedStyle(each));
+  const ringed = looks.some(({ outlineStyle, outlineWidth }) => outlineStyle !== 'none' && outlineWidth !== '0px');
+  return ringed ? '' : `${one.outerHTML.slice(0, 120)}: no outline, focus-visible ${one.matches(':focus-visible')}`;
+}

@@ -1,0 +1,9 @@
+/** Which of the draft's stations are selected together. */
+import type { Store } from '../store.ts';
+import type { DraftStation } from './draft.ts';
+import { stationsOf } from './draft-follower.ts';
+
+export function selectedStations(store: Store): readonly DraftStation[] {
+  const ids = store.selection.value;
+  return stationsOf(store).filter(({ id, isRemoved }) => ids.has(id) && !isRemoved);
+}

@@ -1,0 +1,52 @@
+/** A length or a coordinate that is typed, in the chosen unit: taken when the field is left or Enter is pressed. */
+import { useEffect, useState } from 'preact/hooks';
+import { parseLengthM, units } from './units.ts';
+
+interface LengthFieldProps {
+  readonly label: string;
+  readonly valueM: number;
+  /** Decimals that are shown; what is typed may have more. */
+  readonly digits?: number;
+  /** Metres of the unit, where that is not the chosen one's. */
+  readonly unitM?: number;
+  readonly disabled?: boolean;
+  readonly onValue: (valueM: number) => void;
+}
+
+export function LengthField({ label, valueM, digits = 3, unitM, disabled = false, onValue }: LengthFieldProps) {
+  const scale = unitM ?? parseLengthM('1') ?? 1;
+  const shown = (valueM / scale).toFixed(digits);
+  const [typed, setTyped] = useState<string | null>(null);
+  // A value that changed meanwhile, as by a drag, counts more than what is half typed.
+  useEffect(() => setTyped(null), [shown]);
+  const parsedM = typed === null ? valueM : parseLengthM(typed, scale);
+  const take = (): void => {
+    if (typed !== null && parsedM !== null) {
+      setTyped(null);
+      if ((parsedM / scale).toFixed(digits) !== shown) onValue(parsedM);
+    }
+  };
+  return (
+    <label class="field">
+      {label}
+      <span class="unit-input">
+        <input
+          type="text"
+          inputMode="decimal"
+          value={typed ?? shown}
+          disabled={disabled}
+          aria-label={`${label}, ${units.value}`}
+          aria-invalid={parsedM === null}
+          onInput={(event) => setTyped(event.currentTarget.value)}
+          onBlur={take}
+          onKeyDown={(event) => {
+            if (event.key === 'Enter') take();
+            if (event.key === 'Escape') setTyped(null);
+          }}
+        />
+        {units.value}
+      </span>
+      {parsedM === null && <span class="field-fault">Type a number, as {shown}</span>}
+    </label>
+  );
+}

@@ -1,0 +1,125 @@
+/** What a crew saved from the field file, as changes of the review. */
+import type { Change, Point } from '../api/documents.ts';
+import type { DraftStation } from '../edit/draft.ts';
+import { counted, lengthWords } from '../panels/figures.ts';
+
+export interface FieldStation {
+  readonly id: string;
+  readonly state: 'done' | 'skipped' | null;
+  /** Where it stood on site, (x, y), scene frame; null: where it was planned. */
+  readonly movedTo: readonly [number, number] | null;
+  readonly note: string;
+  readonly photo: boolean;
+}
+
+export interface FieldResult {
+  readonly planSha256: string;
+  /** Of the review that the file was made of. */
+  readonly revision: number;
+  readonly name: string;
+  readonly savedAt: string;
+  readonly stations: readonly FieldStation[];
+}
+
+/** Of stations that are left; of more their number is told. */
+const MOST_NAMED = 12;
+
+export const FIELD_SCHEMA = 'tlsplan/field/1';
+
+/** Throws an error in words where it is no such file. */
+export function readFieldResult(text: string): FieldResult {
+  let told: unknown;
+  try {
+    told = JSON.parse(text);
+  } catch {
+    throw new Error('The file is no JSON, expected what the field file saves. Choose another file.');
+  }
+  const file = told as Record<string, unknown>;
+  if (typeof told !== 'object' || told === null || file.schema !== FIELD_SCHEMA) {
+    throw new Error(`The file is no ${FIELD_SCHEMA}, expected what the field file saves. Choose another file.`);
+  }
+  const { plan_sha256, revision, name, saved_at, stations } = file;
+  const isWhole = typeof revision === 'number' && Number.isInteger(revision) && revision >= 0;
+  const isText = [plan_sha256, name, saved_at].every((value) => typeof value === 'string');
+  if (!isWhole || !isText || !Array.isArray(stations)) throw damaged('its head');
+  return {
+    planSha256: plan_sha256 as string,
+    revision: revision as number,
+    name: name as string,
+    savedAt: saved_at as string,
+    stations: stations.map(readStation),
+  };
+}
+
+function readStation(told: unknown): FieldStation {
+  const { id, state, moved_to, note, photo } = (told ?? {}) as Record<string, unknown>;
+  const isPlace = (value: unknown): boolean =>
+    Array.isArray(value) && value.length === 2 && value.every((each) => Number.isFinite(each));
+  const isRight =
+    typeof id === 'string' &&
+    (state === null || state === 'done' || state === 'skipped') &&
+    (moved_to === null || isPlace(moved_to)) &&
+    typeof note === 'string' &&
+    typeof photo === 'boolean';
+  if (!isRight) throw damaged(`station ${typeof id === 'string' ? id : '?'}`);
+  return { id, state, movedTo: moved_to as FieldStation['movedTo'], note, photo };
+}
+
+const damaged = (where: string): Error =>
+  new Error(`The field result is damaged at ${where}. Save it from the phone again.`);
+
+/**
+ * The changes that take a result into the review: moved stations are moved, what was said of a station is a comment on it, and how far the
+ * crew came is a comment on the plan. Ids of the comments follow from the file: taken in twice, it is a conflict and not two of each.
+ */
+export function changesOfField(result: FieldResult, stations: readonly DraftStation[]): Change[] {
+  const byId = new Map(stations.map((station) => [station.id, station]));
+  const unknown = result.stations.filter(({ id }) => !byId.has(id)).map(({ id }) => id);
+  if (unknown.length > 0)
+    throw new Error(`The field result names ${unknown.join(', ')}, which the review does not have.`);
+  const moved = result.stations.filter(({ id, movedTo }) => movedTo !== null && canMove(byId.get(id)!));
+  const stamp = Number(result.savedAt.replace(/\D/g, '')).toString(36);
+  const told = result.stations.flatMap((station, n): Change[] => {
+    const text = wordsOf(station, byId.get(station.id)!, result.name);
+    return text === null ? [] : [{ kind: 'add_comment', id: `F${stamp}_${n + 1}`, text, target: station.id }];
+  });
+  return [
+    ...moved.map(({ id, movedTo }): Change => {
+      const { positionM, instrumentHeightM, floorId } = byId.get(id)!;
+      const [x, y] = movedTo!;
+      const position_m: Point = [x, y, positionM[2]];
+      return { kind: 'move_station', station: id, position_m, instrument_height_m: instrumentHeightM, floor: floorId };
+    }),
+    ...told,
+    { kind: 'add_comment', id: `F${stamp}_0`, text: summaryOf(result, stations), target: null },
+  ];
+}
+
+const canMove = ({ isLocked, isFixed, isRemoved }: DraftStation): boolean => !isLocked && !isFixed && !isRemoved;
+
+/** What is to be known of a station beyond that it is done; null: nothing. */
+function wordsOf({ state, movedTo, note, photo }: FieldStation, station: DraftStation, name: string): string | null {
+  const away = movedTo === null ? 0 : Math.hypot(movedTo[0] - station.positionM[0], movedTo[1] - station.positionM[1]);
+  const place = movedTo === null ? '' : ` to x ${movedTo[0].toFixed(2)}, y ${movedTo[1].toFixed(2)}`;
+  const parts = [
+    state === 'skipped' && 'skipped',
+    movedTo !== null && `set up ${lengthWords(away)} away${canMove(station) ? '' : `${place}, and not moved here`}`,
+    note.trim() !== '' && note.trim(),
+    photo && 'photo taken',
+  ].filter((part) => part !== false);
+  return parts.length === 0 ? null : `On site${name === '' ? '' : ` (${name})`}: ${parts.join('; ')}`;
+}
+
+function summaryOf({ name, stations }: FieldResult, all: readonly DraftStation[]): string {
+  const planned = all.filter(({ isRemoved, isFixed }) => !isRemoved && !isFixed);
+  const of = (state: FieldStation['state']): string[] =>
+    stations.filter((station) => station.state === state).map(({ id }) => id);
+  const through = new Set([...of('done'), ...of('skipped')]);
+  const left = planned.filter(({ id }) => !through.has(id)).map(({ id }) => id);
+  const parts = [
+    `${of('done').length} of ${counted(planned.length, 'station')} done: ${of('done').join(', ') || 'none'}`,
+    of('skipped').length > 0 && `skipped: ${of('skipped').join(', ')}`,
+    left.length > 0 && `left: ${left.length > MOST_NAMED ? counted(left.length, 'station') : left.join(', ')}`,
+  ].filter((part) => part !== false);
+  return `Field result${name === '' ? '' : ` of ${name}`}. ${parts.join('; ')}.`;
+}

@@ -1,0 +1,256 @@
+/** The menu of what can be taken along: a link, a picture, and the plan in formats of other programs. */
+import { useEffect, useRef, useState } from 'preact/hooks';
+import type { ExportList } from '../api/documents.ts';
+import { OWN_PLAN } from '../load/plan-base.ts';
+import { counted } from '../panels/figures.ts';
+import type { PlanView } from '../scene/plan-view.ts';
+import type { Store } from '../store.ts';
+import { type Download, heldDownloads, madeDownloads, make, saveFile } from './downloads.ts';
+import { copied, linkTo } from './link.ts';
+import { pictureName, takePicture } from './picture.ts';
+import './share.css';
+
+export function ShareMenu({ store, view }: { store: Store; view: PlanView }) {
+  const [isOpen, setIsOpen] = useState(false);
+  const menu = useRef<HTMLDivElement>(null);
+  useEffect(() => {
+    if (!isOpen) return undefined;
+    const leave = (event: Event): void => {
+      if (event instanceof KeyboardEvent ? event.key === 'Escape' : !menu.current?.contains(event.target as Node)) {
+        setIsOpen(false);
+        event.stopPropagation();
+      }
+    };
+    document.addEventListener('pointerdown', leave, { capture: true });
+    document.addEventListener('keydown', leave, { capture: true });
+    return () => {
+      document.removeEventListener('pointerdown', leave, { capture: true });
+      document.removeEventListener('keydown', leave, { capture: true });
+    };
+  }, [isOpen]);
+  return (
+    <div class="share" ref={menu}>
+      <button
+        type="button"
+        class="icon"
+        aria-label="Share"
+        title="Share: copy a link, take a picture, download the plan"
+        aria-expanded={isOpen}
+        onClick={() => setIsOpen(!isOpen)}
+      >
+        <svg viewBox="0 0 18 18" width="18" height="18" aria-hidden="true">
+          <path class="share-sign" d="M9 2v9M5.5 7.5 9 11l3.5-3.5M3 12v3.5h12V12" />
+        </svg>
+      </button>
+      {isOpen && (
+        <section class="share-menu" aria-label="Share and download">
+          <ViewItems store={store} view={view} />
+          <Downloads store={store} />
+        </section>
+      )}
+    </div>
+  );
+}
+
+function ViewItems({ store, view }: { store: Store; view: PlanView }) {
+  const [link, setLink] = useState<string | null>(null);
+  const [said, setSaid] = useState<string | null>(null);
+  const copy = async (): Promise<void> => {
+    const to = linkTo(window.location, view.pose());
+    const isCopied = await copied(to, navigator.clipboard as Clipboard | undefined);
+    setLink(to);
+    const whose = store.isStatic
+      ? ''
+      : ' It opens for whoever opened an address of `tlsplan view` in their browser before.';
+    setSaid(`${isCopied ? 'Copied.' : 'The browser did not let it be copied: copy it from here.'}${whose}`);
+  };
+  const picture = async (): Promise<void> => {
+    try {
+      saveFile(await takePicture(store, view), pictureName(store));
+      setSaid(null);
+    } catch (error) {
+      setSaid((error as Error).message);
+    }
+    setLink(null);
+  };
+  return (
+    <>
+      <h2>This view</h2>
+      <ul>
+        <Item name="Copy link" kind="" onClick={copy} />
+        <Item name="Picture" kind="PNG" onClick={picture} />
+      </ul>
+      {link !== null && (
+        <input
+          type="text"
+          class="share-link"
+          aria-label="Link to this view"
+          readOnly
+          value={link}
+          onFocus={(event) => event.currentTarget.select()}
+        />
+      )}
+      {said !== null && (
+        <p class="note" role="status">
+          {said}
+        </p>
+      )}
+    </>
+  );
+}
+
+type Offer =
+  | { readonly kind: 'asking' }
+  | { readonly kind: 'failed'; readonly message: string }
+  | { readonly kind: 'there'; readonly downloads: readonly Download[]; readonly edited: number };
+
+function Downloads({ store }: { store: Store }) {
+  const [offer, setOffer] = useState<Offer>({ kind: 'asking' });
+  const [making, setMaking] = useState<Download | null>(null);
+  const [said, setSaid] = useState<{ readonly isBad: boolean; readonly lines: readonly string[] } | null>(null);
+  const stopping = useRef<AbortController | null>(null);
+  const isGone = useRef(false);
+  useEffect(
+    () => () => {
+      isGone.current = true;
+    },
+    [],
+  );
+  const revision = store.reviewClient?.review.value?.revision;
+  // What can be had changes with the review.
+  useEffect(() => {
+    let isOver = false;
+    void offered(store).then((found) => {
+      if (!isOver) setOffer(found);
+    });
+    return () => {
+      isOver = true;
+    };
+  }, [store, revision]);
+  // Closing the menu lets a download go on: it is what one waits for.
+  const start = async (download: Download): Promise<void> => {
+    const client = store.reviewClient?.client;
+    if (client === undefined || making !== null) return;
+    stopping.current = new AbortController();
+    setMaking(download);
+    setSaid(null);
+    try {
+      setSaid({ isBad: false, lines: await make(client, download, stopping.current.signal) });
+    } catch (error) {
+      const lines = stopping.current.signal.aborted ? [] : [(error as Error).message];
+      if (isGone.current) for (const line of lines) store.reviewClient?.warn(line);
+      else setSaid({ isBad: true, lines });
+    } finally {
+      setMaking(null);
+    }
+  };
+  return (
+    <>
+      <h2>
+        Download the plan
+        {offer.kind === 'there' && offer.edited > 0 && (
+          <small> as edited: {counted(offer.edited, 'station')} changed</small>
+        )}
+      </h2>
+      {offer.kind === 'asking' && <p class="muted">Asking what can be had …</p>}
+      {offer.kind === 'failed' && (
+        <p class="note note-warn" role="alert">
+          {offer.message}
+        </p>
+      )}
+      {offer.kind === 'there' && (
+        <ul>
+          {offer.downloads.map((download) => (
+            <DownloadItem
+              key={download.id}
+              download={download}
+              isMaking={making?.id === download.id}
+              isBusy={making !== null}
+              onMake={() => void start(download)}
+              onStop={() => stopping.current?.abort()}
+            />
+          ))}
+        </ul>
+      )}
+      {offer.kind === 'there' && offer.downloads.length === 0 && (
+        <p class="muted">This copy holds no files to download.</p>
+      )}
+      {said?.lines.map((line) => (
+        <p key={line} class={said.isBad ? 'note note-warn' : 'note'} role={said.isBad ? 'alert' : 'status'}>
+          {line}
+        </p>
+      ))}
+    </>
+  );
+}
+
+/** Of the plan that is shown: the server makes exports of its own plan only, and a static page has no server. */
+async function offered({ reviewClient, planBase, isStatic }: Store): Promise<Offer> {
+  const base = planBase.value;
+  if (isStatic || reviewClient === null || reviewClient.line.value === 'none' || base !== OWN_PLAN) {
+    return { kind: 'there', downloads: await heldDownloads(base), edited: 0 };
+  }
+  try {
+    const list = await reviewClient.client.json<ExportList>('exports');
+    return { kind: 'there', downloads: madeDownloads(list), edited: list.edited_stations };
+  } catch (error) {
+    return { kind: 'failed', message: (error as Error).message };
+  }
+}
+
+interface DownloadItemProps {
+  readonly download: Download;
+  readonly isMaking: boolean;
+  readonly isBusy: boolean;
+  readonly onMake: () => void;
+  readonly onStop: () => void;
+}
+
+function DownloadItem({ download, isMaking, isBusy, onMake, onStop }: DownloadItemProps) {
+  const { name, kind, address, fileName, obstacle, isPage } = download;
+  if (address !== null) {
+    return (
+      <li>
+        <a
+          class="share-item"
+          href={address}
+          {...(isPage ? { target: '_blank', rel: 'noopener' } : { download: fileName })}
+        >
+          <span>{name}</span>
+          <small>{kind}</small>
+        </a>
+      </li>
+    );
+  }
+  if (isMaking) {
+    return (
+      <li class="share-making">
+        <span role="status">Making {name} …</span>
+        <progress aria-label={`Making ${name}`} />
+        <button type="button" class="chip" onClick={onStop}>
+          Stop
+        </button>
+      </li>
+    );
+  }
+  return (
+    <li>
+      <button type="button" class="share-item" disabled={isBusy || obstacle !== null} onClick={onMake}>
+        <span>{name}</span>
+        <small>{kind}</small>
+      </button>
+      {obstacle !== null && <p class="note note-warn">{obstacle}</p>}
+    </li>
+  );
+}
+
+function Item({ name, kind, onClick }: { name: string; kind: string; onClick: () => Promise<void> }) {
+  return (
+    <li>
+      <button type="button" class="share-item" onClick={() => void onClick()}>
+        <span>{name}</span>
+        <small>{kind}</small>
+      </button>
+    </li>
+  );
+}

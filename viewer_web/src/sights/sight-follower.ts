@@ -1,0 +1,68 @@
+/** Asks for each clicked surface which stations see it: one bit of each station's file, or what the live side has of edited ones. */
+import { effect } from '@preact/signals';
+import { localOf } from '../edit/draft.ts';
+import { isSeen } from '../heat/marks.ts';
+import { normalOf } from '../load/edges.ts';
+import { fetchSeenBit, type LoadedPlan } from '../load/fetch-plan.ts';
+import type { Picked } from '../scene/state.ts';
+import type { ShownStation } from '../stations/shown.ts';
+import type { Store } from '../store.ts';
+import { sightsOf } from './sights.ts';
+
+export class SightFollower {
+  private latest = 0;
+  private readonly end: () => void;
+
+  constructor(
+    private readonly store: Store,
+    private readonly loaded: LoadedPlan,
+  ) {
+    this.end = effect(() => {
+      void this.follow(store.picked.value, store.shownStations.value);
+    });
+  }
+
+  dispose(): void {
+    this.latest = -1;
+    this.end();
+  }
+
+  private async follow(picked: Picked | null, stations: readonly ShownStation[]): Promise<void> {
+    const { store } = this;
+    store.stationSource.value;
+    const turn = ++this.latest;
+    // What no candidate sees, and what the plan is not about, may be seen all the same: that is what is asked.
+    if (picked === null || picked.isSection) {
+      store.sights.value = { kind: 'none' };
+      return;
+    }
+    store.sights.value = { kind: 'loading' };
+    const { offsetM, triangles } = this.loaded.stage;
+    const atM = localOf(picked.pointM, offsetM);
+    // The station may see the patch where it is nearer than the point: by no more than the triangle is long.
+    const longestM = Math.sqrt(
+      Math.max(...triangles.squaredEdgesM2.subarray(3 * picked.triangle, 3 * picked.triangle + 3)),
+    );
+    const reachM = this.loaded.plan.scanner.range_max_m + longestM;
+    const near = stations.filter(({ positionM }) => Math.hypot(...positionM.map((x, k) => x - atM[k])) <= reachM);
+    try {
+      const seen = await Promise.all(near.map(({ id }) => this.sees(id, picked.patch)));
+      if (turn !== this.latest) return;
+      const seeing = near.filter((_, i) => seen[i]);
+      store.sights.value = {
+        kind: 'shown',
+        sights: sightsOf(seeing, atM, normalOf(triangles.cornersM, picked.triangle)),
+      };
+    } catch (error) {
+      if (turn === this.latest) store.sights.value = { kind: 'failed', message: (error as Error).message };
+    }
+  }
+
+  private async sees(id: string, patch: number): Promise<boolean> {
+    const live = await this.store.stationSource.peek()?.seen(id);
+    if (live) return isSeen(live, patch);
+    const station = this.loaded.stage.stations.find((one) => one.id === id);
+    if (station === undefined) throw new Error(`What ${id} sees is known with live editing only.`);
+    return fetchSeenBit(this.loaded, station, patch);
+  }
+}

@@ -1,0 +1,65 @@
+/** In the card of a clicked surface: the stations that see it, the best first, and another one here. */
+import { canEdit, isLive, whyNotLive } from '../edit/readiness.ts';
+import { lengthWords } from '../panels/figures.ts';
+import type { Picked } from '../scene/state.ts';
+import type { Store } from '../store.ts';
+import './sights.css';
+
+/** More are told by their number. */
+const MOST_SIGHTS = 8;
+
+export function SightList({ store }: { store: Store }) {
+  const state = store.sights.value;
+  if (state.kind === 'none') return null;
+  if (state.kind === 'failed') return <p class="note-warn">{state.message}</p>;
+  if (state.kind === 'loading') return <p class="muted">Asking which stations see it …</p>;
+  const { sights } = state;
+  if (sights.length === 0) return null;
+  return (
+    <>
+      <h3>Stations that see it</h3>
+      <ul class="sights" aria-label="Stations that see it">
+        {sights.slice(0, MOST_SIGHTS).map(({ stationId, rangeM, incidenceRad, isBest }) => (
+          <li key={stationId}>
+            <button
+              type="button"
+              class="sight"
+              title={isBest ? 'Its points lie closest there: least range / cos(incidence)' : 'Open the station'}
+              onClick={() => store.chooseStation(stationId)}
+            >
+              <span>{stationId}</span>
+              <span>{lengthWords(rangeM)}</span>
+              <span>{((incidenceRad * 180) / Math.PI).toFixed(0)}°</span>
+              {isBest && <span class="badge badge-good">best</span>}
+            </button>
+          </li>
+        ))}
+      </ul>
+      <p class="muted">
+        {sights.length > MOST_SIGHTS && `${sights.length - MOST_SIGHTS} more. `}Range and incidence at the point.
+      </p>
+    </>
+  );
+}
+
+/** Only where the plan can be changed. */
+export function AddStationHere({ store, picked }: { store: Store; picked: Picked }) {
+  const editor = store.editing.editor.value;
+  if (editor === null || !canEdit(store) || picked.isSection) return null;
+  return (
+    <div class="chips">
+      <button
+        type="button"
+        class="chip chip-strong"
+        disabled={!isLive(store)}
+        title={whyNotLive(store) ?? 'As near to this point as a tripod can stand'}
+        onClick={() => {
+          store.tab.value = 'edit';
+          editor.areas.addStation(picked);
+        }}
+      >
+        Add a station here
+      </button>
+    </div>
+  );
+}
