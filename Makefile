@@ -25,7 +25,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-kernel-check lint typecheck \
   imports pytest pytest-slow web web-check web-main e2e e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large \
-  bench-drivers bench-planning bench-truth bench-live bench-clouds plan-scenes soak soak-short soak-server fuzz kernel-check wheel test-wheel docs api-types lock test-bare clean
+  bench-drivers bench-planning bench-truth bench-live bench-clouds reproduce plan-scenes soak soak-short soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -109,6 +109,9 @@ $(SCENES)/school/plan.json: $(SCENES)/school.ifc | $(RUNTIME)
 $(SCENES)/duplex/plan.json: $(DUPLEX) | $(RUNTIME)
 	$(BIN)/tlsplan plan $< -o $(@D) --overwrite --scanner rtc360:40mm --grid 0.8 --height 1.6 --set work_limit=10
 
+reproduce: $(RUNTIME) ## the method paper's figures, those alone whose settings changed; hours; writes docs/reproduction
+	$(BIN)/tlsplan reproduce all --resume -o docs/reproduction $(REPRODUCE_ARGS)
+
 bench: $(DEV) ## scan engine against Open3D; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_scan.py --write docs/benchmarks/scan.md
 
@@ -126,6 +129,7 @@ bench-real-buildings: $(DEV) ## floors and plans of models that nobody here made
 
 bench-truth: $(DEV) ## plans' figures beside those of random points; writes docs/benchmarks
 	$(BIN)/python -m tests.benchmarks.bench_truth --write docs/benchmarks/truth.md
+	PYTHONPATH=. $(BIN)/python tests/benchmarks/bench_counting.py --write docs/benchmarks/truth.md
 
 bench-selection: $(DEV) ## proven selection against greedy and genetic selection; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_selection.py --write docs/benchmarks/selection.md
@@ -151,9 +155,16 @@ soak: $(DEV) ## a hundred million beams at shared edges and vertices, none may l
 soak-short: $(DEV) ## the soak in small: every mesh, size, place and way, few beams
 	$(BIN)/python tests/soak/soak_watertight.py --short --fresh --store build/soak-short.jsonl
 
-FUZZ_ARGS ?= --minutes 2
-fuzz: $(DEV) ## scene files changed at random, for two minutes; FUZZ_ARGS="--minutes 240 --seed 7 --real" for hours
+# Counted, not timed: what is tried does not depend on the machine.
+FUZZ_ARGS ?= --count 350 --minutes 10
+FUZZ_DOCUMENTS_ARGS ?= --count 24000 --minutes 10
+fuzz: $(DEV) ## scenes and documents changed at random, in minutes; FUZZ_ARGS="--minutes 240 --seed 7 --real" for hours
 	$(BIN)/python -m tests.fuzz.fuzz_scenes $(FUZZ_ARGS)
+	$(BIN)/python -m tests.fuzz.fuzz_documents $(FUZZ_DOCUMENTS_ARGS)
+
+FAULTS_ARGS ?= --each 5 --seed 1
+faults: $(DEV) ## commands under kills, full and broken disks, clocks that jump; FAULTS_ARGS="--each 50 --seed 7" for hours
+	$(BIN)/python -m tests.faults.campaign $(FAULTS_ARGS)
 
 soak-server: $(DEV) ## a long-running viewer's server, and one under attack: memory, open files, answers; writes docs/benchmarks
 	$(BIN)/python tests/soak/soak_server.py --write docs/benchmarks/server.md

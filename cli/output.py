@@ -51,10 +51,10 @@ def materials(glass_area_m2: float, mirror_area_m2: float, *, glass: str) -> tup
 
 def as_json(document: Any) -> None:
     """Print a document as JSON; not-a-number has no place in it."""
-    from planner_core.errors import UNFIT
+    from planner_core.errors import escaped
 
     text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
-    click.echo(UNFIT.sub(lambda found: f"\\u{ord(found[0]):04x}", text))
+    click.echo(escaped(text, lambda sign: json.dumps(sign)[1:-1]))
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:

@@ -5,7 +5,7 @@ first page says where the child is (`at`, and progress), what follows is the req
 left behind however either of them ends, and the last place is known even of a child that was killed. The answer is
 JSON and plain arrays: a child that a file has taken over can't make this process do anything.
 
-A child that does nothing is ended after `ASLEEP_S`, one that works without a step to show after the time of `Limits`.
+A child that does nothing is ended after `ASLEEP_S`, one that works without a step to show after the times of `Limits`.
 It is a session of its own: a Ctrl-C reaches this process alone, which then kills the child, asleep or not.
 """
 
@@ -32,17 +32,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core import errors
-from planner_core.operating_system import end_with_parent, memory_bytes, own_session, process_use
+from planner_core.operating_system import end_with_parent, memory_bytes, own_session, process_use, thread_times_s
 from planner_core.progress import Progress, ProgressEvent
 
 LIMIT_VARIABLE = "TLSPLAN_READ_LIMIT_S"
-"""Seconds without progress after which a child is ended; 0: never."""
+"""Seconds without progress after which a child is ended, on the clock and of one thread's processor time; 0: never."""
 MEMORY_VARIABLE = "TLSPLAN_READ_MEMORY_GB"
 """Memory of a child, in units of 1e9 bytes; 0: no limit."""
 ASLEEP_S = 6.0
 """A child whose threads all sleep waits for something that never comes. Reading a slow disk does not count as sleep."""
 SILENT_S, SILENT_S_PER_BYTE = 120.0, 5e-6
-"""Without a step: IfcOpenShell tells nothing while it opens a file, at more than 2 MB/s on any machine of today."""
+"""On the clock, without a step, also on a machine that does other things."""
+STEP_CPU_S, STEP_CPU_S_PER_BYTE = 15.0, 2e-6
+"""Processor time of one thread without a step. The longest of sound files is the opening by IfcOpenShell, 0.1 s/MB."""
 MEMORY_SHARE = 0.75
 
 _PAGE_BYTES = 4096
@@ -59,22 +61,27 @@ _log: IO[bytes] | None = None
 
 @dataclass(frozen=True)
 class Limits:
-    """Of one child. silent_s : without a step. memory_bytes : resident. None: no limit."""
+    """Of one child. silent_s, step_cpu_s : without a step, as of `SILENT_S` and `STEP_CPU_S`. memory_bytes : resident.
+
+    None: no limit.
+    """
 
     silent_s: float | None
     memory_bytes: float | None
+    step_cpu_s: float | None = None
 
 
 class LostChildError(Exception):
     """A child ended without an answer. `str(error)` completes a sentence that begins with the library's name.
 
-    place : what it was at; empty: not known. log : the numbers that it had logged.
+    place : what it was at; empty: not known. log : the numbers that it had logged. is_slow : it made no progress.
     """
 
-    def __init__(self, reason: str, place: str, log: Sequence[int]) -> None:
+    def __init__(self, reason: str, place: str, log: Sequence[int], *, is_slow: bool = False) -> None:
         super().__init__(reason)
         self.place = place
         self.log = tuple(log)
+        self.is_slow = is_slow
 
 
 def limits_for(n_bytes: int) -> Limits:
@@ -91,6 +98,7 @@ def limits_for(n_bytes: int) -> Limits:
     return Limits(
         silent_s=SILENT_S + SILENT_S_PER_BYTE * n_bytes if silent_s is None else silent_s or None,
         memory_bytes=(MEMORY_SHARE * own if own else None) if memory_gb is None else 1e9 * memory_gb or None,
+        step_cpu_s=STEP_CPU_S + STEP_CPU_S_PER_BYTE * n_bytes if silent_s is None else silent_s or None,
     )
 
 
@@ -149,7 +157,7 @@ def run_apart(
                 **own_session(),
             )
             try:
-                reason = _waited(child, page, limits, stage, progress)
+                reason, is_slow = _waited(child, page, limits, stage, progress)
             finally:
                 if child.poll() is None:
                     child.kill()
@@ -158,16 +166,24 @@ def run_apart(
                 file.seek(_PAGE_BYTES + 16 + len(request))
                 logged = file.read()
                 log = array("Q", logged[: len(logged) // 8 * 8])
-                raise LostChildError(reason, _text(page, _PLACE), log)
+                raise LostChildError(reason, _text(page, _PLACE), log, is_slow=is_slow)
         file.seek(_PAGE_BYTES)
         return _answer(file, {kind.__name__: kind for kind in classes})
 
 
-def _waited(child: subprocess.Popen[bytes], page: mmap.mmap, limits: Limits, stage: str, progress: Progress) -> str:
-    """Wait for a child's end, and pass its progress on; return why it gave no answer, empty where it did."""
+def _waited(
+    child: subprocess.Popen[bytes], page: mmap.mmap, limits: Limits, stage: str, progress: Progress
+) -> tuple[str, bool]:
+    """Wait for a child's end, and pass its progress on.
+
+    Returns
+    -------
+    Why it gave no answer, empty where it did; whether that is for lack of progress.
+    """
     seen, told = b"", (0, 0, "")
     silent_s = asleep_s = told_s = 0.0
     cpu_s, now = -1.0, time.monotonic()
+    begun_s: dict[int, float] = {}
     while True:
         try:
             code = child.wait(_LOOK_S)
@@ -178,23 +194,32 @@ def _waited(child: subprocess.Popen[bytes], page: mmap.mmap, limits: Limits, sta
         silent_s, told_s, asleep_s = silent_s + passed_s, told_s + passed_s, asleep_s + passed_s
         if page[:] != seen:
             seen, silent_s, told_s = page[:], 0.0, 0.0
+            begun_s = thread_times_s(child.pid)
         _, done, total = _COUNTS.unpack_from(page)
         news = done, total, _text(page, _NOTE)
         if news != told or told_s > _TELL_AGAIN_S:
             told, told_s = news, 0.0
             progress(ProgressEvent(stage, done, total, _doing(page, news[2], silent_s)))
         if code is not None:
-            return _why(code)
+            return _why(code), False
         use = process_use(child.pid)
         if use is not None:
             if use.cpu_s != cpu_s or not use.is_asleep:
                 cpu_s, asleep_s = use.cpu_s, 0.0
             if limits.memory_bytes is not None and use.resident_bytes > limits.memory_bytes:
-                return f"took more than {limits.memory_bytes / 1e9:.1f} GB of memory ({MEMORY_VARIABLE} changes that)"
+                most_gb = limits.memory_bytes / 1e9
+                return f"took more than {most_gb:.1f} GB of memory ({MEMORY_VARIABLE} changes that)", False
         if asleep_s > ASLEEP_S:
-            return f"hung: it did nothing for {ASLEEP_S:.0f} s"
+            return f"hung: it did nothing for {ASLEEP_S:.0f} s", False
         if limits.silent_s is not None and silent_s > limits.silent_s:
-            return f"made no progress for {limits.silent_s:.0f} s ({LIMIT_VARIABLE} changes that)"
+            return f"made no progress for {limits.silent_s:.0f} s ({LIMIT_VARIABLE} changes that)", True
+        if limits.step_cpu_s is not None and silent_s > limits.step_cpu_s:  # a thread has no more time than the clock
+            now_s = thread_times_s(child.pid)
+            if any(time_s - begun_s.get(thread, 0.0) > limits.step_cpu_s for thread, time_s in now_s.items()):
+                return (
+                    f"made no progress for {limits.step_cpu_s:.0f} s of processor time ({LIMIT_VARIABLE} changes that)",
+                    True,
+                )
 
 
 def _doing(page: mmap.mmap, note: str, silent_s: float) -> str:

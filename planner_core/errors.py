@@ -4,21 +4,27 @@ A message says, in one line: what, got, expected, remedy. The command line print
 and names is made fit for a terminal here, once for all messages.
 """
 
-import re
+import unicodedata
+from collections.abc import Callable
 
 LONGEST_LINE = 600
 """Characters of a message. What is longer quotes too much, and loses its middle."""
 _CUT = " ... "
 _HEAD = 400
 
-#: No text: control characters, which command terminals; those that turn or break lines; halves of surrogate pairs,
-#: which stand for bytes of file names that are no UTF-8. Line feed and tab are left.
-UNFIT = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+_KEPT = "\n\t\u200c\u200d"  # the joiners of Persian and Indian scripts among them
 
 
-def escaped(text: str) -> str:
-    """`text` as any terminal and encoding can show it: other characters than those of text are spelt, as `\\x1b`."""
-    return UNFIT.sub(_spelt, text)
+def escaped(text: str, spell: Callable[[str], str] | None = None) -> str:
+    """`text` as any terminal and encoding can show it: other characters than those of text are spelt, as `\\x1b`.
+
+    These are: control characters, which command terminals; those that turn or break lines; halves of surrogate pairs,
+    which stand for bytes of file names that are no UTF-8; marks of byte order and blanks of no width, which nobody
+    sees; and numbers that are no character. spell : says otherwise how one is spelt.
+    """
+    if text.isprintable():
+        return text
+    return "".join(sign if _is_text(sign) else (spell or _spelt)(sign) for sign in text)
 
 
 def one_line(text: str) -> str:
@@ -29,9 +35,13 @@ def one_line(text: str) -> str:
     return line[:_HEAD] + _CUT + line[_HEAD + len(_CUT) - LONGEST_LINE :]
 
 
-def _spelt(found: re.Match[str]) -> str:
-    of_byte = "\udc80" <= found[0] <= "\udcff"  # as Python reads a file name's byte that is no UTF-8
-    return f"\\x{ord(found[0]) - 0xDC00:02x}" if of_byte else found[0].encode("unicode_escape").decode("ascii")
+def _is_text(sign: str) -> bool:
+    return sign.isprintable() or sign in _KEPT or unicodedata.category(sign) == "Zs"
+
+
+def _spelt(sign: str) -> str:
+    of_byte = "\udc80" <= sign <= "\udcff"  # as Python reads a file name's byte that is no UTF-8
+    return f"\\x{ord(sign) - 0xDC00:02x}" if of_byte else sign.encode("unicode_escape").decode("ascii")
 
 
 class PlannerError(Exception):

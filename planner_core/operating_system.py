@@ -11,6 +11,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -144,6 +145,17 @@ def process_use(pid: int) -> ProcessUse | None:
     except (OSError, AttributeError):
         return None
     return ProcessUse((int(words[11]) + int(words[12])) / ticks, int(words[21]) * page_bytes, words[0] == b"S")
+
+
+def thread_times_s(pid: int) -> dict[int, float]:
+    """Processor time of each thread of a process; empty where it is gone, or the system does not say."""
+    times_s = {}
+    with suppress(OSError, AttributeError):
+        ticks = os.sysconf("SC_CLK_TCK")
+        for thread in Path(f"/proc/{pid}/task").iterdir():
+            words = (thread / "stat").read_bytes().rpartition(b")")[2].split()
+            times_s[int(thread.name)] = (int(words[11]) + int(words[12])) / ticks
+    return times_s
 
 
 def memory_bytes() -> int | None:

@@ -124,6 +124,23 @@ def test_child_that_works_and_shows_no_step_is_ended():
     assert str(error) == "made no progress for 1 s (TLSPLAN_READ_LIMIT_S changes that)"
 
 
+def test_processor_time_of_one_thread_without_a_step_is_limited():
+    """Of a child that works half of the time; what others do on this machine does not count."""
+    half = "end = time.monotonic() + 60\nwhile time.monotonic() < end:\n sum(range(10**6)); time.sleep(0.03)"
+    start_s = time.monotonic()
+    error = lost(IMPORTS + half, limits=Limits(silent_s=None, memory_bytes=None, step_cpu_s=0.5))
+    assert str(error) == "made no progress for 0 s of processor time (TLSPLAN_READ_LIMIT_S changes that)"
+    assert error.is_slow
+    assert time.monotonic() - start_s > 0.8
+
+
+def test_processor_time_begins_anew_with_a_step():
+    steps = (
+        "for i in range(12):\n c.at(str(i)); end = time.process_time() + 0.3\n while time.process_time() < end: pass"
+    )
+    assert statement(IMPORTS + "\n" + steps, limits=Limits(silent_s=None, memory_bytes=None, step_cpu_s=1.5)) > 3.0
+
+
 def test_child_that_takes_steps_goes_on_as_long_as_it_wants(monkeypatch):
     monkeypatch.setattr(child_process, "ASLEEP_S", 3.0)
     steps = "for i in range(50):\n c.at(str(i)); time.sleep(0.05); end = time.monotonic() + 0.05\n"
@@ -222,13 +239,13 @@ def test_limits_grow_with_the_file_and_follow_the_environment(monkeypatch):
     for variable in (child_process.LIMIT_VARIABLE, child_process.MEMORY_VARIABLE):
         monkeypatch.delenv(variable, raising=False)
     small, large = limits_for(1_000_000), limits_for(1_000_000_000)
-    assert small.silent_s == pytest.approx(125.0)
-    assert large.silent_s == pytest.approx(5120.0)
+    assert (small.silent_s, small.step_cpu_s) == (pytest.approx(125.0), pytest.approx(17.0))
+    assert (large.silent_s, large.step_cpu_s) == (pytest.approx(5120.0), pytest.approx(2015.0))
     assert small.memory_bytes is not None
     assert 0 < small.memory_bytes < os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     monkeypatch.setenv(child_process.LIMIT_VARIABLE, "7.5")
     monkeypatch.setenv(child_process.MEMORY_VARIABLE, "2")
-    assert limits_for(10**9) == Limits(7.5, 2e9)
+    assert limits_for(10**9) == Limits(7.5, 2e9, 7.5)
     monkeypatch.setenv(child_process.LIMIT_VARIABLE, "0")
     monkeypatch.setenv(child_process.MEMORY_VARIABLE, "0")
     assert limits_for(10**9) == FREE

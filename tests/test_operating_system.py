@@ -1,6 +1,9 @@
 """What the operating system tells, and what is answered where it does not."""
 
 import ctypes
+import os
+import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -28,3 +31,23 @@ def test_own_memory_is_read_and_a_wild_address_is_nothing(tmp_path: Path, monkey
 
 def test_a_process_may_use_a_core_or_more() -> None:
     assert operating_system.n_usable_cores() >= 1
+
+
+def test_time_of_a_thread_is_its_own() -> None:
+    """One that works adds to its time, one that waits does not; a process that is gone has no threads."""
+    ends = threading.Event()
+    waiting = threading.Thread(target=ends.wait)
+    waiting.start()
+    try:
+        before_s = operating_system.thread_times_s(os.getpid())
+        end_s = time.thread_time() + 0.5
+        while time.thread_time() < end_s:
+            pass
+        after_s = operating_system.thread_times_s(os.getpid())
+    finally:
+        ends.set()
+        waiting.join()
+    own, other = threading.get_native_id(), waiting.native_id
+    assert after_s[own] - before_s[own] > 0.4
+    assert after_s[other] - before_s[other] < 0.1
+    assert operating_system.thread_times_s(2**30) == {}

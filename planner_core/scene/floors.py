@@ -26,6 +26,8 @@ from planner_core.scene.surface_grounds import grounds_of_surfaces
 #: Grounds of all floors of a model, as a share of the rectangle around it, from which it is a building: with walls (a
 #: campus fills a tenth of its rectangle, and has storeys), and without.
 _LEAST_SHARE, _LEAST_SHARE_BARE = 0.1, 0.3
+#: Levels of one floor: nothing slopes over so much of height between them, and each has a tenth of the ground.
+_LEVELS_APART_M, _LEAST_LEVEL = 0.5, 0.1
 _SITE_KINDS = frozenset({"IfcSite", "IfcGeographicElement", "IfcCivilElement"})
 
 
@@ -127,3 +129,27 @@ def floor_of_triangles(scene: Scene, floors: tuple[Floor, ...]) -> Int32Array:
     for index, floor in enumerate(floors):
         out[floor.ground_triangles] = index
     return out
+
+
+def ground_levels(scene: Scene, floor: Floor) -> list[tuple[float, Int32Array]]:
+    """Heights of a floor's ground, and triangles (K,) of each, the floor's own elevation first.
+
+    Most floors have one. Wings half a storey apart have two: what no slope joins, and is a tenth of the ground or more.
+    """
+    ground = floor.ground_triangles
+    corners = scene.vertices_m[scene.triangles[ground]]
+    if not ground.size:
+        return [(floor.elevation_m, ground)]
+    low, high = corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
+    area_m2 = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    order = np.argsort(low, kind="stable")
+    reached = np.maximum.accumulate(high[order])
+    begins = np.concatenate([[True], low[order][1:] > reached[:-1] + _LEVELS_APART_M])
+    level = np.empty(ground.size, dtype=np.int64)
+    level[order] = np.cumsum(begins) - 1
+    share = np.bincount(level, weights=area_m2) / max(float(area_m2.sum()), 1e-12)
+    height = np.bincount(level, weights=area_m2 * low) / np.maximum(np.bincount(level, weights=area_m2), 1e-12)
+    own = int(np.argmin(np.abs(height - floor.elevation_m)))
+    others = [number for number in np.flatnonzero(share >= _LEAST_LEVEL).tolist() if number != own]
+    levels = [(float(height[number]), ground[level == number]) for number in others]
+    return [(floor.elevation_m, ground[~np.isin(level, others)]), *levels]

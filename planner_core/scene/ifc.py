@@ -9,7 +9,7 @@ IfcOpenShell crashes on some damaged files: what is known of those is looked for
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -26,7 +26,7 @@ from planner_core.progress import Progress, ProgressEvent
 from planner_core.scene.ifc_faults import check_ids, check_openings, check_references
 from planner_core.scene.ifc_georeference import told_georeference
 from planner_core.scene.ifc_materials import IfcOptics, told_optics
-from planner_core.scene.ifc_shapes import FACES_KERNEL, SOLID_KERNEL, Shape, contents_asked, shapes_by
+from planner_core.scene.ifc_shapes import FACES_KERNEL, SHAPES, SOLID_KERNEL, Shape, contents_asked, shapes_by
 from planner_core.scene.ifc_spaces import rooms_of, without_shape
 from planner_core.scene.ifc_storeys import storey_of, storeys_of, told_storeys
 from planner_core.scene.ifc_text import lost_ends, read_text, with_ascii_names, without_strings
@@ -68,8 +68,8 @@ class _Shapes:
     products: list[_ToldProduct]
 
 
-def read_ifc(path: Path, *, progress: Progress) -> RawScene:
-    """Read an IFC file.
+def read_ifc(path: Path, *, progress: Progress, left_out: Collection[int] = ()) -> RawScene:
+    """Read an IFC file, but for the elements and rooms that are left out, by number.
 
     Raises
     ------
@@ -83,12 +83,12 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
     with contents_asked(path, model):
         unit_m, unit_name = _length_unit(path, model)
         storeys_told = told_storeys(_of_class(model, "IfcBuildingStorey"))
-        told_products = _told_products(model, {told.id: i for i, told in enumerate(storeys_told)})
+        told_products = _told_products(model, {told.id: i for i, told in enumerate(storeys_told)}, left_out)
         n_elements = len(_of_class(model, "IfcElement"))
     optics, optics_warnings = _optics(path, model)
     shapes, shape_warnings = _triangulate_products(path, model, told_products, n_elements, optics, progress)
     storeys, storey_warnings = storeys_of(path, storeys_told, unit_m)
-    rooms, room_warnings = _rooms(path, model, {told.id: i for i, told in enumerate(storeys_told)})
+    rooms, room_warnings = _rooms(path, model, {told.id: i for i, told in enumerate(storeys_told)}, left_out)
     georeference, map_warnings = _georeference(path, model, unit_m)
     warnings = (
         *lost_warnings,
@@ -120,21 +120,29 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
 
 
 def make_one_by_one(path: str, made: tuple[int, ...]) -> None:
-    """Make the shapes of elements but those `made`, by number, so that `child_process.at` tells on which it ends."""
+    """Make the shapes that `read_ifc` makes but those `made`, by number: `child_process.at` tells on which it ends."""
     file = Path(path)
     model, *_ = _opened(file)
     done = set(made)
     with contents_asked(file, model):
-        kernels = {p.id: FACES_KERNEL for p in _told_products(model, {}) if p.is_triangles}
-        asked = [*_of_class(model, "IfcElement"), *_of_class(model, "IfcProduct")]
-        products = {int(p.id()): p for p in asked if p.id() not in done and p.Representation is not None}
-    for n_done, (number, product) in enumerate(products.items(), 1):
-        child_process.at(f"#{number} {product.is_a()} {product.Name!r} {product.GlobalId}")
-        for kernel in {kernels.get(number, SOLID_KERNEL), SOLID_KERNEL}:
-            with suppress(SceneError):
-                for _ in shapes_by(kernel, file, model, [product], None):
-                    pass
-        child_process.progress_of_child(ProgressEvent("load", n_done, len(products), "looking for the faulty shape"))
+        told = _told_products(model, {}, done)
+        triangles = {p.id for p in told if p.is_triangles}
+        entities = [p.entity for p in told]
+        entities += [s for s in _of_class(model, "IfcSpace") if s.id() not in done and s.Representation is not None]
+    for n_done, entity in enumerate(entities, 1):
+        number = int(entity.id())
+        child_process.at(f"#{number} {entity.is_a()} {entity.Name!r} {entity.GlobalId}")
+        _make_one(file, model, entity, is_triangles=number in triangles)
+        child_process.log(number)
+        child_process.progress_of_child(ProgressEvent("load", n_done, len(entities), "shapes one by one"))
+
+
+def _make_one(path: Path, model: Any, entity: Any, *, is_triangles: bool) -> None:
+    """Make the shapes of one product, and forget them, as `_shapes` makes them."""
+    for kernel in (FACES_KERNEL, SOLID_KERNEL) if is_triangles else (SOLID_KERNEL,):
+        with suppress(SceneError):
+            if any(True for _ in shapes_by(kernel, path, model, [entity], None)):
+                return
 
 
 # ------------------------------------------------------------------------------------------------- file
@@ -149,6 +157,22 @@ def open_model(path: Path) -> Any:
         IfcOpenShell is not installed.
     """
     return _opened(path)[0]
+
+
+def try_model(path: str) -> None:
+    """Open an IFC file, ask for what objects and places it has, and write it: as who puts stations into it will."""
+    from ifcopenshell.util.placement import get_local_placement
+
+    file = Path(path)
+    model = open_model(file)
+    with contents_asked(file, model), TemporaryDirectory() as folder:
+        for entity in _of_class(model, "IfcRoot"):
+            child_process.at(f"#{entity.id()} {entity.is_a()}")
+            _ = entity.GlobalId
+            if entity.is_a("IfcSpatialStructureElement"):
+                get_local_placement(entity.ObjectPlacement)
+        child_process.at("the file as a whole")
+        model.write(Path(folder, "model.ifc"), format=".ifc")
 
 
 def _opened(path: Path) -> tuple[Any, bytes, str]:
@@ -257,9 +281,9 @@ def _code_page(path: Path, title: str) -> tuple[str, ...]:
     return (f"{path.name}: its names are not in IFC's own encoding and are taken for {title}: check them.",)
 
 
-def _told_products(model: Any, storey_of_id: dict[int, int]) -> list[_ToldProduct]:
-    """Physical products by file id."""
-    ignored = {entity.id() for name in _NOT_PHYSICAL for entity in _of_class(model, name)}
+def _told_products(model: Any, storey_of_id: dict[int, int], left_out: Collection[int]) -> list[_ToldProduct]:
+    """Physical products by file id, but for those that are left out."""
+    ignored = {entity.id() for name in _NOT_PHYSICAL for entity in _of_class(model, name)}.union(left_out)
     products = (p for p in _of_class(model, "IfcProduct") if p.id() not in ignored and p.Representation is not None)
     return [
         _told_product(p, storey_of_id) for p in sorted(products, key=lambda p: int(p.id())) if not _is_void_proxy(p)
@@ -318,12 +342,16 @@ def _georeference(path: Path, model: Any, unit_m: float) -> tuple[Georeference |
     return told, () if told is None else told.warnings
 
 
-def _rooms(path: Path, model: Any, storey_of_id: dict[int, int]) -> tuple[tuple[Room, ...], tuple[str, ...]]:
+def _rooms(
+    path: Path, model: Any, storey_of_id: dict[int, int], left_out: Collection[int]
+) -> tuple[tuple[Room, ...], tuple[str, ...]]:
     """Rooms (IfcSpace) by file id; a warning instead where they are damaged, as no surface needs them."""
     try:
         with contents_asked(path, model):
-            spaces = sorted(_of_class(model, "IfcSpace"), key=lambda space: int(space.id()))
+            spaces = [space for space in _of_class(model, "IfcSpace") if space.id() not in left_out]
+            spaces.sort(key=lambda space: int(space.id()))
             told = [(space, storey_of(space, storey_of_id)) for space in spaces if space.Representation is not None]
+        child_process.at(SHAPES)
         shapes = shapes_by(SOLID_KERNEL, path, model, [space for space, _ in told], None)
         rooms, without = rooms_of(told, ((number, shape.vertices, shape.triangles) for number, shape in shapes))
     except SceneError as error:
@@ -343,6 +371,7 @@ def _triangulate_products(
 ) -> tuple[_Shapes, tuple[str, ...]]:
     by_id: dict[int, list[Shape]] = {p.id: [] for p in products}
     if products:
+        child_process.at(SHAPES)
         for n_done, (product_id, shape) in enumerate(_shapes(path, model, products, optics), 1):
             by_id[product_id].append(shape)
             progress(ProgressEvent("load", min(n_done, len(products)), len(products), "shapes"))

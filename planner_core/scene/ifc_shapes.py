@@ -80,8 +80,6 @@ def shapes_by(
     settings = geom.settings()
     settings.set("no-normals", True)
     settings.set("apply-default-materials", False)
-    if len(entities) > 1:
-        child_process.at(SHAPES)
     with contents_asked(path, model):
         # Threads of the second kernel spend their time waiting for each other.
         n_threads = 1 if kernel == FACES_KERNEL else os.cpu_count() or 1

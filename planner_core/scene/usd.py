@@ -39,6 +39,8 @@ from planner_core.scene.usd_shapes import is_shape, shape_of
 from planner_core.scene.wording import grouped, is_text, shortened
 
 _HIDDEN_PURPOSES = ("guide", "proxy")
+MOST_DEEP = 1000
+"""Prims inside each other."""
 MOST_PRIMS = 2_000_000
 """Scatterings inside each other may have any number; a tower modelled to its last fitting has some hundred thousand."""
 _MAX_STAGE_WARNINGS = 5
@@ -97,7 +99,6 @@ def read_usd(path: Path, *, skip_bad_faces: bool, progress: Progress = silent) -
         gathered = _Gathered(path.name, skip_bad_faces, float(UsdGeom.GetStageMetersPerUnit(stage)))
         cache = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
         for prim, matrix, label in _walk(stage.GetPseudoRoot(), np.eye(4), cache, "", gathered, 0):
-            child_process.at(label)
             _add_mesh(gathered, prim, matrix, label)
             progress(ProgressEvent("load", len(gathered.elements), 0, f"{grouped(len(gathered.elements))} meshes"))
         told = [d.commentary for d in messages.TakeUncoalescedDiagnostics()]
@@ -146,11 +147,14 @@ def _walk(
     top_inverse = cache.GetLocalToWorldTransform(top).GetInverse()
     prims = iter(Usd.PrimRange(top, Usd.TraverseInstanceProxies()))
     for prim in prims:
+        child_process.at(f"{label}{prim.GetPath()}")
         gathered.n_prims += 1
         if gathered.n_prims > MOST_PRIMS:
+            raise _too_many(gathered)
+        if prim.GetPath().pathElementCount > MOST_DEEP:  # what is asked of a prim goes through all above it
             raise SceneError(
-                f"{gathered.name}: it has more than {grouped(MOST_PRIMS)} prims, counted in every instance, expected "
-                "fewer; export the building without plants, crowds and fittings."
+                f"{gathered.name}: its prims are nested more than {grouped(MOST_DEEP)} deep, expected fewer; export it "
+                "again."
             )
         if not prim.IsA(UsdGeom.Imageable):
             continue
@@ -185,6 +189,8 @@ def _walk_instances(
     placements = instancer.ComputeInstanceTransformsAtTime(
         time, time, UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
     )
+    if len(numbers) > MOST_PRIMS:
+        raise _too_many(gathered)
     mask = instancer.ComputeMaskAtTime(time) or [True] * len(numbers)
     stage = instancer.GetPrim().GetStage()
     for i, (number, placement) in enumerate(zip(numbers, placements or (), strict=False)):
@@ -193,6 +199,13 @@ def _walk_instances(
             continue
         matrix = chained(world_from_instancer, np.array(placement, dtype=np.float64).T)
         yield from _walk(prototype, matrix, cache, f"{label}[{i}]", gathered, depth + 1)
+
+
+def _too_many(gathered: _Gathered) -> SceneError:
+    return SceneError(
+        f"{gathered.name}: it has more than {grouped(MOST_PRIMS)} prims, counted in every instance, expected fewer; "
+        "export the building without plants, crowds and fittings."
+    )
 
 
 def _is_hidden(prim: Any) -> bool:

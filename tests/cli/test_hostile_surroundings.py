@@ -39,6 +39,8 @@ def box(tmp_path: Path) -> Path:
         ("plain, größe 5 m², 日本", "plain, größe 5 m², 日本"),
         (CLEAR_SCREEN, r"\x1b[2J\x9b31m\x07\u202e"),
         (NO_UTF8, r"b\xff\xe9.obj"),
+        ("no character: \U0008375b \ufaff \ue000", r"no character: \U0008375b \ufaff \ue000"),
+        ("a\u200cb\u00a0c\u200bd", "a\u200cb c" + r"\u200bd"),
         ("half \ud800", r"half \ud800"),
         ("a\r\n\tb\x00", r"a b\x00"),
     ],
@@ -73,8 +75,9 @@ def test_everything_that_is_printed_is_fit_for_a_terminal(capsys: pytest.Capture
 def test_json_with_codes_is_read_as_it_was(capsys: pytest.CaptureFixture[str]) -> None:
     import json
 
-    as_json({"name": CLEAR_SCREEN + NO_UTF8})
-    assert json.loads(capsys.readouterr().out) == {"name": CLEAR_SCREEN + NO_UTF8}
+    name = CLEAR_SCREEN + NO_UTF8 + "\U0008375b"
+    as_json({"name": name})
+    assert json.loads(capsys.readouterr().out) == {"name": name}
 
 
 def test_notes_of_bars_are_no_markup(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -35,9 +35,14 @@ def view(plan_folder: Path, monkeypatch: pytest.MonkeyPatch) -> View:
 
     def run(*left: LeftRun) -> Result:
         def ended(
-            *_: object, on_ready: Callable[[str], None], on_left: Callable[[LeftRun], None], **__: object
+            *_: object,
+            on_ready: Callable[[str], None],
+            on_comment_address: Callable[[str], None],
+            on_left: Callable[[LeftRun], None],
+            **__: object,
         ) -> None:
             on_ready("http://127.0.0.1:1/?token=x")
+            on_comment_address("http://127.0.0.1:1/?token=y")
             for each in left:
                 on_left(each)
             signal.raise_signal(signal.SIGINT)
@@ -62,7 +67,13 @@ def test_a_sound_review_is_not_spoken_of(view: View, plan_folder: Path) -> None:
     (plan_folder / "review.usda").write_text("#usda 1.0\n")
     done = view()
     assert done.stderr == ""
-    assert done.stdout.splitlines()[1:] == ["stopped"]
+    assert done.stdout.splitlines()[2:] == ["stopped"]
+
+
+def test_the_address_of_commenters_is_printed_beside_the_other(view: View) -> None:
+    shown, comments, _ = view().stdout.splitlines()
+    assert "is shown at http://127.0.0.1:1/?token=x" in shown
+    assert comments == "for comments and verdicts only: http://127.0.0.1:1/?token=y"
 
 
 def test_a_run_that_was_asked_to_end_is_told_with_where_its_plan_will_be(view: View, tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from queue import Empty, Queue
 
-from planner_core.errors import PlannerError
+from planner_core.errors import LONGEST_LINE, PlannerError
 from planner_core.scene.load import LoadOptions, load_scene
 from tests.scene import broken_ifc, conftest
 
@@ -187,13 +187,18 @@ def _cpu_s() -> float:
     return sum(each.ru_utime + each.ru_stime for each in used)
 
 
+def is_odd(message: str) -> bool:
+    """Whether a message is no line that a terminal can show."""
+    without_joiners = message.translate({0x200C: None, 0x200D: None})
+    return len(message) > LONGEST_LINE or not without_joiners.isprintable()
+
+
 def _loaded(path: Path, skip_bad_faces: bool) -> list[str]:
     try:
         load_scene(path, options=LoadOptions(skip_bad_faces=skip_bad_faces))
     except PlannerError as error:
         message = str(error)
-        odd = "\n" in message or len(message) > 600 or not message.isprintable()
-        return ["internal error", f"odd message {message!r}"] if odd else ["refused", message]
+        return ["internal error", f"odd message {message!r}"] if is_odd(message) else ["refused", message]
     except Exception as error:  # noqa: BLE001 (they are what is looked for)
         return ["internal error", f"{type(error).__name__}: {error}"]
     return ["read", ""]
@@ -284,15 +289,21 @@ def campaign(arguments: argparse.Namespace, folder: Path) -> tuple[Counter[tuple
     return counts, faults
 
 
-def main(words: list[str] | None = None) -> int:
-    """Run a campaign, and print what came of it."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--minutes", type=float, default=2.0)
+def campaign_parser(title: str | None, *, minutes: float) -> argparse.ArgumentParser:
+    """Say which changes are tried, for how long, and where they are kept; what fuzzers have in common."""
+    parser = argparse.ArgumentParser(description=(title or "").partition("\n")[0])
+    parser.add_argument("--minutes", type=float, default=minutes)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--count", type=int, default=10**9)
-    parser.add_argument("--formats", default="")
     parser.add_argument("--keep", default="")
+    return parser
+
+
+def main(words: list[str] | None = None) -> int:
+    """Run a campaign, and print what came of it."""
+    parser = campaign_parser(__doc__, minutes=2.0)
+    parser.add_argument("--formats", default="")
     parser.add_argument("--real", action="store_true")
     parser.add_argument("--verbose", action="store_true")
     parser.add_argument("--work", action="store_true", help=argparse.SUPPRESS)

@@ -167,14 +167,65 @@ def test_element_that_hangs_is_found(tmp_path, building_text, monkeypatch):
     assert native._culprit(path, LostChildError("hung", SHAPES, made), silent) == SHAPES
 
 
-def test_cuts_without_end_are_ended_and_named(tmp_path, building_text, monkeypatch):
-    monkeypatch.setenv(child_process.LIMIT_VARIABLE, "6")
+def test_element_whose_cuts_have_no_end_is_left_out_and_named(tmp_path, building_text, monkeypatch):
+    """The others are as in the sound file."""
+    monkeypatch.setattr(child_process, "STEP_CPU_S", 1.5)
+    monkeypatch.delenv(child_process.LIMIT_VARIABLE, raising=False)
     path = written(tmp_path / "a.ifc", broken_ifc.chained_cuts(1500)(building_text))
-    message = message_of(path)
-    expected = (
-        r"IfcOpenShell made no progress for 6 s \(TLSPLAN_READ_LIMIT_S changes that\) while reading #\d+ IfcWall 'Wall'"
+    number = broken_ifc.instance(building_text, "IfcWall")
+    guid = broken_ifc.slots(building_text, number)[0].strip("'")
+    sound = load_scene(written(tmp_path / "sound.ifc", building_text))
+    scene = load_scene(path)
+    assert {e.source_id for e in sound.elements} - {e.source_id for e in scene.elements} == {guid}
+    assert len(scene.elements) == len(sound.elements) - 1
+    assert (
+        f"a.ifc: 1 element takes IfcOpenShell too long and is left out: {number} IfcWall 'Wall' {guid}; simplify what "
+        "is named, or set TLSPLAN_READ_LIMIT_S."
+    ) in scene.report.warnings
+
+
+def test_more_slow_elements_than_are_left_out_are_refused(tmp_path, building_text, monkeypatch):
+    monkeypatch.setattr(child_process, "STEP_CPU_S", 1.5)
+    monkeypatch.setattr(native, "MOST_LEFT_OUT", 0)
+    path = written(tmp_path / "a.ifc", broken_ifc.chained_cuts(1500)(building_text))
+    assert re.search(
+        r"a\.ifc: more than 0 elements take IfcOpenShell too long, the first is #\d+ IfcWall 'Wall'", message_of(path)
     )
-    assert re.search(expected, message)
+
+
+def test_elements_that_are_slow_together_are_all_read(tmp_path, building_text, monkeypatch):
+    """A first child that shows no step, and no element that is too slow alone."""
+    real, lost = child_process.run_apart, []
+
+    def run_apart(function: str, arguments: Any, **options: Any) -> Any:
+        if not lost:
+            lost.append(LostChildError("made no progress", SHAPES, (), is_slow=True))
+            raise lost[0]
+        assert (function == "planner_core.scene.native:read") == (options["limits"].step_cpu_s is None)
+        return real(function, arguments, **options)
+
+    monkeypatch.setattr(child_process, "run_apart", run_apart)
+    path = written(tmp_path / "a.ifc", building_text)
+    scene = load_scene(path)
+    assert lost
+    assert len(scene.elements) == 8
+    assert not [line for line in scene.report.warnings if "left out" in line]
+
+
+@pytest.mark.parametrize("n", [1000, 20_000])
+def test_usd_that_is_nested_deep_is_refused_before_it_takes_minutes(tmp_path, n):
+    """20 000 prims inside each other take the library's own walk minutes, and less than its stack."""
+    path = written(tmp_path / "a.usda", USDA.format("") + 'def Xform "a"\n{\n' * n + CUBE + "}\n" * n)
+    assert "a.usda: its prims are nested more than 1 000 deep, expected fewer; export it again." in message_of(path)
+
+
+def test_usd_of_a_billion_instances_is_refused_before_they_are_placed(tmp_path, monkeypatch, in_this_process):
+    placed: list[object] = []
+    path = written(tmp_path / "a.usda", USDA.format("") + instances(30))
+    monkeypatch.setattr("planner_core.scene.usd.MOST_PRIMS", 29)
+    monkeypatch.setattr("planner_core.scene.usd.chained", lambda *a: placed.append(a))
+    assert "a.usda: it has more than 29 prims, counted in every instance" in message_of(path)
+    assert not placed
 
 
 def test_file_that_takes_too_much_memory_of_python_is_refused(tmp_path, monkeypatch, write_house):
