@@ -16,14 +16,19 @@ from ..options import overwrite_option, quiet_option, seed_option
     show_default=True, metavar="FOLDER", help="Folder of pages, pictures and numbers to write.",
 )  # fmt: skip
 @click.option("--full", is_flag=True, help="Sizes of the paper, which take hours. [default: sizes that take minutes]")
+@click.option(
+    "--resume", is_flag=True, help="Skip figures whose page is of the same settings; replace the other pages."
+)
 @seed_option
 @overwrite_option
 @quiet_option
-def command(names: tuple[str, ...], folder: Path, full: bool, seed: int, overwrite: bool, quiet: bool) -> None:
+def command(
+    names: tuple[str, ...], folder: Path, full: bool, resume: bool, seed: int, overwrite: bool, quiet: bool
+) -> None:
     """Reproduce FIGUREs of the method paper; `all` runs every one; without FIGURE, list them."""
     from paper_figures.figure import Bench
     from paper_figures.figures import FIGURES
-    from paper_figures.page import write_index, write_page
+    from paper_figures.page import is_current, write_index, write_page
 
     from planner_core.errors import OutputExistsError, RequirementError
     from planner_core.plan_folder.atomic import scratch_folder
@@ -39,8 +44,10 @@ def command(names: tuple[str, ...], folder: Path, full: bool, seed: int, overwri
     if unknown:
         raise RequirementError(f"figure {unknown[0]!r} is not known; expected all or one of {', '.join(known)}.")
     wanted = list(known) if "all" in names else list(dict.fromkeys(names))
+    if resume:
+        wanted = [name for name in wanted if not is_current(folder, known[name], full=full, seed=seed)]
     taken = [name for name in wanted if (folder / f"{name}.md").exists()]
-    if taken and not overwrite:
+    if taken and not (overwrite or resume):
         raise OutputExistsError(f"{folder / taken[0]}.md exists; pass --overwrite to replace it.")
     folder.mkdir(parents=True, exist_ok=True)
     told: set[str] = set()
@@ -51,8 +58,11 @@ def command(names: tuple[str, ...], folder: Path, full: bool, seed: int, overwri
             bench = Bench(folder=staging, full=full, seed=seed, progress=reporter.show, warn=reporter.warn)
             outcome = figure.run(bench)
             write_page(bench.folder, figure, outcome, full=full, seed=seed)
-            for file in sorted(bench.folder.iterdir()):
+            # The numbers come last: with them the figure counts as done.
+            for file in sorted(bench.folder.iterdir(), key=lambda file: file.suffix == ".json"):
                 file.replace(folder / file.name)
         if not quiet:
             output.say(f"{name}: agrees: {outcome.agrees}; {folder / name}.md")
-    write_index(folder, FIGURES)
+        write_index(folder, FIGURES)
+    if not wanted and not quiet:
+        output.say(f"all figures are of these settings; {folder / 'index.md'}")

@@ -24,7 +24,8 @@ from planner_core.paper.point_distribution import PointDistribution
 from planner_core.paper.random_starts import sample_at_random
 from planner_core.paper.search import search
 from planner_core.paper.search.station_fitness import StationFitness
-from planner_core.positions.grid import find_candidates
+from planner_core.paper.search.thinning import best_apart, one_per_cell
+from planner_core.positions.grid import N_HALVINGS, find_candidates
 from planner_core.positions.ground_surface import GroundSurface
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.problem import CoverProblem
@@ -65,11 +66,29 @@ def find_pool(
             survey, settings, engine, floors=floors, n_each=paper.n_random, seed=settings.seed, progress=progress
         )
     else:
-        starts = find_candidates(survey, settings, engine, floors=floors, progress=progress)
-    if paper.search == "none" or not starts.floor.size:
+        halvings = N_HALVINGS if paper.halve_grid else 0
+        starts = find_candidates(survey, settings, engine, floors=floors, n_halvings=halvings, progress=progress)
+    narrows = paper.thin_cell_m > 0 or paper.best_k > 0
+    if not starts.floor.size or (paper.search == "none" and not narrows):
         return starts
     _check_beams(survey, settings)
-    distribution = PointDistribution(survey.scene, survey.patches, engine)
+    distribution = PointDistribution(survey.scene, survey.patches, engine, distance=paper.f2.distance)
+    if paper.search != "none":
+        starts = _searched(survey, settings, paper, engine, distribution, starts, floors, progress)
+    return _narrowed(survey, paper, distribution, starts, progress) if narrows else starts
+
+
+def _searched(
+    survey: Survey,
+    settings: PlanSettings,
+    paper: Paper,
+    engine: ScanEngine,
+    distribution: PointDistribution,
+    starts: Candidates,
+    floors: tuple[int, ...],
+    progress: Progress,
+) -> Candidates:
+    """Improved positions, beside their starts where the pool is of both."""
     improved = [_improved(survey, settings, paper, engine, distribution, starts, index, progress) for index in floors]
     pool = Candidates(
         position_m=np.concatenate([place for place, _ in improved]),
@@ -79,6 +98,37 @@ def find_pool(
         rejected=starts.rejected,
     )
     return _joined(starts, pool) if paper.pool == "both" else _joined(_none_of(starts), pool)
+
+
+def _narrowed(
+    survey: Survey, paper: Paper, distribution: PointDistribution, pool: Candidates, progress: Progress
+) -> Candidates:
+    """Keep the best of the pool by F2, floor by floor: one a cell, then so many that lie apart."""
+    worth = distribution.of(survey.template, pool.position_m, progress=progress)
+    kept: list[Int64Array] = []
+    for floor in np.unique(pool.floor):
+        at = np.flatnonzero(pool.floor == floor)
+        if paper.thin_cell_m > 0:
+            cell_m = (paper.thin_cell_m, paper.thin_cell_m, np.inf)
+            at = at[one_per_cell(pool.position_m[at], worth.n_patches[at], worth.f2_m2[at], cell_m=cell_m)]
+        if paper.best_k > 0:
+            at = at[
+                best_apart(
+                    pool.position_m[at],
+                    worth.n_patches[at],
+                    worth.f2_m2[at],
+                    n=paper.best_k,
+                    least_distance_m=paper.best_apart_m,
+                )
+            ]
+        kept.append(np.sort(at))
+    rows = np.concatenate(kept)
+    return replace(
+        pool,
+        position_m=pool.position_m[rows],
+        floor=pool.floor[rows],
+        instrument_height_m=pool.instrument_height_m[rows],
+    )
 
 
 def _check_beams(survey: Survey, settings: PlanSettings) -> None:

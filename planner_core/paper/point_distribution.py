@@ -7,6 +7,9 @@ CONTROL FLOW: `ScanEngine.patch_returns` gives moments by patch. `kernels/metric
 vertices to them, and sums mean distances, reference distances and areas over runs of a position's patches; the host
 adds up the runs. Where the engine has no OpenCL device, or one without float64, NumPy does the same (`_HostSums`).
 
+With `distance` "euclidean" all of it is in metres, not square metres, and summed up by `euclidean_distance.py`: names
+that end in `_m2` are then metres.
+
 References
 ----------
 López et al. 2023, Eq. 2 and Fig. 5. docs/method/f2.md says where we deviate and why.
@@ -15,7 +18,7 @@ López et al. 2023, Eq. 2 and Fig. 5. docs/method/f2.md says where we deviate an
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
@@ -23,6 +26,7 @@ from planner_core.device import Device, in_batches
 from planner_core.device.precision import has_float64
 from planner_core.engine.patch_samples import places_of
 from planner_core.engine.scan_engine import ScanEngine, check_positions, device_of
+from planner_core.errors import RequirementError
 from planner_core.model import (
     BeamTemplate,
     FloatArray,
@@ -33,6 +37,7 @@ from planner_core.model import (
     ReturnMoments,
     Scene,
 )
+from planner_core.model.methods import DISTANCES
 from planner_core.paper.reference_distance import (
     REFERENCE_POINTS_PER_M2,
     reference_distances_of_patches_m2,
@@ -40,9 +45,14 @@ from planner_core.paper.reference_distance import (
 )
 from planner_core.progress import Progress, ProgressEvent, silent
 
+if TYPE_CHECKING:
+    from planner_core.paper.euclidean_distance import EuclideanSums
+
 #: Bytes of moments that a batch may hold, and what one patch of one position takes on host and device together.
 _BATCH_BYTES = 256 * 2**20
 _ENTRY_BYTES = 200
+#: What a beam of a scan takes.
+_BEAM_BYTES = 16
 #: Positions a batch at most, so that progress is heard of.
 _MAX_BATCH = 64
 #: Patches of a run. Part of the result's last bits, so the same on every device.
@@ -100,6 +110,8 @@ class PointDistribution:
         An OpenCL engine's device does the sums too; with any other engine NumPy does.
     points_per_m2
         Density of the reference's points.
+    distance
+        `squared`, as Eq. 2 and 6 are printed, or `euclidean`, as the text has it; see `euclidean_distance.py`.
 
     Attributes
     ----------
@@ -109,7 +121,7 @@ class PointDistribution:
     Raises
     ------
     RequirementError
-        `points_per_m2` is not positive and finite.
+        `points_per_m2` is not positive and finite, or a distance of another name.
     DeviceError
         The device fails.
     """
@@ -121,9 +133,20 @@ class PointDistribution:
         engine: ScanEngine,
         *,
         points_per_m2: float = REFERENCE_POINTS_PER_M2,
+        distance: str = "squared",
     ) -> None:
+        if distance not in DISTANCES:
+            raise RequirementError(f"f2.distance: got {distance!r}, expected one of {', '.join(DISTANCES)}")
         self._engine, self._n_patches = engine, patches.n_patches
         self.warnings: tuple[str, ...] = ()
+        self._euclidean: EuclideanSums | None = None
+        if distance == "euclidean":
+            from planner_core.paper.euclidean_distance import EuclideanSums  # brings numba
+
+            self.device = "host"
+            self._euclidean = EuclideanSums(scene, patches, points_per_m2=points_per_m2)
+            self._take(self._euclidean.reference_m)
+            return
         device = device_of(engine)
         if device is not None and not has_float64(device):
             self.warnings = (f"{device.label} has no float64, F2 is summed up on the host (slower, same results)",)
@@ -135,8 +158,11 @@ class PointDistribution:
             self._sums = _HostSums(scene, patches, reference_m2)
         else:
             self._sums = _DeviceSums(scene, patches, device, points_per_m2=points_per_m2)
-        self.reference_m2: FloatArray = self._sums.reference_m2
-        self.reference_total_m2 = float(self.reference_m2.sum())
+        self._take(self._sums.reference_m2)
+
+    def _take(self, reference: FloatArray) -> None:
+        self.reference_m2: FloatArray = reference
+        self.reference_total_m2 = float(reference.sum())
 
     def of(self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent) -> Distribution:
         """F1, by count and by area, and F2 as printed of each of positions (N, 3).
@@ -158,6 +184,8 @@ class PointDistribution:
     def sums(self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent) -> DistributionSums:
         """What F2 of each of positions (N, 3) is made of; raises as `of` does."""
         positions = check_positions(positions_m)
+        if self._euclidean is not None:
+            return self._euclidean_sums(self._euclidean, template, positions, progress)
         n_beams = int(np.prod(template.shape))
         row_bytes = max(1, min(n_beams, self._n_patches)) * _ENTRY_BYTES
         n_batch = max(1, min(_MAX_BATCH, _BATCH_BYTES // row_bytes))
@@ -171,6 +199,21 @@ class PointDistribution:
             progress(ProgressEvent("f2", end, len(positions)))
 
         in_batches(len(positions), n_batch, work, on_smaller=self._warn)
+        return DistributionSums(n_patches, found[:, 2], found[:, 0], found[:, 1], self.reference_total_m2)
+
+    def _euclidean_sums(
+        self, euclidean: EuclideanSums, template: BeamTemplate, positions: FloatArray, progress: Progress
+    ) -> DistributionSums:
+        n_batch = max(1, min(_MAX_BATCH, _BATCH_BYTES // (int(np.prod(template.shape)) * _BEAM_BYTES)))
+        found = np.zeros((len(positions), 4), dtype=np.float64)
+
+        def work(first: int, end: int) -> None:
+            batch = self._engine.scan(template, positions[first:end])
+            found[first:end] = euclidean.by_position(template, batch, positions[first:end])
+            progress(ProgressEvent("f2", end, len(positions)))
+
+        in_batches(len(positions), n_batch, work, on_smaller=self._warn)
+        n_patches = found[:, 3].astype(np.int64)
         return DistributionSums(n_patches, found[:, 2], found[:, 0], found[:, 1], self.reference_total_m2)
 
     def _warn(self, line: str) -> None:

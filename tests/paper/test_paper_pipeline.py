@@ -101,12 +101,70 @@ def test_random_starts_follow_the_seed() -> None:
     assert drawn(1) == drawn(1) != drawn(2)
 
 
+def test_the_pool_is_narrowed_to_the_best_by_f2() -> None:
+    survey, engine = opened("l-room")
+
+    def pool(**options: object) -> np.ndarray:
+        settings = replace(SETTINGS, method=Paper(search="none", **options))
+        return find_pool(survey, settings, paper_settings(settings), engine, floors=(0,)).position_m
+
+    whole, judge = pool(), PointDistribution(survey.scene, survey.patches, engine)
+    f2 = judge.of(survey.template, whole).f2_m2
+    assert len(whole) > 20
+    best = whole[np.sort(np.argsort(f2, kind="stable")[:5])]
+    np.testing.assert_array_equal(pool(best_k=5), best)
+    apart = pool(best_k=5, best_apart_m=1.5)
+    assert len(apart) == 5
+    assert np.linalg.norm(apart[:, None] - apart[None], axis=2)[np.triu_indices(5, 1)].min() >= 1.5
+    thin = pool(thin_cell_m=2.0)
+    cell = np.floor(whole[:, :2] / 2.0)
+    least = [f2[(cell == one).all(axis=1)].min() for one in np.unique(cell, axis=0)]
+    assert sorted(judge.of(survey.template, thin).f2_m2) == pytest.approx(sorted(least))
+    assert len(thin) < len(whole)
+
+
+def test_starts_without_halving_lie_on_the_grid_alone() -> None:
+    settings = replace(SETTINGS, grid_step_m=2.0, method=Paper(search="none"))
+    survey, engine = opened("corridor-comb", settings)
+    plain = replace(settings, method=Paper(search="none", halve_grid=False))
+    halved, whole = (
+        {tuple(row) for row in find_pool(survey, one, paper_settings(one), engine, floors=(0,)).position_m}
+        for one in (settings, plain)
+    )
+    assert whole < halved
+    x = np.array(sorted(whole))[:, 0]
+    np.testing.assert_allclose((x - x[0]) / 2.0, np.rint((x - x[0]) / 2.0), atol=1e-9)
+
+
+def test_equation_9_counts_patches_where_told() -> None:
+    settings = replace(SETTINGS, method=Paper(search="none", repair=False))
+    survey, engine = opened("two-rooms", settings)
+    chosen = {}
+    for count in ("area", "patches"):
+        method = method_of(
+            "paper", [("search", "none"), ("repair", "no"), ("genetic.objective", "eq9"), ("count", count)]
+        )
+        plan = plan_survey(survey, replace(settings, method=method), engine)
+        chosen[count] = np.array([station.position_m for station in plan.stations])
+    pool = find_pool(survey, settings, paper_settings(settings), engine, floors=(0,)).position_m
+    seen = engine.visible_patches(survey.template, pool)
+    counts, areas = np.diff(seen.starts), [survey.patches.area_m2[seen.row(k)].sum() for k in range(len(pool))]
+    assert len(chosen["area"]) == len(chosen["patches"]) == 1
+    by_patches, by_area = (np.linalg.norm(pool - chosen[key][0], axis=1).argmin() for key in ("patches", "area"))
+    assert counts[by_patches] >= counts[by_area]
+    assert areas[by_area] >= areas[by_patches]
+
+
 @pytest.mark.parametrize(
     ("option", "message"),
     [
         (("search", "pso"), "search: got 'pso', expected one of ls, sa, ts, none"),
         (("n_random", "0"), "n_random: got 0, expected at least 1"),
         (("pool", "all"), "pool: got 'all', expected one of both, improved"),
+        (("count", "beams"), "count: got 'beams', expected one of area, patches"),
+        (("count", "patches"), "count: got patches with genetic.objective fewest"),
+        (("best_k", "-1"), "best_k: got -1, expected 0 or more"),
+        (("thin_cell_m", "-1"), "thin_cell_m: got -1, expected 0 or more"),
         (("genetic.population", "1"), "genetic population: got 1"),
         (("spatial.step_m", "-1"), "step_m: got -1"),
     ],

@@ -58,3 +58,17 @@ def draw_walls(axes: Any, lines_m: NDArray[np.float64]) -> None:
     axes.set_aspect("equal")
     axes.set_axis_off()
     axes.autoscale_view()
+
+
+def draw_nothing(axes: Any, f2_m2: float, *, unit: str = "m2") -> None:
+    """Draw the line of F2 where a station would be that sees nothing: the sum of all references."""
+    axes.axhline(f2_m2, color="#888888", linewidth=0.8, linestyle=":")
+    axes.annotate(
+        f"a station that sees nothing: {f2_m2:.0f} {unit}",
+        (0.02, f2_m2),
+        xycoords=("axes fraction", "data"),
+        xytext=(0, 2),
+        textcoords="offset points",
+        fontsize=6,
+        color="#555555",
+    )

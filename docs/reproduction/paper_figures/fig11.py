@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from scenes_synthetic.basement import ENCLOSED
 from scenes_synthetic.model import Room
 
 from .charts import COLOURS, chart, draw_walls, label
-from .figure import Bench, Outcome, Picture
+from .figure import Bench, Outcome, Picture, Verdict, at_native_columns, by_share
 from .levels import Level, open_level
 
 N_BEST = 30
@@ -46,7 +46,8 @@ class Choice:
 
 @dataclass(frozen=True)
 class Measured:
-    """What a run finds. by_f2, by_f1 : by least distance. The rest are shares, and numbers by room.
+    """What a run finds. by_f2 (of squared distances), by_plain (of plain ones), by_f1 : by least distance. The
+    rest are shares, and numbers by room.
 
     slender : share of patches that are more than `SLENDER` times as long as wide; slender_kind : the class of element
     that most of those are of which chosen positions reach, by reference; slender_chosen, slender_usual : their share in
@@ -54,6 +55,7 @@ class Measured:
     """
 
     by_f2: dict[float, Choice]
+    by_plain: dict[float, Choice]
     by_f1: dict[float, Choice]
     by_chance: float
     by_cover: float
@@ -63,6 +65,8 @@ class Measured:
     slender_kind: str
     slender_chosen: float
     slender_usual: float
+    empty_by_plain: float
+    """Share of the enclosed rooms without a position chosen by F2 of plain distances."""
 
     @property
     def empty(self) -> list[str]:
@@ -77,7 +81,7 @@ class Measured:
 
 def run(bench: Bench) -> Outcome:
     """Choose by F2, and by F1 to compare, at several least distances; compare with chance and with cover itself."""
-    level = open_level(bench, "basement", n_azimuths=bench.at(900, None), grid_step_m=0.5)
+    level = open_level(bench, "basement", grid_step_m=bench.at(0.75, 0.5))
     position_m = level.candidates().position_m
     near = triangles_near(level.survey.scene, position_m)
     rooms = scenes_synthetic.build("basement", seed=bench.seed).rooms
@@ -85,26 +89,36 @@ def run(bench: Bench) -> Outcome:
     bench.tell(2, 3, "draw")
     pictures = (*_draw_maps(bench, level, position_m, near, found, rooms), *_draw_shares(bench, found))
     bench.tell(3, 3)
-    best = found.by_f2[APART_M]
-    return Outcome(
-        found=_say(len(position_m), found),
-        agrees=agreement(dense=best.dense, seen=best.seen, empty=len(found.empty) / len(found.enclosed)),
-        pictures=pictures,
-        numbers={
-            "n_positions": len(position_m),
-            "least_distance_m": list(_APART_M),
-            "dense_by_f2": [choice.dense for choice in found.by_f2.values()],
-            "dense_by_f1": [choice.dense for choice in found.by_f1.values()],
-            "seen_by_f2": [choice.seen for choice in found.by_f2.values()],
-            "seen_by_f1": [choice.seen for choice in found.by_f1.values()],
-            "seen_by_chance": found.by_chance,
-            "seen_by_greedy_cover": found.by_cover,
-            "chosen_by_room": found.chosen_in,
-            "positions_by_room": found.admissible_in,
-            "slender_patches": found.slender,
-            "slender_share_of_reference": {"chosen": found.slender_chosen, "median": found.slender_usual},
+    numbers = _numbers(level, position_m, found)
+    return Outcome(found=_say(len(position_m), found), agrees=verdict(numbers), pictures=pictures, numbers=numbers)
+
+
+def verdict(numbers: Mapping[str, Any]) -> Verdict:
+    """`agreement` of a run at native columns, by F2 of squared distances."""
+    return at_native_columns(numbers, lambda: agreement(**numbers["judged"]["squared"]))
+
+
+def _numbers(level: Level, position_m: FloatArray, found: Measured) -> dict[str, Any]:
+    best, plain = found.by_f2[APART_M], found.by_plain[APART_M]
+    return {
+        "n_positions": len(position_m),
+        "columns": level.columns,
+        "judged": {
+            "squared": {"dense": best.dense, "seen": best.seen, "empty": len(found.empty) / len(found.enclosed)},
+            "euclidean": {"dense": plain.dense, "seen": plain.seen, "empty": found.empty_by_plain},
         },
-    )
+        "least_distance_m": list(_APART_M),
+        "dense_by_f2": [choice.dense for choice in found.by_f2.values()],
+        "dense_by_f1": [choice.dense for choice in found.by_f1.values()],
+        "seen_by_f2": [choice.seen for choice in found.by_f2.values()],
+        "seen_by_f1": [choice.seen for choice in found.by_f1.values()],
+        "seen_by_chance": found.by_chance,
+        "seen_by_greedy_cover": found.by_cover,
+        "chosen_by_room": found.chosen_in,
+        "positions_by_room": found.admissible_in,
+        "slender_patches": found.slender,
+        "slender_share_of_reference": {"chosen": found.slender_chosen, "median": found.slender_usual},
+    }
 
 
 def _measure(bench: Bench, level: Level, position_m: FloatArray, near: Int64Array, rooms: Sequence[Room]) -> Measured:
@@ -112,18 +126,25 @@ def _measure(bench: Bench, level: Level, position_m: FloatArray, near: Int64Arra
     bench.tell(0, 3, f"F2 of {len(position_m)} positions")
     judge = PointDistribution(survey.scene, survey.patches, level.engine)
     worth = judge.of(survey.template, position_m, progress=bench.progress)
+    plain = PointDistribution(survey.scene, survey.patches, level.engine, distance="euclidean").of(
+        survey.template, position_m, progress=bench.progress
+    )
     bench.tell(1, 3, "coverage")
     visibility = level.engine.visible_patches(survey.template, position_m)
     see = Sight(visibility, survey.patches.area_m2)
-    by_f2, by_f1 = (
+    by_f2, by_plain, by_f1 = (
         {apart: _choose(position_m, worth.n_patches, f2, apart, near, see) for apart in _APART_M}
-        for f2 in (worth.f2_m2, -worth.n_patches.astype(float))
+        for f2 in (worth.f2_m2, plain.f2_m2, -worth.n_patches.astype(float))
     )
     chosen = by_f2[APART_M].index
     slender = is_slender(survey.scene, survey.patches)
     share = see.by_position(judge.reference_m2 * slender) / see.by_position(judge.reference_m2)
+    enclosed = [room for room in rooms if room.name in ENCLOSED and inside(room, position_m).any()]
+    left_out = [not inside(room, position_m[by_plain[APART_M].index]).any() for room in enclosed]
     return Measured(
         by_f2=by_f2,
+        by_plain=by_plain,
+        empty_by_plain=float(np.mean(left_out)),
         by_f1=by_f1,
         by_chance=see.chance(bench.seed),
         by_cover=see.share(see.cover_greedily()),
@@ -153,14 +174,13 @@ def _kind_of_most(survey: Survey, weight: FloatArray) -> str:
     return max(by_kind, key=by_kind.__getitem__)
 
 
-def agreement(*, dense: float, seen: float, empty: float) -> Literal["yes", "partly", "no"]:
+def agreement(*, dense: float, seen: float, empty: float) -> Verdict:
     """Whether shares bear the paper out.
 
     dense : of chosen positions with more triangles near than the median admissible one (half of them by chance);
     seen : of achievable area; empty : of the enclosed rooms without a chosen position, of those that could have one.
     """
-    holds = (dense >= MOST_DENSE, seen >= MOST_SEEN, empty > 0.5)
-    return "yes" if all(holds) else "partly" if any(holds) else "no"
+    return by_share((dense >= MOST_DENSE, seen >= MOST_SEEN, empty > 0.5))
 
 
 def triangles_near(scene: Scene, position_m: FloatArray) -> Int64Array:
@@ -229,6 +249,7 @@ def _choose(
 
 def _say(n_positions: int, found: Measured) -> str:
     f2, f1, far = found.by_f2[APART_M], found.by_f1[APART_M], found.by_f2[_APART_M[-1]]
+    plain = found.by_plain[APART_M]
     where = ", ".join(f"{number} in the {name}" for name, number in found.chosen_in.items() if number)
     by_length = ", so it goes less by how many patches are near than by long ones"
     rule = by_length if found.slender_chosen > found.slender_usual else ""
@@ -239,7 +260,10 @@ def _say(n_positions: int, found: Measured) -> str:
         f"{100 * f2.seen:.0f} % of the achievable area (by F1 {100 * f1.seen:.0f} %, at random "
         f"{100 * found.by_chance:.0f} %, greedily by area {100 * found.by_cover:.0f} %), and {100 * far.seen:.0f} % if "
         f"{_APART_M[-1]:g} m apart. No position is chosen in {len(found.empty)} of {len(found.enclosed)} enclosed "
-        f"rooms: {', '.join(found.empty)}. F2 sums squared distances{rule}: the {100 * found.slender:.0f} % of patches "
+        f"rooms: {', '.join(found.empty)}. With plain distances instead of squared ones, "
+        f"{100 * plain.dense:.0f} % are in dense geometry, they see {100 * plain.seen:.0f} %, and "
+        f"{100 * found.empty_by_plain:.0f} % of the enclosed rooms stay empty. "
+        f"F2 sums squared distances{rule}: the {100 * found.slender:.0f} % of patches "
         f"that are more than {SLENDER:g} times as long as wide make up {100 * found.slender_chosen:.0f} % of the "
         f"references that a chosen position reaches (mostly {found.slender_kind}), against "
         f"{100 * found.slender_usual:.0f} % in the median."

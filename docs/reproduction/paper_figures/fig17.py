@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +15,9 @@ from planner_core.paper.search.thinning import best_apart
 from planner_core.scene.patches import patch_triangles
 from scenes_synthetic.model import Level, PiercedBox, assemble
 
-from .charts import COLOURS, chart, draw_walls, label
+from .charts import COLOURS, chart, draw_nothing, draw_walls, label
 from .fig05 import rank_correlation
-from .figure import Bench, Outcome, Picture
+from .figure import Bench, Outcome, Picture, Verdict, at_native_columns, by_share
 from .levels import Level as OpenLevel
 from .levels import open_level
 
@@ -25,7 +26,7 @@ N_BEST = 10
 APART_M = 0.5
 #: A position is next to a hole if either mouth of it is within this in plan, whatever its height.
 NEXT_WITHIN_M = 1.0
-#: What "all" of the chosen positions means in `agreement`.
+#: What "all" of the chosen positions means in `verdict`.
 ALL_NEXT = 0.9
 #: The fixed height is the middle of the paper's range of variable ones.
 FIXED_M = 1.5
@@ -91,6 +92,10 @@ class Tried:
     position_m: FloatArray
     n_patches: Int64Array
     f2_m2: FloatArray
+    nothing_m2: float
+    """F2 of a station that sees nothing."""
+    next_by_plain: float
+    """Share that lies next to a hole, of those chosen at fixed height by F2 of plain distances."""
     usual_next: float
     usual_through: float
     rank: float
@@ -111,28 +116,35 @@ def run(bench: Bench) -> Outcome:
     bench.tell(len(_SCANNERS), len(_SCANNERS) + 1, "draw")
     pictures = _draw(bench, tried)
     bench.tell(len(_SCANNERS) + 1, len(_SCANNERS) + 1)
-    return Outcome(
-        found=_say(tried),
-        agrees=agreement(
-            [(one.fixed, one.variable) for one in tried.values()], [one.better_of_as_many for one in tried.values()]
-        ),
-        pictures=pictures,
-        numbers={scanner: _numbers(one) for scanner, one in tried.items()},
-    )
+    numbers = {scanner: _numbers(one) for scanner, one in tried.items()}
+    numbers["columns"] = {name: one for of in tried.values() for name, one in of.level.columns.items()}
+    return Outcome(found=_say(tried), agrees=verdict(numbers), pictures=pictures, numbers=numbers)
 
 
-def agreement(choices: list[tuple[Choice, Choice]], better_of_as_many: list[float]) -> Literal["yes", "partly", "no"]:
-    """Whether choices at fixed and at variable height, a pair a scanner, bear the paper out.
+#: Holes draw the choice where filling them in takes this share of it elsewhere.
+DRAWN = 0.2
 
-    With every scanner, as many positions of variable height mostly give a better F2 (all of them do so by being more);
-    all chosen positions lie next to holes; and they do so to reach more patches: more than is usual.
+
+def verdict(numbers: Mapping[str, Any]) -> Verdict:
+    """Whether numbers by scanner bear the paper out, by F2 of squared distances; see `agreement`."""
+    return at_native_columns(numbers, lambda: agreement([numbers[scanner] for scanner in _SCANNERS]))
+
+
+def agreement(scanners: list[Mapping[str, Any]]) -> Verdict:
+    """Whether choices at fixed and at variable height bear the paper out with every scanner.
+
+    As many positions of variable height mostly give a better F2 (all of them do so by being more); all chosen positions
+    lie next to holes; fewer do where the holes are filled in; and they reach more patches than is usual.
     """
-    holds = (
-        all(share > 0.5 for share in better_of_as_many),
-        all(choice.next >= ALL_NEXT for pair in choices for choice in pair),
-        all(choice.median_f1 > choice.usual_f1 for pair in choices for choice in pair),
+    pairs = [(one, name) for one in scanners for name in ("fixed", "variable")]
+    return by_share(
+        (
+            all(one["better_of_as_many"] > 0.5 for one in scanners),
+            all(one[name]["next_to_hole"] >= ALL_NEXT for one, name in pairs),
+            all(one["next_if_filled"][name] < one[name]["next_to_hole"] - DRAWN for one, name in pairs),
+            all(one[name]["median_f1_of_chosen"] > one[name]["median_f1_of_all"] for one, name in pairs),
+        )
     )
-    return "yes" if all(holds) else "partly" if any(holds) else "no"
 
 
 def next_to_hole(position_m: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -163,15 +175,14 @@ def _open(bench: Bench, scene: str | Scene, scanner: str) -> OpenLevel:
         bench,
         scene,
         scanner=scanner,
-        n_azimuths=bench.at(900, None),
-        grid_step_m=bench.at(0.25, 0.1),
+        grid_step_m=bench.at(0.4, 0.1),
         heights_m=_HEIGHTS_M,
     )
 
 
 def _next_if_filled(bench: Bench, scanner: str) -> tuple[float, float]:
     level = _open(bench, without_holes(), scanner)
-    position_m, worth, fixed = _judge(bench, level)
+    position_m, worth, fixed, _ = _judge(bench, level)
     shares = []
     for pool in (fixed, np.arange(len(position_m))):
         best = _best(position_m, worth.n_patches, worth.f2_m2, pool)
@@ -179,12 +190,13 @@ def _next_if_filled(bench: Bench, scanner: str) -> tuple[float, float]:
     return shares[0], shares[1]
 
 
-def _judge(bench: Bench, level: OpenLevel) -> tuple[FloatArray, Distribution, Int64Array]:
-    """Positions (N, 3), their F1 and F2, and which of them are at the fixed height."""
+def _judge(bench: Bench, level: OpenLevel) -> tuple[FloatArray, Distribution, Int64Array, float]:
+    """Positions (N, 3), their F1 and F2, which of them are at the fixed height, and F2 of one that sees nothing."""
     candidates = level.candidates()
     judge = PointDistribution(level.survey.scene, level.survey.patches, level.engine)
     worth = judge.of(level.survey.template, candidates.position_m, progress=bench.progress)
-    return candidates.position_m, worth, np.flatnonzero(np.isclose(candidates.instrument_height_m, FIXED_M))
+    fixed = np.flatnonzero(np.isclose(candidates.instrument_height_m, FIXED_M))
+    return candidates.position_m, worth, fixed, judge.reference_total_m2
 
 
 def _best(position_m: FloatArray, f1: Int64Array, f2_m2: FloatArray, pool: Int64Array) -> Int64Array:
@@ -193,19 +205,25 @@ def _best(position_m: FloatArray, f1: Int64Array, f2_m2: FloatArray, pool: Int64
 
 def _try(bench: Bench, scanner: str) -> Tried:
     level = _open(bench, "hole-walls", scanner)
-    position_m, worth, fixed = _judge(bench, level)
-    everywhere = np.arange(len(position_m))
+    position_m, worth, fixed, nothing_m2 = _judge(bench, level)
+    # Plain distances take some times longer: of the fixed height alone.
+    plain = PointDistribution(level.survey.scene, level.survey.patches, level.engine, distance="euclidean").of(
+        level.survey.template, position_m[fixed], progress=bench.progress
+    )
+    by_plain = fixed[_best(position_m[fixed], plain.n_patches, plain.f2_m2, np.arange(fixed.size))]
     return Tried(
         level=level,
         position_m=position_m,
         n_patches=worth.n_patches,
         f2_m2=worth.f2_m2,
+        nothing_m2=nothing_m2,
+        next_by_plain=float((next_to_hole(position_m[by_plain])[0] <= NEXT_WITHIN_M).mean()),
         usual_next=float((next_to_hole(position_m)[0] <= NEXT_WITHIN_M).mean()),
         usual_through=float(sees_through(level, position_m[::_EVERY]).mean()),
         rank=rank_correlation(worth.n_patches.astype(np.float64), worth.f2_m2),
         better_of_as_many=_better_of_as_many(bench, worth.f2_m2, fixed),
         fixed=_choose(level, position_m, worth.n_patches, worth.f2_m2, fixed),
-        variable=_choose(level, position_m, worth.n_patches, worth.f2_m2, everywhere),
+        variable=_choose(level, position_m, worth.n_patches, worth.f2_m2, np.arange(len(position_m))),
         next_if_filled=_next_if_filled(bench, scanner),
     )
 
@@ -268,7 +286,10 @@ def _say_of(scanner: str, one: Tried) -> str:
         f"{100 * one.usual_next:.0f} %, and of those chosen with the holes filled in {100 * filled[0]:.0f} % and "
         f"{100 * filled[1]:.0f} %; {100 * fixed.through:.0f} % and {100 * variable.through:.0f} % see through a hole, "
         f"of all {100 * one.usual_through:.0f} %. The chosen reach {fixed.median_f1:.0f} and {variable.median_f1:.0f} "
-        f"patches in the median, all positions {variable.usual_f1:.0f}; F1 and F2 have a rank correlation of "
+        f"patches in the median, all positions {variable.usual_f1:.0f}; "
+        f"{100 * float((one.f2_m2 > one.nothing_m2).mean()):.0f} % of all positions score worse than a station that "
+        f"sees nothing. By plain distances instead of squared ones {100 * one.next_by_plain:.0f} % of those "
+        f"chosen at fixed height lie next to a hole. F1 and F2 have a rank correlation of "
         f"{one.rank:.2f}."
     )
 
@@ -280,6 +301,9 @@ def _numbers(one: Tried) -> dict[str, Any]:
         "usual_through": one.usual_through,
         "rank_correlation": one.rank,
         "better_of_as_many": one.better_of_as_many,
+        "sees_nothing_m2": one.nothing_m2,
+        "worse_than_nothing": float((one.f2_m2 > one.nothing_m2).mean()),
+        "next_by_plain_distance_fixed": one.next_by_plain,
         "next_if_filled": {"fixed": one.next_if_filled[0], "variable": one.next_if_filled[1]},
     }
     for name, choice in (("fixed", one.fixed), ("variable", one.variable)):
@@ -308,6 +332,7 @@ def _draw(bench: Bench, tried: dict[str, Tried]) -> tuple[Picture, ...]:
             _draw_heights(of_side, one)
             label(of_side, "Beside the nearest hole", "distance in plan, m", "height above its middle, m")
             _draw_worth(of_worth, one)
+            draw_nothing(of_worth, one.nothing_m2)
             label(of_worth, f"F1 and F2, rank correlation {one.rank:.2f}", "F1, patches reached", "F2, m2")
         axes[1].legend(fontsize=7, frameon=False, loc="upper right")
         axes[2].legend(fontsize=7, frameon=False, loc="best", markerscale=3)

@@ -30,6 +30,14 @@ class Level:
     settings: PlanSettings
     engine: ScanEngine
     index: int
+    native_columns: int
+    """Columns of a scan of the scanner as its maker builds it."""
+
+    @property
+    def columns(self) -> dict[str, dict[str, int]]:
+        """Columns of a scan, by scanner: for `at_native_columns`."""
+        scanner = self.settings.scanner
+        return {scanner.name: {"used": scanner.n_azimuths, "native": self.native_columns}}
 
     @property
     def floor(self) -> Floor:
@@ -62,8 +70,8 @@ def open_level(
 ) -> Level:
     """Build a synthetic scene by its name, or take one, and get one of its levels ready.
 
-    `n_azimuths` thins the scanner's columns out: for runs that are smaller than the paper's. `grid_step_m` is the voxel
-    in plan; in height it is 0.4 m, Table 1's. `heights_m`: fixed heights; empty: the scanner's range.
+    `n_azimuths` thins the scanner's columns out, for quick looks: verdicts are for native columns. `grid_step_m` is the
+    voxel in plan; in height it is 0.4 m, Table 1's. `heights_m`: fixed heights; empty: the scanner's range.
     """
     built = scenes_synthetic.build(scene, seed=bench.seed).scene if isinstance(scene, str) else scene
     used = load_scanner(scanner) if isinstance(scanner, str) else scanner
@@ -78,4 +86,4 @@ def open_level(
     survey = make_survey(built, settings)
     engine = open_engine(survey.scene, survey.patches)
     bench.warn(engine.warnings)
-    return Level(survey, settings, engine, floor)
+    return Level(survey, settings, engine, floor, used.n_azimuths)

@@ -12,7 +12,8 @@ _VERDICT = {
     "yes": "It agrees.",
     "partly": "It agrees in part.",
     "no": "It does not agree.",
-    "not compared": "Not compared.",
+    "not comparable": "Not comparable at this size.",
+    "not tested": "Not tested.",
 }
 
 
@@ -27,9 +28,25 @@ def write_page(folder: Path, figure: Figure, outcome: Outcome, *, full: bool, se
         f"**We found:** {outcome.found}\n\n**{_VERDICT[outcome.agrees]}**{size}\n"
     )
     page.write_text(text, encoding="utf-8")
-    numbers = {"figure": figure.name, "full": full, "seed": seed, "agrees": outcome.agrees, **outcome.numbers}
+    numbers = {
+        "figure": figure.name,
+        "full": full,
+        "seed": seed,
+        "fingerprint": figure.fingerprint(full=full, seed=seed),
+        "agrees": outcome.agrees,
+        **outcome.numbers,
+    }
     (folder / f"{figure.name}.json").write_text(json.dumps(numbers, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     return page
+
+
+def is_current(folder: Path, figure: Figure, *, full: bool, seed: int) -> bool:
+    """Whether the folder has the figure's page, of a run with the same settings."""
+    numbers = folder / f"{figure.name}.json"
+    if not (numbers.exists() and (folder / f"{figure.name}.md").exists()):
+        return False
+    had = json.loads(numbers.read_text(encoding="utf-8")).get("fingerprint")
+    return bool(had == figure.fingerprint(full=full, seed=seed))
 
 
 def write_index(folder: Path, figures: Sequence[Figure]) -> Path:

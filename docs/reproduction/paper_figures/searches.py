@@ -22,6 +22,11 @@ def fitness_of(level: Level) -> StationFitness:
     return StationFitness(level.survey, level.settings, level.engine, distribution, floor=level.index)
 
 
+def sees_nothing_m2(level: Level) -> float:
+    """F2 of a station that sees nothing: the sum of all references."""
+    return PointDistribution(level.survey.scene, level.survey.patches, level.engine).reference_total_m2
+
+
 def run_search(
     bench: Bench, name: str, level: Level, starts_m: FloatArray, settings: SearchSettings
 ) -> tuple[SearchResult, StationFitness]:

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -40,6 +41,7 @@ def test_page_says_what_both_found_and_how_to_run_it_in_full(tmp_path: Path) -> 
     assert "`tlsplan reproduce figA --full --seed 2`" in text
     assert "--full" not in write_page(tmp_path, FIGURE, outcome, full=True, seed=0).read_text()
     numbers = json.loads((tmp_path / "figA.json").read_text())
+    assert len(numbers.pop("fingerprint")) == 16
     assert numbers == {"figure": "figA", "full": True, "seed": 0, "agrees": "partly", "share": 0.75}
 
 
@@ -90,17 +92,48 @@ def test_equation_9_selects_a_single_station(tmp_path: Path) -> None:
     assert all((tmp_path / picture.file).stat().st_size > 1000 for picture in outcome.pictures)
 
 
+def test_resuming_runs_only_what_is_missing_or_of_other_settings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ran: list[str] = []
+
+    def counted(name: str, size: str = "half", revision: int = 1) -> Figure:
+        def run(bench: Bench) -> Outcome:
+            ran.append(name)
+            if name == "figB" and ran.count("figB") == 1:
+                raise KeyboardInterrupt
+            return drawn(bench)
+
+        return Figure(name, "A title", "", run, size, revision=revision)
+
+    monkeypatch.setattr(registry, "FIGURES", (counted("figA"), counted("figB")))
+    with pytest.raises(click.Abort):
+        call("all", "-o", str(tmp_path), "--resume")
+    assert "[figA]" in (tmp_path / "index.md").read_text()
+    call("all", "-o", str(tmp_path), "--resume")
+    assert ran == ["figA", "figB", "figB"]
+    call("all", "-o", str(tmp_path), "--resume")
+    assert ran == ["figA", "figB", "figB"]
+    call("figA", "-o", str(tmp_path), "--resume", "--seed", "1")
+    monkeypatch.setattr(registry, "FIGURES", (counted("figA", size="a third"), counted("figB", revision=2)))
+    call("all", "-o", str(tmp_path), "--resume", "--seed", "1")
+    assert ran[3:] == ["figA", "figA", "figB"]
+    (tmp_path / "figA.md").unlink()
+    call("all", "-o", str(tmp_path), "--resume", "--seed", "1")
+    assert ran[6:] == ["figA"]
+
+
 def test_a_warning_is_said_once_a_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def warned(bench: Bench) -> Outcome:
         bench.warn(["no device"])
         bench.warn(["no device", "nor anything else"])
-        return Outcome("nothing.", "not compared", ())
+        return Outcome("nothing.", "not tested", ())
 
     names = ("figA", "figB")
     monkeypatch.setattr(registry, "FIGURES", tuple(Figure(name, "A title", "", warned, "") for name in names))
     done = call("all", "-o", str(tmp_path), "-q")
     assert done.stderr.splitlines() == ["warning: no device", "warning: nor anything else"]
-    assert "**Not compared.**" in (tmp_path / "figB.md").read_text()
+    assert "**Not tested.**" in (tmp_path / "figB.md").read_text()
 
 
 def test_fig16_without_a_device_times_the_host_and_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -116,6 +149,6 @@ def test_fig16_without_a_device_times_the_host_and_says_so(tmp_path: Path, monke
     monkeypatch.setattr(fig16, "_REPEATS", 1)
     monkeypatch.setattr(genetic_search, "open_device", no_device)
     outcome = fig16.run(Bench(tmp_path))
-    assert outcome.agrees == "not compared"
+    assert outcome.agrees == "not tested"
     assert outcome.found.startswith("no OpenCL device is usable")
     assert [picture.file for picture in outcome.pictures] == ["fig16.png"]

@@ -114,7 +114,7 @@ def test_figure_13_selects_what_covers_most_of_what_its_pool_sees(of_figure_13: 
         assert facts["covers_enclosed"] <= facts["pool_share_of_enclosed"] <= 1.0, name
         assert facts["stations_greedy"] <= facts["stations"] <= facts["pool"], name
         assert len(facts["stations_by_seed"]) == 5, name
-    assert of_figure_13.agrees == fig13.agreement({name: of_figure_13.numbers[name] for name in of_searches.SEARCHES})
+    assert of_figure_13.agrees == "not comparable"
 
 
 def test_figure_13_finds_all_positions_of_its_pools_in_rooms_of_the_level(of_figure_13: Outcome) -> None:
@@ -201,5 +201,4 @@ def test_figure_15_goes_the_same_ways_on_the_lattice_with_fewer_scans(tmp_path: 
         assert (facts["evaluations_memoised"] < facts["evaluations_plain"]) == (facts["hits"] > 0), name
     assert sum(square[name]["hits"] for name in of_searches.SEARCHES) > 0
     assert "bit for bit: yes" in outcome.found
-    ratio = {name: square[name]["plain_over_memoised"] for name in of_searches.SEARCHES}
-    assert outcome.agrees == fig15.agreement(ratio, square["all_plain_over_memoised"])
+    assert outcome.agrees == "not comparable"
