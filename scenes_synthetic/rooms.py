@@ -6,7 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from scenes_synthetic.building import Opening, slab, wall
+from scenes_synthetic.furniture import table
 from scenes_synthetic.model import KnownView, Level, Part, Room, SyntheticScene, assemble
+from scenes_synthetic.solids import box as box_solid
+from scenes_synthetic.solids import place
 
 _LEVEL = Level("Ground floor", 0.0)
 _WALL_M = 0.2
@@ -101,6 +104,46 @@ def corridor_comb(*, seed: int = 0, n_rooms: int = 4) -> SyntheticScene:
     return _assemble("corridor-comb", rooms, parts, (width, total), n_stations=n_rooms + 1)
 
 
+def floor_plate() -> SyntheticScene:
+    """One floor of 50 x 30 m: a hall with columns and desks, and six rooms each south and north of it.
+
+    As large as an office's floor, with the desks that hide parts of it, and no more triangles than that needs. How many
+    stations it takes nobody knows, so it is none of the scenes of `scenes_synthetic.names`.
+    """
+    width, depth, side, between, row = 50.0, 30.0, 8.2, 0.16, (7.85, 8.0)
+    starts = [round(i * (side + between), 6) for i in range(6)]
+    rooms, parts = [_rectangle("Hall", 0.0, row[1], width, depth - row[1])], []
+    for name, low, high in (("south", 0.0, row[0]), ("north", depth - row[0], depth)):
+        y0, y1 = row if name == "south" else (depth - row[1], depth - row[0])
+        doorways = [Opening(f"Doorway {name} {i + 1}", round(s + 1.0, 6), 1.0, 2.1) for i, s in enumerate(starts)]
+        parts.append(wall(f"Wall of rooms {name}", 0, (0.0, y0, 0.0), (width, y1, _HEIGHT_M), doorways))
+        for i, start in enumerate(starts):
+            rooms.append(_rectangle(f"Room {name} {i + 1}", start, low, round(start + side, 6), high))
+            if i > 0:
+                left = (round(start - between, 6), low, 0.0)
+                parts.append(wall(f"Partition {name} {i}", 0, left, (start, high, _HEIGHT_M)))
+            parts += _desks(f"{name} {i + 1}", (start + 2.0, low + 2.0), (2, 2), rooms[-1].name)
+    for i in range(8):
+        x = round(4.0 + 6.0 * i, 6)
+        column = box_solid((x, 14.75, 0.0), (round(x + 0.5, 6), 15.25, _HEIGHT_M))
+        parts.append(Part(f"Column {i + 1}", "IfcColumn", 0, column))
+    parts += _desks("hall", (2.0, 10.5), (12, 3), "Hall")
+    return _assemble("floor-plate", rooms, [*_floor_and_ceiling(width, depth), *_shell(width, depth), *parts],
+                     (width, depth), n_stations=None)  # fmt: skip
+
+
+def _desks(name: str, at_m: tuple[float, float], n: tuple[int, int], room: str) -> list[Part]:
+    """Rows of desks, 4 m apart along x and 3.5 m along y, the first with its back at `at_m`."""
+    return [
+        Part(
+            f"Desk {name} {i}.{j}", "IfcFurniture", 0,
+            place(table(1.6, 0.8), (round(at_m[0] + 4.0 * i, 6), round(at_m[1] + 3.5 * j, 6), 0.0)), room=room,
+        )
+        for i in range(n[0])
+        for j in range(n[1])
+    ]  # fmt: skip
+
+
 def _rectangle(name: str, x0_m: float, y0_m: float, x1_m: float, y1_m: float) -> Room:
     return Room(name, 0, ((x0_m, y0_m), (x1_m, y0_m), (x1_m, y1_m), (x0_m, y1_m)), 0.0, _HEIGHT_M)
 
@@ -126,7 +169,7 @@ def _shell(width_m: float, depth_m: float) -> list[Part]:
 
 
 def _assemble(
-    name: str, rooms: Sequence[Room], parts: Sequence[Part], inside_m: tuple[float, float], *, n_stations: int
+    name: str, rooms: Sequence[Room], parts: Sequence[Part], inside_m: tuple[float, float], *, n_stations: int | None
 ) -> SyntheticScene:
     extents = [
         [-_WALL_M, -_WALL_M, -_SLAB_M],

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
@@ -24,6 +26,9 @@ from planner_core.plan_folder.viewer_files import range_step_m
 from planner_core.progress import Progress, silent
 from planner_core.requirements.observations import observations_in_batches
 from planner_core.select.problem import Constraint
+
+#: Part of what counts of a patch that is enough of it to be seen: docs/method/coverage.md.
+_ENOUGH = Fraction(11, 20)
 
 
 def best_figures(observations: Observations, name: str) -> FloatArray:
@@ -71,7 +76,7 @@ def observations_from(
 @dataclass(frozen=True)
 class Enough:
     """What counts of patches, by plain loops. by_samples : (P,) int, 255ths, what samples say of it. seen : (M,) bool,
-    observations of at least half of what counts. met : the same for each quality."""
+    observations of 55 % of what counts. met : the same for each quality."""
 
     by_samples: Int64Array
     seen: BoolArray
@@ -85,7 +90,7 @@ def enough_of(
     wanted: list[BoolArray] | None = None,
 ) -> Enough:
     """Observations of enough of `counted` (P,). By samples, as much counts as positions together meet any quality on,
-    or else see, and at most twice what one of them does."""
+    or else see, and at most so much that one of them sees 55 % of it."""
     weight = sample_pattern()[:, 2]
     meets = [observations_meeting(observations, asked) for asked in qualities]
     if wanted is not None:
@@ -102,9 +107,14 @@ def enough_of(
         here = np.flatnonzero(observations.patch == patch)
         looks = [own[entry] for entry in here if any(found[entry] for found in meets)] or [own[entry] for entry in here]
         if looks:
-            by_samples[patch] = min(in_255ths(set().union(*looks)), 2 * max(in_255ths(look) for look in looks))
+            by_samples[patch] = min(
+                in_255ths(set().union(*looks)), math.floor(max(in_255ths(look) for look in looks) / _ENOUGH)
+            )
     enough = np.array(
-        [2 * in_255ths(samples) >= int(counted[patch]) for samples, patch in zip(own, observations.patch, strict=True)],
+        [
+            in_255ths(samples) >= _ENOUGH * int(counted[patch])
+            for samples, patch in zip(own, observations.patch, strict=True)
+        ],
         dtype=bool,
     )
     return Enough(by_samples, enough, [found & enough for found in meets])

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
               help="Scene file, for live figures while editing; may be repeated, for a scene of several files. "
               "[default: its path when planned]")  # fmt: skip
 @click.option("--read-only", is_flag=True, help="No changes to the review, no runs.")
+@click.option("--comment-only", is_flag=True,
+              help="Comments and verdicts only: no edited stations, no runs, no sign-off.")  # fmt: skip
 @click.option("--no-live", is_flag=True, help="No live figures: saves memory and time.")
 @click.option("--no-browser", is_flag=True, help="Print the address without opening a browser.")
 def command(
@@ -31,12 +33,14 @@ def command(
     allowed_hosts: tuple[str, ...],
     scene: tuple[Path, ...],
     read_only: bool,
+    comment_only: bool,
     no_live: bool,
     no_browser: bool,
 ) -> None:
     """Show the plan folder PLAN in the browser, served until Ctrl-C.
 
-    The printed address contains a token: anyone who has it can read the plan and change its review.
+    The printed address contains a token: anyone who has it can read the plan and change its review. With the second
+    address one can read, comment and give verdicts, and no more.
     """
     from planner_core.errors import PlanFolderError
     from planner_core.plan_folder.plan_json import read_plan_json
@@ -52,6 +56,9 @@ def command(
         output.say(f"{plan} is shown at {address}   (Ctrl-C ends it)")
         if not no_browser:
             click.launch(address)
+
+    def comment_address(address: str) -> None:
+        output.say(f"for comments and verdicts only: {address}")
 
     document = read_plan_json(plan)  # a broken plan is told here, not by an empty page
     if scene:
@@ -70,6 +77,8 @@ def command(
             allowed_hosts=allowed_hosts,
             scene=scene,
             read_only=read_only,
+            comment_only=comment_only,
+            on_comment_address=comment_address,
             live=not no_live,
             on_left=left.append,
             on_warning=lambda line: click.echo(f"warning: {line}", err=True),

@@ -9,6 +9,8 @@ from planner_core.errors import PlannerError
 from planner_core.model import LengthUnit
 from planner_core.model.length_units import unit_named
 
+_LONGEST_NAME = 200
+"""Of a column that may name a unit: the search for one takes the square of it."""
 _IN_BRACKETS = re.compile(r"[\[(](.*?)[\])]")
 _AFTER_NAME = re.compile(
     r"(.*?[a-z].*?)[\s_\-]+((?:us[\s_\-]?)?(?:survey[\s_\-]?)?(?:ft|foot|feet)|m|met(?:er|re)s?|ft[\s_\-]?us|usft)",
@@ -19,6 +21,8 @@ _AFTER_NAME = re.compile(
 def column_unit(name: str) -> tuple[str, LengthUnit | None]:
     """Part a column's name, `E_ftUS`, `Easting (US survey feet)`, `x [m]`, from its unit; None: it names none."""
     bare = name.strip()
+    if len(bare) > _LONGEST_NAME:
+        return bare, None
     bracketed = _IN_BRACKETS.search(bare)
     unit = None if bracketed is None else unit_named(bracketed[1])
     bare = _IN_BRACKETS.sub("", bare).strip()

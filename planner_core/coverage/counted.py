@@ -1,8 +1,8 @@
 """What of a patch counts, and when it counts as seen: docs/method/coverage.md.
 
 Patches end inside walls, below floors and behind furniture. Of each, what candidates together can see counts, and a
-position sees the patch where it sees at least half of that: with edges of shadows anywhere on a patch, as much is
-rounded up as down.
+position sees the patch where it sees enough of that. At half, as much is rounded up as down for positions that nobody
+chose; a plan chooses those for which more is rounded up, so that it is a little more than half.
 """
 
 from __future__ import annotations
@@ -12,10 +12,13 @@ import numpy as np
 from planner_core.coverage.levels import Observations
 from planner_core.engine.patch_mode import share_of
 from planner_core.engine.patch_samples import UInt32Array
-from planner_core.model import BoolArray, UInt8Array
+from planner_core.model import BoolArray, Int32Array, UInt8Array
 
 #: `Patches.counted` of a patch that counts whole.
 WHOLE = 255
+#: Part of what counts that is enough, eleven twentieths: at which areas of plans are those of the judge, see
+#: docs/decisions/0014-what-counts-as-covered.md.
+_ENOUGH, _OF = 11, 20
 
 
 def shares_of(part: UInt32Array) -> UInt8Array:
@@ -25,13 +28,20 @@ def shares_of(part: UInt32Array) -> UInt8Array:
 
 
 def sees_enough(share: UInt8Array, counted: UInt8Array) -> BoolArray:
-    """(M,) bool: whether shares (M,) are at least half of what counts of their patches, (M,)."""
-    enough: BoolArray = 2 * share.astype(np.int32) >= counted
+    """(M,) bool: whether shares (M,) are enough of what counts of their patches, (M,)."""
+    enough: BoolArray = _OF * share.astype(np.int32) >= _ENOUGH * counted.astype(np.int32)
     return enough
 
 
+def most_counted(best: Int32Array) -> Int32Array:
+    """(P,) the most that may count of patches of which one position sees `best` (P,) and no other more: enough of it
+    is seen then.
+    """
+    return best * _OF // _ENOUGH
+
+
 def observed_enough(observations: Observations, counted: UInt8Array | None) -> Observations:
-    """Observations of at least half of what counts, (P,) uint8; by beams, and where nobody knows what counts, all."""
+    """Observations of enough of what counts, (P,) uint8; by beams, and where nobody knows what counts, all."""
     if counted is None or observations.part is None:
         return observations
     return observations.take(sees_enough(shares_of(observations.part), counted[observations.patch]))

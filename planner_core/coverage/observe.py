@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from planner_core.coverage.counted import observed_enough
+from planner_core.coverage.ground_sides import GroundSides
 from planner_core.coverage.levels import Observations, observations_of_returns, observations_of_views
 from planner_core.engine.patch_mode import PatchMode, scan_mode_of
 from planner_core.engine.scan_engine import ScanEngine
@@ -53,15 +54,23 @@ def looks_in_batches(
 
 def observing(survey: Survey, scan_mode: ScanBy, engine: ScanEngine) -> Callable[[FloatArray, Progress], Observations]:
     """Turn positions into observations; patch mode sends its groups to the device here."""
-    template, only = survey.template, survey.looked_at
+    template, only, sides = survey.template, survey.looked_at, GroundSides(survey)
+
+    def from_above(at: FloatArray, found: Observations) -> Observations:
+        counts = sides.counts(at, found.starts, found.patch)
+        return found if counts.all() else found.take(counts)
+
     if scan_mode_of(scan_mode, template) == ScanBy.BEAMS:
         area_m2 = survey.patches.area_m2
-        return lambda at, progress: observations_of_returns(
-            engine.patch_returns(template, at, moments=True, progress=progress), area_m2, only=only
+        return lambda at, progress: from_above(
+            at,
+            observations_of_returns(
+                engine.patch_returns(template, at, moments=True, progress=progress), area_m2, only=only
+            ),
         )
     mode, counted = PatchMode(engine, survey.scene, survey.patches, only=only), survey.patches.counted
     return lambda at, progress: observed_enough(
-        observations_of_views(mode.see(template, at, progress=progress)), counted
+        from_above(at, observations_of_views(mode.see(template, at, progress=progress))), counted
     )
 
 

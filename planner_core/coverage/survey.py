@@ -8,10 +8,22 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.coverage.coverage import kept_rows
+from planner_core.coverage.ground_sides import GroundSides
 from planner_core.engine.patch_mode import PatchMode, scan_mode_of
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, PlanSettings, ScanBy, Scene, Survey, Visibility
+from planner_core.model import (
+    BoolArray,
+    FloatArray,
+    Floor,
+    Int32Array,
+    Paper,
+    PlanSettings,
+    ScanBy,
+    Scene,
+    Survey,
+    Visibility,
+)
 from planner_core.positions.ground_picks import with_ground_picks
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scanner.template import make_template
@@ -44,6 +56,7 @@ def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = si
         floor_of_triangle=report.floor_of_triangle,
         template=make_template(settings.scanner),
         warnings=report.warnings,
+        ground_from_below=isinstance(settings.method, Paper),
     )
 
 
@@ -62,9 +75,11 @@ def visible_from(
     only = survey.looked_at
     if scan_mode_of(settings.scan_mode, survey.template) == ScanBy.BEAMS:
         seen = engine.visible_patches(survey.template, positions_m, progress=progress)
-        return seen if only is None else kept_rows(seen, only[seen.patch])
-    mode = PatchMode(engine, survey.scene, survey.patches, only=only)
-    return mode.visible_patches(survey.template, positions_m, progress=progress)
+        seen = seen if only is None else kept_rows(seen, only[seen.patch])
+    else:
+        mode = PatchMode(engine, survey.scene, survey.patches, only=only)
+        seen = mode.visible_patches(survey.template, positions_m, progress=progress)
+    return kept_rows(seen, GroundSides(survey).counts(np.asarray(positions_m), seen.starts, seen.patch))
 
 
 def planned_floors(floors: tuple[Floor, ...], wanted: tuple[str, ...]) -> tuple[int, ...]:

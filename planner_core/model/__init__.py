@@ -24,7 +24,7 @@ from planner_core.model.choices import (
     UpAxis,
 )
 from planner_core.model.length_units import FOOT, LENGTH_UNITS, METRE, US_SURVEY_FOOT, LengthUnit
-from planner_core.model.methods import METHODS, Greedy, Method, Paper, Proven
+from planner_core.model.methods import METHODS, F2Settings, Greedy, Method, Paper, Proven
 from planner_core.model.planning import Candidates, PlanSettings, Survey
 from planner_core.model.registration import (
     FloorNetworks,
@@ -89,6 +89,7 @@ __all__ = [
     "CurveStep",
     "Doors",
     "Element",
+    "F2Settings",
     "FieldTime",
     "Float32Array",
     "FloatArray",

@@ -207,6 +207,8 @@ class Survey:
     """One line each, for the user: warnings of finding the floors."""
     scope: SurveyScope | None = None
     """None: all of the building, see `planner_core.requirements.scope`."""
+    ground_from_below: bool = False
+    """Whether ground that is a single plane is seen from the room below, too, as in the method paper."""
 
     @property
     def looked_at(self) -> BoolArray | None:

@@ -13,7 +13,7 @@ are whole ticks, whose sums are exact, and the 24 sums run through the common pa
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -43,7 +43,7 @@ _LEAST_LENGTH2_M2 = 1e-12
 _UPPER = tuple((row, column) for row in range(3) for column in range(row, 3))
 #: The ninth, (2, 2), follows: n . (p x n) is zero.
 _CROSS = tuple((row, column) for row in range(3) for column in range(3))[:8]
-_N_SUMS = 24
+N_SUMS = 24
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ class PairMatrices:
         self._column = column
         self._starts = visibility.starts
         self._rows = _csr(np.ones(column.size), self._column, self._starts, (visibility.n_positions, int(seen.size)))
-        self._sums = _patch_sums(patch_area_m2[seen], surface.centroid_m[seen], surface.normal[seen])
+        self._sums = patch_sums(patch_area_m2[seen], surface.centroid_m[seen], surface.normal[seen])
 
     def of(self, first: Int32Array, second: Int32Array) -> FloatArray:
         """(K, 6, 6) float64 for pairs (K,) in any order; zero where nothing, or no more than a point, is common."""
@@ -152,11 +152,22 @@ class PairMatrices:
         # What the base does not see is sent to one row of zeros, which stays in the cache.
         place = np.full(self._sums.shape[0], mine.size, dtype=np.int32)
         place[mine] = np.arange(mine.size, dtype=np.int32)
-        table = np.concatenate([self._sums[mine], np.zeros((1, _N_SUMS))])
+        table = np.concatenate([self._sums[mine], np.zeros((1, N_SUMS))])
         rows = self._rows[others]
         common = _csr(rows.data, place[rows.indices], rows.indptr, (others.size, mine.size + 1))
         sums: FloatArray = common @ table
         return sums
+
+
+def common_matrices(common: Sequence[Int32Array], sums: FloatArray) -> FloatArray:
+    """(K, 6, 6) of K surfaces, each its patches in rising order, as `PairMatrices` has them to the last bit.
+
+    sums : (P, 24), of each patch, see `patch_sums`.
+    """
+    starts = np.cumsum([0, *(patch.size for patch in common)])
+    patch = np.concatenate([np.zeros(0, dtype=np.int32), *common])
+    rows = _csr(np.ones(patch.size), patch, starts, (len(common), sums.shape[0]))
+    return _matrices(rows @ sums)
 
 
 def strengths_of(matrix: FloatArray) -> FloatArray:
@@ -184,7 +195,7 @@ def _csr(value: FloatArray, column: Any, starts: Any, shape: tuple[int, int]) ->
     return csr_array((value, column.astype(index, copy=False), starts.astype(index, copy=False)), shape=shape)
 
 
-def _patch_sums(area_m2: FloatArray, centroid_m: FloatArray, normal: FloatArray) -> FloatArray:
+def patch_sums(area_m2: FloatArray, centroid_m: FloatArray, normal: FloatArray) -> FloatArray:
     """(P, 24), of each patch: a n n' (6), a n (p x n)' (8), a (p x n)(p x n)' (6), a p (3), a |p|^2 (1)."""
     turn = np.cross(centroid_m, normal)
     columns = [normal[:, i] * normal[:, j] for i, j in _UPPER]

@@ -44,7 +44,6 @@ from planner_core.plan_folder.section_view import (
     camera_from_above,
     cut_above_m,
     cut_height_m,
-    ground_levels,
     inside_solid,
     joined_views,
     marked,
@@ -65,6 +64,7 @@ from planner_core.plan_folder.sheet import (
     picture_box,
 )
 from planner_core.plan_folder.station_marks import foot_m
+from planner_core.scene.floors import ground_levels
 
 CAPTION_MM = 8.0
 PALE = (0.93, 0.93, 0.92)
@@ -101,7 +101,7 @@ def view_floor(plan: Plan, floor_index: int, *, engine: ScanEngine) -> SectionVi
     floor = plan.survey.floors[floor_index]
     margin_m = 0.01 * float(np.ptp(floor.bounds_m, axis=0).max()) + 0.5
     window_m = floor.bounds_m + np.array([[-margin_m], [margin_m]])
-    levels = ground_levels(plan.survey, floor)
+    levels = ground_levels(plan.survey.scene, floor)
     views = [
         view_section(
             plan.survey,

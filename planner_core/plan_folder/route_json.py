@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from planner_core.model import FloatArray, Leg, Plan, SealedArea
 
 #: Places on the ground to the millimetre: no more is meant.
@@ -49,7 +51,24 @@ def _sealed(plan: Plan, area: SealedArea) -> dict[str, Any]:
         "floor": plan.survey.floors[area.floor].id,
         "area_m2": round(area.area_m2, _MM),
         "inside": _place(plan, area.inside_m),
+        "rectangles": _rectangles(area.strips_m + plan.survey.scene.offset_m[:2]),
     }
+
+
+def _rectangles(strips_m: FloatArray) -> list[list[list[float]]]:
+    """Join strips (K, 2, 2) that are as wide as the one below them and touch it: a room of right angles is a few."""
+    rows = [[[float(value) + 0.0 for value in corner] for corner in strip] for strip in np.round(strips_m, _MM)]
+    joined: list[list[list[float]]] = []
+    above: dict[tuple[float, float, float], list[list[float]]] = {}
+    for low, high in sorted(rows, key=lambda row: (row[0][1], row[0][0])):
+        below = above.pop((low[0], high[0], low[1]), None)
+        if below is None:
+            below = [low, high]
+            joined.append(below)
+        else:
+            below[1] = high
+        above[low[0], high[0], high[1]] = below
+    return joined
 
 
 def _place(plan: Plan, local_m: FloatArray | None) -> list[float] | None:

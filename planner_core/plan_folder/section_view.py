@@ -28,8 +28,6 @@ CUT_HEIGHT_M = 1.2
 BELOW_GROUND_M = 0.5
 """Steps and lower parts down to here are shown; farther down it is another floor's picture."""
 
-#: Levels of one floor: nothing slopes over so much of height between them, and each has a tenth of the ground.
-_LEVELS_APART_M, _LEAST_LEVEL = 0.5, 0.1
 _BEAMS_AT_ONCE = 400_000
 """Bounds memory to some 100 MB."""
 
@@ -105,30 +103,6 @@ def cut_above_m(plan: Plan, ground_m: float) -> float:
     """The same over ground at a height."""
     above = [other.elevation_m for other in plan.survey.floors if other.elevation_m > ground_m + 0.5]
     return min([ground_m + CUT_HEIGHT_M, *(0.5 * (ground_m + z) for z in above)])
-
-
-def ground_levels(survey: Survey, floor: Floor) -> list[tuple[float, Int32Array]]:
-    """Heights of a floor's ground, and triangles (K,) of each, the floor's own elevation first.
-
-    Most floors have one. Wings half a storey apart have two: what no slope joins, and is a tenth of the ground or more.
-    """
-    ground = floor.ground_triangles
-    corners = survey.scene.vertices_m[survey.scene.triangles[ground]]
-    if not ground.size:
-        return [(floor.elevation_m, ground)]
-    low, high = corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
-    area_m2 = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    order = np.argsort(low, kind="stable")
-    reached = np.maximum.accumulate(high[order])
-    begins = np.concatenate([[True], low[order][1:] > reached[:-1] + _LEVELS_APART_M])
-    level = np.empty(ground.size, dtype=np.int64)
-    level[order] = np.cumsum(begins) - 1
-    share = np.bincount(level, weights=area_m2) / max(float(area_m2.sum()), 1e-12)
-    height = np.bincount(level, weights=area_m2 * low) / np.maximum(np.bincount(level, weights=area_m2), 1e-12)
-    own = int(np.argmin(np.abs(height - floor.elevation_m)))
-    others = [number for number in np.flatnonzero(share >= _LEAST_LEVEL).tolist() if number != own]
-    levels = [(float(height[number]), ground[level == number]) for number in others]
-    return [(floor.elevation_m, ground[~np.isin(level, others)]), *levels]
 
 
 def view_section(

@@ -61,7 +61,8 @@ def choose_greedily(pool: Pool, *, progress: Progress = silent) -> Choice:
 def choose_by_paper(pool: Pool, settings: PlanSettings, engine: ScanEngine, *, progress: Progress = silent) -> Choice:
     """Choose as the method paper does: select by genes, then add stations until their circles overlap as is asked."""
     asked = paper_settings(settings)
-    chosen = select_by_genes(pool.problem, asked, engine, progress=progress)
+    problem = pool.problem if asked.count == "area" else pool.problem_of_patches()
+    chosen = select_by_genes(problem, asked, engine, progress=progress)
     fewest = lower_bound(pool.problem, n_stations=chosen.size, progress=progress)
     chosen, unrepaired = repair(settings, asked, pool.candidates, chosen, progress=progress)
     return Choice(

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from planner_core.coverage.ground_sides import GroundSides
 from planner_core.coverage.levels import Observations, observations_meeting, with_noise
 from planner_core.coverage.survey import planned_floors
 from planner_core.engine.open3d import Open3DEngine
@@ -23,6 +24,7 @@ from planner_core.model import (
     BoolArray,
     Float32Array,
     FloatArray,
+    Int32Array,
     Int64Array,
     JudgedFigure,
     JudgedLink,
@@ -55,10 +57,13 @@ _DISAGREEING = 3.0
 
 @dataclass(frozen=True)
 class _Points:
-    """at_m, normal : (N, 3). returns, overall : (N,) bool, on surface that gives a return, that the plan is about."""
+    """at_m, normal : (N, 3). triangle : (N,). returns, overall : (N,) bool, on surface that gives a return, that the
+    plan is about.
+    """
 
     at_m: FloatArray
     normal: FloatArray
+    triangle: Int32Array
     returns: BoolArray
     overall: BoolArray
     area_m2: float
@@ -188,6 +193,7 @@ def _points(survey: Survey, settings: PlanSettings, n_points: int, rng: np.rando
     return _Points(
         at_m=corners_m[:, 0] + u[:, None] * edges[:, 0] + v[:, None] * edges[:, 1],
         normal=normal / np.maximum(length, 1e-300)[:, None],
+        triangle=survey.patches.triangle_of_patch[patch],
         returns=_returns(survey, patch),
         overall=overall.patches[patch],
         area_m2=float(sum_m2[-1]),
@@ -210,6 +216,7 @@ class _Look:
         self.engine = Open3DEngine(survey.scene, survey.patches)
         self._view: View = view_of(survey.template)
         self._settings, self._points = settings, points
+        self._sides = GroundSides(survey)
         self._most_spacing_m = _MOST_WIDTHS * np.sqrt(2.0 * survey.patches.max_area_m2)
 
     def from_all(self, positions_m: FloatArray, progress: Progress) -> tuple[BoolArray, Int64Array]:
@@ -245,6 +252,7 @@ class _Look:
             away_m = self._points.at_m[some] - position_m
             inside = in_view(self._view, away_m[:, None], self._points.normal[some])[:, 0]
             inside &= self._points.returns[some]
+            inside &= self._sides.are_above(position_m[None], np.array([0, some.size]), self._points.triangle[some])
             some, away_m = some[inside], away_m[inside]
             range_m = np.sqrt((away_m * away_m).sum(axis=1))
             dense = self._spacing_m(some, away_m, range_m) <= self._most_spacing_m

@@ -62,6 +62,11 @@ class Pool:
         whole = cover_problem(self.rows.met, self.demand.area_m2, self.constraints)
         return _blinded(whole, self.barred) if self.barred.any() else whole
 
+    def problem_of_patches(self) -> CoverProblem:
+        """The same problem with one unit of area for every patch: the method paper counts polygons."""
+        whole = cover_problem(self.rows.met, np.ones_like(self.demand.area_m2), self.constraints)
+        return _blinded(whole, self.barred) if self.barred.any() else whole
+
     @cached_property
     def network(self) -> Network | None:
         """Whom the candidates can be registered with, where that matters."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from planner_core.coverage.counted import WHOLE, sees_enough, shares_of
+from planner_core.coverage.counted import WHOLE, most_counted, sees_enough, shares_of
 from planner_core.coverage.coverage import kept_rows, stacked_rows, take_rows, taken_along
 from planner_core.coverage.cut_patches import shares_of_cut_patches
 from planner_core.coverage.levels import Observations, observations_meeting
@@ -99,7 +99,7 @@ class Looked:
         """(P,) uint8, how much of each patch these positions (N, 3) meet together, or else see; of what none sees, all.
 
         Of patches that are cut the samples say which positions see most, and points of their own how much that is; at
-        most twice as much as one position sees, so that there is one which sees half.
+        most so much that one position sees enough of it.
         """
         if self.parts is None:
             return None
@@ -113,7 +113,7 @@ class Looked:
         ):
             cut = np.flatnonzero(is_cut & which).astype(np.int32)
             together = shares_of_cut_patches(survey, engine, positions_m, rows, parts, cut)
-            counted[cut] = np.minimum(together, 2 * _best(rows, parts, counted.size)[cut])
+            counted[cut] = np.minimum(together, most_counted(_best(rows, parts, counted.size)[cut]))
         return counted
 
     def rows_of(self, counted: UInt8Array | None) -> Rows:

@@ -117,12 +117,14 @@ def _check(distance_m: FloatArray, floor: Int32Array, start: int | None, end: in
 
 
 def _storeys(distance_m: FloatArray, floor: Int32Array, inner: Int64Array) -> list[Int64Array]:
-    """Stops `inner` by floor, those of each part that hangs together for itself, from below."""
+    """Stops `inner` by floor, those of each part that hangs together for itself, from below: parts by their lowest."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     _, part = connected_components(coo_array(np.isfinite(distance_m)), directed=False)
-    keys = np.column_stack([part[inner], floor[inner]])
+    lowest = np.full(part.size, np.iinfo(np.int32).max, dtype=np.int32)
+    np.minimum.at(lowest, part[inner], floor[inner])
+    keys = np.column_stack([lowest[part[inner]], part[inner], floor[inner]])
     return [inner[(keys == key).all(axis=1)] for key in np.unique(keys, axis=0)]
 
 

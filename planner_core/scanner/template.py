@@ -119,6 +119,37 @@ def preview_template(template: BeamTemplate, *, max_beams: int = PREVIEW_BEAMS) 
     )
 
 
+def window_template(
+    template: BeamTemplate, azimuth_rad: float, width_rad: float, elevation_rad: tuple[float, float]
+) -> BeamTemplate | None:
+    """Return the beams within a window, all of them; None where there are none.
+
+    Parameters
+    ----------
+    azimuth_rad, width_rad
+        Where the window begins, and how far it goes on counterclockwise. Rows that begin at azimuths of their own go
+        as far beyond it. A scanner that does not turn all round has all its columns in a window over its gap.
+    elevation_rad
+        Lowest and highest.
+    """
+    rows = np.flatnonzero((template.elevation_rad >= elevation_rad[0]) & (template.elevation_rad <= elevation_rad[1]))
+    # From the window's begin on: across the end of a turn azimuths go on, so that they rise as in any template.
+    beyond_rad = np.mod(template.azimuth_rad - azimuth_rad, 2.0 * np.pi)
+    columns = np.flatnonzero(beyond_rad <= width_rad)
+    if not rows.size or not columns.size:
+        return None
+    azimuths_rad = azimuth_rad + np.sort(beyond_rad[columns])
+    if not is_full_turn(template) and columns.size < 1 + columns[-1] - columns[0]:
+        azimuths_rad = template.azimuth_rad  # it looks over the gap
+    offset = template.azimuth_offset_rad
+    return replace(
+        template,
+        azimuth_rad=azimuths_rad,
+        elevation_rad=template.elevation_rad[rows],
+        azimuth_offset_rad=None if offset is None else offset[rows],
+    )
+
+
 def bands(template: BeamTemplate, *, max_beams: int) -> Iterator[Band]:
     """Cut a template into bands of whole rows, of `max_beams` beams at most but of one row at least, top to bottom.
 

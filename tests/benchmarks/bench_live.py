@@ -18,7 +18,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import httpx
@@ -29,7 +29,7 @@ import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.patch_mode import scan_mode_of
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import Greedy, PlanSettings, Review
+from planner_core.model import Greedy, PlanSettings, Requirements, Review
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.viewer_layers import layer_files
 from planner_core.planning.live.draft import DraftStation
@@ -39,12 +39,22 @@ from planner_core.planning.plan import plan_survey
 from planner_core.review.plan_facts import plan_under_review
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
+from scenes_synthetic.rooms import floor_plate
 from viewer_web.server.live_api import create_live_router
 from viewer_web.server.live_worker import LiveSide
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 IFC_FOLDER = REPOSITORY.parent / "shared" / "data" / "ifc"
-CASES = (("house", "hdl-64e"), ("house", "rtc360"), ("duplex", "hdl-64e"), ("fzk-haus", "hdl-64e"))
+FLOOR_PLATE = "floor-plate"
+CASES = (
+    ("house", "hdl-64e"),
+    ("house", "rtc360"),
+    (FLOOR_PLATE, "rtc360"),
+    ("duplex", "hdl-64e"),
+    ("fzk-haus", "hdl-64e"),
+)
+#: So much takes some 16 stations there: what a crew sets up on an office's floor of 1500 m^2 in a day.
+FLOOR_PLATE_COVERAGE, FLOOR_PLATE_GRID_M = 0.97, 6.0
 STEP_M, STEPS_A_DRAG = 0.05, 25
 LAYERS = ("times_seen", "range", "spacing")
 
@@ -95,10 +105,14 @@ def plan_folder(scene: str, scanner: str, folder: Path) -> Path:
     file = IFC_FOLDER / f"{scene}.ifc"
     if not file.exists():
         file = folder / f"{scene}.ifc"
-        scenes_synthetic.write(scenes_synthetic.build(scene), file)
+        scenes_synthetic.write(floor_plate() if scene == FLOOR_PLATE else scenes_synthetic.build(scene), file)
     settings = PlanSettings(
         scanner=load_scanner(scanner), grid_step_m=1.0, instrument_heights_m=(1.5,), refine=False, method=Greedy()
     )
+    if scene == FLOOR_PLATE:
+        settings = replace(
+            settings, grid_step_m=FLOOR_PLATE_GRID_M, requirements=Requirements(coverage=FLOOR_PLATE_COVERAGE)
+        )
     survey = make_survey(load_scene(file), settings)
     engine = open_engine(survey.scene, survey.patches)
     plan = plan_survey(survey, settings, engine)
@@ -230,11 +244,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--write", type=Path, help="also write the tables to this Markdown file")
     parser.add_argument("--quick", action="store_true", help="the house alone, two drags")
+    parser.add_argument("--scene", action="append", help="this scene alone; may be given again")
     options = parser.parse_args()
     rows = []
     with tempfile.TemporaryDirectory() as scratch:
         for scene, scanner in CASES[:1] if options.quick else CASES:
-            if scene not in scenes_synthetic.names() and not (IFC_FOLDER / f"{scene}.ifc").is_file():
+            if options.scene and scene not in options.scene:
+                continue
+            if scene not in (*scenes_synthetic.names(), FLOOR_PLATE) and not (IFC_FOLDER / f"{scene}.ifc").is_file():
                 print(f"{scene}.ifc is not in {IFC_FOLDER}, left out", file=sys.stderr)
                 continue
             rows.append(measure(scene, scanner, Path(scratch), 2 if options.quick else 8))

@@ -1,10 +1,19 @@
 """Normal matrices of very many pairs against residuals that are differentiated by hand, and errors they bound."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from planner_core.network.pair_overlap import PairMatrices, SharedSurface, overlapping_pairs, strengths_of
+from planner_core.network.pair_overlap import (
+    PairMatrices,
+    SharedSurface,
+    common_matrices,
+    overlapping_pairs,
+    patch_sums,
+    strengths_of,
+)
 
 STEP = 1e-5
 
@@ -127,3 +136,14 @@ def test_surface_errors_are_enlarged_by_at_most_the_root_of_three_over_the_stren
             assert np.linalg.norm(moved) <= bound * (1 + 1e-9), (seed, i, j)
             closest = max(closest, np.linalg.norm(moved) / bound)
     assert closest > 0.5, "a bound that nothing comes near says little"
+
+
+def test_matrices_of_common_patches_are_those_of_pairs_bit_by_bit(make_view):
+    view = make_view(1)
+    first, second, _ = all_pairs(view, min_overlap=0.05)
+    rows = [view.visibility.patch[a:b] for a, b in pairwise(view.visibility.starts.tolist())]
+    common = [np.intersect1d(rows[a], rows[b]) for a, b in zip(first, second, strict=True)]
+    sums = patch_sums(view.area_m2, view.surface.centroid_m, view.surface.normal)
+    expected = PairMatrices(view.visibility, view.area_m2, view.surface).of(first, second)
+    assert first.size > 10 and common_matrices(common, sums).tobytes() == expected.tobytes()
+    assert common_matrices([], sums).shape == (0, 6, 6)

@@ -22,7 +22,6 @@ from planner_core.plan_folder.section_view import (
     camera_at,
     camera_from_above,
     cut_height_m,
-    ground_levels,
     inside_solid,
     joined_views,
     section_lines,
@@ -33,6 +32,7 @@ from planner_core.plan_folder.section_view import (
 from planner_core.plan_folder.sheet import coverage_legend
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
+from planner_core.scene.floors import ground_levels
 from tests.coverage.conftest import BOX_FACES, box_corners
 
 WINDOW_M = np.array([[-0.5, -0.5], [8.5, 4.5]])
@@ -248,7 +248,7 @@ def test_wings_half_a_storey_apart_are_each_cut_above_their_own_ground() -> None
     floor = dataclasses.replace(
         survey.floors[0], elevation_m=0.0, ground_triangles=np.concatenate([top[0], top[1]]).astype(np.int32)
     )
-    levels = ground_levels(survey, floor)
+    levels = ground_levels(survey.scene, floor)
     assert [height for height, _ in levels] == pytest.approx([0.0, 1.5])
     assert [sorted(triangles.tolist()) for _, triangles in levels] == [sorted(top[0]), sorted(top[1])]
     window_m = np.array([[-1.0, -1.0], [13.0, 7.0]])

@@ -11,6 +11,7 @@ import pytest
 
 from planner_core.model import FieldTime, Plan, SealedArea
 from planner_core.plan_folder.plan_json import plan_text
+from planner_core.plan_folder.route_json import sealed_document
 from planner_core.positions.free_space import free_space
 from planner_core.positions.reach import reachability
 from planner_core.route.route import Ends, plan_route
@@ -70,7 +71,21 @@ def test_places_of_the_walk_are_in_the_scene_frame(plan: Plan, document: dict[st
     assert document["route"]["start"] == first[0]
     assert document["route"]["end"] is None
     inside = [1.0 + offset_m[0], 1.0 + offset_m[1], 2.8 + offset_m[2]]
-    assert document["sealed"] == [{"floor": "F1", "area_m2": 6.25, "inside": pytest.approx(inside)}]
+    low, high = offset_m[:2], offset_m[:2] + 2.5
+    told = {"floor": "F1", "area_m2": 6.25, "inside": pytest.approx(inside)}
+    assert document["sealed"] == [{**told, "rectangles": [[pytest.approx(low), pytest.approx(high)]]}]
+
+
+def test_strips_of_a_sealed_room_are_told_as_few_rectangles_of_the_same_ground(plan: Plan) -> None:
+    offset_m = plan.survey.scene.offset_m[:2]
+    ell = [((0.0, 0.05 * row), (2.0 if row < 20 else 0.5, 0.05 * (row + 1))) for row in range(40)]
+    beside = [((3.0, 0.05 * row), (3.5, 0.05 * (row + 1))) for row in range(10)]
+    strips_m = np.array([*ell, *beside])
+    sealed = SealedArea(1, 1.0, np.array([1.0, 1.0, 2.8]), strips_m)
+    told = np.array(sealed_document(dataclasses.replace(plan, sealed=(sealed,)))[0]["rectangles"]) - offset_m
+    assert sorted(told.tolist()) == pytest.approx(
+        np.array(sorted([[[0, 0], [2, 1]], [[0, 1], [0.5, 2]], [[3, 0], [3.5, 0.5]]])), abs=2e-3
+    )
 
 
 def test_unknown_time_of_scanning_is_null_and_so_is_the_total(document: dict[str, Any]) -> None:

@@ -161,6 +161,19 @@ def test_flats_are_visited_one_after_the_other_and_each_floor_by_floor(n_each: i
     assert len(runs) == 4
 
 
+@pytest.mark.parametrize("n_flats", [4, 10])
+def test_flats_of_one_floor_each_are_visited_from_the_lowest_floor_up(n_flats: int) -> None:
+    """Whatever the order in which stations came: a crew does not go from the second floor to the first and up again."""
+    floor_of_flat = np.random.default_rng(3).permutation(np.arange(n_flats) % 4).astype(np.int32)
+    floor, flat = np.repeat(floor_of_flat, 3), np.repeat(np.arange(n_flats), 3)
+    distance = plan_distances(np.random.default_rng(4).random((3 * n_flats, 2)) * 5)
+    distance[flat[:, None] != flat[None]] = np.inf
+    assert not (np.diff(floor) >= 0).all()
+    order = visiting_order(distance, floor).order
+    assert (np.diff(floor[order]) >= 0).all()
+    assert len(list(groupby(flat[order].tolist()))) == n_flats
+
+
 def test_many_storeys_are_taken_from_one_end_to_the_other() -> None:
     rng = np.random.default_rng(0)
     floor = np.repeat(np.arange(9), 3).astype(np.int32)

@@ -26,6 +26,7 @@ from planner_core.plan_folder.plan_model.values import (
     Metres,
     Point,
     Reason,
+    Rectangle,
     Required,
     Seconds,
     Share,
@@ -368,6 +369,8 @@ class SealedSection(Document):
     """Ground that a person could stand on."""
     inside: Point
     """A place in it, on the ground."""
+    rectangles: tuple[Rectangle, ...] = ()
+    """Its ground in plan: no two share more than an edge. Plans of older versions have none."""
 
 
 class UnseenSection(Document):

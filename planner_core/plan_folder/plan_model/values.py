@@ -28,6 +28,8 @@ Text = Annotated[str, Field(min_length=1)]
 Metres = Annotated[Number, Field(ge=-MAX_COORDINATE_M, le=MAX_COORDINATE_M)]
 Point = tuple[Metres, Metres, Metres]
 Corner = tuple[Metres, Metres]
+Rectangle = tuple[Corner, Corner]
+"""Lowest and highest (x, y)."""
 Area = Annotated[Number, Field(ge=-_ROUNDING, le=_MOST), rounded(6), WithJsonSchema({"type": "number", "minimum": 0})]
 _SHARE = {"type": "number", "minimum": 0, "maximum": 1}
 Required = Annotated[Number, Field(ge=0.0, le=1.0)]

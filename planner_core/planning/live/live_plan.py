@@ -16,7 +16,8 @@ import numpy as np
 
 from planner_core.coverage.why import steepest_curve
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import CurveStep, FieldTime, Plan, PlanSettings, Route, Survey, UInt8Array
+from planner_core.errors import RequirementError
+from planner_core.model import BeamTemplate, CurveStep, FieldTime, Plan, PlanSettings, Route, Survey, UInt8Array
 from planner_core.network.links import MIN_LISTED_OVERLAP
 from planner_core.plan_folder.viewer_files import cloud_bytes
 from planner_core.plan_folder.viewer_layers import UInt16Array, layers_of, lost_bytes
@@ -38,10 +39,12 @@ from planner_core.requirements.goals import Goal
 from planner_core.requirements.look_around import Rows
 from planner_core.route.field_time import field_time
 from planner_core.route.route import ends_of, plan_route
-from planner_core.scanner.template import preview_template
+from planner_core.scanner.template import preview_template, window_template
 
 #: Standings that are remembered: the draft's, the one without the station that is dragged, and those before them.
 _KEPT_STANDINGS = 4
+#: Of a part of a cloud: 3 bytes each.
+CLOUD_BEAMS = 1_000_000
 #: Id of a station that has none yet, as in the previews of a new one; no other has it.
 NEW_ID = ""
 
@@ -64,6 +67,15 @@ class Walk:
 
     route: Route
     field_time: FieldTime
+
+
+@dataclass(frozen=True)
+class CloudWindow:
+    """A part of a scan. template : of its beams. n_beams : that the scanner has in it. content : as viewer/clouds."""
+
+    template: BeamTemplate
+    n_beams: int
+    content: bytes
 
 
 class LivePlan:
@@ -259,6 +271,22 @@ class LivePlan:
         template = preview_template(self.survey.template)
         scans = self._engine.scan(template, draft.station(station).at_m[None])
         return cloud_bytes(scans.range_m[0], scans.cos_incidence[0], template)
+
+    def cloud_window(
+        self, draft: Draft, station: str, azimuth_rad: float, width_rad: float, elevation_rad: tuple[float, float]
+    ) -> CloudWindow:
+        """Scan what a station sees in a window, by as many of its beams as `CLOUD_BEAMS` allows, evenly thinned.
+
+        Arguments are those of `window_template`. Raises as `seen`, and RequirementError for a window without a beam.
+        """
+        at_m = draft.station(station).at_m
+        window = window_template(self.survey.template, azimuth_rad, width_rad, elevation_rad)
+        if window is None:
+            raise RequirementError("window: got one without a beam of the scanner, expected some; widen it")
+        template = preview_template(window, max_beams=CLOUD_BEAMS)
+        scans = self._engine.scan(template, at_m[None])
+        n_beams = window.shape[0] * window.shape[1]
+        return CloudWindow(template, n_beams, cloud_bytes(scans.range_m[0], scans.cos_incidence[0], template))
 
     # ------------------------------------------------------------------------------------------ inside
     def _rows(self, draft: Draft) -> Rows:

@@ -17,15 +17,15 @@ from planner_core.model import (
     BoolArray,
     FloatArray,
     Int32Array,
+    Int64Array,
     Link,
     OverlapMeasure,
     OverlapOf,
     Survey,
-    Visibility,
     WeakMotion,
 )
 from planner_core.network.links import surface_of_patches
-from planner_core.network.pair_overlap import PairMatrices, SharedSurface, area_ticks, overlap_by, strengths_of
+from planner_core.network.pair_overlap import N_SUMS, area_ticks, common_matrices, overlap_by, patch_sums, strengths_of
 from planner_core.network.weak_axis import weak_motion
 from planner_core.planning.live.looks import Look
 
@@ -58,7 +58,10 @@ class PairFinder:
         self._survey, self._area_m2, self._min_overlap = survey, area_m2, min_overlap
         self._measure, self._of = measure, of
         self._ticks = area_ticks(area_m2)
-        self._known, self._surface = likely.copy(), surface_of_patches(survey.scene, survey.patches, likely)
+        self._triangle = survey.patches.triangle_of_patch
+        self._is_known = np.zeros(area_m2.size, dtype=np.bool_)
+        self._sums = np.zeros((area_m2.size, N_SUMS))  # memory is taken where it is written to
+        self._learn(np.flatnonzero(likely))
         self._mark = np.zeros(area_m2.size, dtype=np.bool_)
         self._kept: OrderedDict[frozenset[tuple[float, float, float]], Held | None] = OrderedDict()
 
@@ -113,24 +116,17 @@ class PairFinder:
     def _matrices(self, base: Int32Array, common: list[Int32Array]) -> FloatArray:
         """(K, 6, 6) normal matrices of what each of `common`, all parts of `base`, holds."""
         self._learn(base)
-        # In the base's own numbers: nothing is as long as the building has patches.
-        places = [
-            np.arange(base.size, dtype=np.int32),
-            *(np.searchsorted(base, one).astype(np.int32) for one in common),
-        ]
-        starts = np.cumsum([0, *(place.size for place in places)], dtype=np.int64)
-        rows = Visibility(starts, np.concatenate(places), int(base.size))
-        part = SharedSurface(self._surface.centroid_m[base], self._surface.normal[base])
-        second = np.arange(1, len(places), dtype=np.int32)
-        return PairMatrices(rows, self._area_m2[base], part).of(np.zeros_like(second), second)
+        return common_matrices(common, self._sums)
 
-    def _learn(self, patch: Int32Array) -> None:
-        """Have the geometry of patches: those that no candidate and no station of the plan sees come now and then."""
-        new = patch[~self._known[patch]]
+    def _learn(self, patch: Int32Array | Int64Array) -> None:
+        """Have the sums of patches: those that no candidate and no station of the plan sees come now and then."""
+        new = patch[~self._is_known[patch]]
         if not new.size:
             return
-        asked = np.zeros_like(self._known)
-        asked[new] = True
-        more = surface_of_patches(self._survey.scene, self._survey.patches, asked)
-        self._surface.centroid_m[new], self._surface.normal[new] = more.centroid_m[new], more.normal[new]
-        self._known[new] = True
+        # All patches of a triangle at once: of a floor's, the next look is sure to see others.
+        is_asked = np.zeros(self._survey.scene.n_triangles, dtype=np.bool_)
+        is_asked[self._triangle[new]] = True
+        asked = is_asked[self._triangle]
+        surface = surface_of_patches(self._survey.scene, self._survey.patches, asked)
+        self._sums[asked] = patch_sums(self._area_m2[asked], surface.centroid_m[asked], surface.normal[asked])
+        self._is_known |= asked

@@ -170,7 +170,7 @@ def changed(
 
     covered_m2 : of `base`, for each of `parts.all`. area_m2 : (P,).
     """
-    patch = new.patch if old is None else np.union1d(old.patch, new.patch)
+    patch = new.patch if old is None else _either(old.patch, new.patch, area_m2.size)
     n_met = without.times_met[:, patch]
     for quality, met in enumerate(new.met):
         n_met[quality, np.searchsorted(patch, met)] += 1
@@ -185,6 +185,14 @@ def changed(
     met = new.met[overall.quality]
     needed = met[overall.counted[met] & (without.times_met[overall.quality, met] == overall.seen_from - 1)]
     return Change(patch, n_met, tuple(after_m2), float(area_m2[needed].sum()), new, without)
+
+
+def _either(first: Int32Array, second: Int32Array, n_patches: int) -> Int32Array:
+    """(K,), sorted, patches of either of two lists: quicker than to sort them."""
+    is_in = np.zeros(n_patches, dtype=np.bool_)
+    is_in[first] = True
+    is_in[second] = True
+    return np.flatnonzero(is_in).astype(np.int32)
 
 
 def coverage(part: Part, covered_m2: float) -> Coverage:

@@ -232,6 +232,39 @@ def test_files_of_the_plan_are_what_the_routes_give_of_the_unchanged_draft(desk:
         assert lost == (viewer / f"lost/{station.id}.u32").read_bytes()
 
 
+def test_a_part_of_a_cloud_is_that_part_of_the_whole_scan(desk: Desk) -> None:
+    station = desk.plan.stations[0]
+    template = desk.live.survey.template
+    scan = desk.live.engine.scan(template, desk.live.draft.station(station.id).at_m[None])
+    path = f"/api/live/stations/{station.id}/cloud-window"
+    answer = desk.client.get(f"{path}?azimuth=-0.3&width=0.6&low=-0.4&high=0.1")
+    assert answer.status_code == 200, answer.text
+    head, content = unframed(answer.content)
+    n = head["rows"] * head["columns"]
+    assert (n, len(content)) == (head["beams"], 3 * n)
+    ranges_m = np.frombuffer(content, "<u2", n).reshape(head["rows"], head["columns"])
+    ranges_m = ranges_m * head["range_step_m"]
+    rows = np.flatnonzero((template.elevation_rad >= -0.4) & (template.elevation_rad <= 0.1))
+    assert head["elevations_rad"] == template.elevation_rad[rows].tolist()
+    # Those that the scanner has at the end of its turn come first: the window begins before azimuth 0.
+    of_turn = (template.azimuth_rad + np.pi) % (2 * np.pi) - np.pi
+    columns = np.flatnonzero(np.abs(of_turn) <= 0.3)
+    columns = columns[np.argsort(of_turn[columns])]
+    azimuths_rad = head["azimuths_rad"][0] + head["azimuth_step_rad"] * np.arange(head["columns"])
+    assert azimuths_rad == pytest.approx(of_turn[columns], abs=1e-9)
+    expected_m = np.nan_to_num(scan.range_m[0][np.ix_(rows, columns)])
+    assert ranges_m == pytest.approx(expected_m, abs=head["range_step_m"])
+    assert (expected_m > 0).mean() > 0.5
+
+
+def test_a_window_without_beams_is_refused_in_words(desk: Desk) -> None:
+    path = f"/api/live/stations/{desk.plan.stations[0].id}/cloud-window"
+    answer = desk.client.get(f"{path}?azimuth=0&width=0.1&low=0.1&high=0.0")
+    assert (answer.status_code, "without a beam" in answer.json()["message"]) == (422, True)
+    assert desk.client.get("/api/live/stations/S777/cloud-window?azimuth=0&width=1&low=0&high=1").status_code == 404
+    assert desk.client.get(f"{path}?azimuth=0&width=7&low=0&high=1").status_code == 422
+
+
 def test_route_goes_through_all_stations(desk: Desk) -> None:
     route = desk.client.get("/api/live/route").json()
     assert sorted(route["route"]["order"]) == sorted(station.id for station in desk.plan.stations)
@@ -286,7 +319,7 @@ def test_every_answer_is_one_that_the_document_describes(desk: Desk, mode: Gener
             case.call_and_validate(base_url="http://127.0.0.1", excluded_checks=excluded)
 
         check()
-    assert n_operations == (6 if mode is GenerationMode.POSITIVE else 1)
+    assert n_operations == (7 if mode is GenerationMode.POSITIVE else 1)
 
 
 @settings(max_examples=20, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
