@@ -50,11 +50,11 @@ def show(document: dict[str, Any]) -> None:
         if asked and not asked & {figures["floor"].casefold(), floors[figures["floor"]].casefold()}:
             continue
         n_stations = sum(station["floor"] == figures["floor"] for station in document["stations"])
-        reached = reached_percent(figures["fraction_of_achievable"], asks["coverage"])
-        output.say(
-            f"  {figures['floor']:<4} {floors[figures['floor']]:<22} {n_stations:>3} stations  "
-            f"{reached:>5} % of {figures['achievable_area_m2']:.0f} m2"
-        )
+        seen = "nothing scannable"
+        if figures["achievable_area_m2"] > 0:
+            reached = reached_percent(figures["fraction_of_achievable"], asks["coverage"])
+            seen = f"{reached:>5} % of {figures['achievable_area_m2']:.0f} m2"
+        output.say(f"  {figures['floor']:<4} {floors[figures['floor']]:<22} {n_stations:>3} stations  {seen}")
     for result in asks["results"]:
         if not result["met"]:
             output.say(

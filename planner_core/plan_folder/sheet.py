@@ -77,8 +77,11 @@ def floor_figures(plan: Plan, floor_index: int) -> tuple[tuple[str, str], ...]:
     """Figures of one floor for `draw_header`: stations and coverage."""
     coverage = plan.coverage_by_floor[floor_index]
     n_stations = sum(station.floor == plan.survey.floors[floor_index].id for station in plan.stations)
+    stations = (str(n_stations), "stations" if n_stations != 1 else "station")
+    if coverage.achievable_area_m2 <= 0:
+        return (stations, ("none", "of it scannable"))
     return (
-        (str(n_stations), "stations" if n_stations != 1 else "station"),
+        stations,
         (f"{100 * coverage.fraction_of_achievable:.1f} %", f"of {coverage.achievable_area_m2:.0f} m² scannable"),
     )
 

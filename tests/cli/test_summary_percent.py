@@ -92,3 +92,10 @@ def test_coverage_reads_as_what_was_asked_only_where_it_is(
     assert said.count(shown) == (3 if reached < 0.95 else 2)  # overall and the floor; and once more as not met
     assert ("NOT MET" in said) == (reached < 0.95)
     assert "95.0 %" not in said.replace(shown, "")
+
+
+def test_a_floor_without_anything_scannable_has_no_percentage(capsys: pytest.CaptureFixture[str]) -> None:
+    told = document(0.96)
+    told["coverage"]["floors"][0] |= {"fraction_of_achievable": 1.0, "achievable_area_m2": 0.0}
+    summary.show(told)
+    assert "  F0   Ground                   0 stations  nothing scannable\n" in capsys.readouterr().out

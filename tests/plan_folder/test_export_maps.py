@@ -29,7 +29,7 @@ from planner_core.plan_folder.section_view import (
     view_lines_m,
     view_section,
 )
-from planner_core.plan_folder.sheet import coverage_legend
+from planner_core.plan_folder.sheet import coverage_legend, floor_figures
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.floors import ground_levels
@@ -273,3 +273,13 @@ def _is_top(scene: Scene, first: int) -> np.ndarray:
     """(12,) bool: which of a box's triangles, numbered from `first`, are its upper face."""
     z_m = scene.vertices_m[scene.triangles[first : first + 12]][:, :, 2]
     return np.asarray((z_m == z_m.max()).all(axis=1))
+
+
+def test_a_floor_without_anything_scannable_has_no_percentage(plan: Plan) -> None:
+    first, *others = plan.coverage_by_floor
+    empty = dataclasses.replace(first, achievable_area_m2=0.0)
+    assert floor_figures(plan, 0)[1][0].endswith(" %")
+    assert floor_figures(dataclasses.replace(plan, coverage_by_floor=(empty, *others)), 0)[1] == (
+        "none",
+        "of it scannable",
+    )

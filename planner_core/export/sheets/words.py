@@ -75,8 +75,10 @@ def floors_table(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> Table:
         share, scannable_m2 = figures.get("fraction_of_achievable"), figures.get("achievable_area_m2")
         known = share is not None and scannable_m2 is not None
         seen = ("", "")
-        if known:
+        if known and scannable_m2 > 0:
             seen = (reached_percent(share, required_on(plan, floor)), f"{area(unit, scannable_m2):.0f}")
+        elif known:
+            seen = ("none", "0")
         seen = seen if is_planned(plan, floor) else ("not planned", "")
         height = unit.of(plan.frame.to_site(_middle(floor))[2])
         rows.append((floor.id, floor.name, f"{height:.2f}", str(len(plan.stations_of(floor.id))), *seen))

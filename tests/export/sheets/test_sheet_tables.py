@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from planner_core.coverage.percent import reached_percent
-from planner_core.export.sheets.words import networks_table
+from planner_core.export.sheets.words import floors_table, networks_table
 from planner_core.plan_folder.plan_source import PlanSource
 
 ORIGIN_M, ROTATION_RAD = (691_000.0, 5_334_000.0, 512.0), 0.35
@@ -139,3 +139,12 @@ def test_weak_motion_is_told_by_the_north_that_the_sheets_show(
 )
 def test_coverage_that_falls_short_never_reads_as_enough(share: float, required: float, told: str) -> None:
     assert reached_percent(share, required) == told
+
+
+def test_a_floor_without_anything_scannable_has_no_percentage(edited: Callable[..., PlanSource]) -> None:
+    def empty(document: dict[str, Any]) -> None:
+        document["coverage"]["floors"][0] |= {"fraction_of_achievable": 1.0, "achievable_area_m2": 0.0}
+
+    rows = floors_table(edited(empty)).rows
+    assert rows[0][-2:] == ("none", "0")
+    assert rows[1][-2] not in ("none", "100.0")
