@@ -23,7 +23,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-kernel-check lint typecheck \
+.PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-firefox system-kernel-check lint typecheck \
   imports pytest pytest-slow web web-check web-main e2e e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large \
   bench-drivers bench-planning bench-truth bench-live bench-clouds reproduce plan-scenes soak soak-short soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
 
@@ -88,7 +88,7 @@ web-check: $(NODE)
 web-main: $(NODE) $(VIEWER) $(DEV) system-tests
 	cd $(WEB) && npm run --silent e2e:main
 
-e2e: $(NODE) $(VIEWER) $(DEV) system-tests ## the viewer in a real browser, all of it
+e2e: $(NODE) $(VIEWER) $(DEV) system-tests system-firefox ## the viewer in a real browser, all of it
 	cd $(WEB) && npm run --silent e2e
 
 # Plans of whole scenes: made once, in minutes, and kept. The duplex is not part of the repository.
@@ -213,6 +213,9 @@ system:
 
 system-tests:
 	@requirements/system.sh --tests
+
+system-firefox:
+	@requirements/system.sh --firefox || echo "e2e: Firefox can't be installed here, its tests are skipped"
 
 system-kernel-check:
 	@requirements/system.sh --kernel-check

@@ -1,7 +1,8 @@
 #!/bin/sh
 # Installs the Debian/Ubuntu packages that tlsplan needs and that are missing; prints the command where it may not.
-# Usage: requirements/system.sh [--tests | --kernel-check]
+# Usage: requirements/system.sh [--tests | --firefox | --kernel-check]
 #   --tests         what the browser tests need, too
+#   --firefox       what tests of the viewer in Firefox need, too; without, they are skipped
 #   --kernel-check  the checker of `make kernel-check`, too
 set -eu
 
@@ -9,6 +10,7 @@ set -eu
 # Open3D loads libusb, libGL and libgomp; PyVista renders through EGL with Mesa's software driver where there is no GPU.
 wanted="gcc libc6-dev libusb-1.0-0 libgl1 libgomp1 libegl1 libgl1-mesa-dri libxrender1"
 [ "${1:-}" = --tests ] && wanted="$wanted chromium"
+[ "${1:-}" = --firefox ] && wanted="$wanted firefox-esr xvfb"
 [ "${1:-}" = --kernel-check ] && wanted="$wanted oclgrind"
 # The interpreter brings ensurepip unless it is Debian's own, which splits it off.
 "${PYTHON:-python3}" -c 'import ensurepip, venv' 2>/dev/null || wanted="$wanted python3-venv"

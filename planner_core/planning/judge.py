@@ -1,8 +1,9 @@
 """The judge: what a plan's figures are on random points, each looked at by itself, by Open3D's own rays.
 
 Input a `Plan`, output a `Judgement`. Nothing is shared with the counting of patches but the surfaces, the scanner's
-field of view and the wording of the limits: a point is seen where nothing lies between it and the scanner, within range
-and field of view, and counts where range, incidence, spacing and noise at that very point meet what is asked.
+field of view, how many beams it has for a surface, and the wording of the limits: a point is seen where nothing lies
+between it and the scanner, within range and field of view, and counts where range, incidence, spacing and noise at that
+very point meet what is asked.
 docs/method/judge.md.
 """
 
@@ -16,7 +17,7 @@ from planner_core.coverage.ground_sides import GroundSides
 from planner_core.coverage.levels import Observations, observations_meeting, with_noise
 from planner_core.coverage.survey import planned_floors
 from planner_core.engine.open3d import Open3DEngine
-from planner_core.engine.patch_mode import in_view, spacing_at
+from planner_core.engine.patch_mode import LEAST_RETURNS, expected_returns, in_view, spacing_at
 from planner_core.engine.patch_samples import View, view_of
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
@@ -46,8 +47,6 @@ from planner_core.scene.patches import patch_triangles
 
 #: A surface this much before a point, and this share of the range, does not hide it: Open3D's rays are float32.
 _BEFORE_M, _BEFORE_SHARE = 5e-4, 1e-5
-#: Widths of a patch that points of neighbouring rows or columns may be apart: surface seen edge-on has fewer beams.
-_MOST_WIDTHS = 2.0
 _BATCH_POINTS = 100_000
 #: Points that plans are judged by: seconds of work, and a share to about 0.2 points.
 QUICK_POINTS = 20_000
@@ -57,13 +56,15 @@ _DISAGREEING = 3.0
 
 @dataclass(frozen=True)
 class _Points:
-    """at_m, normal : (N, 3). triangle : (N,). returns, overall : (N,) bool, on surface that gives a return, that the
-    plan is about.
+    """at_m, normal : (N, 3). triangle : (N,). corners_m, patch_m2 : (N, 3, 3), (N,), of the patch a point lies in. returns,
+    overall : (N,) bool, on surface that gives a return, that the plan is about.
     """
 
     at_m: FloatArray
     normal: FloatArray
     triangle: Int32Array
+    corners_m: FloatArray
+    patch_m2: FloatArray
     returns: BoolArray
     overall: BoolArray
     area_m2: float
@@ -180,7 +181,8 @@ def _link(link: Link, plan: Plan, linking: BoolArray) -> JudgedLink:
 def _points(survey: Survey, settings: PlanSettings, n_points: int, rng: np.random.Generator) -> _Points:
     """Points at even steps of area through all patches of which something may be required, at random places in each."""
     wanted = np.flatnonzero(required_of(survey, settings))
-    sum_m2 = np.cumsum(replace(survey.patches, counted=None).area_m2[wanted])
+    patch_m2 = replace(survey.patches, counted=None).area_m2
+    sum_m2 = np.cumsum(patch_m2[wanted])
     step = (np.arange(n_points) + rng.random(n_points)) * (sum_m2[-1] / n_points)
     patch = wanted[np.minimum(np.searchsorted(sum_m2, step, side="right"), wanted.size - 1)]
     corners_m = patch_triangles(survey.scene, survey.patches)[patch]
@@ -194,6 +196,8 @@ def _points(survey: Survey, settings: PlanSettings, n_points: int, rng: np.rando
         at_m=corners_m[:, 0] + u[:, None] * edges[:, 0] + v[:, None] * edges[:, 1],
         normal=normal / np.maximum(length, 1e-300)[:, None],
         triangle=survey.patches.triangle_of_patch[patch],
+        corners_m=corners_m,
+        patch_m2=patch_m2[patch],
         returns=_returns(survey, patch),
         overall=overall.patches[patch],
         area_m2=float(sum_m2[-1]),
@@ -217,7 +221,6 @@ class _Look:
         self._view: View = view_of(survey.template)
         self._settings, self._points = settings, points
         self._sides = GroundSides(survey)
-        self._most_spacing_m = _MOST_WIDTHS * np.sqrt(2.0 * survey.patches.max_area_m2)
 
     def from_all(self, positions_m: FloatArray, progress: Progress) -> tuple[BoolArray, Int64Array]:
         """(S, N) bool, points that overlap counts for each position; (N,) positions that meet what is asked."""
@@ -254,13 +257,23 @@ class _Look:
             inside &= self._points.returns[some]
             inside &= self._sides.are_above(position_m[None], np.array([0, some.size]), self._points.triangle[some])
             some, away_m = some[inside], away_m[inside]
+            dense = self._has_beams(position_m, some)
+            some, away_m = some[dense], away_m[dense]
             range_m = np.sqrt((away_m * away_m).sum(axis=1))
-            dense = self._spacing_m(some, away_m, range_m) <= self._most_spacing_m
-            some, away_m, range_m = some[dense], away_m[dense], range_m[dense]
             before = 1.0 - np.minimum(_BEFORE_M / range_m + _BEFORE_SHARE, 1.0)
             hidden = self.engine.are_hidden(position_m, away_m * before[:, None])
             found.append(some[~hidden])
         return np.concatenate([np.empty(0, dtype=np.int64), *found])
+
+    def _has_beams(self, position_m: FloatArray, rows: Int64Array) -> BoolArray:
+        """(K,) bool: whether a beam is to be expected on the patches of points of rows (K,): surface seen edge-on, or
+        by a scanner of few rows, has none.
+        """
+        points = self._points
+        away_m = points.corners_m[rows] - position_m
+        expected = expected_returns(self._view, away_m, points.normal[rows], points.patch_m2[rows])
+        found: BoolArray = expected >= LEAST_RETURNS
+        return found
 
     def _spacing_m(self, rows: Int64Array, away_m: FloatArray, range_m: FloatArray) -> Float32Array:
         """(K,) wider spacing of neighbouring points about points of rows (K,)."""

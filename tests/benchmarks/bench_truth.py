@@ -55,6 +55,8 @@ ASKED = {
     ),
     "hdl-64e": PointLimits(),
 }
+#: Scanners and areas of patches, m2, that all scenes are planned with.
+CASES = (("rtc360", 0.04), ("hdl-64e", 0.04), ("hdl-64e", 0.01))
 
 
 def scene_of(name: str) -> Scene:
@@ -62,7 +64,9 @@ def scene_of(name: str) -> Scene:
     return scenes_synthetic.build(name).scene if path is None else load_scene(path)
 
 
-def plan_and_judge(name: str, n_points: int, scanner: str = "rtc360") -> tuple[int, Judgement]:
+def plan_and_judge(
+    name: str, n_points: int, scanner: str = "rtc360", patch_area_m2: float = 0.04
+) -> tuple[int, Judgement]:
     """Stations of a quick plan of the usual settings, and what the judge says of it."""
     settings = PlanSettings(
         scanner=load_scanner(scanner),
@@ -72,6 +76,7 @@ def plan_and_judge(name: str, n_points: int, scanner: str = "rtc360") -> tuple[i
         scan_mode=ScanBy.PATCHES,
         method=Proven(work_limit=0.2),
         refine=False,
+        max_patch_area_m2=patch_area_m2,
     )
     survey = make_survey(scene_of(name), settings)
     engine = open_engine(survey.scene, survey.patches)
@@ -79,7 +84,7 @@ def plan_and_judge(name: str, n_points: int, scanner: str = "rtc360") -> tuple[i
     return len(plan.stations), judge(plan, engine, n_points=n_points)
 
 
-def row(name: str, scanner: str, n_stations: int, found: Judgement) -> str:
+def row(name: str, scanner: str, patch_area_m2: float, n_stations: int, found: Judgement) -> str:
     def areas(figure: JudgedFigure) -> str:
         off = 100 * (figure.told / figure.judged - 1)
         return f"{figure.told:.1f} | {figure.judged:.1f} ± {figure.error:.1f} | {off:+.2f}"
@@ -87,7 +92,7 @@ def row(name: str, scanner: str, n_stations: int, found: Judgement) -> str:
     ours, judged = 100 * found.share.told, 100 * found.share.judged
     gaps = [100 * abs(link.overlap.told - link.overlap.judged) for link in found.links] or [0.0]
     return (
-        f"| {name} | {scanner} | {n_stations} | {areas(found.covered_m2)} | {areas(found.achievable_m2)} | "
+        f"| {name} | {scanner} | {patch_area_m2:g} | {n_stations} | {areas(found.covered_m2)} | {areas(found.achievable_m2)} | "
         f"{ours:.2f} | {judged:.2f} ± {100 * found.share.error:.2f} | {ours - judged:+.2f} | "
         f"{np.median(gaps):.1f}, {max(gaps):.1f} |"
     )
@@ -100,13 +105,14 @@ def main() -> None:
     parser.add_argument("--write", type=Path)
     asked = parser.parse_args()
     rows = [
-        "| scene | scanner | stations | covered m² | judge | % | scannable m² | judge | % | share % | judge | points | "
+        "| scene | scanner | patches m² | stations | covered m² | judge | % | scannable m² | judge | % | share % | judge | points | "
         "overlap off by, points: median, most |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
-    for scanner in ASKED:
+    for scanner, patch_area_m2 in CASES:
         for name in asked.scenes:
-            rows.append(row(name, scanner, *plan_and_judge(name, asked.points, scanner)))
+            found = plan_and_judge(name, asked.points, scanner, patch_area_m2)
+            rows.append(row(name, scanner, patch_area_m2, *found))
             print(rows[-1], flush=True)
     if asked.write:
         put(asked.write, "truth", rows)

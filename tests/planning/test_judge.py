@@ -226,6 +226,6 @@ def test_surface_that_a_station_stands_in_the_plane_of_is_not_seen(monkeypatch: 
     floor = ("floor", (-1.0, -1.0, -0.2), (9.0, 9.0, 0.0))
     scene = scene_of([floor, wall])
     told = judged(scene, [(0.5, 3.995, 1.5)], load_scanner("rtc360")).covered_m2
-    monkeypatch.setattr("planner_core.planning.judge._MOST_WIDTHS", 1e9)
+    monkeypatch.setattr("planner_core.planning.judge.LEAST_RETURNS", 0.0)
     by_sight_alone = judged(scene, [(0.5, 3.995, 1.5)], load_scanner("rtc360")).covered_m2
     assert is_within(by_sight_alone.judged - told.judged, 4.0 * 3.0, by_sight_alone.error)
