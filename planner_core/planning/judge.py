@@ -56,8 +56,8 @@ _DISAGREEING = 3.0
 
 @dataclass(frozen=True)
 class _Points:
-    """at_m, normal : (N, 3). triangle : (N,). corners_m, patch_m2 : (N, 3, 3), (N,), of the patch a point lies in. returns,
-    overall : (N,) bool, on surface that gives a return, that the plan is about.
+    """at_m, normal : (N, 3). triangle : (N,). corners_m, patch_m2 : (N, 3, 3), (N,), of the patch a point lies in.
+    returns, overall : (N,) bool, on surface that gives a return, that the plan is about.
     """
 
     at_m: FloatArray

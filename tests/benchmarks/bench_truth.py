@@ -92,7 +92,8 @@ def row(name: str, scanner: str, patch_area_m2: float, n_stations: int, found: J
     ours, judged = 100 * found.share.told, 100 * found.share.judged
     gaps = [100 * abs(link.overlap.told - link.overlap.judged) for link in found.links] or [0.0]
     return (
-        f"| {name} | {scanner} | {patch_area_m2:g} | {n_stations} | {areas(found.covered_m2)} | {areas(found.achievable_m2)} | "
+        f"| {name} | {scanner} | {patch_area_m2:g} | {n_stations} | "
+        f"{areas(found.covered_m2)} | {areas(found.achievable_m2)} | "
         f"{ours:.2f} | {judged:.2f} ± {100 * found.share.error:.2f} | {ours - judged:+.2f} | "
         f"{np.median(gaps):.1f}, {max(gaps):.1f} |"
     )
@@ -105,8 +106,8 @@ def main() -> None:
     parser.add_argument("--write", type=Path)
     asked = parser.parse_args()
     rows = [
-        "| scene | scanner | patches m² | stations | covered m² | judge | % | scannable m² | judge | % | share % | judge | points | "
-        "overlap off by, points: median, most |",
+        "| scene | scanner | patches m² | stations | covered m² | judge | % | scannable m² | judge | % | share % | "
+        "judge | points | overlap off by, points: median, most |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for scanner, patch_area_m2 in CASES:
