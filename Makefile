@@ -25,7 +25,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-firefox system-kernel-check lint typecheck \
   imports pytest pytest-slow web web-check web-main e2e e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large \
-  bench-drivers bench-planning bench-truth bench-live bench-clouds reproduce plan-scenes soak soak-short soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
+  bench-drivers bench-planning bench-channels bench-truth bench-live bench-clouds reproduce plan-scenes soak soak-short soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -139,6 +139,9 @@ bench-selection-large: $(DEV) ## selection of large problems: time, memory, stat
 
 bench-planning: $(DEV) ## the whole planner against its rivals on every scene; writes docs/benchmarks; goes on where it was interrupted
 	$(BIN)/python tests/benchmarks/bench_planning.py --write docs/benchmarks/planning.md
+
+bench-channels: $(DEV) ## the HDL-64E's channels, even and nominal; writes a table of docs/method/paper.md
+	PYTHONPATH=. $(BIN)/python tests/benchmarks/bench_channels.py --write docs/method/paper.md
 
 bench-live: $(DEV) ## how fast a dragged station is answered; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_live.py --write docs/benchmarks/live.md

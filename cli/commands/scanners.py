@@ -53,7 +53,7 @@ def command(as_json: bool) -> None:
             (
                 s.name,
                 s.title,
-                " ".join(mode.id for mode in _modes(s)) or "one",
+                _mode_names(s),
                 f"{s.n_azimuths} x {s.n_channels}",
                 _azimuths(s),
                 f"{math.degrees(s.elevation_rad[-1]):.1f} to {math.degrees(s.elevation_rad[0]):.1f}",
@@ -69,6 +69,12 @@ def _modes(scanner: Scanner) -> tuple[ScanMode, ...]:
     from planner_core.scanner.load_scanner import scan_modes
 
     return scan_modes(scanner.name)
+
+
+def _mode_names(scanner: Scanner) -> str:
+    """Return the modes' ids, and `default` for one without."""
+    ids = " ".join(mode.id for mode in _modes(scanner))
+    return "one" if not ids else ids if scanner.mode else f"default, or {ids}"
 
 
 def _document(scanner: Scanner) -> dict[str, Any]:
@@ -115,7 +121,7 @@ def _mode_document(mode: ScanMode, scanner: Scanner) -> dict[str, Any]:
         "title": mode.title,
         "seconds": mode.seconds,
         "azimuth_step_deg": _degrees(mode.azimuth_step_rad),
-        "elevation_step_deg": _degrees(mode.elevation_step_rad),
+        "elevation_step_deg": None if mode.elevation_step_rad is None else _degrees(mode.elevation_step_rad),
         "n_azimuths": grid.n_azimuths,
         "n_channels": grid.n_channels,
     }
@@ -150,7 +156,8 @@ def reference_page() -> str:
         _table(
             "name | beam divergence mrad | width at | wavelength nm | compensator", [_beam_row(d) for d in documents]
         ),
-        "## Modes\nBeams of a whole scan: azimuths x channels. `default` where a scanner has only one resolution.\n",
+        "## Modes\nBeams of a whole scan: azimuths x channels. `default`: what the name alone takes, where "
+        "that has no name of its own.\n",
         _table("name | mode | step deg | beams | seconds", [row for d in documents for row in _mode_rows(d)]),
         "## Sources\n",
         *(f"- **{titles[d['name']]}** (`{d['name']}`): {d['source']}\n" for d in documents),
@@ -192,10 +199,7 @@ def _beam_row(d: dict[str, Any]) -> tuple[str, ...]:
 
 def _mode_rows(d: dict[str, Any]) -> list[tuple[str, ...]]:
     """One row a mode, with the default one in bold, also where it is none of the instrument's own."""
-    rows = [
-        (m["id"], m["title"], f"{m['azimuth_step_deg']:.4f}", m["n_azimuths"], m["n_channels"], m["seconds"])
-        for m in d["modes"]
-    ]
+    rows = [(m["id"], m["title"], _step_of(m), m["n_azimuths"], m["n_channels"], m["seconds"]) for m in d["modes"]]
     if d["mode"] not in {row[0] for row in rows}:
         own = (
             d["mode"] or "default",
@@ -208,10 +212,15 @@ def _mode_rows(d: dict[str, Any]) -> list[tuple[str, ...]]:
     cells: list[tuple[str, ...]] = []
     for mode, title, step, n_azimuths, n_channels, seconds in rows:
         told = f"`{mode}`" if d["mode"] is None or mode != d["mode"] else f"**`{mode}`**"
-        note = f" ({title})" if d["mode"] else ""
+        note = f" ({title})" if mode != "default" else ""
         beams = f"{n_azimuths} x {n_channels}"
         cells.append((f"`{d['name']}`", told + note, step, beams, f"{seconds:g}" if seconds else "-"))
     return cells
+
+
+def _step_of(mode: dict[str, Any]) -> str:
+    """Return the step of a mode, where it is the same both ways."""
+    return "-" if mode["elevation_step_deg"] is None else f"{mode['azimuth_step_deg']:.4f}"
 
 
 if __name__ == "__main__":

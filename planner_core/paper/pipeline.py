@@ -74,11 +74,11 @@ def find_pool(
     _check_beams(survey, settings)
     distribution = PointDistribution(survey.scene, survey.patches, engine, distance=paper.f2.distance)
     if paper.search != "none":
-        starts = _searched(survey, settings, paper, engine, distribution, starts, floors, progress)
+        starts = searched(survey, settings, paper, engine, distribution, starts, floors, progress)
     return _narrowed(survey, paper, distribution, starts, progress) if narrows else starts
 
 
-def _searched(
+def searched(
     survey: Survey,
     settings: PlanSettings,
     paper: Paper,
@@ -86,7 +86,7 @@ def _searched(
     distribution: PointDistribution,
     starts: Candidates,
     floors: tuple[int, ...],
-    progress: Progress,
+    progress: Progress = silent,
 ) -> Candidates:
     """Improved positions, beside their starts where the pool is of both."""
     improved = [_improved(survey, settings, paper, engine, distribution, starts, index, progress) for index in floors]

@@ -46,13 +46,16 @@ def load_scanner(name_or_path: str | Path) -> Scanner:
 def scan_modes(name_or_path: str | Path) -> tuple[ScanMode, ...]:
     """Modes of a scanner as its file lists them; empty where it has one resolution alone.
 
+    Where `Scanner.mode` is "" by default, they come besides the resolution that has no name.
+
     Raises
     ------
     RequirementError
         As `load_scanner`.
     """
     content, where, _ = _find(str(name_or_path))
-    return tuple(entry.mode() for entry in _specification(content, where).modes or ())
+    spec = _specification(content, where)
+    return tuple(entry.mode() for entry in spec.modes or ()) + _channel_modes(spec)
 
 
 def scanner_title(name_or_path: str | Path) -> str:
@@ -117,14 +120,14 @@ def _specification(content: str, where: str) -> ScannerFile:
 
 def _read(content: str, *, where: str, mode: str | None = None) -> Scanner:
     spec = _specification(content, where)
+    picked: ScanMode | None
     if spec.modes:
         picked, n_azimuths, elevation_deg = _beams_of_mode(spec, mode, where)
         sector_deg = None
-    elif mode is None:
-        picked, elevation_deg = None, np.array(spec.channels_deg())
-        n_azimuths, sector_deg = spec.azimuths()
     else:
-        raise bad(where, f"mode {shown(mode)}", "no mode: it has one resolution alone", f"use {where}")
+        picked = None if mode is None else _channel_mode(spec, mode, where)
+        elevation_deg = np.array(spec.channels_deg()) if picked is None else np.rad2deg(picked.elevation_rad)
+        n_azimuths, sector_deg = spec.azimuths()
     accuracy, arcsec = spec.ranging_accuracy, spec.angular_accuracy_arcsec
     noise = sorted((row.reflectivity, row.range_m, row.sigma_mm / 1000.0) for row in spec.range_noise)
     return Scanner(
@@ -169,6 +172,21 @@ def _beams_of_mode(spec: ScannerFile, asked: str | None, where: str) -> tuple[Sc
             f"pick a coarser mode or spacing, such as {where}:6mm",
         )
     return mode, grid.n_azimuths, np.linspace(field.first, field.last, grid.n_channels)
+
+
+def _channel_modes(spec: ScannerFile) -> tuple[ScanMode, ...]:
+    return tuple(entry.mode(spec.azimuths()[0]) for entry in spec.channel_modes)
+
+
+def _channel_mode(spec: ScannerFile, asked: str, where: str) -> ScanMode:
+    """The table of channels that is asked for, of a scanner that lists channels one by one."""
+    modes = {mode.id: mode for mode in _channel_modes(spec)}
+    if not modes:
+        raise bad(where, f"mode {shown(asked)}", "no mode: it has one resolution alone", f"use {where}")
+    found = modes.get(asked.strip().lower())
+    if found is None:
+        raise bad(where, f"mode {shown(asked)}", " or ".join(modes), f"pick one, or {where} for its default")
+    return found
 
 
 def _scaled(value: float | None, parts: float) -> float | None:

@@ -29,13 +29,17 @@ def bad(where: str, got: str, expected: str, remedy: str = "compare docs/formats
 
 @dataclass(frozen=True)
 class ScanMode:
-    """One resolution: what an operator picks on the instrument. Steps in radians; `seconds` None: not known."""
+    """One resolution: what an operator picks on the instrument. Steps in radians; `seconds` None: not known.
+
+    elevation_rad : each channel, highest first, where they are listed one by one; there is no elevation step then.
+    """
 
     id: str
     title: str
     azimuth_step_rad: float
-    elevation_step_rad: float
+    elevation_step_rad: float | None
     seconds: float | None = None
+    elevation_rad: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -53,10 +57,10 @@ class Grid:
 
 def grid_of(mode: ScanMode, *, field_rad: float) -> Grid:
     """Round the steps of `mode` to a full turn and to a vertical field of `field_rad`; see the head of this file."""
-    return Grid(
-        n_azimuths=max(1, math.floor(2 * math.pi / mode.azimuth_step_rad + 0.5)),
-        n_channels=1 + max(1, math.floor(field_rad / mode.elevation_step_rad + 0.5)),
-    )
+    n_azimuths = max(1, math.floor(2 * math.pi / mode.azimuth_step_rad + 0.5))
+    if mode.elevation_step_rad is None:
+        return Grid(n_azimuths, len(mode.elevation_rad))
+    return Grid(n_azimuths, 1 + max(1, math.floor(field_rad / mode.elevation_step_rad + 0.5)))
 
 
 def spacing_mode(name: str) -> ScanMode | None:

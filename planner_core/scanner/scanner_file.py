@@ -36,6 +36,7 @@ _Elevation = Annotated[Number, Field(ge=-90, le=90)]
 _Azimuth = Annotated[Number, Field(ge=-360, le=360)]
 _Positive = Annotated[Number, Field(gt=0)]
 _Height = Annotated[_Positive, Field(le=100)]  # no mast is longer
+_ModeId = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9.+-]{0,39}$")]
 _StepDeg = Annotated[Number, Field(gt=_LEAST, le=30)]  # a wall would get a handful of points
 
 
@@ -151,7 +152,7 @@ class ModeEntry(Entries):
         }
     )
 
-    id: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9.+-]{0,39}$")]
+    id: _ModeId
     """What --scanner NAME:ID takes."""
     title: _Text
     spacing_at_10m_mm: Annotated[Number, Field(gt=_LEAST, le=5000)] | None = None
@@ -186,6 +187,21 @@ class ModeEntry(Entries):
             azimuth_rad = math.radians(self.step_deg or self.azimuth_step_deg or 0.0)
             elevation_rad = math.radians(self.step_deg or self.elevation_step_deg or 0.0)
         return ScanMode(self.id, self.title, azimuth_rad, elevation_rad, self.seconds)
+
+
+class ChannelMode(Entries):
+    """Another table of channels, for a scanner whose channels are listed one by one; all else stays."""
+
+    id: _ModeId
+    """What --scanner NAME:ID takes."""
+    title: _Text
+    elevation_deg: Annotated[tuple[_Elevation, ...], Field(min_length=1)]
+    """Channels in degrees, highest first."""
+
+    def mode(self, n_azimuths: int) -> ScanMode:
+        """Return it in radians, with so many azimuths in a turn."""
+        elevation_rad = tuple(math.radians(angle) for angle in self.elevation_deg)
+        return ScanMode(self.id, self.title, 2 * math.pi / n_azimuths, None, elevation_rad=elevation_rad)
 
 
 class NoiseRow(Entries):
@@ -224,9 +240,9 @@ class ScannerFile(Entries):
     model_config = ConfigDict(
         json_schema_extra={
             "oneOf": [
-                _one_of("modes", ("n_azimuths", "azimuth_deg", "azimuth_offset_deg"), _FIELD),
+                _one_of("modes", ("n_azimuths", "azimuth_deg", "azimuth_offset_deg", "channel_modes"), _FIELD),
                 _one_of("n_azimuths", ("modes", "azimuth_deg", "default_mode"), _CHANNELS),
-                _one_of("azimuth_deg", ("modes", "n_azimuths", "default_mode"), _CHANNELS),
+                _one_of("azimuth_deg", ("modes", "n_azimuths", "default_mode", "channel_modes"), _CHANNELS),
             ]
         }
     )
@@ -253,6 +269,8 @@ class ScannerFile(Entries):
     modes: Annotated[tuple[ModeEntry, ...], Field(min_length=1, max_length=100)] | None = None
     default_mode: _Text | None = None
     """A mode's id, or a spacing at 10 m such as 6mm. Needed where there is more than one mode."""
+    channel_modes: Annotated[tuple[ChannelMode, ...], Field(min_length=1, max_length=100)] = ()
+    """Other tables of channels than `elevation_deg`, which is the default; for a full turn of `n_azimuths`."""
     range_noise: Annotated[tuple[NoiseRow, ...], Field(max_length=1000)] = ()
     ranging_accuracy: RangingAccuracy | None = None
     angular_accuracy_arcsec: Annotated[_Positive, Field(le=3600)] | None = None
@@ -289,14 +307,12 @@ class ScannerFile(Entries):
         return self
 
     def _check_modes(self, modes: tuple[ModeEntry, ...]) -> None:
-        if given := sorted(self.given() & {"n_azimuths", "azimuth_deg", "azimuth_offset_deg"}):
+        if given := sorted(self.given() & {"n_azimuths", "azimuth_deg", "azimuth_offset_deg", "channel_modes"}):
             got = f"modes and {' and '.join(given)}"
             raise _refused(got, "either: modes say the azimuths of a full turn themselves")
         if not (isinstance(self.elevation_deg, Elevations) and self.elevation_deg.is_field):
             raise _refused("modes and channels in elevation_deg", "{first, last}: modes say the step")
-        for name, n in Counter(mode.id for mode in modes).items():
-            if n > 1:
-                raise _refused(f"mode id {name!r} twice", "another id for each mode")
+        _check_ids([mode.id for mode in modes])
         if self.default_mode is None and len(modes) > 1:
             raise _refused(f"{len(modes)} modes and no default_mode", "default_mode: the mode to take if none is named")
 
@@ -316,7 +332,21 @@ class ScannerFile(Entries):
             raise _refused(
                 f"azimuth_offset_deg = a list of {n_offsets}", f"a list of {n_channels} degrees, one per channel"
             )
-        self._check_channels()
+        _check_channels(self.channels_deg(), self.azimuth_offset_deg)
+        self._check_channel_modes()
+
+    def _check_channel_modes(self) -> None:
+        """Each takes the place of `elevation_deg`; offsets are of a table of their own, so that none can be shared."""
+        _check_ids([mode.id for mode in self.channel_modes])
+        if self.channel_modes and (self.n_azimuths is None or self.azimuth_offset_deg):
+            got = "channel_modes and " + ("azimuth_deg" if self.azimuth_deg else "azimuth_offset_deg")
+            raise _refused(got, "n_azimuths of a full turn, the same for every channel")
+        for mode in self.channel_modes:
+            if spacing_mode(mode.id) is not None:
+                raise _refused(f"channel_modes id {mode.id}, a spacing", "an id that is no spacing")
+            if len(mode.elevation_deg) * (self.n_azimuths or 0) > MAX_BEAMS:
+                raise _refused(f"{len(mode.elevation_deg)} channels in mode {mode.id}", f"at most {MAX_BEAMS} beams")
+            _check_channels(mode.elevation_deg, ())
 
     def channels_deg(self) -> tuple[float, ...]:
         """Return the elevation of each channel, where there are no modes."""
@@ -331,21 +361,28 @@ class ScannerFile(Entries):
         """Return how many azimuths there are, and the first and the last in degrees; None: a full turn from 0."""
         return self.azimuth_deg.beams() if self.azimuth_deg else (self.n_azimuths or 0, None)
 
-    def _check_channels(self) -> None:
-        """Channels go from the highest to the lowest, so that rows of a scan do; none is there twice."""
-        elevation_deg, offset_deg = np.array(self.channels_deg()), np.array(self.azimuth_offset_deg)
-        rising = np.flatnonzero(np.diff(elevation_deg) > 0)
-        if rising.size:
-            k = int(rising[0])
-            got = f"elevation_deg rising from {elevation_deg[k]:g} to {elevation_deg[k + 1]:g} at channel {k + 2}"
-            raise _refused(got, "the highest channel first; sort the channels, azimuth_offset_deg along with them")
-        turned = offset_deg % 360.0 if offset_deg.size else np.zeros_like(elevation_deg)
-        order = np.lexsort([turned, elevation_deg])
-        twice = np.flatnonzero((np.diff(elevation_deg[order]) == 0) & (np.diff(turned[order]) == 0))
-        if twice.size:
-            first, second = sorted(order[twice[0] : twice[0] + 2].tolist())
-            got = f"elevation_deg = {elevation_deg[first]:g} for channels {first + 1} and {second + 1}"
-            raise _refused(got, "channels that differ in elevation_deg or azimuth_offset_deg")
+
+def _check_ids(ids: list[str]) -> None:
+    for name, n in Counter(ids).items():
+        if n > 1:
+            raise _refused(f"mode id {name!r} twice", "another id for each mode")
+
+
+def _check_channels(channels_deg: tuple[float, ...], offsets_deg: tuple[float, ...]) -> None:
+    """Channels go from the highest to the lowest, so that rows of a scan do; none is there twice."""
+    elevation_deg, offset_deg = np.array(channels_deg), np.array(offsets_deg)
+    rising = np.flatnonzero(np.diff(elevation_deg) > 0)
+    if rising.size:
+        k = int(rising[0])
+        got = f"elevation_deg rising from {elevation_deg[k]:g} to {elevation_deg[k + 1]:g} at channel {k + 2}"
+        raise _refused(got, "the highest channel first; sort the channels, azimuth_offset_deg along with them")
+    turned = offset_deg % 360.0 if offset_deg.size else np.zeros_like(elevation_deg)
+    order = np.lexsort([turned, elevation_deg])
+    twice = np.flatnonzero((np.diff(elevation_deg[order]) == 0) & (np.diff(turned[order]) == 0))
+    if twice.size:
+        first, second = sorted(order[twice[0] : twice[0] + 2].tolist())
+        got = f"elevation_deg = {elevation_deg[first]:g} for channels {first + 1} and {second + 1}"
+        raise _refused(got, "channels that differ in elevation_deg or azimuth_offset_deg")
 
 
 def _refused(got: str, expected: str) -> RequirementError:

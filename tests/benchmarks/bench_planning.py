@@ -29,10 +29,11 @@ from planning_page import page
 
 from planner_core.coverage.survey import make_survey, planned_floors
 from planner_core.engine.scan_engine import ScanEngine, device_of, open_engine
-from planner_core.model import Paper, Survey
-from planner_core.paper.pipeline import paper_settings, repair, select_by_genes
+from planner_core.model import Candidates, Paper, Survey
+from planner_core.paper.pipeline import paper_settings, repair, searched, select_by_genes
+from planner_core.paper.point_distribution import PointDistribution
 from planner_core.planning.choose import selection_settings
-from planner_core.planning.pool import Pool, make_pool
+from planner_core.planning.pool import Pool, extended, make_pool
 from planner_core.planning.refine import WORK_SHARE, Refined, refine
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
@@ -53,7 +54,8 @@ class Found:
     """A set of stations. networks : that registration leaves; parts : the fewest that these candidates allow them.
 
     met : whether the set meets every target. joined : whether it is in no more networks. cpu_s : of the process.
-    near_work : of a search, work until its gap was at most 2 % or one station; None: it never was.
+    near_work : of a search, work until its gap was at most 2 % or one station; None: it never was. candidates : what it
+    chose from, where that is more than the row's.
     """
 
     stations: int
@@ -67,6 +69,7 @@ class Found:
     work: float = 0.0
     near_work: float | None = None
     wall_s: float = 0.0
+    candidates: int | None = None
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,7 @@ class Ready:
     case: Case
     survey: Survey
     engine: ScanEngine
+    floors: tuple[int, ...]
     places: AllowedPositions
     pool: Pool
     whole: CoverProblem
@@ -101,7 +105,7 @@ def ready(case: Case) -> Ready | None:
     network = pool.network
     assert network is not None, "these cases all ask for a network"
     parts = int(np.unique(network.part[~pool.barred]).size)
-    return Ready(case, survey, engine, places, pool, whole_problem(pool), network, parts)
+    return Ready(case, survey, engine, floors, places, pool, whole_problem(pool), network, parts)
 
 
 def whole_problem(pool: Pool) -> CoverProblem:
@@ -146,8 +150,7 @@ def rivals(on: Ready) -> dict[str, Found]:
     paper = paper_settings(replace(settings, method=Paper(search="none")))
 
     def repaired(chosen: Sequence[int], by: Paper) -> list[int]:
-        rows = np.array(chosen, dtype=np.int64)
-        return [int(row) for row in repair(settings, by, pool.candidates, rows)[0]]
+        return with_circles(on, by, pool.candidates, chosen)
 
     greedy, greedy_s, greedy_wall_s = timed(lambda: list(select_greedy(problem).chosen))
     linked, linked_s, linked_wall_s = timed(
@@ -163,6 +166,30 @@ def rivals(on: Ready) -> dict[str, Found]:
         "greedy_circles": judged(on, circles, greedy_s + circles_s, greedy_wall_s + circles_wall_s),
         "paper": judged(on, genes, genes_s, genes_wall_s),
     }
+
+
+def with_circles(on: Ready, paper: Paper, candidates: Candidates, chosen: Sequence[int]) -> list[int]:
+    """A set and what the method paper's repair adds to it."""
+    rows = repair(on.case.settings, paper, candidates, np.array(chosen, dtype=np.int64))[0]
+    return [int(row) for row in rows]
+
+
+def paper_with_search(on: Ready) -> Found:
+    """The paper's whole method: annealing from every candidate, selection from these and what it found, repair."""
+    settings, pool = on.case.settings, on.pool
+    paper = paper_settings(replace(settings, method=Paper(pool="both")))
+
+    def searched_through() -> tuple[Pool, list[int]]:
+        distribution = PointDistribution(on.survey.scene, on.survey.patches, on.engine, distance=paper.f2.distance)
+        both = searched(on.survey, settings, paper, on.engine, distribution, pool.candidates, on.floors)
+        starts = set(map(tuple, pool.candidates.position_m.tolist()))
+        new = [row for row, place in enumerate(both.position_m.tolist()) if tuple(place) not in starts]
+        wide = extended(pool, both.take(np.array(new, dtype=np.int64)), on.survey, settings, on.engine)
+        chosen = select_by_genes(whole_problem(wide), paper, on.engine).tolist()
+        return wide, with_circles(on, paper, wide.candidates, chosen)
+
+    (wide, chosen), cpu_s, wall_s = timed(searched_through)
+    return replace(judged(on, chosen, cpu_s, wall_s, later=wide), candidates=wide.n_candidates)
 
 
 def ours(on: Ready) -> dict[str, Found]:
@@ -234,6 +261,8 @@ def measure(case: Case) -> dict[str, Any] | None:
         return None
     problem = on.whole
     found = {**rivals(on), **ours(on)}
+    if case.search:
+        found["paper_search"] = paper_with_search(on)
     return {
         "state": STATE,
         "group": case.group,
@@ -277,7 +306,7 @@ def run(record: Path, only: Sequence[str], minutes: float) -> dict[str, Any]:
             if case.key in known["rows"]:
                 judge(case, known["rows"][case.key])
     for case in cases():
-        if case.key in known["rows"] or (only and not any(text in case.key for text in only)):
+        if is_done(case, known["rows"]) or (only and not any(text in case.key for text in only)):
             continue
         if time.monotonic() - begin > 60.0 * minutes:
             break
@@ -290,6 +319,11 @@ def run(record: Path, only: Sequence[str], minutes: float) -> dict[str, Any]:
         record.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
         print(told(case.key, row), flush=True)
     return known
+
+
+def is_done(case: Case, rows: dict[str, Any]) -> bool:
+    """Whether the record has all that a row asks for."""
+    return case.key in rows and (not case.search or "paper_search" in rows[case.key]["methods"])
 
 
 def told(key: str, row: dict[str, Any]) -> str:
@@ -314,7 +348,7 @@ def main() -> int:
     minutes = -1.0 if options.page_alone else options.minutes
     known = run(options.record, options.only, minutes)
     if options.write is not None:
-        left = [case.key for case in cases() if case.key not in known["rows"]]
+        left = [case.key for case in cases() if not is_done(case, known["rows"])]
         options.write.write_text(page(known, left, state=STATE), encoding="utf-8")
     return 1 if any(row["broken"] for row in known["rows"].values()) else 0
 

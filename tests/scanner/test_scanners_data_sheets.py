@@ -92,6 +92,22 @@ def test_accuracy_of_the_hdl_64e_is_what_two_simulators_quote() -> None:
     assert "blensor" in scanner.source and "helios" in scanner.source
 
 
+def test_the_nominal_channels_of_the_hdl_64e_are_two_even_blocks() -> None:
+    """+2 to -8.33 at 1/3 degree, -8.83 to -24.33 at 1/2 degree: 32 each, half a degree between the blocks."""
+    scanner = load_scanner("hdl-64e:channels")
+    elevation_deg = np.rad2deg(scanner.elevation_rad)
+    assert (scanner.n_azimuths, elevation_deg.size) == (4500, 64)
+    assert (elevation_deg[0], elevation_deg[31]) == pytest.approx((2.0, -8.33), abs=0.005)
+    assert (elevation_deg[32], elevation_deg[-1]) == pytest.approx((-8.83, -24.33))
+    np.testing.assert_allclose(-np.diff(elevation_deg[:32]), 1 / 3, atol=2e-4)
+    np.testing.assert_allclose(-np.diff(elevation_deg[32:]), 1 / 2, atol=1e-9)
+    assert "unconfirmed" in scanner.title and "A-LOAM" in scanner.source
+    plain = load_scanner("hdl-64e")
+    np.testing.assert_allclose(np.rad2deg(plain.elevation_rad), np.linspace(2.0, -24.9, 64))
+    assert "unconfirmed" not in plain.title
+    assert (scanner.range_max_m, scanner.ranging_accuracy) == (plain.range_max_m, plain.ranging_accuracy)
+
+
 def test_scanners_whose_ranges_are_not_told_to_scatter_are_these() -> None:
     silent = [each.name for each in list_scanners() if each.ranging_accuracy is None]
     assert silent == ["blk360-g2", "pandar64", "x12", "x9"]

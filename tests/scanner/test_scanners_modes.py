@@ -79,7 +79,8 @@ def test_a_default_may_be_a_spacing_and_is_not_needed_for_one_mode(tmp_path: Pat
 
 def test_modes_are_listed_in_the_order_of_the_file(tmp_path: Path) -> None:
     assert [m.id for m in scan_modes(write(tmp_path))] == ["fast", "fine", "near"]
-    assert scan_modes("hdl-64e") == ()
+    assert scan_modes("pandar64") == ()
+    assert [m.id for m in scan_modes("hdl-64e")] == ["channels"]
 
 
 def test_a_file_name_with_a_colon_is_a_file_name(tmp_path: Path) -> None:
@@ -125,7 +126,9 @@ def test_what_is_no_spacing_is_none(name: str) -> None:
     [
         ("rtc360:ultra", "low, medium, high, or a spacing at 10 m such as 6mm"),
         ("rtc360:", "low, medium, high"),
-        ("hdl-64e:6mm", "one resolution alone; use hdl-64e"),
+        ("pandar64:6mm", "one resolution alone; use pandar64"),
+        ("hdl-64e:6mm", "expected channels; pick one, or hdl-64e for its default"),
+        ("hdl-64e:", "expected channels"),
         ("p50:0.8mm", "at most 200000000 beams in all; pick a coarser mode or spacing, such as p50:6mm"),
         ("rtc360:0.001mm", "at most 200000000 beams"),
         ("rtc361:6mm", "got 'rtc361', expected one of blk360-g2, .*rtc360"),
@@ -177,6 +180,7 @@ def test_a_mode_that_is_not_there_is_answered_with_what_to_do(asked: str, told: 
         ({"n_azimuths": 8}, "modes and n_azimuths"),
         ({"azimuth_deg": {"step": 1}}, "modes and azimuth_deg"),
         ({"azimuth_offset_deg": [0]}, "modes and azimuth_offset_deg"),
+        ({"channel_modes": [{"id": "a", "title": "a", "elevation_deg": [1, 0]}]}, "modes and channel_modes"),
         ({"elevation_deg": [10, 0]}, "elevation_deg"),
         ({"elevation_deg": {"first": 90, "last": -60, "step": 1}}, "modes and channels in elevation_deg"),
         ({"elevation_deg": {"first": 90}}, "elevation_deg: got no last"),
@@ -186,6 +190,49 @@ def test_a_mode_that_is_not_there_is_answered_with_what_to_do(asked: str, told: 
     ],
 )
 def test_a_bad_mode_is_named(tmp_path: Path, change: dict[str, object], told: str) -> None:
+    with pytest.raises(RequirementError, match=told) as caught:
+        load_scanner(write(tmp_path, **change))
+    assert len(str(caught.value).splitlines()) == 1
+
+
+BEAMS = {"modes": None, "default_mode": None, "n_azimuths": 8, "elevation_deg": [10, 0, -10]}
+
+
+def table(**change: object) -> dict[str, object]:
+    """A scanner with channels one by one, and with another table of them."""
+    return {**BEAMS, "channel_modes": [{"id": "low", "title": "low", "elevation_deg": [0, -1, -5, -20], **change}]}
+
+
+def test_another_table_of_channels_is_picked_by_its_name(tmp_path: Path) -> None:
+    path = write(tmp_path, **table())
+    plain, low = load_scanner(path), load_scanner(f"{path}:Low")
+    assert (sizes(plain), plain.mode, plain.title) == ((8, 3), "", "My own")
+    assert (sizes(low), low.mode, low.title) == ((8, 4), "low", "My own, low")
+    np.testing.assert_allclose(np.rad2deg(make_template(low).elevation_rad), [0, -1, -5, -20], atol=1e-12)
+    assert is_full_turn(make_template(low))
+    (mode,) = scan_modes(path)
+    assert (mode.elevation_step_rad, grid_of(mode, field_rad=1.0).n_beams) == (None, 32)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (table(id="Low"), r"channel_modes\[0\].id"),
+        (table(id="6mm"), "id 6mm, a spacing"),
+        (table(title=" "), r"channel_modes\[0\].title"),
+        (table(elevation_deg=[]), r"channel_modes\[0\].elevation_deg: got 0 of them"),
+        (table(elevation_deg=[0, 1]), "rising from 0 to 1 at channel 2"),
+        (table(elevation_deg=[1, 0, 0]), "elevation_deg = 0 for channels 2 and 3"),
+        (table(elevation_deg=[91, 0]), r"elevation_deg\[0\]: got 91"),
+        (table(step_deg=1), "unknown entry 'step_deg'"),
+        ({**table(), "n_azimuths": 66_000_000}, "channels in mode low, expected at most 200000000 beams"),
+        ({**table(), "azimuth_offset_deg": [0, 1, 2]}, "channel_modes and azimuth_offset_deg"),
+        ({**table(), "n_azimuths": None, "azimuth_deg": {"step": 1}}, "channel_modes and azimuth_deg"),
+        ({**table(), "channel_modes": 2 * table()["channel_modes"]}, "mode id 'low' twice"),  # type: ignore[operator]
+        ({**table(), "default_mode": "low"}, "default_mode without modes"),
+    ],
+)
+def test_a_bad_table_of_channels_is_named(tmp_path: Path, change: dict[str, object], told: str) -> None:
     with pytest.raises(RequirementError, match=told) as caught:
         load_scanner(write(tmp_path, **change))
     assert len(str(caught.value).splitlines()) == 1

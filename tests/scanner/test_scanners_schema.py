@@ -71,6 +71,11 @@ CHANGES: list[tuple[dict[str, Any], dict[str, Any]]] = [
     (HDL, {"n_azimuths": 1.5}),
     (HDL, {"elevation_deg": {"first": 90, "last": -60}}),
     (HDL, {"elevation_deg": []}),
+    (HDL, {"channel_modes": [{"id": "a", "title": "a"}]}),
+    (HDL, {"channel_modes": [{"id": "A", "title": "a", "elevation_deg": [1, 0]}]}),
+    (HDL, {"channel_modes": [{"id": "a", "title": "a", "elevation_deg": []}]}),
+    (HDL, {"n_azimuths": None, "azimuth_deg": {"step": 1}}),
+    (RTC360, {"channel_modes": [{"id": "a", "title": "a", "elevation_deg": [1, 0]}]}),
 ]
 
 

@@ -1,4 +1,7 @@
-"""Fig. 13, each spatial search with genetic selection after it, on a level of the school -> maps and sets."""
+"""Fig. 13, each spatial search with genetic selection after it, on a level of the school -> maps and sets.
+
+All of it twice: searches guided by F2 of squared distances, as Eq. 2 is printed, and of plain ones, as the text has it.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ from .charts import COLOURS, chart, draw_nothing, draw_walls, label
 from .fig11 import inside
 from .figure import Bench, Outcome, Picture, Verdict, at_native_columns, by_share
 from .levels import Level, open_level
-from .searches import SEARCHES, run_search, sees_nothing_m2
+from .searches import SEARCHES, UNITS, decided, run_search, sees_nothing
 
 FLOOR = 1
 #: The room round the void; the library opens to it by a doorway of 4 m, all others have a door.
@@ -42,16 +45,12 @@ _FACE_M = 0.05
 
 @dataclass(frozen=True)
 class Ground:
-    """What all searches have in common: starts (N, 3), rooms of the level, and patches (P,) of the enclosed ones.
-
-    sees_nothing_m2 : F2 of a station that sees nothing.
-    """
+    """What all searches have in common: starts (N, 3), rooms of the level, and patches (P,) of the enclosed ones."""
 
     level: Level
     starts_m: FloatArray
     rooms: tuple[Room, ...]
     enclosed: BoolArray
-    sees_nothing_m2: float
 
     @property
     def area_m2(self) -> FloatArray:
@@ -61,7 +60,7 @@ class Ground:
 
 @dataclass(frozen=True)
 class Combined:
-    """One search and its selections. Shares are of the achievable area: what all starts and pools see together.
+    """One search and its selections. Shares are of the scannable area: what all starts and pools see together.
 
     index : (M,) agents whose best positions make up the pool, each position once. chosen : indices into the pool, by
     seed of the genetic selection. run : the genetic selection of the first seed. covers, covers_enclosed : shares, by
@@ -95,47 +94,42 @@ def run(bench: Bench) -> Outcome:
     """Search with all three methods from one set of starts, and select from what each finds."""
     ground = _ground(bench)
     settings = SearchSettings(seed=bench.seed, fixed_height=not bench.full, max_iterations=bench.at(20, 60))
-    results: dict[str, SearchResult] = {}
-    for done, name in enumerate(SEARCHES):
-        bench.tell(done, 5, SEARCHES[name])
-        results[name], _ = run_search(bench, name, ground.level, ground.starts_m, settings)
-    bench.tell(3, 5, "select")
-    found = _select(bench, ground, results)
-    bench.tell(4, 5, "draw")
-    pictures = _draw(bench, ground, found)
-    bench.tell(5, 5)
-    facts = {name: _facts(ground, one) for name, one in found.items()}
-    other = {range_m: _share_elsewhere(ground, range_m) for range_m in _RANGES_M}
-    numbers = {
-        "n_starts": len(ground.starts_m),
-        "columns": ground.level.columns,
-        "sees_nothing_m2": ground.sees_nothing_m2,
-        "other_levels_by_range": list(other.items()),
-        **facts,
-    }
-    return Outcome(found=_say(ground, facts, other), agrees=verdict(numbers), pictures=pictures, numbers=numbers)
+    pictures: list[Picture] = []
+    numbers: dict[str, Any] = {"n_starts": len(ground.starts_m), "columns": ground.level.columns}
+    for done, distance in enumerate(UNITS):
+        results: dict[str, SearchResult] = {}
+        for part, name in enumerate(SEARCHES):
+            bench.tell(4 * done + part, 8, f"{SEARCHES[name]}, {distance}")
+            results[name], _ = run_search(bench, name, ground.level, ground.starts_m, settings, distance=distance)
+        bench.tell(4 * done + 3, 8, f"select, {distance}")
+        found = _select(bench, ground, results)
+        nothing = sees_nothing(ground.level, distance=distance)
+        pictures += _draw(bench, ground, found, nothing, distance)
+        numbers[distance] = {"sees_nothing": nothing, **{name: _facts(ground, one) for name, one in found.items()}}
+    bench.tell(8, 8)
+    numbers["other_levels_by_range"] = [(range_m, _share_elsewhere(ground, range_m)) for range_m in _RANGES_M]
+    return Outcome(found=_say(ground, numbers), agrees=verdict(numbers), pictures=tuple(pictures), numbers=numbers)
 
 
 def verdict(numbers: Mapping[str, Any]) -> Verdict:
-    """`agreement` of a run at native columns."""
-    return at_native_columns(numbers, lambda: agreement({name: numbers[name] for name in SEARCHES}))
+    """Whether medians by search, guided by squared distances, bear the paper out; see `findings`."""
+    return at_native_columns(numbers, lambda: by_share(findings(numbers["squared"]).values()))
 
 
-def agreement(facts: Mapping[str, Mapping[str, Any]]) -> Verdict:
-    """Whether medians by search bear the paper out.
+def findings(facts: Mapping[str, Any]) -> dict[str, bool]:
+    """The paper's sentences, and whether medians by search bear them out.
 
     Tabu search needs the fewest stations, has more of them in the main room than the others, and covers less of the
     enclosed rooms; annealing has stations in more small rooms than local search.
     """
     ls, sa, ts = (facts[name] for name in SEARCHES)
-    return by_share(
-        (
-            ts["stations"] < min(ls["stations"], sa["stations"]),
-            ts["stations_in_main"] > max(ls["stations_in_main"], sa["stations_in_main"]),
-            ts["covers_enclosed"] < min(ls["covers_enclosed"], sa["covers_enclosed"]),
-            sa["small_rooms"] > ls["small_rooms"],
-        )
-    )
+    return {
+        "that tabu search needs fewest stations": ts["stations"] < min(ls["stations"], sa["stations"]),
+        "that they are in the main room": ts["stations_in_main"] > max(ls["stations_in_main"], sa["stations_in_main"]),
+        "that they cover enclosed rooms worse": ts["covers_enclosed"]
+        < min(ls["covers_enclosed"], sa["covers_enclosed"]),
+        "that annealing reaches more small rooms": sa["small_rooms"] > ls["small_rooms"],
+    }
 
 
 def rooms_of(rooms: Sequence[Room], position_m: FloatArray) -> dict[str, int]:
@@ -180,7 +174,7 @@ def _ground(bench: Bench) -> Ground:
     rooms = tuple(room for room in school.rooms if room.storey == FLOOR)
     middle_m = patch_triangles(level.survey.scene, level.survey.patches).mean(axis=1)
     enclosed = in_rooms([room for room in rooms if room.name not in _OPEN], middle_m)
-    return Ground(level, level.candidates(n_halvings=0).position_m, rooms, enclosed, sees_nothing_m2(level))
+    return Ground(level, level.candidates(n_halvings=0).position_m, rooms, enclosed)
 
 
 def _select(bench: Bench, ground: Ground, results: dict[str, SearchResult]) -> dict[str, Combined]:
@@ -267,7 +261,7 @@ def _facts(ground: Ground, one: Combined) -> dict[str, Any]:
         "small_rooms": float(np.median([sum(by[name] > 0 for name in SMALL) for by in by_room])),
         "pool_small_rooms": sum(in_pool[name] > 0 for name in SMALL),
         "median_f1": float(np.median(worth_f1[one.chosen[0]])),
-        "median_f2_m2": float(np.median(worth_f2[one.chosen[0]])),
+        "median_f2": float(np.median(worth_f2[one.chosen[0]])),
     }
 
 
@@ -279,17 +273,27 @@ def _share_elsewhere(ground: Ground, range_m: float) -> float:
     return float(ground.area_m2[seen & ~ground.level.patches_of_level()].sum() / ground.area_m2[seen].sum())
 
 
-def _draw(bench: Bench, ground: Ground, found: dict[str, Combined]) -> tuple[Picture, ...]:
-    shows = "Stations of local search, annealing and tabu search with genetic selection; the sets by generation; F1, F2"
-    with chart(bench, "fig13.png", shows, columns=3, rows=3, size_in=(4.3, 3.1)) as (_, axes, drawn):
+#: Pictures by the distance that guided the searches, and what to call it.
+_FILES = {"squared": ("fig13.png", "squared"), "euclidean": ("fig13-plain.png", "plain")}
+
+
+def _draw(
+    bench: Bench, ground: Ground, found: dict[str, Combined], nothing: float, distance: str
+) -> tuple[Picture, ...]:
+    (file, called), unit = _FILES[distance], UNITS[distance]
+    shows = (
+        "Stations of local search, annealing and tabu search with genetic selection; the sets by generation; F1, F2 of "
+        f"{called} distances"
+    )
+    with chart(bench, file, shows, columns=3, rows=3, size_in=(4.3, 3.1)) as (_, axes, drawn):
         walls = ground.level.walls_m()
         for row, (name, one) in enumerate(found.items()):
             _draw_map(axes[3 * row], ground, one, walls)
             title = f"{name.upper()} + GA: {one.n_stations[0]} stations of {len(one.index)}"
             axes[3 * row].set_title(title, fontsize=9, loc="left")
             _draw_generations(axes[3 * row + 1], one)
-            _draw_worth(axes[3 * row + 2], one)
-            draw_nothing(axes[3 * row + 2], ground.sees_nothing_m2)
+            _draw_worth(axes[3 * row + 2], one, unit)
+            draw_nothing(axes[3 * row + 2], nothing, unit=unit)
         handles, names = axes[0].get_legend_handles_labels()
         axes[0].legend(
             handles, names, fontsize=7, frameon=False, ncols=3, loc="upper center", bbox_to_anchor=(0.5, 0.02)
@@ -331,11 +335,11 @@ def _draw_generations(axes: Any, one: Combined) -> None:
     covered = one.run.covered_by_iteration / one.run.covered_by_iteration[-1] * one.covers[0]
     twin.plot(100 * covered, color=COLOURS[0])
     twin.set_ylim(0, 105)
-    twin.set_ylabel("covered, % of achievable", fontsize=8, color=COLOURS[0])
+    twin.set_ylabel("covered, % of scannable", fontsize=8, color=COLOURS[0])
     twin.tick_params(labelsize=8)
 
 
-def _draw_worth(axes: Any, one: Combined) -> None:
+def _draw_worth(axes: Any, one: Combined, unit: str) -> None:
     valid = np.isfinite(one.result.history.f2[0])
     f1, f2 = one.result.f1[one.index], one.result.f2[one.index]
     axes.plot(
@@ -351,10 +355,26 @@ def _draw_worth(axes: Any, one: Combined) -> None:
         markeredgecolor="white",
         markeredgewidth=0.4,
     )
-    label(axes, "Positions", "F1, patches", "F2, m2")
+    label(axes, "Positions", "F1, patches", f"F2, {unit}")
 
 
-def _say(ground: Ground, facts: dict[str, dict[str, Any]], other: dict[float, float]) -> str:
+def _say(ground: Ground, numbers: Mapping[str, Any]) -> str:
+    squared, plain = numbers["squared"], numbers["euclidean"]
+    (near, near_share), (far, far_share) = numbers["other_levels_by_range"]
+    of_squared, of_plain = findings(squared), findings(plain)
+    same = by_share(of_squared.values()) == by_share(of_plain.values())
+    return (
+        f"all in the order local search, annealing, tabu search, medians over {len(squared['ts']['stations_by_seed'])} "
+        f"seeds of the genetic selection, which takes the fewest stations for {100 * COVERAGE:.0f} % of what the pool "
+        f"sees. From {len(ground.starts_m)} starts on {ground.level.floor.name} of the school, with squared distances "
+        f"as Eq. 2 prints them, {_say_of(ground, squared, 'm2')} With plain distances, as the text has it, "
+        f"{_say_of(ground, plain, 'm')} {decided(of_squared, of_plain, same_verdict=same)} Of what the starts see, "
+        f"{100 * near_share:.1f} % belongs to other levels at a range of {near:g} m, {100 * far_share:.1f} % if it "
+        f"were {far:g} m."
+    )
+
+
+def _say_of(ground: Ground, facts: Mapping[str, Any], unit: str) -> str:
     def each(key: str, scale: float = 1.0, digits: int = 0) -> str:
         ls, sa, ts = (f"{scale * facts[name][key]:.{digits}f}" for name in SEARCHES)
         return f"{ls}, {sa} and {ts}"
@@ -363,26 +383,20 @@ def _say(ground: Ground, facts: dict[str, dict[str, Any]], other: dict[float, fl
         ls, sa, ts = (span(facts[name][key]) for name in SEARCHES)
         return f"{ls}, {sa} and {ts}"
 
-    near, far = other
     ts = facts["ts"]
     most = sorted(ts["pool_by_room"].items(), key=lambda item: -item[1])[:_N_CROWDED]
     crowded = ", ".join(f"{name} ({number} of {ts['pool']})" for name, number in most)
     return (
-        f"all in the order local search, annealing, tabu search, medians over {len(ts['stations_by_seed'])} seeds of "
-        f"the genetic selection, which takes the fewest stations for {100 * COVERAGE:.0f} % of what the pool sees. "
-        f"From {len(ground.starts_m)} starts on {ground.level.floor.name} of the school, the pools see "
-        f"{each('pool_share', 100)} % of the achievable area (all starts and pools together), and of its part in "
-        f"enclosed rooms {each('pool_share_of_enclosed', 100)} %. {each('stations')} stations are selected (over the "
-        f"seeds {spans('stations_by_seed')}; a greedy choice needs {each('stations_greedy')}), which cover "
-        f"{each('covers', 100)} % of the achievable area and {each('covers_enclosed', 100)} % of that in enclosed "
-        f"rooms. Of {len(ground.rooms)} rooms, {each('rooms')} have a station; of the {len(SMALL)} small ones in the "
-        f"west, {each('small_rooms')}. In the main room, the gallery, are {each('pool_in_main', 100)} % of the "
-        f"improved positions and {each('stations_in_main', 100)} % of the stations; tabu search gathers in {crowded}. "
-        f"Median F2 of the stations: {each('median_f2_m2', 1.0, 1)} m2 (a station that sees nothing: "
-        f"{ground.sees_nothing_m2:.1f}), F1 {each('median_f1')} patches. With Eq. 9, "
-        f"the same genetic selection ends with {spans('stations_eq9_by_seed')} stations, which cover "
-        f"{each('eq9_covers', 100)} %. Of what the starts see, {100 * other[near]:.1f} % belongs to other levels at a "
-        f"range of {near:g} m, {100 * other[far]:.1f} % if it were {far:g} m."
+        f"the pools see {each('pool_share', 100)} % of the scannable area (all starts and these pools together), and "
+        f"of its part in enclosed rooms {each('pool_share_of_enclosed', 100)} %. {each('stations')} stations are "
+        f"selected (over the seeds {spans('stations_by_seed')}; a greedy choice needs {each('stations_greedy')}), "
+        f"which cover {each('covers', 100)} % of the scannable area and {each('covers_enclosed', 100)} % of that in "
+        f"enclosed rooms. Of {len(ground.rooms)} rooms, {each('rooms')} have a station; of the {len(SMALL)} small "
+        f"ones in the west, {each('small_rooms')}. In the main room, the gallery, are {each('pool_in_main', 100)} % of "
+        f"the improved positions and {each('stations_in_main', 100)} % of the stations; tabu search gathers in "
+        f"{crowded}. Median F2 of the stations: {each('median_f2', 1.0, 1)} {unit} (a station that sees nothing: "
+        f"{facts['sees_nothing']:.1f}), F1 {each('median_f1')} patches. With Eq. 9, the same genetic selection ends "
+        f"with {spans('stations_eq9_by_seed')} stations, which cover {each('eq9_covers', 100)} %."
     )
 
 

@@ -84,6 +84,7 @@ FIGURES: tuple[Figure, ...] = (
         fig12.run,
         "starts of a grid of 3.5 m at one height instead of 0.5 m at all; scans have their 4500 columns",
         verdict=fig12.verdict,
+        revision=2,
     ),
     Figure(
         "fig13",
@@ -95,6 +96,7 @@ FIGURES: tuple[Figure, ...] = (
         "starts of a grid of 5 m at one height instead of 0.5 m at all, 20 iterations of the searches instead of 60 "
         "and 5 seeds of the selection instead of 20; scans have their 4500 columns",
         verdict=fig13.verdict,
+        revision=2,
     ),
     Figure(
         "fig14",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from planner_core.model import FloatArray
@@ -16,22 +18,33 @@ from .levels import Level
 SEARCHES = {"ls": "local search", "sa": "simulated annealing", "ts": "tabu search"}
 
 
-def fitness_of(level: Level) -> StationFitness:
+#: Units of F2 by the distance that it takes: as Eq. 2 is printed, and as the text has it.
+UNITS = {"squared": "m2", "euclidean": "m"}
+
+
+def fitness_of(level: Level, *, distance: str = "squared") -> StationFitness:
     """Return what searches on the level are guided by; it counts its scans."""
-    distribution = PointDistribution(level.survey.scene, level.survey.patches, level.engine)
+    distribution = PointDistribution(level.survey.scene, level.survey.patches, level.engine, distance=distance)
     return StationFitness(level.survey, level.settings, level.engine, distribution, floor=level.index)
 
 
-def sees_nothing_m2(level: Level) -> float:
+def sees_nothing(level: Level, *, distance: str = "squared") -> float:
     """F2 of a station that sees nothing: the sum of all references."""
-    return PointDistribution(level.survey.scene, level.survey.patches, level.engine).reference_total_m2
+    judge = PointDistribution(level.survey.scene, level.survey.patches, level.engine, distance=distance)
+    return judge.reference_total_m2
 
 
 def run_search(
-    bench: Bench, name: str, level: Level, starts_m: FloatArray, settings: SearchSettings
+    bench: Bench,
+    name: str,
+    level: Level,
+    starts_m: FloatArray,
+    settings: SearchSettings,
+    *,
+    distance: str = "squared",
 ) -> tuple[SearchResult, StationFitness]:
     """Search from the starts, with a fitness of its own so that scans are counted anew."""
-    fitness = fitness_of(level)
+    fitness = fitness_of(level, distance=distance)
     return search(name, starts_m, fitness, settings, bounds_m=fitness.bounds_m, progress=bench.progress), fitness
 
 
@@ -44,3 +57,15 @@ def gain(result: SearchResult) -> FloatArray:
     """(N,) how much each agent that started at a valid position lowered its F2, m2."""
     start = result.history.f2[0]
     return np.asarray(start[np.isfinite(start)] - result.f2[np.isfinite(start)])
+
+
+def decided(squared: Mapping[str, bool], euclidean: Mapping[str, bool], *, same_verdict: bool) -> str:
+    """Say what the choice of distance decides, of findings of the paper that hold or not with either."""
+    verdict = "does not decide" if same_verdict else "decides"
+    differ = [
+        f"{name} ({'squared' if holds else 'plain'} alone)"
+        for name, holds in squared.items()
+        if holds != euclidean[name]
+    ]
+    of_findings = "; ".join(differ) if differ else f"none of the {len(squared)} findings"
+    return f"The choice of distance {verdict} this verdict, and decides {of_findings}."

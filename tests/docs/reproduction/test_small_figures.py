@@ -86,9 +86,14 @@ def test_figure_12_tells_where_searches_end(tmp_path: Path) -> None:
         patch.setattr(of_searches, "search", short)
         outcome = ran(fig12, tmp_path, open_level=shrunk(5.0))
     numbers = outcome.numbers
-    assert set(numbers["median_triangles_near"]) == set(of_searches.SEARCHES)
-    assert min(numbers["mean_gain_m2"].values()) >= 0
-    assert max(numbers["kept"].values()) <= numbers["n_starts"]
+    for distance in of_searches.UNITS:
+        facts = numbers[distance]
+        assert set(facts["median_triangles_near"]) == set(of_searches.SEARCHES)
+        assert min(facts["mean_gain"].values()) >= 0
+        assert max(facts["kept"].values()) <= numbers["n_starts"]
+    squared, plain = (numbers[distance]["sees_nothing"] for distance in of_searches.UNITS)
+    assert plain > 0 < squared != plain  # in metres, and in square metres
+    assert "The choice of distance" in outcome.found
     assert f"from {numbers['n_starts']} starts" in outcome.found
     assert outcome.agrees == "not comparable"
 

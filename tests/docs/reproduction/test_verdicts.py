@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from paper_figures import eq9, fig12, fig14, fig16
+from paper_figures import eq9, fig12, fig14, fig16, searches
 from paper_figures.figure import Figure
 from paper_figures.figures import FIGURES
 
@@ -69,16 +69,21 @@ MADE_UP: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, Any]]] = {
         {
             "columns": HDL,
             "most_iterations": 60,
-            "mean_iterations": by_search(moved, 59, 60),
-            "mean_gain_m2": by_search(1.0, sa, ts),
-            "mean_f1": by_search(100, 110, f1),
-            "median_triangles_near": by_search(50, 60, near),
-            "kept": by_search(40, 41, 20),
+            "squared": {
+                "mean_iterations": by_search(moved, 59, 60),
+                "mean_gain": by_search(1.0, sa, ts),
+                "mean_f1": by_search(100, 110, f1),
+                "median_triangles_near": by_search(50, 60, near),
+                "kept": by_search(40, 41, 20),
+            },
         }
         for moved, sa, ts, f1, near in ((3, 2.0, 9.0, 105, 200), (50, 0.5, 0.7, 150, 30), (3, 2.0, 9.0, 105, 30))
     ),
     "fig13": tuple(
-        {"columns": HDL, "ls": stations(60, 0.3, 0.9, 1), "sa": stations(62, 0.3, 0.9, sa), "ts": stations(*ts)}
+        {
+            "columns": HDL,
+            "squared": {"ls": stations(60, 0.3, 0.9, 1), "sa": stations(62, 0.3, 0.9, sa), "ts": stations(*ts)},
+        }
         for sa, ts in ((3, (40, 0.6, 0.5, 0)), (1, (70, 0.1, 0.95, 3)), (1, (40, 0.1, 0.95, 3)))
     ),
     "fig14": tuple(
@@ -150,15 +155,31 @@ def test_figure_16_is_not_tested_without_a_gpu(kind: str | None) -> None:
     ("change", "value"),
     [
         ("mean_iterations", by_search(40, 59, 60)),
-        ("mean_gain_m2", by_search(3.0, 2.0, 9.0)),
-        ("mean_gain_m2", by_search(1.0, 2.0, 1.5)),
+        ("mean_gain", by_search(3.0, 2.0, 9.0)),
+        ("mean_gain", by_search(1.0, 2.0, 1.5)),
         ("mean_f1", by_search(100, 110, 120)),
         ("median_triangles_near", by_search(50, 60, 55)),
         ("kept", by_search(40, 41, 45)),
     ],
 )
 def test_figure_12_agrees_only_where_every_sentence_holds(change: str, value: dict[str, float]) -> None:
-    assert fig12.verdict({**MADE_UP["fig12"][0], change: value}) == "partly"
+    numbers = MADE_UP["fig12"][0]
+    changed = {**numbers["squared"], change: value}
+    assert fig12.verdict({**numbers, "squared": changed}) == "partly"
+    holds = fig12.findings(changed, most_iterations=60)
+    assert list(holds.values()).count(False) == 1
+
+
+def test_what_the_choice_of_distance_decides_is_said() -> None:
+    squared = {"that it is low": True, "that it is near": False, "that it is short": True}
+    plain = {"that it is low": False, "that it is near": True, "that it is short": True}
+    told = searches.decided(squared, plain, same_verdict=False)
+    assert told == (
+        "The choice of distance decides this verdict, and decides that it is low (squared alone); that it is near "
+        "(plain alone)."
+    )
+    same = searches.decided(squared, squared, same_verdict=True)
+    assert same == "The choice of distance does not decide this verdict, and decides none of the 3 findings."
 
 
 def test_figure_14_counts_true_overlap_as_sets_of_patches_do() -> None:
