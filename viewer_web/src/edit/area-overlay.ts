@@ -15,7 +15,16 @@ import {
 } from 'three';
 import type { Place } from './ground-map.ts';
 
-export type AreaKind = 'keep_out' | 'priority' | 'forbidden' | 'ground' | 'not_ground' | 'drawing';
+export type AreaKind =
+  | 'keep_out'
+  | 'priority'
+  | 'forbidden'
+  | 'ground'
+  | 'not_ground'
+  | 'entrance'
+  | 'door_open'
+  | 'door_shut'
+  | 'drawing';
 
 const COLOURS: Readonly<Record<AreaKind, string>> = {
   keep_out: '#c2453a',
@@ -23,6 +32,9 @@ const COLOURS: Readonly<Record<AreaKind, string>> = {
   forbidden: '#c2453a',
   ground: '#2e9e5b',
   not_ground: '#a03a8e',
+  entrance: '#0b7f8c',
+  door_open: '#2e9e5b',
+  door_shut: '#8a4b20',
   drawing: '#d08a00',
 };
 /** Above the floor, so that neither hides the other. */
