@@ -32,7 +32,7 @@ const COLOURS: Readonly<Record<AreaKind, string>> = {
   forbidden: '#c2453a',
   ground: '#2e9e5b',
   not_ground: '#a03a8e',
-  entrance: '#0b7f8c',
+  entrance: '#f5c518',
   door_open: '#2e9e5b',
   door_shut: '#8a4b20',
   drawing: '#d08a00',
@@ -40,6 +40,8 @@ const COLOURS: Readonly<Record<AreaKind, string>> = {
 /** Above the floor, so that neither hides the other. */
 const ABOVE_M = 0.03;
 const FILL_OPACITY = 0.28;
+/** An entrance is small, and nothing below it is of interest. */
+const ENTRANCE_OPACITY = 0.9;
 /** A band along the rim of marked ground: so wide, and clearly drawn. */
 const RIM_M = 0.08;
 const RIM_OPACITY = 0.85;
@@ -107,7 +109,8 @@ function objectsOf({ kind, heightM, outline, cornersM, isOpen = false, isRimAlon
   const geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(flat, 3));
   const material = new LineBasicMaterial({ color, depthTest: false, transparent: true });
   const rim = isOpen ? new Line(geometry, material) : new LineLoop(geometry, material);
-  return isOpen ? [rim] : [fill(filled(outline, heightM)), rim];
+  const opacity = kind === 'entrance' ? ENTRANCE_OPACITY : FILL_OPACITY;
+  return isOpen ? [rim] : [fill(filled(outline, heightM), opacity), rim];
 }
 
 /** Triangles (L, 9) of a band along the edges that only one of triangles (T, 9) has, on the inner side of each. */
