@@ -23,6 +23,7 @@ export const ENTRANCE_WORDS = {
   doorMarked: (state: DoorState): string => `Door marked as ${state}`,
   doorAsPlanned: 'Door as planned again',
   doorDetail: (floor: string): string => `in the next plan, ${floor}`,
+  otherDoors: 'Other doors are open in the two plans: figures are compared, not what is seen of each surface.',
   doorsNote: 'Live figures take doors as planned until you plan again.',
 } as const;
 
