@@ -42,6 +42,8 @@ def load(scenes: Sequence[Path], reading: FileOptions, *, progress: Progress) ->
             skip_bad_faces=reading.skip_bad_faces,
             glass=Glass(reading.glass),
             doors=Doors(reading.doors),
+            doors_open=tuple(reading.doors_open),
+            doors_shut=tuple(reading.doors_shut),
             leave_out=tuple(reading.leave_out),
         )
         for unit, up in zip(units, ups, strict=True)

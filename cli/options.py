@@ -111,6 +111,14 @@ doors_option = click.option(
     help="State of doors during scanning, for files that mark doors (IFC). open: interior doors open, exterior doors "
     "shut; shut: all shut; all: all open. Leaves of open doors are left out, frames stay.",
 )  # fmt: skip
+door_open_option = click.option(
+    "--door-open", "doors_open", multiple=True, metavar="GLOBALID",
+    help="This door (its IFC GlobalId) is open, whatever --doors says; may be repeated.",
+)  # fmt: skip
+door_shut_option = click.option(
+    "--door-shut", "doors_shut", multiple=True, metavar="GLOBALID",
+    help="This door (its IFC GlobalId) is shut, whatever --doors says; may be repeated.",
+)  # fmt: skip
 engine_option = click.option(
     "--engine", type=click.Choice(["auto", "opencl", "open3d"]), default="auto", show_default=True,
     help="Scan engine. auto: OpenCL, or Open3D with a warning if no OpenCL device is usable.",
@@ -342,6 +350,8 @@ class FileOptions:
     skip_bad_faces: bool = False
     glass: str = "stop"
     doors: str = "open"
+    doors_open: tuple[str, ...] = ()
+    doors_shut: tuple[str, ...] = ()
     leave_out: tuple[str, ...] = ()
 
 
@@ -419,6 +429,8 @@ scene_options = _gathered(
     skip_bad_faces_option,
     glass_option,
     doors_option,
+    door_open_option,
+    door_shut_option,
     leave_out_option,
 )
 requirement_options = _gathered(

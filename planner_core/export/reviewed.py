@@ -73,13 +73,13 @@ def export_reviewed(
     planned, review = store.plan(), store.current()
     plan = open_plan(folder, scene=scene)
     edited = edited_stations(planned, review)
-    if not edited:
+    if not (edited or (name in TELLS_FIGURES and review.entrances)):
         return export_plan(name, plan, target, OFFERED[name], progress=progress).remarks
     stations = reviewed_stations(planned, review)
     if not stations:
         raise ExportError(f"{name}: the review took all stations out, expected at least one; restore some first")
     if name in TELLS_FIGURES:
-        return _of_evaluated(name, plan, stations, target, progress)
+        return _of_evaluated(name, plan, stations, review, target, progress)
     remarks = export_plan(
         name, reviewed_source(plan, stations, edited), target, OFFERED[name], progress=progress
     ).remarks
@@ -145,15 +145,21 @@ def _what_no_longer_holds(name: str, edited: Sequence[str]) -> str:
 
 
 def _of_evaluated(
-    name: str, plan: PlanSource, stations: Sequence[ReviewedStation], target: Path, progress: Progress
+    name: str,
+    plan: PlanSource,
+    stations: Sequence[ReviewedStation],
+    review: Review,
+    target: Path,
+    progress: Progress,
 ) -> tuple[str, ...]:
-    """Export the stations as a plan folder of their own, with all figures of theirs."""
+    """Export the stations as a plan folder of their own, its figures and its route from the review's entrance."""
     if not plan.has_scene():
         try:
             plan.scene_paths()
         except ExportError as error:
             raise ExportError(
-                f"{name}: figures of edited stations are computed from the scene, which is not there: {error}"
+                f"{name}: figures of edited stations, and routes from other entrances, are computed from the "
+                f"scene, which is not there: {error}"
             ) from error
     from planner_core.engine.scan_engine import open_engine
     from planner_core.plan_folder.folder import write_plan_folder
@@ -165,7 +171,9 @@ def _of_evaluated(
     given = [
         GivenStation(each.id, np.array(each.position_m), each.instrument_height_m, each.floor) for each in stations
     ]
-    evaluated = evaluate_survey(survey, settings_of(plan.document), given, engine, progress=progress)
+    settings = settings_of(plan.document)
+    settings = replace(settings, site=settings.site.entered_at(review.entrances_m))
+    evaluated = evaluate_survey(survey, settings, given, engine, progress=progress)
     with tempfile.TemporaryDirectory(prefix="tlsplan-reviewed-") as made:
         folder = Path(made) / (plan.folder.name or "plan")
         write_plan_folder(_in_visiting_order(evaluated, stations), folder, engine=engine, progress=progress)

@@ -47,6 +47,7 @@ from planner_core.model.results import (
 )
 from planner_core.model.review import (
     Comment,
+    Entrance,
     ForbiddenPlace,
     PlanUnderReview,
     Review,
@@ -89,6 +90,7 @@ __all__ = [
     "CurveStep",
     "Doors",
     "Element",
+    "Entrance",
     "F2Settings",
     "FieldTime",
     "Float32Array",

@@ -18,6 +18,7 @@ Point = tuple[float, float, float]
 
 ZONE_KINDS = ("keep_out", "priority")
 VERDICTS = ("accepted", "rejected")
+DOOR_STATES = ("open", "shut")
 
 MOST_OBJECTS = 10_000
 """Of all kinds together: more than anybody reviews, and still written in a second."""
@@ -105,6 +106,20 @@ class Zone:
 
 
 @dataclass(frozen=True)
+class Entrance:
+    """Where the crew enters: a point on the ground of a floor. id : empty until it is in a review. floor : id."""
+
+    id: str
+    position_m: Point
+    floor: str
+
+    def __post_init__(self) -> None:
+        if self.id:
+            check_id(self.id)
+        check_point("position", self.position_m)
+
+
+@dataclass(frozen=True)
 class Comment:
     """A remark. target : a station's id, an element's index in the scene, or None: the plan. position_m : its pin."""
 
@@ -178,7 +193,8 @@ class Review:
     """Everything that reviewers changed, by id.
 
     revision : how often something was; 0: never. touched : of every object that ever was, also of removed ones; their
-    names are `station:S001`, `zone:Z001`, `forbidden:P001`, `pick:G001`, `comment:C001`, `verdict:S001`, `sign_off`.
+    names are `station:S001`, `zone:Z001`, `forbidden:P001`, `pick:G001`, `entrance:E001`, `door:GLOBALID`,
+    `comment:C001`, `verdict:S001`, `sign_off`. doors : one of `DOOR_STATES` by the source's id of the element.
     """
 
     revision: int = 0
@@ -186,6 +202,8 @@ class Review:
     forbidden: Mapping[str, ForbiddenPlace] = field(default_factory=dict)
     zones: Mapping[str, Zone] = field(default_factory=dict)
     ground_picks: Mapping[str, GroundPick] = field(default_factory=dict)
+    entrances: Mapping[str, Entrance] = field(default_factory=dict)
+    doors: Mapping[str, str] = field(default_factory=dict)
     comments: Mapping[str, Comment] = field(default_factory=dict)
     verdicts: Mapping[str, Verdict] = field(default_factory=dict)
     sign_off: SignOff | None = None
@@ -194,8 +212,14 @@ class Review:
     @property
     def n_objects(self) -> int:
         """How many things the review holds, of all kinds."""
-        kinds = (self.stations, self.forbidden, self.zones, self.ground_picks, self.comments, self.verdicts)
-        return sum(len(kind) for kind in kinds)
+        drawn = (self.forbidden, self.zones, self.ground_picks, self.entrances, self.doors)
+        return sum(len(kind) for kind in (self.stations, *drawn, self.comments, self.verdicts))
+
+    @property
+    def entrances_m(self) -> tuple[Point, ...]:
+        """Where the entrances are, in the order in which they were set: the route begins at the first."""
+        in_order = sorted(self.entrances.items(), key=lambda item: (len(item[0]), item[0]))
+        return tuple(entrance.position_m for _, entrance in in_order)
 
 
 @dataclass(frozen=True)
@@ -234,6 +258,12 @@ class PlanUnderReview:
     def station(self, station_id: str) -> ReviewedStation | None:
         """The plan's station of this id; None where it has none."""
         return next((station for station in self.stations if station.id == station_id), None)
+
+
+def check_door_state(state: str | None) -> None:
+    """Refuse what no door can be; None, nothing is said of it, can. Raises `ReviewError`."""
+    if state is not None and state not in DOOR_STATES:
+        raise ReviewError(f"door: state is {state[:40]!r}, expected one of {', '.join(DOOR_STATES)}")
 
 
 def check_id(text: str) -> None:

@@ -31,6 +31,9 @@ class SceneSource:
     """What the user said that glass does: `pass`, `stop` or `return`, see `Optics`."""
     doors: str = "shut"
     """What the user said of doors: `shut`, as modelled; without their leaves those indoors, `open`, or `all`."""
+    doors_open: tuple[str, ...] = ()
+    """GlobalIds of doors that the user said are open, whatever `doors` says; so with the next."""
+    doors_shut: tuple[str, ...] = ()
     leave_out: tuple[str, ...] = ()
     """Classes, or patterns of names, whose elements the user left out of the scene."""
     told_metres_per_unit: float | None = None

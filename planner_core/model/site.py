@@ -5,7 +5,7 @@ SCENE frame, metres: what a user says. Stages bring it to the local frame.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from planner_core.errors import RequirementError
 from planner_core.model.choices import Role, one_of
@@ -74,6 +74,12 @@ class Site:
     """The route ends where it began."""
     ground_picks: tuple[GroundPick, ...] = ()
     """In the order they were made: a later one has the last word."""
+
+    def entered_at(self, places_m: tuple[tuple[float, float, float], ...]) -> Site:
+        """Return the site with entrances before its own: the route begins at the first of them. Without: as it is."""
+        if not places_m:
+            return self
+        return replace(self, entrances_m=(*places_m, *self.entrances_m), start_m=None)
 
     def __post_init__(self) -> None:
         if self.returns and self.end_m is not None:

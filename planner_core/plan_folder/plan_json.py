@@ -239,6 +239,8 @@ def _load_options(source: SceneSource) -> LoadOptions:
         skip_bad_faces=source.skip_bad_faces,
         glass=Glass(source.glass),
         doors=Doors(source.doors),
+        doors_open=source.doors_open,
+        doors_shut=source.doors_shut,
         leave_out=source.leave_out,
     )
 

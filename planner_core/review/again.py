@@ -11,6 +11,8 @@ forbidden place        no station within its radius
 keep-out zone          nobody goes there
 priority zone          a requirement of its own: what is asked of all, with the zone's coverage
 ground pick            surfaces that are ground, or are not
+entrance               before those of the plan; the route begins at the first
+door                   open or shut, whatever it was
 =====================  ===============================================================================================
 
 Scanned stations stay as they are. What was locked or kept in the earlier plan is so as far as the review leaves it.
@@ -28,6 +30,7 @@ from planner_core.model.requirements import PartRequirement, Requirements
 from planner_core.model.review import ForbiddenPlace, PlanUnderReview, Review, ReviewedStation, Zone
 from planner_core.model.site import KeepOut, PriorStation, Site
 from planner_core.review.stations import reviewed_stations
+from planner_core.scene.load import LoadOptions
 
 REJECTED_RADIUS_M = 0.5
 """About the grid's step: the next spot over is another station."""
@@ -55,11 +58,25 @@ def settings_with_review(settings: PlanSettings, review: Review, plan: PlanUnder
     )
 
 
+def load_options_with_review(options: LoadOptions, review: Review) -> LoadOptions:
+    """Return the options to load the scene with again: doors as reviewers said, others as they were."""
+    if not review.doors:
+        return options
+
+    def those(state: str, before: tuple[str, ...]) -> tuple[str, ...]:
+        said = {door for door, now in review.doors.items() if now == state}
+        return tuple(sorted(said | (set(before) - review.doors.keys())))
+
+    return dataclasses.replace(
+        options, doors_open=those("open", options.doors_open), doors_shut=those("shut", options.doors_shut)
+    )
+
+
 def _site(site: Site, review: Review, plan: PlanUnderReview) -> Site:
     before = (station for station in site.prior if station.role in (Role.SCANNED, Role.FORBIDDEN))
     keep_outs = (_keep_out(zone) for zone in _in_order(review) if zone.kind == "keep_out")
     return dataclasses.replace(
-        site,
+        site.entered_at(review.entrances_m),
         prior=(*before, *_prior(review, plan), *_forbidden(review, plan)),
         keep_out=(*site.keep_out, *keep_outs),
         ground_picks=(

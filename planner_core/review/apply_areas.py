@@ -1,4 +1,4 @@
-"""Changes of places, zones and ground picks: each returns the changed review, and the change that takes it back."""
+"""Changes of places, zones, ground picks, entrances, doors: each returns the changed review and what takes it back."""
 
 from __future__ import annotations
 
@@ -9,10 +9,18 @@ from collections.abc import Iterable
 import numpy as np
 
 from planner_core.errors import ReviewError
-from planner_core.model.review import ForbiddenPlace, Review, ReviewedStation, Zone
+from planner_core.model.review import (
+    ForbiddenPlace,
+    Review,
+    ReviewedStation,
+    Zone,
+    check_door_state,
+    check_line,
+)
 from planner_core.model.site import GroundPick
 from planner_core.positions.outlines import area_of_outline_m2, crossing_sides
 from planner_core.review.changes import (
+    AddEntrance,
     AddZone,
     Allow,
     Applied,
@@ -20,7 +28,9 @@ from planner_core.review.changes import (
     Context,
     Forbid,
     PickGround,
+    RemoveEntrance,
     RemoveZone,
+    SetDoor,
     UnpickGround,
 )
 from planner_core.review.rules import DIGITS, checked_floor, free_id, present, rounded_m, with_new, without
@@ -117,3 +127,34 @@ def unpick_ground(review: Review, change: UnpickGround, context: Context) -> App
     pick = present("ground pick", review.ground_picks, change.id)
     picks = without(review.ground_picks, change.id)
     return Applied(dataclasses.replace(review, ground_picks=picks), PickGround(pick, change.id), f"pick:{change.id}")
+
+
+def add_entrance(review: Review, change: AddEntrance, context: Context) -> Applied:
+    """See `changes.AddEntrance`."""
+    entrance = dataclasses.replace(
+        change.entrance,
+        id=change.entrance.id or free_id("E", "entrance", review.entrances, review),
+        position_m=rounded_m("position", change.entrance.position_m),
+        floor=checked_floor(change.entrance.floor, context),
+    )
+    entrances = with_new("entrance", review.entrances, entrance.id, entrance)
+    after = dataclasses.replace(review, entrances=entrances)
+    return Applied(after, RemoveEntrance(entrance.id), f"entrance:{entrance.id}")
+
+
+def remove_entrance(review: Review, change: RemoveEntrance, context: Context) -> Applied:
+    """See `changes.RemoveEntrance`."""
+    entrance = present("entrance", review.entrances, change.id)
+    entrances = without(review.entrances, change.id)
+    return Applied(dataclasses.replace(review, entrances=entrances), AddEntrance(entrance), f"entrance:{change.id}")
+
+
+def set_door(review: Review, change: SetDoor, context: Context) -> Applied:
+    """See `changes.SetDoor`."""
+    check_line("door", change.door)
+    check_door_state(change.state)
+    before = review.doors.get(change.door)
+    doors = without(review.doors, change.door)
+    if change.state is not None:
+        doors[change.door] = change.state
+    return Applied(dataclasses.replace(review, doors=doors), SetDoor(change.door, before), f"door:{change.door}")

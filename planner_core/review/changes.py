@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Final, Literal
 
-from planner_core.model.review import ForbiddenPlace, PlanUnderReview, Point, Review, SignOff, Zone
+from planner_core.model.review import Entrance, ForbiddenPlace, PlanUnderReview, Point, Review, SignOff, Zone
 from planner_core.model.site import GroundPick
 
 AsNow = Literal["as_now"]
@@ -146,6 +146,31 @@ class UnpickGround:
 
 
 @dataclass(frozen=True)
+class AddEntrance:
+    """Have the crew enter at a place. An empty id: the next free one."""
+
+    kind: ClassVar[str] = "add_entrance"
+    entrance: Entrance
+
+
+@dataclass(frozen=True)
+class RemoveEntrance:
+    """Take an entrance back."""
+
+    kind: ClassVar[str] = "remove_entrance"
+    id: str
+
+
+@dataclass(frozen=True)
+class SetDoor:
+    """Have a door open or shut during scanning. door : the source's id of it. state None: as the plan has it."""
+
+    kind: ClassVar[str] = "set_door"
+    door: str
+    state: str | None
+
+
+@dataclass(frozen=True)
 class AddComment:
     """Add a comment. author, time None: whoever makes the change, now. id None: the next free one."""
 
@@ -224,6 +249,7 @@ class Unsign:
 Change = (
     MoveStation | SetHeight | AddStation | RemoveStation | RestoreStation | LockStation | UnlockStation
     | Forbid | Allow | AddZone | ChangeZone | RemoveZone | PickGround | UnpickGround
+    | AddEntrance | RemoveEntrance | SetDoor
     | AddComment | EditComment | ResolveComment | RemoveComment | SetVerdict | ClearVerdict | Sign | Unsign
 )  # fmt: skip
 
@@ -268,6 +294,12 @@ def objects_of(change: Change) -> tuple[str, ...]:
             return (f"zone:{change.id}",)
         case PickGround() | UnpickGround():
             return (f"pick:{change.id}",) if change.id else ()
+        case AddEntrance():
+            return (f"entrance:{change.entrance.id}",) if change.entrance.id else ()
+        case RemoveEntrance():
+            return (f"entrance:{change.id}",)
+        case SetDoor():
+            return (f"door:{change.door}",)
         case AddComment() | EditComment() | ResolveComment() | RemoveComment():
             return (f"comment:{change.id}",) if change.id else ()
         case Sign() | Unsign():

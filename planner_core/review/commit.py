@@ -124,9 +124,12 @@ def _remembered(review: Review, touched: dict[str, Touch]) -> dict[str, Touch]:
         *(f"forbidden:{name}" for name in review.forbidden),
         *(f"zone:{name}" for name in review.zones),
         *(f"pick:{name}" for name in review.ground_picks),
+        *(f"entrance:{name}" for name in review.entrances),
+        *(f"door:{name}" for name in review.doors),
         *(f"comment:{name}" for name in review.comments),
     }
-    gone = [name for name in touched if name.startswith(("forbidden:", "zone:", "pick:", "comment:"))]
+    kinds = ("forbidden:", "zone:", "pick:", "entrance:", "door:", "comment:")
+    gone = [name for name in touched if name.startswith(kinds)]
     gone = sorted((name for name in gone if name not in there), key=lambda name: touched[name].revision)
     forgotten = set(gone[:-MOST_GONE])
     return {name: touch for name, touch in touched.items() if name not in forgotten}

@@ -16,8 +16,9 @@ SCHEMA = "tlsplan/review/1"
 
 STATIONS = "/Plan/Stations"
 REVIEW = "/Plan/Review"
-COMMENTS, ZONES, FORBIDDEN, PICKS, VERDICTS, SIGN_OFF = (
-    f"{REVIEW}/{name}" for name in ("Comments", "Zones", "Forbidden", "GroundPicks", "Verdicts", "SignOff")
+COMMENTS, ZONES, FORBIDDEN, PICKS, ENTRANCES, DOORS, VERDICTS, SIGN_OFF = (
+    f"{REVIEW}/{name}"
+    for name in ("Comments", "Zones", "Forbidden", "GroundPicks", "Entrances", "Doors", "Verdicts", "SignOff")
 )
 
 PREFIX = "tlsplan:review:"

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 from planner_core.errors import ReviewError
 from planner_core.model.review import (
     Comment,
+    Entrance,
     ForbiddenPlace,
     PlanUnderReview,
     Point,
@@ -24,7 +25,9 @@ from planner_core.model.review import (
     Touch,
     Verdict,
     Zone,
+    check_door_state,
     check_id,
+    check_line,
 )
 from planner_core.model.site import GroundPick
 from planner_core.plan_folder.sdf_authoring import Layer, Tf
@@ -65,6 +68,8 @@ class _Reader:
             forbidden=self._all_of(usd.FORBIDDEN, self._place),
             zones=self._all_of(usd.ZONES, self._zone),
             ground_picks=self._all_of(usd.PICKS, self._pick),
+            entrances=self._all_of(usd.ENTRANCES, self._entrance),
+            doors=dict(self._read(prim, self._door) for prim in self._ours(usd.DOORS)),
             comments=self._all_of(usd.COMMENTS, self._comment),
             verdicts=dict(self._read(prim, self._verdict) for prim in self._ours(usd.VERDICTS)),
             sign_off=None if signed is None else self._read(signed, self._sign_off),
@@ -181,6 +186,15 @@ class _Reader:
         if is_ground is None:
             raise ReviewError("isGround is missing, expected true or false")
         return GroundPick(point_m=self._placed(prim), is_ground=is_ground, floor=_text(prim, "floor", ""))
+
+    def _entrance(self, prim: Any) -> Entrance:
+        return Entrance(prim.name, self._placed(prim), _text(prim, "floor"))
+
+    def _door(self, prim: Any) -> tuple[str, str]:
+        door, state = _text(prim, "element"), _text(prim, "state")
+        check_line("door", door)
+        check_door_state(state)
+        return door, state
 
     def _comment(self, prim: Any) -> Comment:
         station, element = usd.value_of(prim, f"{usd.PREFIX}station"), usd.value_of(prim, f"{usd.PREFIX}element")

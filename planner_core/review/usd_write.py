@@ -16,6 +16,7 @@ import numpy as np
 from planner_core.errors import PlanFolderError
 from planner_core.model.review import (
     Comment,
+    Entrance,
     ForbiddenPlace,
     PlanUnderReview,
     Point,
@@ -51,7 +52,14 @@ OUTLINE_WIDTH_M = 0.04
 OUTLINE_RISE_M = 0.02
 """Above the floor, so that it is not hidden in it."""
 
-_COLOURS = {"keep_out": (0.80, 0.15, 0.15), "priority": (0.10, 0.45, 0.80), "forbidden": (0.80, 0.15, 0.15)}
+ENTRANCE_RADIUS_M = 0.3
+
+_COLOURS = {
+    "keep_out": (0.80, 0.15, 0.15),
+    "priority": (0.10, 0.45, 0.80),
+    "forbidden": (0.80, 0.15, 0.15),
+    "entrance": (0.96, 0.77, 0.09),
+}
 
 
 def review_text(review: Review, plan: PlanUnderReview, onto: str = "", *, told: str = "review.usda") -> str:
@@ -100,6 +108,10 @@ class _Writer:
         self._write_all(usd.ZONES, review.zones, self._zone)
         self._write_all(usd.FORBIDDEN, review.forbidden, self._place)
         self._write_all(usd.PICKS, review.ground_picks, self._pick)
+        self._write_all(usd.ENTRANCES, review.entrances, self._entrance)
+        doors = sorted(review.doors.items())
+        names = prim_names_of_ids([door for door, _ in doors])
+        self._write_all(usd.DOORS, dict(zip(names, doors, strict=True)), self._door)
         verdicts = sorted(review.verdicts.items())
         names = prim_names_of_ids([station for station, _ in verdicts])
         self._write_all(usd.VERDICTS, dict(zip(names, verdicts, strict=True)), self._verdict)
@@ -283,13 +295,23 @@ class _Writer:
         put_colours(prim, np.array([_COLOURS[zone.kind]]), "constant")
 
     def _place(self, path: str, place: ForbiddenPlace) -> None:
+        self._ball(path, "forbidden", place.position_m, place.floor, place.radius_m)
+
+    def _entrance(self, path: str, entrance: Entrance) -> None:
+        self._ball(path, "entrance", entrance.position_m, entrance.floor, ENTRANCE_RADIUS_M)
+
+    def _ball(self, path: str, kind: str, position_m: Point, floor: str, radius_m: float) -> None:
         prim = define(self.layer, path, "Sphere")
-        self._put_texts(prim, floor=place.floor)
-        put(prim, "radius", TYPES.Double, place.radius_m)
+        self._put_texts(prim, floor=floor)
+        put(prim, "radius", TYPES.Double, radius_m)
         put(prim, "purpose", TYPES.Token, "guide", uniform=True)
-        self._put_place(prim, place.position_m)
-        put_extent(prim, np.zeros((1, 3)), margin_m=place.radius_m)
-        put_colours(prim, np.array([_COLOURS["forbidden"]]), "constant")
+        self._put_place(prim, position_m)
+        put_extent(prim, np.zeros((1, 3)), margin_m=radius_m)
+        put_colours(prim, np.array([_COLOURS[kind]]), "constant")
+
+    def _door(self, path: str, of_door: tuple[str, str]) -> None:
+        door, state = of_door
+        self._put_texts(define(self.layer, path, "Scope"), element=door, state=state)
 
     def _pick(self, path: str, pick: GroundPick) -> None:
         prim = define(self.layer, path, "Xform")

@@ -15,7 +15,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
+from planner_core.errors import SceneError
+from planner_core.model import BoolArray, Doors, FloatArray, Int32Array, Int64Array, Scene
 from planner_core.scene.leave_out import with_triangles
 from planner_core.scene.rooms import room_of_points
 
@@ -32,25 +33,54 @@ _BESIDE_M = (0.3, 0.6)
 _KNEE_M = 0.5
 
 
-def without_door_leaves(scene: Scene, *, outer_too: bool = False) -> Scene:
+def without_door_leaves(
+    scene: Scene, doors: Doors = Doors.OPEN, *, opened: tuple[str, ...] = (), shut: tuple[str, ...] = ()
+) -> Scene:
     """Leave the leaves of `IfcDoor` elements out; frames stay. `LoadReport.n_doors_open` counts the doors opened.
 
-    Elements keep their numbers, those without triangles too. A scene of nothing but doors is left as it is. Doors that
-    lead outdoors stay shut unless `outer_too`, see `is_outer`.
+    Elements keep their numbers, those without triangles too. A scene of nothing but doors is left as it is.
+
+    Parameters
+    ----------
+    doors
+        Which: `open` leaves those shut that lead outdoors, see `is_outer`.
+    opened, shut
+        GlobalIds of doors that are open, or shut, whatever `doors` says.
+
+    Raises
+    ------
+    SceneError
+        One of them is of no door.
     """
+    _check_are_doors(scene, (*opened, *shut))
     is_door = np.array([element.kind == DOOR_KIND for element in scene.elements], dtype=bool)
     of_door = np.flatnonzero(is_door[scene.element_of_triangle])
     leaf = np.zeros(scene.n_triangles, dtype=bool)
     owner = scene.element_of_triangle[of_door]
     for door in np.unique(owner).tolist():
         mine = of_door[owner == door]
-        if not outer_too and is_outer(scene, door, mine):
+        name = scene.elements[door].source_id
+        if name in shut or (name not in opened and not _is_open(scene, doors, door, mine)):
             continue
         leaf[mine] = _is_leaf(scene.vertices_m, scene.triangles[mine])
     if not leaf.any() or leaf.all():
         return scene
     n_open = int(np.unique(scene.element_of_triangle[leaf]).size)
     return replace(with_triangles(scene, ~leaf), report=replace(scene.report, n_doors_open=n_open))
+
+
+def _check_are_doors(scene: Scene, names: tuple[str, ...]) -> None:
+    known = {element.source_id for element in scene.elements if element.kind == DOOR_KIND}
+    for name in names:
+        if name not in known:
+            raise SceneError(
+                f"door: got {name[:40]!r}, expected the GlobalId of one of the {len(known)} doors (IfcDoor) of "
+                f"{scene.source.path.name or 'the scene'}; correct it"
+            )
+
+
+def _is_open(scene: Scene, doors: Doors, door: int, triangles: Int64Array) -> bool:
+    return doors == Doors.ALL or (doors == Doors.OPEN and not is_outer(scene, door, triangles))
 
 
 def is_outer(scene: Scene, door: int, triangles: Int64Array) -> bool:

@@ -61,6 +61,9 @@ class LoadOptions:
     """What glass does to beams."""
     doors: Doors = Doors.SHUT
     """Which doors (`IfcDoor`) have their leaves left out."""
+    doors_open: tuple[str, ...] = ()
+    """GlobalIds of doors that have their leaves left out whatever `doors` says; of those of `doors_shut` they stay."""
+    doors_shut: tuple[str, ...] = ()
     leave_out: tuple[str, ...] = ()
     """Classes and patterns of names (`IfcFurnishingElement`, `name=*tree*`) whose elements are left out."""
 
@@ -72,6 +75,8 @@ class LoadOptions:
             object.__setattr__(self, "up_axis", one_of(UpAxis, self.up_axis, "upward axis", error=SceneError))
         object.__setattr__(self, "glass", one_of(Glass, self.glass, "glass", error=SceneError))
         object.__setattr__(self, "doors", one_of(Doors, self.doors, "doors", error=SceneError))
+        if both := set(self.doors_open) & set(self.doors_shut):
+            raise SceneError(f"door {min(both)}: got it as open and as shut, expected one of the two; correct it")
 
 
 def load_scene(
@@ -113,13 +118,13 @@ def load_scene(
     else:
         progress(ProgressEvent("load", 0, 0, "putting the files together"))
         scene = federated(scenes)
-    glass, doors, leave_out = each_options[0].glass, each_options[0].doors, each_options[0].leave_out
-    if leave_out:
-        scene = without_elements(scene, leave_out)
-    if doors != Doors.SHUT:
-        scene = without_door_leaves(scene, outer_too=doors == Doors.ALL)
+    told = each_options[0]
+    if told.leave_out:
+        scene = without_elements(scene, told.leave_out)
+    if told.doors != Doors.SHUT or told.doors_open or told.doors_shut:
+        scene = without_door_leaves(scene, told.doors, opened=told.doors_open, shut=told.doors_shut)
     progress(ProgressEvent("load", 1, 1, "loaded"))
-    return _with_warnings(_with_glass(scene, glass), repeated)
+    return _with_warnings(_with_glass(scene, told.glass), repeated)
 
 
 @dataclass(frozen=True)
@@ -144,7 +149,7 @@ def _check_options(paths: list[Path], options: list[LoadOptions]) -> None:
         raise SceneError(
             f"got options for {len(options)} files, expected {len(paths)}; pass one of each, or one for all."
         )
-    if len({(each.glass, each.doors, each.leave_out) for each in options}) > 1:
+    if len({(each.glass, each.doors, each.doors_open, each.doors_shut, each.leave_out) for each in options}) > 1:
         raise SceneError(
             "got files with different glass, doors or classes to leave out, expected the same for all; they are one "
             "building."
@@ -184,6 +189,8 @@ def _load_file(file: _File, *, several: bool, progress: Progress) -> Scene:
         schema=raw.schema,
         glass=options.glass,
         doors=options.doors,
+        doors_open=options.doors_open,
+        doors_shut=options.doors_shut,
         leave_out=options.leave_out,
         told_metres_per_unit=options.metres_per_unit,
         told_up_axis=options.up_axis,

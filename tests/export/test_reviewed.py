@@ -10,11 +10,14 @@ from pathlib import Path
 import pytest
 
 from planner_core.errors import ExportError
+from planner_core.export import reviewed
 from planner_core.export.reviewed import OFFERED, edited_stations, export_reviewed
 from planner_core.export.write import export_plan
+from planner_core.model import Entrance
 from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.review.changes import (
     AddComment,
+    AddEntrance,
     AddStation,
     Change,
     LockStation,
@@ -90,7 +93,10 @@ def test_sheets_of_edited_stations_need_the_scene_and_say_so(box_folder: Path, t
     (station, *_) = read_plan_json(folder)["stations"]
     x, y, z = station["position"]
     change(folder, MoveStation(station["id"], (x + 0.25, y, z)))
-    with pytest.raises(ExportError, match=r"pdf: figures of edited stations are computed from the scene.*box\.ifc"):
+    with pytest.raises(
+        ExportError,
+        match=r"pdf: figures of edited stations, and routes from other entrances, are computed from.*box\.ifc",
+    ):
         export_reviewed("pdf", folder, tmp_path / "sheets.pdf")
     assert not (tmp_path / "sheets.pdf").exists()
 
@@ -127,3 +133,29 @@ def test_all_that_is_offered_is_a_file() -> None:
     from planner_core.export.formats import FORMATS
 
     assert not [name for name in OFFERED if FORMATS[name].is_folder]
+
+
+def test_sheets_of_a_plan_that_is_entered_elsewhere_have_the_route_from_there(
+    box_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = box_folder / "plan"
+    planned = read_plan_json(folder)
+    station = planned["stations"][-1]
+    x, y, z = station["position"]
+    ground = (x, y, z - station["instrument_height_m"])
+    change(folder, AddEntrance(Entrance("", ground, station["floor"])))
+    told = []
+
+    def look(name: str, of: object, *more: object, **options: object) -> object:
+        told.append(read_plan_json(of) if isinstance(of, Path) else None)
+        return export_plan(name, of, *more, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(reviewed, "export_plan", look)
+    export_reviewed("csv", folder, tmp_path / "stations.csv")
+    export_reviewed("html", folder, tmp_path / "reviewed.html")
+    places, figures = told
+    assert places is None, "a list of stations needs no scene for it"
+    assert planned["route"]["start"] is None
+    assert figures["route"]["start"] == pytest.approx(ground, abs=0.5)
+    assert figures["stations"][0]["id"] is not None
+    assert figures["route"]["legs"][0]["to"] == station["id"]

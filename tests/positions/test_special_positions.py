@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import PlanSettings, Scene, Survey
+from planner_core.model import Doors, PlanSettings, Scene, Survey
 from planner_core.positions.doorways import centre_in_doorways
 from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.landings import find_landings
@@ -105,7 +105,7 @@ def test_places_anywhere_in_a_doorway_are_moved_to_its_middle_and_those_in_the_o
 def test_every_inner_door_of_the_duplex_has_a_place_in_its_middle(real_scene: MAKES) -> None:
     """By the boxes of the door elements, which the search does not look at."""
     shut = real_scene("duplex")
-    survey = survey_of(without_door_leaves(shut, outer_too=True))
+    survey = survey_of(without_door_leaves(shut, Doors.ALL))
     engine = open_engine(survey.scene, survey.patches, engine="open3d")
     space = free_space(survey)
     doorway = np.concatenate([find_rooms(space, floor).doorway for floor in range(len(survey.floors))])

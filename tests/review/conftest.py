@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from hypothesis import strategies as st
 
-from planner_core.model import ForbiddenPlace, PlanUnderReview, Review, ReviewedStation, Zone
+from planner_core.model import Entrance, ForbiddenPlace, PlanUnderReview, Review, ReviewedStation, Zone
 from planner_core.model.site import GroundPick
 from planner_core.review import changes as c
 
@@ -48,7 +48,8 @@ texts = st.text(st.characters(exclude_categories=["Cs", "Cc"], exclude_character
 ) | st.sampled_from(['say "no"', "back\\slash\n'''three'''", 'a"""b', "#usda 1.0\n(", "墙 é 🙂", "tab\there"])
 lines = st.sampled_from(["Ana", "Ben", "Zoë O'Neil", '"quoted"'])
 station_names = st.sampled_from(["S001", "S002", "S003", "S 04", "S005", "S006", "nobody"])
-ids = st.sampled_from(["Z001", "Z002", "P001", "P002", "C001", "C002", "G001", "G002"])
+ids = st.sampled_from(["Z001", "Z002", "P001", "P002", "C001", "C002", "G001", "G002", "E001", "E002"])
+doors = st.sampled_from(["0w$5Bz2Kf9yR4Q_x7LmN1c", "0w_5Bz2Kf9yR4Q_x7LmN1c", "Door", "door"])
 
 
 @st.composite
@@ -72,6 +73,8 @@ places = st.builds(
 )
 picks = st.builds(GroundPick, point_m=points, is_ground=st.booleans(), floor=any_floors)
 
+entrances = st.builds(Entrance, id=st.just("") | ids, position_m=points, floor=floors)
+
 some_changes = st.one_of(
     st.builds(c.MoveStation, station_names, points, st.just(c.AS_NOW) | st.none() | heights, st.none() | floors),
     st.builds(c.MoveStation, station_names, st.none()),
@@ -88,6 +91,9 @@ some_changes = st.one_of(
     st.builds(c.RemoveZone, ids),
     st.builds(c.PickGround, picks, st.none() | ids),
     st.builds(c.UnpickGround, ids),
+    st.builds(c.AddEntrance, entrances),
+    st.builds(c.RemoveEntrance, ids),
+    st.builds(c.SetDoor, doors, st.sampled_from(["open", "shut", None])),
     st.builds(c.AddComment, texts, st.none() | st.integers(0, 6) | station_names, st.none() | points),
     st.builds(c.EditComment, ids, texts),
     st.builds(c.ResolveComment, ids, st.booleans()),
@@ -102,6 +108,6 @@ some_changes = st.one_of(
 def content(review: Review) -> tuple[object, ...]:
     """All of a review but its revisions."""
     return (
-        review.stations, review.forbidden, review.zones, review.ground_picks, review.comments, review.verdicts,
-        review.sign_off,
+        review.stations, review.forbidden, review.zones, review.ground_picks, review.entrances, review.doors,
+        review.comments, review.verdicts, review.sign_off,
     )  # fmt: skip

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from planner_core.errors import ReviewError
 from planner_core.model import (
+    Entrance,
     ForbiddenPlace,
     KeepOut,
     PartRequirement,
@@ -22,8 +25,9 @@ from planner_core.model import (
 )
 from planner_core.model.site import GroundPick
 from planner_core.review import changes as c
-from planner_core.review.again import settings_with_review
+from planner_core.review.again import load_options_with_review, settings_with_review
 from planner_core.review.commit import Committed, commit
+from planner_core.scene.load import LoadOptions
 
 from .conftest import ANA, OFFSET_M, make_plan
 
@@ -121,3 +125,23 @@ def test_zones_and_picks_come_besides_what_was_asked(plan: PlanUnderReview) -> N
         PartRequirement("hall (Z002)", 0.98, asked, 2, ("F1",), zone=SQUARE),
         PartRequirement("Z003", 0.97, asked, 2, zone=SQUARE),
     )
+
+
+def test_the_route_begins_at_the_entrance_of_the_review_and_those_of_the_plan_stay() -> None:
+    review = Review(
+        entrances={name: Entrance(name, (X + at, Y, Z), "F0") for name, at in (("E010", 2.0), ("E002", 1.0))}
+    )
+    asked = dataclasses.replace(SETTINGS, site=Site(entrances_m=((X, Y, Z),), start_m=HERE, returns=True))
+    site = settings_with_review(asked, review, make_plan()).site
+    assert site.entrances_m == ((X + 1.0, Y, Z), (X + 2.0, Y, Z), (X, Y, Z))
+    assert (site.start_m, site.returns) == (None, True)
+    assert settings_with_review(asked, Review(), make_plan()).site.start_m == HERE
+
+
+def test_doors_are_as_the_review_says_and_others_as_they_were() -> None:
+    options = LoadOptions(doors="open", doors_open=("a", "b"), doors_shut=("c", "d"))
+    review = Review(doors={"a": "shut", "d": "open", "e": "shut"})
+    assert load_options_with_review(options, review) == dataclasses.replace(
+        options, doors_open=("b", "d"), doors_shut=("a", "c", "e")
+    )
+    assert load_options_with_review(options, Review()) == options

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import ReviewError
-from planner_core.model import ForbiddenPlace, PlanUnderReview, Review, Zone
+from planner_core.model import Entrance, ForbiddenPlace, PlanUnderReview, Review, Zone
 from planner_core.model.review import MOST_OBJECTS
 from planner_core.model.site import GroundPick
 from planner_core.review import changes as c
@@ -68,7 +68,7 @@ def test_a_change_that_was_taken_back_can_be_made_again_by_the_inverse_of_the_in
 
 def test_every_kind_of_change_can_be_applied_and_names_itself() -> None:
     assert set(KINDS) == {kind.kind for kind in c.Change.__args__}
-    assert len(KINDS) == len(c.Change.__args__) == 22
+    assert len(KINDS) == len(c.Change.__args__) == 25
 
 
 def test_a_moved_station_keeps_its_height_and_floor_unless_told(plan: PlanUnderReview) -> None:
@@ -129,6 +129,22 @@ def test_positions_are_kept_to_the_micrometre() -> None:
     assert review.stations["S001"].position_m == (500000.333333, 3999999.333333, 0.0)
 
 
+def test_entrances_come_in_the_order_in_which_they_were_set() -> None:
+    there = (X + 1.0, Y + 1.0, Z)
+    review = after(c.AddEntrance(Entrance("", HERE, "F0")), c.AddEntrance(Entrance("", there, "F1")))
+    assert review.entrances_m == (HERE, there)
+    back = after(c.RemoveEntrance("E001"), review=review)
+    assert back.entrances_m == (there,)
+    # Whoever still shows the first must not meet another one under its name.
+    assert set(after(c.AddEntrance(Entrance("", HERE, "F0")), review=back).entrances) == {"E002", "E003"}
+
+
+def test_a_door_is_open_or_shut_or_as_in_the_plan() -> None:
+    review = after(c.SetDoor("a door", "open"), c.SetDoor("another", "shut"), c.SetDoor("a door", "shut"))
+    assert review.doors == {"a door": "shut", "another": "shut"}
+    assert after(c.SetDoor("a door", None), c.SetDoor("another", None), review=review) == Review()
+
+
 def test_comments_and_verdicts_are_signed_by_whoever_makes_them() -> None:
     review = after(c.AddComment("Look", "S001"), c.SetVerdict("S003", "rejected", "in the way"), c.Sign("ok"), by=BEN)
     comment, verdict = review.comments["C001"], review.verdicts["S003"]
@@ -172,6 +188,11 @@ ZONE = Zone("", "keep_out", SQUARE)
         (c.AddZone(dataclasses.replace(ZONE, outline_m=(*SQUARE, SQUARE[0]))), "a corner twice"),
         (c.AddZone(dataclasses.replace(ZONE, outline_m=(SQUARE[0], SQUARE[1], (X + 1, Y)))), "encloses nothing"),
         (c.PickGround(GroundPick(HERE, floor="attic")), "expected one of F0, F1"),
+        (c.AddEntrance(Entrance("", HERE, "")), "expected one of F0, F1"),
+        (c.RemoveEntrance("E001"), "is not there"),
+        (c.SetDoor("", "open"), "got none"),
+        (c.SetDoor("x" * 101, "open"), "101 characters"),
+        (c.SetDoor("0w$5Bz2Kf9yR4Q_x7LmN1c", "ajar"), "expected one of open, shut"),
         (c.AddComment("x" * 10_001), "10001 bytes"),
         (c.AddComment("é" * 5_001), "10002 bytes"),
         (c.AddComment("  "), "no text"),

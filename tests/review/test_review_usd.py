@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pxr import Sdf, Usd, UsdGeom, UsdValidation
 
 from planner_core.errors import PlanFolderError, ReviewError
-from planner_core.model import PlanUnderReview, Review, StationEdit, Zone
+from planner_core.model import Entrance, PlanUnderReview, Review, StationEdit, Zone
 from planner_core.model.site import GroundPick
 from planner_core.plan_folder.usd_stage import empty_review
 from planner_core.review import changes as c
@@ -34,6 +34,8 @@ ALL_KINDS = (
     c.AddZone(ZONE),
     c.AddZone(Zone("", "keep_out", ZONE.outline_m)),
     c.PickGround(GroundPick((X + 1, Y + 1, Z), is_ground=False, floor="F0")),
+    c.AddEntrance(Entrance("", (X + 1, Y + 2, Z), "F0")),
+    c.SetDoor("0w$5Bz2Kf9yR4Q_x7LmN1c", "shut"),
     c.AddComment('He said "no"', "S001", HERE),
     c.AddComment("This wall?", 3),
     c.SetVerdict("S 04", "rejected", "in the way"),
@@ -178,6 +180,12 @@ over "Plan" { over "Stations" {
         (below_review('string[] tlsplan:review:touched = ["zone:Z1"]'), "differ in length"),
         (below_review('string tlsplan:review:kind = "hole"', "Zones", "Z1"), "/Zones/Z1: zone: kind is 'hole'"),
         (below_review("int tlsplan:review:outline = 1", "Zones", "Z1"), "/Zones/Z1: "),
+        (below_review('string tlsplan:review:floor = "F0"', "Entrances", "E1"), "expected its position"),
+        (below_review('string tlsplan:review:element = "x"', "Doors", "D"), "/Doors/D: state is None"),
+        (
+            below_review('string tlsplan:review:element = "x"\nstring tlsplan:review:state = "ajar"', "Doors", "D"),
+            "/Doors/D: door: state is 'ajar'",
+        ),
         (below_review("int tlsplan:review:text = 1", "Comments", "C1"), "text is 1, expected text"),
         (below_review("bool tlsplan:review:isGround = 1", "GroundPicks", "G1"), "expected its position"),
         (below('string xformOp:transform = "x"', "Plan", "Stations", "S001"), "/Plan/Stations/S001: "),

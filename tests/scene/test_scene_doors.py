@@ -1,5 +1,6 @@
 """Doors taken open: leaves go, frames stay. Doors are built from known bodies; those of real files are shot through."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -133,12 +134,49 @@ def test_doors_of_a_file_are_shut_unless_open_is_asked_for(tmp_path: Path) -> No
     assert opened.n_triangles == shut.n_triangles - 12 * n_doors
 
 
+def test_single_doors_are_open_or_shut_whatever_is_said_of_all(tmp_path: Path) -> None:
+    path = write(build("doors-shut"), tmp_path / "doors.ifc")
+    shut = load_scene(path)
+    doors = {e.source_id: number for number, e in enumerate(shut.elements) if e.kind == "IfcDoor"}
+    first, second, third = doors
+
+    def n_triangles(scene: Scene) -> dict[str, int]:
+        return {name: int((scene.element_of_triangle == number).sum()) for name, number in doors.items()}
+
+    whole = n_triangles(shut)
+    bare = n_triangles(load_scene(path, options=LoadOptions(doors="all")))
+    assert all(bare[name] < whole[name] for name in doors)
+    for said in Doors:
+        options = LoadOptions(doors=said, doors_open=(first,), doors_shut=(second,))
+        scene = load_scene(path, options=options)
+        assert n_triangles(scene) == {
+            first: bare[first], second: whole[second], third: (whole if said == Doors.SHUT else bare)[third],
+        }  # fmt: skip
+        assert (scene.source.doors_open, scene.source.doors_shut) == ((first,), (second,))
+        assert scene.report.n_doors_open == (1 if said == Doors.SHUT else 2)
+
+
+def test_doors_that_are_none_are_refused_in_words(tmp_path: Path) -> None:
+    path = write(build("doors-shut"), tmp_path / "doors.ifc")
+    wall = next(e.source_id for e in load_scene(path).elements if e.kind == "IfcWall")
+    for name in (wall, "nothing"):
+        for options in (LoadOptions(doors_open=(name,)), LoadOptions(doors="open", doors_shut=(name,))):
+            with pytest.raises(
+                SceneError, match=rf"door: got '{re.escape(name)}', expected the GlobalId of one of the 3"
+            ):
+                load_scene(path, options=options)
+    with pytest.raises(SceneError, match="door a: got it as open and as shut"):
+        LoadOptions(doors_open=("a", "b"), doors_shut=("a",))
+    with pytest.raises(SceneError, match="got files with different glass, doors"):
+        load_scene([path, path], options=[LoadOptions(), LoadOptions(doors_open=(wall,))])
+
+
 @pytest.mark.parametrize(("name", "n_doors"), [("duplex", 14), ("fzk-haus", 5)])
 def test_beams_pass_every_door_of_a_real_file_that_is_open_and_none_that_is_shut(
     name: str, n_doors: int, real_scene: Callable[[str], Scene]
 ) -> None:
     shut = real_scene(name)
-    opened = without_door_leaves(shut, outer_too=True)
+    opened = without_door_leaves(shut, Doors.ALL)
     engines = [open_engine(scene, make_patches(scene, max_area_m2=10.0), engine="open3d") for scene in (shut, opened)]
     assert opened.report.n_doors_open == n_doors
     is_door = np.array([element.kind == "IfcDoor" for element in shut.elements])[shut.element_of_triangle]
@@ -169,7 +207,7 @@ def test_outer_doors_stay_shut_unless_all_are_to_be_open(
     """The duplex says which doors lead outdoors; in the other file, only its rooms tell."""
     shut = real_scene(name)
     assert without_door_leaves(shut).report.n_doors_open == n_inner
-    assert without_door_leaves(shut, outer_too=True).report.n_doors_open == n_doors
+    assert without_door_leaves(shut, Doors.ALL).report.n_doors_open == n_doors
 
 
 def test_the_outer_doors_of_a_file_are_open_where_all_are_asked_for(tmp_path: Path) -> None:
@@ -207,4 +245,4 @@ def test_a_door_leads_outdoors_where_the_file_says_so_or_a_room_lies_on_one_side
     expected = said if said is not None else rooms == "one side"
     assert is_outer(scene, 0, np.flatnonzero(scene.element_of_triangle == 0)) == expected
     assert without_door_leaves(scene).report.n_doors_open == (0 if expected else 1)
-    assert without_door_leaves(scene, outer_too=True).report.n_doors_open == 1
+    assert without_door_leaves(scene, Doors.ALL).report.n_doors_open == 1

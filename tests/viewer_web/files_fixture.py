@@ -36,7 +36,13 @@ def _add_mesh(stage: Usd.Stage, path: str, index: int, file: str) -> None:
     mesh.CreatePointsAttr([(0, 0, index), (1, 0, index), (0, 1, index)])
     mesh.CreateFaceVertexCountsAttr([3])
     mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
-    told = {"name": f"Wall {index}", "kind": "IfcWall", "floor": "", **({"file": file} if file else {})}
+    told = {
+        "name": f"Wall {index}",
+        "kind": "IfcWall",
+        "sourceId": f"id-{index}",
+        "floor": "",
+        **({"file": file} if file else {}),
+    }
     for name, text in told.items():
         prim.CreateAttribute(f"tlsplan:{name}", TYPES.String).Set(text)
     prim.CreateAttribute("tlsplan:element", TYPES.Int).Set(index)

@@ -59,6 +59,19 @@ def test_what_can_be_had_is_listed_with_what_stands_in_the_way(ask: Ask) -> None
     assert "computed from the scene" in listed["pdf"]
 
 
+def test_sheets_from_another_entrance_need_the_scene_and_lists_do_not(ask: Ask) -> None:
+    entrance = {"position_m": [500001.5, 4000002.0, 100.0], "floor": "F0"}
+    before = {each["name"]: each["obstacle"] for each in ask("/api/exports").json()["exports"]}
+    body = {"base_revision": 0, "author": "Kim", "changes": [{"kind": "add_entrance", "entrance": entrance}]}
+    assert ask("/api/review/changes", "POST", body=body).status_code == 200
+    document = ask("/api/exports").json()
+    assert document["edited_stations"] == 0
+    after = {each["name"]: each["obstacle"] for each in document["exports"]}
+    assert before["html"] is None
+    assert "entrances were edited" in after["html"]
+    assert after["csv"] is None
+
+
 def test_a_station_list_is_that_of_the_review_and_leaves_nothing_behind(ask: Ask, plan_folder: Path) -> None:
     move = {"kind": "move_station", "station": "S001", "position_m": [500009.5, 4000002.0, 101.5]}
     body = {"base_revision": 0, "author": "Kim", "changes": [move]}

@@ -115,3 +115,22 @@ test.each([
   await viewer.page.getByTestId('field-count').waitFor();
   expect(await violations(viewer.page)).toEqual([]);
 });
+
+test('keys of one character are switched off, and stay so', async () => {
+  const page = await open(`#floor=${floor.id}`);
+  const shown = (): Promise<string> => page.getByLabel('Shown floor').inputValue();
+  const choice = page.getByLabel('Keys of one character');
+  await choice.uncheck();
+  await page.reload();
+  await viewer.settle();
+  expect(await choice.isChecked()).toBe(false);
+  await choice.blur();
+  await page.keyboard.press('0');
+  expect(await shown()).toBe(floor.id);
+  await page.keyboard.press('Escape');
+  await expect.poll(shown).toBe('');
+  await choice.check();
+  await choice.blur();
+  await page.keyboard.press(`${plan.floors.findIndex(({ id }) => id === floor.id) + 1}`);
+  await expect.poll(shown).not.toBe('');
+});

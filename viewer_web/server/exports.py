@@ -85,7 +85,8 @@ class Exports:
     def offered(self) -> tuple[Offered, ...]:
         """Return what can be had of the plan as it is now; raises `PlanFolderError` where that can't be read."""
         plan = open_plan(self._session.plan_folder, scene=self._scene)
-        edited = len(edited_stations(self._session.plan(), self._session.review()))
+        review = self._session.review()
+        edited = len(edited_stations(self._session.plan(), review))
         without = ""
         try:
             plan.scene_paths()
@@ -93,7 +94,7 @@ class Exports:
             without = str(error)
         is_ifc = plan.document["scene"]["format"] == "ifc"
         return tuple(
-            Offered(each, _obstacle(each, without, edited), edited)
+            Offered(each, _obstacle(each, without, is_edited=edited > 0 or bool(review.entrances)), edited)
             for each in (FORMATS[name] for name in OFFERED)
             if is_ifc or each.name != "ifc-model"
         )
@@ -173,12 +174,12 @@ class Exports:
             )
 
 
-def _obstacle(chosen: Format, without_scene: str, edited: int) -> str | None:
+def _obstacle(chosen: Format, without_scene: str, *, is_edited: bool) -> str | None:
     """Why a format can't be had; None: nothing is known of."""
     if not without_scene:
         return None
     if chosen.needs_scene:
         return without_scene
-    if edited and chosen.name in TELLS_FIGURES:
-        return f"stations were edited, and their figures are computed from the scene: {without_scene}"
+    if is_edited and chosen.name in TELLS_FIGURES:
+        return f"stations or entrances were edited, and figures and route are computed from the scene: {without_scene}"
     return None

@@ -14,6 +14,7 @@ from planner_core.model.review import (
     MOST_NAME_CHARACTERS,
     MOST_NOTE_BYTES,
     MOST_TEXT_BYTES,
+    Entrance,
     ForbiddenPlace,
     Review,
     SignOff,
@@ -52,6 +53,8 @@ Target = Annotated[
     Annotated[str, Field(strict=True, min_length=1, max_length=200)] | Whole | None,
     Field(description="A station's id, an element's index in the scene, or null: the plan."),
 ]
+DoorId = Annotated[str, Field(min_length=1, max_length=MOST_NAME_CHARACTERS, description="IFC GlobalId of a door.")]
+DoorState = Literal["open", "shut"]
 YesOrNo = Annotated[bool, Field(strict=True)]
 
 
@@ -101,6 +104,14 @@ class GroundPickDocument(Document):
     floor: AnyFloor = ""
 
 
+class EntranceDocument(Document):
+    """Where the crew enters: a point on the ground of a floor."""
+
+    id: NewId = ""
+    position_m: Point
+    floor: FloorId
+
+
 class CommentDocument(Document):
     """A remark, pinned to a station, an element, a place or nothing."""
 
@@ -148,6 +159,8 @@ class ReviewDocument(Document):
     forbidden: dict[str, ForbiddenPlaceDocument]
     zones: dict[str, ZoneDocument]
     ground_picks: dict[str, GroundPickDocument]
+    entrances: dict[str, EntranceDocument]
+    doors: Annotated[dict[str, DoorState], Field(description="Doors that are open or shut whatever the plan has.")]
     comments: dict[str, CommentDocument]
     verdicts: dict[str, VerdictDocument]
     sign_off: SignOffDocument | None
@@ -155,7 +168,8 @@ class ReviewDocument(Document):
         dict[str, TouchDocument],
         Field(
             description="Last change of every object, also of removed ones: `station:S001`, `zone:Z001`, "
-            "`forbidden:P001`, `pick:G001`, `comment:C001`, `verdict:S001`, `sign_off`."
+            "`forbidden:P001`, `pick:G001`, `entrance:E001`, `door:GLOBALID`, `comment:C001`, `verdict:S001`, "
+            "`sign_off`."
         ),
     ]
 
@@ -269,6 +283,28 @@ class UnpickGround(Document):
     id: Id
 
 
+class AddEntrance(Document):
+    """Add an entrance: the route begins at the first."""
+
+    kind: Literal["add_entrance"]
+    entrance: EntranceDocument
+
+
+class RemoveEntrance(Document):
+    """Remove an entrance."""
+
+    kind: Literal["remove_entrance"]
+    id: Id
+
+
+class SetDoor(Document):
+    """Have a door open or shut during scanning; null: as the plan has it. Counts when the plan is made again."""
+
+    kind: Literal["set_door"]
+    door: DoorId
+    state: DoorState | None
+
+
 class AddComment(Document):
     """Add a comment. Author and time left out: whoever makes the change, now; they are there to take a removal back."""
 
@@ -340,6 +376,7 @@ class Unsign(Document):
 ChangeDocument = Annotated[
     MoveStation | SetHeight | AddStation | RemoveStation | RestoreStation | LockStation | UnlockStation
     | Forbid | Allow | AddZone | ChangeZone | RemoveZone | PickGround | UnpickGround
+    | AddEntrance | RemoveEntrance | SetDoor
     | AddComment | EditComment | ResolveComment | RemoveComment | SetVerdict | ClearVerdict | Sign | Unsign,
     Field(discriminator="kind"),
 ]  # fmt: skip
@@ -397,7 +434,7 @@ class ConflictDocument(Document):
 
 
 # --------------------------------------------------------------------------------------------------- to and fro
-_NESTED = {"place": ForbiddenPlace, "zone": Zone, "pick": GroundPick, "earlier": SignOff}
+_NESTED = {"place": ForbiddenPlace, "zone": Zone, "pick": GroundPick, "entrance": Entrance, "earlier": SignOff}
 
 
 def change_of(document: Document) -> Change:

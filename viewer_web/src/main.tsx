@@ -10,6 +10,7 @@ import { fetchPlan } from './load/fetch-plan.ts';
 import { OWN_PLAN, planBaseOf } from './load/plan-base.ts';
 import { PlanLoadError } from './load/plan-load-error.ts';
 import { App } from './panels/app.tsx';
+import { restoreCharacterKeys } from './panels/character-keys.ts';
 import { TABS } from './panels/tabs.tsx';
 import { restoreUnits } from './panels/units.ts';
 import './style.css';
@@ -22,6 +23,7 @@ async function start(): Promise<void> {
   const mode = document.querySelector<HTMLMetaElement>('meta[name="tlsplan-mode"]')?.content;
   const isStatic = mode === 'static';
   restoreUnits(window.localStorage);
+  restoreCharacterKeys(window.localStorage);
   const undoMemory = new UndoMemory(window.sessionStorage);
   const reviewClient = isStatic
     ? null

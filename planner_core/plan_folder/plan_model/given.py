@@ -74,6 +74,10 @@ class LoadOptionsSection(Mirror):
     """Faces of vertices that do not exist were to be dropped."""
     glass: GlassWord
     doors: DoorsWord = Doors.SHUT
+    doors_open: tuple[str, ...] = ()
+    """GlobalIds of doors that were taken to be open whatever `doors` says."""
+    doors_shut: tuple[str, ...] = ()
+    """GlobalIds of doors that were taken to be shut whatever `doors` says."""
     leave_out: tuple[str, ...] = ()
     """Classes, and patterns of names, whose elements were left out."""
 

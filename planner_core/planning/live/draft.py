@@ -41,11 +41,15 @@ class DraftStation:
 
 @dataclass(frozen=True)
 class Draft:
-    """stations : in the order of the plan, added ones last. keep_out, forbidden : of the review, besides the plan's."""
+    """stations : in the order of the plan, added ones last. keep_out, forbidden : of the review, besides the plan's.
+
+    entrances_m : of the review, scene frame; the route begins at the first.
+    """
 
     stations: tuple[DraftStation, ...]
     keep_out: tuple[KeepOut, ...] = ()
     forbidden: tuple[PriorStation, ...] = ()
+    entrances_m: tuple[Place, ...] = ()
 
     def __post_init__(self) -> None:
         ids = self.ids

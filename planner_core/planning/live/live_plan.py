@@ -151,7 +151,10 @@ class LivePlan:
         )
 
     def walk(self, draft: Draft, *, progress: Progress = silent) -> Walk:
-        """Find the walk through a draft's stations; those whose scan exists are not walked to."""
+        """Find the walk through a draft's stations; those whose scan exists are not walked to.
+
+        It begins at the review's first entrance; where one can walk at all is as in the plan.
+        """
         index = {floor.id: number for number, floor in enumerate(self.survey.floors)}
         heights = [each.instrument_height_m for each in draft.stations]
         scanned = np.array([each.fixed for each in draft.stations], dtype=np.bool_)
@@ -160,7 +163,7 @@ class LivePlan:
             np.array([each.position_m for each in draft.stations], dtype=np.float64).reshape(-1, 3),
             np.array([math.nan if height is None else height for height in heights], dtype=np.float64),
             np.array([index[each.floor] for each in draft.stations], dtype=np.int32),
-            ends=ends_of(self.settings.site, self.survey.scene.offset_m),
+            ends=ends_of(self.settings.site.entered_at(draft.entrances_m), self.survey.scene.offset_m),
             scanned=scanned,
             seed=self.settings.seed,
             progress=progress,

@@ -44,6 +44,7 @@ def draft_of_review(
             if zone.kind == "keep_out"
         ),
         forbidden=tuple(place for each in review.forbidden.values() for place in _prior(each, floors)),
+        entrances_m=review.entrances_m,
     )
 
 

@@ -173,6 +173,18 @@ def test_walk_through_a_draft_leaves_out_what_is_scanned(house: LivePlan) -> Non
     assert nobody.field_time.total_s in (0.0, None)
 
 
+def test_walk_begins_at_the_entrance_of_the_review(house: LivePlan) -> None:
+    ground_m = house.reach.space.position_m(np.flatnonzero(house.reach.reached_node))
+    offset_m = house.survey.scene.offset_m
+    assert house.walk(house.draft).route.start_m is None
+    for at_m in (ground_m[0], ground_m[-1]):
+        x, y, z = (at_m + offset_m).tolist()
+        walk = house.walk(replace(house.draft, entrances_m=((x, y, z), tuple((ground_m[5] + offset_m).tolist()))))
+        assert walk.route.start_m == pytest.approx(at_m)
+        assert walk.route.legs[0].a == -1
+        np.testing.assert_allclose(walk.route.legs[0].points_m[0], at_m, atol=0.3)
+
+
 def test_looks_of_a_draft_are_held_where_few_can_be_remembered(house_folder: Path) -> None:
     live = open_live(house_folder)
     live._looker = Looker(live.survey, live.settings, live._engine, live._demand.qualities, kept_bytes=1)

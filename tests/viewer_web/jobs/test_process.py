@@ -11,9 +11,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import scenes_synthetic
+from planner_core.model import Entrance, Greedy, PlanSettings, Requirements
+from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.plan_folder.plan_json import read_plan_json
-from planner_core.plan_folder.plan_settings import settings_of
+from planner_core.plan_folder.plan_settings import load_options_of, settings_of
+from planner_core.planning.plan import make_plan
 from planner_core.progress import BestSoFar, ProgressEvent
+from planner_core.review.changes import AddEntrance, SetDoor
+from planner_core.review.store import ReviewStore
+from planner_core.scanner.load_scanner import load_scanner
+from planner_core.scene.load import load_scene
 from viewer_web.server.jobs import process
 from viewer_web.server.jobs.documents import RunDocument, RunRequest
 from viewer_web.server.jobs.files import BASIS, CANCEL, LOG, read_run, write_begun, write_run
@@ -53,6 +61,44 @@ def test_a_run_writes_the_plan_that_was_asked_for_and_tells_its_figures(hall: Pa
     lines = [json.loads(line) for line in (folder / LOG).read_text().splitlines()]
     assert {"load", "candidates", "scan", "select", "export"} <= {line.get("stage") for line in lines}
     assert lines[-1]["state"] == "finished"
+
+
+def test_a_run_enters_where_the_review_does_and_opens_the_door_that_it_opens(tmp_path: Path) -> None:
+    scene = scenes_synthetic.write(scenes_synthetic.build("doors-shut"), tmp_path / "doors.ifc")
+    loaded = load_scene(scene)
+    door, other, _ = (element.source_id for element in loaded.elements if element.kind == "IfcDoor")
+    coarse = PlanSettings(
+        scanner=load_scanner("hdl-64e"),
+        requirements=Requirements(coverage=0.5, network="none"),
+        grid_step_m=1.0,
+        instrument_heights_m=(1.3,),
+        max_patch_area_m2=0.25,
+        method=Greedy(),
+    )
+    write_plan_folder(make_plan(loaded, coarse), tmp_path / "plan")
+    last = read_plan_json(tmp_path / "plan")["stations"][-1]
+    x, y, z = last["position"]
+    ground = (x, y, z - 1.3)
+    store = ReviewStore(tmp_path / "plan")
+    changes = [AddEntrance(Entrance("", ground, last["floor"])), SetDoor(door, "open"), SetDoor(other, "shut")]
+    store.commit(0, changes, "Ana")
+    folder = make_run(tmp_path, tmp_path / "R001", RunRequest(from_review=True, time_limit_s=0.5))
+    shutil.copy(tmp_path / "plan" / "review.usda", folder / BASIS)
+    assert process.run(folder, [scene]) == 0
+    plan = read_plan_json(folder / "plan")
+    assert plan["scene"]["n_doors_open"] == 1
+    assert plan["scene"]["load_options"]["doors_open"] == [door]
+    assert plan["route"]["start"] == pytest.approx(ground, abs=0.5)
+    # And it is opened for editing with the door as it was planned with.
+    (options,) = load_options_of(plan)
+    assert (options.doors_open, options.doors_shut) == ((door,), (other,))
+
+
+def test_a_door_that_the_scene_has_not_fails_in_words(hall: Path, tmp_path: Path) -> None:
+    folder = make_run(hall, tmp_path / "R001", RunRequest(from_review=True))
+    ReviewStore(folder / BASIS).commit(0, [SetDoor("nothing", "open")], "Ana")
+    assert process.run(folder, [hall / "hall.ply"]) == 3
+    assert "door: got 'nothing', expected the GlobalId of one of the 0 doors" in (read_run(folder).message or "")
 
 
 def test_a_run_that_was_cancelled_before_it_heard_signals_plans_nothing(hall: Path, tmp_path: Path) -> None:

@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 
 from planner_core.errors import PlannerError, RequirementError
 from planner_core.model import PartRequirement, PlanSettings, Proven, Requirements, Scope
-from planner_core.model.review import Zone
+from planner_core.model.review import Entrance, Zone
 from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.plan_folder.plan_settings import settings_of
 from planner_core.requirements.read import requirements_from
-from planner_core.review.changes import AddZone, LockStation
+from planner_core.review.changes import AddEntrance, AddZone, LockStation, SetDoor
 from planner_core.review.store import ReviewStore
 from viewer_web.server.jobs.documents import RunRequest
-from viewer_web.server.jobs.settings import _following, run_settings
+from viewer_web.server.jobs.settings import _following, run_load_options, run_settings
 
 
 @pytest.fixture(scope="module")
@@ -82,6 +82,17 @@ def test_the_review_locks_keeps_and_adds_what_it_says(own_hall: Path) -> None:
     parts = asked(own_hall, from_review=True).requirements.parts
     assert [(part.name, part.coverage) for part in parts] == [("upper half", 0.5), ("desk", 0.75)]
     assert asked(own_hall).site.prior == ()
+
+
+def test_entrances_and_doors_of_the_review_count_where_the_review_does(own_hall: Path) -> None:
+    at_m = (3.0, 4.0, 0.0)
+    changes = [AddEntrance(Entrance("", at_m, "F0")), SetDoor("a", "open"), SetDoor("b", "shut")]
+    ReviewStore(own_hall).commit(0, changes, "Ana")
+    for from_review, entrances, doors in ((True, (at_m,), (("a",), ("b",))), (False, (), ((), ()))):
+        request = RunRequest(from_review=from_review)
+        assert run_settings(own_hall, request).site.entrances_m == entrances
+        (options,) = run_load_options(own_hall, request)
+        assert (options.doors_open, options.doors_shut) == doors
 
 
 def test_other_objectives_keep_no_stations_but_locked_ones(own_hall: Path) -> None:

@@ -57,7 +57,8 @@ class RunRequest(BaseModel):
         StrictBool,
         Field(
             description="Whether the review counts: its stations are kept where that costs nothing, or locked; zones, "
-            "forbidden places and ground are taken over. Other objectives than fewest keep no stations."
+            "forbidden places, ground, entrances and doors are taken over. Other objectives than fewest keep no "
+            "stations."
         ),
     ] = False
     time_limit_s: Annotated[

@@ -23,8 +23,6 @@ from planner_core.errors import PlanFolderError, PlannerError
 from planner_core.model import FloatArray, Plan
 from planner_core.operating_system import lower_priority
 from planner_core.plan_folder.folder import write_plan_folder
-from planner_core.plan_folder.plan_json import read_plan_json
-from planner_core.plan_folder.plan_settings import load_options_of
 from planner_core.planning.judge import with_judgement
 from planner_core.planning.plan import plan_survey
 from planner_core.progress import BestSoFar, ProgressEvent
@@ -32,7 +30,7 @@ from planner_core.scene.load import load_scene
 from planner_core.select.proven import INTERRUPTED
 from viewer_web.server.jobs.documents import RunBest
 from viewer_web.server.jobs.files import BASIS, CANCEL, LOG, PLAN, RUNS, now, read_begun, read_run, write_run
-from viewer_web.server.jobs.settings import run_settings
+from viewer_web.server.jobs.settings import run_load_options, run_settings
 from viewer_web.server.jobs.turn import tell_turn
 
 #: The viewer answers first: whoever moves stations meanwhile would notice.
@@ -174,7 +172,7 @@ def plan_run(folder: Path, scene: Sequence[Path], telling: Telling, interrupts: 
         raise KeyboardInterrupt
     basis, place = folder / BASIS, folder.stat().st_ino
     settings = run_settings(basis, telling.run.request, begun_m=read_begun(folder))
-    loaded = load_scene(scene, options=load_options_of(read_plan_json(basis)), progress=telling.show)
+    loaded = load_scene(scene, options=run_load_options(basis, telling.run.request), progress=telling.show)
     telling.offset_m = loaded.offset_m
     survey = make_survey(loaded, settings, progress=telling.show)
     engine = open_engine(survey.scene, survey.patches)

@@ -9,10 +9,11 @@ from planner_core.documents import key_of
 from planner_core.model import Objective, PlanSettings, PriorStation, Proven, Requirements, Role
 from planner_core.model.choices import one_of
 from planner_core.plan_folder.plan_json import read_plan_json
-from planner_core.plan_folder.plan_settings import settings_of
+from planner_core.plan_folder.plan_settings import load_options_of, settings_of
 from planner_core.requirements.read import requirements_from
-from planner_core.review.again import settings_with_review
+from planner_core.review.again import load_options_with_review, settings_with_review
 from planner_core.review.store import ReviewStore
+from planner_core.scene.load import LoadOptions
 from viewer_web.server.jobs.documents import RunRequest
 
 _WHERE = "requirements"
@@ -65,6 +66,15 @@ def run_settings(basis: Path, request: RunRequest, *, begun_m: Sequence[Sequence
         settings = _with_prior(settings, lambda station: station.role != Role.KEPT)
     settings = _with_prior(settings, lambda station: station.role != Role.BEGUN, *_begun(begun_m))
     return replace(settings, objective=objective, max_stations=request.max_stations)
+
+
+def run_load_options(basis: Path, request: RunRequest) -> tuple[LoadOptions, ...]:
+    """Return how a run reads each file of the scene; raises `PlanFolderError` as `run_settings` does."""
+    options = load_options_of(read_plan_json(basis))
+    if not request.from_review:
+        return options
+    review = ReviewStore(basis).current()
+    return tuple(load_options_with_review(each, review) for each in options)
 
 
 def _following(asked: Requirements, entries: Mapping[str, Any], planned: Requirements) -> Requirements:

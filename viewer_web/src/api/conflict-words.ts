@@ -8,6 +8,8 @@ const KINDS: Readonly<Record<string, string>> = {
   zone: 'zone',
   forbidden: 'forbidden position',
   pick: 'floor mark',
+  entrance: 'entrance',
+  door: 'door',
   sign_off: 'the sign-off',
 };
 

@@ -10,10 +10,11 @@ export type LiveState = Frozen<schema.LiveDocument>;
 
 /** As the server sends it: what may be left out of a change is all there. */
 export type Review = Frozen<
-  Omit<schema.ReviewDocument, 'zones' | 'forbidden' | 'ground_picks'> & {
+  Omit<schema.ReviewDocument, 'zones' | 'forbidden' | 'ground_picks' | 'entrances'> & {
     zones: Record<string, Required<schema.ZoneDocument>>;
     forbidden: Record<string, Required<schema.ForbiddenPlaceDocument>>;
     ground_picks: Record<string, Required<schema.GroundPickDocument>>;
+    entrances: Record<string, Required<schema.EntranceDocument>>;
   }
 >;
 export type StationEdit = Frozen<schema.StationEditDocument>;

@@ -19,6 +19,7 @@ export type WeakMotionSection = plan.WeakMotionSection;
 
 export interface Documents {
   AddComment: AddComment;
+  AddEntrance: AddEntrance;
   AddStation: AddStation;
   AddZone: AddZone;
   Allow: Allow;
@@ -33,6 +34,7 @@ export interface Documents {
   ConflictDocument: ConflictDocument;
   CoverageFigures: CoverageFigures;
   EditComment: EditComment;
+  EntranceDocument: EntranceDocument;
   ExportList: ExportList;
   FieldTimeSection: FieldTimeSection;
   FiguresOfDraft: FiguresOfDraft;
@@ -59,6 +61,7 @@ export interface Documents {
   Refusal: Refusal;
   RegistrationSection: RegistrationSection;
   RemoveComment: RemoveComment;
+  RemoveEntrance: RemoveEntrance;
   RemoveStation: RemoveStation;
   RemoveZone: RemoveZone;
   RequirementFigure: RequirementFigure;
@@ -74,6 +77,7 @@ export interface Documents {
   RunList: RunList;
   RunRequest: RunRequest;
   SessionDocument: SessionDocument;
+  SetDoor: SetDoor;
   SetHeight: SetHeight;
   SetVerdict: SetVerdict;
   Sign: Sign;
@@ -107,6 +111,33 @@ export interface AddComment {
   author?: string | null;
   time?: string | null;
   resolved?: boolean;
+}
+/**
+ * Add an entrance: the route begins at the first.
+ */
+export interface AddEntrance {
+  kind: 'add_entrance';
+  entrance: EntranceDocument;
+}
+/**
+ * Where the crew enters: a point on the ground of a floor.
+ */
+export interface EntranceDocument {
+  /**
+   * Empty: the next free one.
+   */
+  id?: string;
+  /**
+   * x, y, z: scene frame, metres.
+   *
+   * @minItems 3
+   * @maxItems 3
+   */
+  position_m: [number, number, number];
+  /**
+   * Id of a floor of the plan, F0 ...
+   */
+  floor: string;
 }
 /**
  * Add a station. Its id left out: the next free one.
@@ -196,6 +227,9 @@ export interface Changes {
     | RemoveZone
     | PickGround
     | UnpickGround
+    | AddEntrance
+    | RemoveEntrance
+    | SetDoor
     | AddComment
     | EditComment
     | ResolveComment
@@ -347,6 +381,24 @@ export interface GroundPickDocument {
 export interface UnpickGround {
   kind: 'unpick_ground';
   id: string;
+}
+/**
+ * Remove an entrance.
+ */
+export interface RemoveEntrance {
+  kind: 'remove_entrance';
+  id: string;
+}
+/**
+ * Have a door open or shut during scanning; null: as the plan has it. Counts when the plan is made again.
+ */
+export interface SetDoor {
+  kind: 'set_door';
+  /**
+   * IFC GlobalId of a door.
+   */
+  door: string;
+  state: ('open' | 'shut') | null;
 }
 /**
  * Edit a comment: its author may.
@@ -515,6 +567,9 @@ export interface CommittedDocument {
     | RemoveZone
     | PickGround
     | UnpickGround
+    | AddEntrance
+    | RemoveEntrance
+    | SetDoor
     | AddComment
     | EditComment
     | ResolveComment
@@ -546,6 +601,15 @@ export interface ReviewDocument {
   ground_picks: {
     [k: string]: GroundPickDocument;
   };
+  entrances: {
+    [k: string]: EntranceDocument;
+  };
+  /**
+   * Doors that are open or shut whatever the plan has.
+   */
+  doors: {
+    [k: string]: 'open' | 'shut';
+  };
   comments: {
     [k: string]: CommentDocument;
   };
@@ -554,7 +618,7 @@ export interface ReviewDocument {
   };
   sign_off: SignOffDocument | null;
   /**
-   * Last change of every object, also of removed ones: `station:S001`, `zone:Z001`, `forbidden:P001`, `pick:G001`, `comment:C001`, `verdict:S001`, `sign_off`.
+   * Last change of every object, also of removed ones: `station:S001`, `zone:Z001`, `forbidden:P001`, `pick:G001`, `entrance:E001`, `door:GLOBALID`, `comment:C001`, `verdict:S001`, `sign_off`.
    */
   touched: {
     [k: string]: TouchDocument;
@@ -947,7 +1011,7 @@ export interface RunRequest {
    */
   max_stations?: number | null;
   /**
-   * Whether the review counts: its stations are kept where that costs nothing, or locked; zones, forbidden places and ground are taken over. Other objectives than fewest keep no stations.
+   * Whether the review counts: its stations are kept where that costs nothing, or locked; zones, forbidden places, ground, entrances and doors are taken over. Other objectives than fewest keep no stations.
    */
   from_review?: boolean;
   /**

@@ -9,7 +9,7 @@ import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
-import { fetchOtherPlan } from './comparison.ts';
+import { fetchOtherPlan, hasSameDoors } from './comparison.ts';
 import { DIFFERENCE_ID, differenceLayer, differenceOf, type StationChange } from './difference.ts';
 import { changesShown } from './station-changes.ts';
 
@@ -84,6 +84,10 @@ class CompareFollower {
       untracked(() => this.dropLayer());
       return;
     }
+    if (!hasSameDoors(loaded.plan, comparison.other.plan)) {
+      untracked(() => this.showTimesSeen());
+      return;
+    }
     try {
       const seen = (await source?.(TIMES_SEEN)) ?? loaded.patchSeen;
       if (signal.aborted) return;
@@ -98,10 +102,15 @@ class CompareFollower {
 
   private dropLayer(): void {
     const { store } = this;
+    if (store.compareBase.peek() === null) this.showTimesSeen();
+    else if (store.extraLayers.peek().length > 0) store.extraLayers.value = this.otherLayers();
+  }
+
+  /** In place of the difference. */
+  private showTimesSeen(): void {
+    const { store } = this;
     if (store.extraLayers.peek().length > 0) store.extraLayers.value = this.otherLayers();
-    if (store.layerId.peek() === DIFFERENCE_ID && store.compareBase.peek() === null) {
-      store.layerId.value = TIMES_SEEN;
-    }
+    if (store.layerId.peek() === DIFFERENCE_ID) store.layerId.value = TIMES_SEEN;
   }
 
   private otherLayers() {

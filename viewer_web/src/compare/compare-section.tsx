@@ -1,10 +1,11 @@
 /** Choosing a plan to compare with, the figures of both side by side, and their curves. */
 import { batch } from '@preact/signals';
+import { ENTRANCE_WORDS } from '../edit/entrance-words.ts';
 import { draftTotals, planTotals, type Totals } from '../edit/totals.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
-import { figureRows, steepestCurve, titleOfBase } from './comparison.ts';
+import { figureRows, hasSameDoors, steepestCurve, titleOfBase } from './comparison.ts';
 import { CoverageCurve } from './coverage-curve.tsx';
 import type { Curve } from './curve.ts';
 import { DIFFERENCE_ID } from './difference.ts';
@@ -83,7 +84,7 @@ function Figures({ store }: { store: Store }) {
   const rows = figureRows(shown, planTotals(comparison.other.plan));
   return (
     <>
-      <FloorsNote store={store} />
+      <PlansNote store={store} />
       <table class="comparison" data-testid="comparison">
         <thead>
           <tr>
@@ -106,12 +107,15 @@ function Figures({ store }: { store: Store }) {
   );
 }
 
-/** Said where the two are not of the same floors. */
-function FloorsNote({ store }: { store: Store }) {
+/** Said where the two are not of the same floors, or doors. */
+function PlansNote({ store }: { store: Store }) {
   const [plan, comparison] = [store.loaded.value?.plan, store.comparison.value];
   if (plan === undefined || comparison.kind !== 'shown') return null;
-  const words = floorsInWords({ title: titleOfShown(store), plan }, comparison.other);
-  return words === null ? null : <p class="note note-warn">{words}</p>;
+  const words = [
+    floorsInWords({ title: titleOfShown(store), plan }, comparison.other),
+    hasSameDoors(plan, comparison.other.plan) ? null : ENTRANCE_WORDS.otherDoors,
+  ].filter((said) => said !== null);
+  return words.length === 0 ? null : <p class="note note-warn">{words.join(' ')}</p>;
 }
 
 function curvesOf(store: Store): Curve[] {

@@ -3,12 +3,29 @@ import { planTotals } from '../edit/totals.ts';
 import { missedInWords } from '../panels/requirements.tsx';
 import { shortfallsOf } from '../shortfalls/shortfalls.ts';
 import { smallPlan } from '../testing/small-plan.ts';
-import { figureRows, steepestCurve, titleOfBase } from './comparison.ts';
+import { figureRows, hasSameDoors, steepestCurve, titleOfBase } from './comparison.ts';
 
 const NO_LIMITS = { spacing_m: null, range_m: null, incidence_rad: null, noise_m: null };
 
 test('plans are named by the run that made them', () => {
   expect(['', 'runs/R002/plan', 'old'].map(titleOfBase)).toEqual(['The plan', 'Run R002', 'old']);
+});
+
+test('plans with other doors open are of other surfaces', () => {
+  const plan = smallPlan();
+  const options = { metres_per_unit: null, up_axis: null, skip_bad_faces: false, glass: 'stop' as const };
+  const withDoors = (open: string[], shut: string[], doors: 'open' | 'shut' = 'shut') => ({
+    ...plan,
+    scene: {
+      ...plan.scene,
+      doors,
+      load_options: { ...options, doors, doors_open: open, doors_shut: shut, leave_out: [] },
+    },
+  });
+  expect(hasSameDoors(plan, withDoors([], []))).toBe(true);
+  expect(hasSameDoors(withDoors(['a', 'b'], ['c']), withDoors(['b', 'a'], ['c']))).toBe(true);
+  expect(hasSameDoors(withDoors(['a'], []), withDoors([], ['a']))).toBe(false);
+  expect(hasSameDoors(withDoors([], [], 'open'), withDoors([], []))).toBe(false);
 });
 
 test('figures stand side by side, floor by floor', () => {

@@ -30,6 +30,16 @@ export async function fetchOtherPlan(base: string, signal: AbortSignal): Promise
   return { base, title: titleOfBase(base), plan, patchSeen: withinScope(new Uint8Array(patchBytes), scope) };
 }
 
+/** Leaves of open doors are left out: patches of plans with other doors are not each other's. */
+export function hasSameDoors(one: PlanJson, other: PlanJson): boolean {
+  const told = ({ scene: { doors, load_options } }: PlanJson): string =>
+    JSON.stringify([
+      doors,
+      ...[load_options?.doors_open, load_options?.doors_shut].map((ids) => [...(ids ?? [])].sort()),
+    ]);
+  return told(one) === told(other);
+}
+
 /** Coverage by number of stations, the station that adds most first, as far as the plan says it so. */
 export function steepestCurve({ why, coverage_curve }: PlanJson): readonly (number | null)[] {
   return why === null ? coverage_curve : why.curve.map(({ fraction_of_achievable }) => fraction_of_achievable);

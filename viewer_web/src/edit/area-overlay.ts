@@ -15,7 +15,16 @@ import {
 } from 'three';
 import type { Place } from './ground-map.ts';
 
-export type AreaKind = 'keep_out' | 'priority' | 'forbidden' | 'ground' | 'not_ground' | 'drawing';
+export type AreaKind =
+  | 'keep_out'
+  | 'priority'
+  | 'forbidden'
+  | 'ground'
+  | 'not_ground'
+  | 'entrance'
+  | 'door_open'
+  | 'door_shut'
+  | 'drawing';
 
 const COLOURS: Readonly<Record<AreaKind, string>> = {
   keep_out: '#c2453a',
@@ -23,11 +32,16 @@ const COLOURS: Readonly<Record<AreaKind, string>> = {
   forbidden: '#c2453a',
   ground: '#2e9e5b',
   not_ground: '#a03a8e',
+  entrance: '#f5c518',
+  door_open: '#2e9e5b',
+  door_shut: '#8a4b20',
   drawing: '#d08a00',
 };
 /** Above the floor, so that neither hides the other. */
 const ABOVE_M = 0.03;
 const FILL_OPACITY = 0.28;
+/** An entrance is small, and nothing below it is of interest. */
+const ENTRANCE_OPACITY = 0.9;
 /** A band along the rim of marked ground: so wide, and clearly drawn. */
 const RIM_M = 0.08;
 const RIM_OPACITY = 0.85;
@@ -95,7 +109,8 @@ function objectsOf({ kind, heightM, outline, cornersM, isOpen = false, isRimAlon
   const geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(flat, 3));
   const material = new LineBasicMaterial({ color, depthTest: false, transparent: true });
   const rim = isOpen ? new Line(geometry, material) : new LineLoop(geometry, material);
-  return isOpen ? [rim] : [fill(filled(outline, heightM)), rim];
+  const opacity = kind === 'entrance' ? ENTRANCE_OPACITY : FILL_OPACITY;
+  return isOpen ? [rim] : [fill(filled(outline, heightM), opacity), rim];
 }
 
 /** Triangles (L, 9) of a band along the edges that only one of triangles (T, 9) has, on the inner side of each. */

@@ -8,9 +8,11 @@ import type { PlanView } from '../scene/plan-view.ts';
 import type { PointerConsumer, PointerPlace } from '../scene/pointer.ts';
 import type { Picked } from '../scene/state.ts';
 import type { Store } from '../store.ts';
-import { addZone, forbid, pickGround } from './changes.ts';
+import { addEntrance, addZone, forbid, pickGround, setDoor } from './changes.ts';
 import { coplanarRegion, isSteep } from './coplanar-region.ts';
-import { sceneOf } from './draft.ts';
+import { type Door, doorAt, doorsOf } from './doors.ts';
+import { localOf, sceneOf } from './draft.ts';
+import { ENTRANCE_WORDS } from './entrance-words.ts';
 import type { Place } from './ground-map.ts';
 import { nothingToPick } from './ground-state.ts';
 import { faultOf, NEAREST_CORNERS_M } from './outline.ts';
@@ -21,6 +23,8 @@ import { floorAt } from './review-areas.ts';
 const CLOSING_PIXELS = 14;
 
 export class AreaTools {
+  private doors: readonly Door[] | null = null;
+
   constructor(
     private readonly store: Store,
     private readonly reviewClient: ReviewClient,
@@ -76,13 +80,16 @@ export class AreaTools {
       return;
     }
     const picked = this.view.surfaceAt(place.clientX, place.clientY);
-    if (picked === null || picked.isSection) {
+    // Where the cut opens a door it is a door all the same.
+    if (picked === null || (picked.isSection && tool !== 'doors')) {
       this.reviewClient.warn('No surface under the pointer: click on one.');
       return;
     }
     if (tool === 'ground') void this.pickGround(picked);
     else if (tool === 'forbid') void this.forbid(picked);
     else if (tool === 'add') this.addStation(picked);
+    else if (tool === 'entrance') void this.setEntrance(picked);
+    else if (tool === 'doors') void this.markDoor(picked);
     else this.pinComment(picked);
   }
 
@@ -150,6 +157,26 @@ export class AreaTools {
   private async forbid(picked: Picked): Promise<void> {
     const radiusM = this.store.editing.forbidRadiusM.peek();
     await this.reviewClient.commit('forbid a position', [forbid(picked.pointM, radiusM, this.floorOf(picked))]);
+  }
+
+  private async setEntrance({ groundOf, pointM }: Picked): Promise<void> {
+    if (groundOf === null) this.reviewClient.warn(ENTRANCE_WORDS.entranceNeedsFloor);
+    else await this.reviewClient.commit(ENTRANCE_WORDS.setEntrance, [addEntrance(pointM, groundOf)]);
+  }
+
+  private async markDoor({ element, pointM }: Picked): Promise<void> {
+    const { stage } = this.loaded;
+    this.doors ??= doorsOf(stage);
+    const door = doorAt(this.doors, element, localOf(pointM, stage.offsetM));
+    const state = this.store.editing.doorState.peek();
+    if (door === null) {
+      this.reviewClient.warn(this.doors.length === 0 ? ENTRANCE_WORDS.noDoors : ENTRANCE_WORDS.doorNeedsDoor);
+      return;
+    }
+    const { sourceId } = door.element;
+    if (this.reviewClient.review.peek()?.doors[sourceId] === state) {
+      this.reviewClient.notice.value = { kind: 'note', text: ENTRANCE_WORDS.isMarked(state) };
+    } else await this.reviewClient.commit(ENTRANCE_WORDS.markDoor(state), [setDoor(sourceId, state)]);
   }
 
   /** As near to a surface as a tripod can stand. */

@@ -3,21 +3,10 @@ import type { Change, Review } from '../api/documents.ts';
 import { lengthWords, percent } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
-import { allow, moveBack, removeStation, removeZone, restoreStation, unpickGround } from './changes.ts';
+import { allow, type Entry, moveBack, removeStation, removeZone, restoreStation, unpickGround } from './changes.ts';
 import type { DraftStation } from './draft.ts';
 import { stationsOf } from './draft-follower.ts';
-
-interface Entry {
-  readonly key: string;
-  readonly title: string;
-  readonly detail: string;
-  /** Class of the swatch; null: none. */
-  readonly swatch: string | null;
-  readonly back: Change;
-  readonly backLabel: string;
-  readonly stationId?: string;
-  readonly floorId?: string;
-}
+import { entranceEntries } from './entrance-parts.tsx';
 
 export function ChangeList({ store }: { store: Store }) {
   const { reviewClient } = store;
@@ -26,7 +15,11 @@ export function ChangeList({ store }: { store: Store }) {
   const floors = store.loaded.value?.plan.floors ?? [];
   const nameOf = (id: string): string =>
     id === '' ? 'all floors' : (floors.find((floor) => floor.id === id)?.name ?? id);
-  const entries = [...stationEntries(stationsOf(store), review, nameOf), ...areaEntries(review, nameOf)];
+  const entries = [
+    ...stationEntries(stationsOf(store), review, nameOf),
+    ...areaEntries(review, nameOf),
+    ...entranceEntries(review, store.loaded.value, nameOf),
+  ];
   return (
     <Section title="Changes" aside={entries.length === 0 ? '' : `${entries.length}`}>
       {entries.length === 0 && <p class="muted">No changes yet.</p>}

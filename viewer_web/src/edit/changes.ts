@@ -1,5 +1,6 @@
 /** The changes of a review that the panels make; docs/formats/review.md says what each means. */
 import type { Change, Point, ZoneKind } from '../api/documents.ts';
+import type { DoorState } from './entrance-words.ts';
 import type { Place } from './ground-map.ts';
 
 export interface Pose {
@@ -42,3 +43,23 @@ export function pickGround(point_m: Point, isGround: boolean, floor: string): Ch
   return { kind: 'pick_ground', pick: { point_m, is_ground: isGround, floor } };
 }
 export const unpickGround = (id: string): Change => ({ kind: 'unpick_ground', id });
+
+export function addEntrance(position_m: Point, floor: string): Change {
+  return { kind: 'add_entrance', entrance: { id: '', position_m, floor } };
+}
+export const removeEntrance = (id: string): Change => ({ kind: 'remove_entrance', id });
+/** `door`: its GlobalId; null: as the plan has it. */
+export const setDoor = (door: string, state: DoorState | null): Change => ({ kind: 'set_door', door, state });
+
+/** A line of the list of changes. */
+export interface Entry {
+  readonly key: string;
+  readonly title: string;
+  readonly detail: string;
+  /** Class of the swatch; null: none. */
+  readonly swatch: string | null;
+  readonly back: Change;
+  readonly backLabel: string;
+  readonly stationId?: string;
+  readonly floorId?: string;
+}

@@ -97,6 +97,17 @@ test('the route of an edited plan is asked for where it is looked at', async () 
   expect(store.draftRoute.value).toBeNull();
 });
 
+test('the route of a plan that is entered elsewhere is another one, with no station edited', async () => {
+  reviewClient.live.value = READY;
+  store.showRoute.value = true;
+  expect(asked).not.toContain('route');
+  const entrance = { id: 'E001', position_m: [1000, 2000, 0] as const, floor: 'F0' };
+  reviewClient.review.value = { ...reviewClient.review.value!, entrances: { E001: entrance } };
+  await expect.poll(() => store.draftRoute.value?.order).toEqual(['S001']);
+  reviewClient.review.value = { ...reviewClient.review.value!, entrances: {} };
+  expect(store.draftRoute.value).toBeNull();
+});
+
 test('while a run goes on, those who look at runs see its best stations', () => {
   const stations = [
     [1001, 2001, 1.3],

@@ -67,7 +67,7 @@ export class DraftFollower {
     this.stations = computed(() => stationsOf(store));
     const draft = computed(() => this.draft());
     const layersKey = computed(() => this.layersKey());
-    const routeKey = computed(() => (store.showRoute.value && hasEdits(this.stations.value) ? layersKey.value : null));
+    const routeKey = computed(() => this.routeKey());
     this.endings = [
       effect(() => {
         store.draft.value = draft.value;
@@ -166,13 +166,26 @@ export class DraftFollower {
     });
   }
 
+  /** The draft is shown, and the live side computes. */
+  private isDraftLive(): boolean {
+    const { store, reviewClient } = this;
+    const isShown = !store.editing.showsPlan.value && store.planBase.value === OWN_PLAN;
+    return isShown && reviewClient.live.value.state === 'ready';
+  }
+
+  /** Another key: another route. Null: the plan's, or none is looked at. */
+  private routeKey(): string | null {
+    const stations = this.stations.value;
+    const entrances = this.reviewClient.review.value?.entrances ?? {};
+    const isOther = hasEdits(stations) || Object.keys(entrances).length > 0;
+    if (!this.store.showRoute.value || !isOther || !this.isDraftLive()) return null;
+    return JSON.stringify([stations.map(({ id, positionM, isRemoved }) => [id, positionM, isRemoved]), entrances]);
+  }
+
   /** Another key: other values. Null: those of the plan folder. */
   private layersKey(): string | null {
-    const { store, reviewClient } = this;
     const stations = this.stations.value;
-    const isShown = !store.editing.showsPlan.value && store.planBase.value === OWN_PLAN;
-    if (!isShown || reviewClient.live.value.state !== 'ready') return null;
-    if (!hasEdits(stations) && store.tab.value !== 'edit') return null;
+    if (!this.isDraftLive() || (!hasEdits(stations) && this.store.tab.value !== 'edit')) return null;
     return JSON.stringify(stations.map(({ id, positionM, isRemoved }) => [id, positionM, isRemoved]));
   }
 }

@@ -3,6 +3,7 @@ import { AuthorField } from '../review/author-field.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 import { ChangeList } from './change-list.tsx';
+import { DoorsNote } from './entrance-parts.tsx';
 import './edit.css';
 import { whyNoEditing, whyNotLive } from './readiness.ts';
 import { StationEditing } from './station-editing.tsx';
@@ -21,6 +22,7 @@ export function EditTab({ store }: EditTabProps) {
     <>
       <LiveNote store={store} />
       <ToolPicker store={store} />
+      <DoorsNote store={store} />
       <StationEditing store={store} />
       <ChangeList store={store} />
       {store.reviewClient !== null && <AuthorField reviewClient={store.reviewClient} />}

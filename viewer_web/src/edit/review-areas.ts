@@ -4,12 +4,18 @@ import type { LoadedPlan } from '../load/fetch-plan.ts';
 import type { StageFloor } from '../load/stage.ts';
 import { type Area, circle } from './area-overlay.ts';
 import { coplanarRegion } from './coplanar-region.ts';
+import { type Door, doorsOf } from './doors.ts';
 import { localOf } from './draft.ts';
 import type { Place } from './ground-map.ts';
 import { triangleAt } from './triangle-at.ts';
 
 /** So much below a floor's ground still belongs to it. */
 const SLAB_M = 0.3;
+
+/** Half the diagonal of an entrance's diamond. */
+const ENTRANCE_M = 0.45;
+/** Doors of a building, which many reviews are drawn on. */
+const doorsOfStage = new WeakMap<object, readonly Door[]>();
 
 /** An area of no floor is drawn on each. `tintsGround`: marked ground is filled, which no layer's colours survive. */
 export function reviewAreas(review: Review, loaded: LoadedPlan, tintsGround: boolean): Area[] {
@@ -35,7 +41,30 @@ export function reviewAreas(review: Review, loaded: LoadedPlan, tintsGround: boo
     const cornersM = regionCorners(triangles.cornersM, triangle);
     return [{ kind, floorId, heightM: 0, cornersM, isRimAlone: !tintsGround }];
   });
-  return [...zones, ...forbidden, ...picks];
+  return [...zones, ...forbidden, ...picks, ...entranceAreas(review, loaded)];
+}
+
+/** A diamond where one enters, and a circle round each door that is marked. */
+function entranceAreas(review: Review, { stage }: LoadedPlan): Area[] {
+  const entrances = Object.values(review.entrances).map(({ position_m, floor }): Area => {
+    const [x, y, heightM] = localOf(position_m, stage.offsetM);
+    const outline = [0, 1, 2, 3].map((k): Place => {
+      const angle = (k * Math.PI) / 2;
+      return [x + ENTRANCE_M * Math.cos(angle), y + ENTRANCE_M * Math.sin(angle)];
+    });
+    return { kind: 'entrance', floorId: floor, heightM, outline };
+  });
+  if (Object.keys(review.doors).length === 0) return entrances;
+  const known = doorsOfStage.get(stage) ?? doorsOf(stage);
+  doorsOfStage.set(stage, known);
+  const doors = known.flatMap(({ element, lowM, highM }): Area[] => {
+    const state = review.doors[element.sourceId];
+    if (state === undefined) return [];
+    const [x, y, heightM] = [(lowM[0] + highM[0]) / 2, (lowM[1] + highM[1]) / 2, lowM[2]];
+    const radiusM = Math.hypot(highM[0] - lowM[0], highM[1] - lowM[1]) / 2;
+    return [{ kind: `door_${state}`, floorId: element.floorId, heightM, outline: circle([x, y], radiusM) }];
+  });
+  return [...entrances, ...doors];
 }
 
 /** Id of the floor that a height (local) belongs to: the highest one below it, else the lowest. */

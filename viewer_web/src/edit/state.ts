@@ -3,10 +3,11 @@ import { type Signal, signal } from '@preact/signals';
 import type { Point, PreviewHead } from '../api/documents.ts';
 import type { Picked } from '../scene/state.ts';
 import type { DraftStation } from './draft.ts';
+import type { DoorState } from './entrance-words.ts';
 import type { GroundMap, Place } from './ground-map.ts';
 import { Latencies } from './preview-loop.ts';
 
-export type Tool = 'select' | 'add' | 'forbid' | 'keep_out' | 'priority' | 'ground' | 'comment';
+export type Tool = 'select' | 'add' | 'forbid' | 'keep_out' | 'priority' | 'ground' | 'entrance' | 'doors' | 'comment';
 
 /** A station on its way: dragged, raised, or about to be added (`stationId` null). Scene frame. */
 export interface UnderWay {
@@ -60,6 +61,8 @@ export interface Editing {
   readonly priorityPercent: Signal<string>;
   readonly forbidRadiusM: Signal<number>;
   readonly marksGround: Signal<boolean>;
+  /** What a clicked door is marked as. */
+  readonly doorState: Signal<DoorState>;
   /** Of the floor that is shown; null: not known (yet). */
   readonly ground: Signal<GroundMap | null>;
   readonly commentSpot: Signal<CommentSpot | null>;
@@ -84,6 +87,7 @@ export function createEditing(): Editing {
     priorityPercent: signal('98'),
     forbidRadiusM: signal(0.5),
     marksGround: signal(true),
+    doorState: signal<DoorState>('open'),
     ground: signal<GroundMap | null>(null),
     commentSpot: signal<CommentSpot | null>(null),
     answerTimes: new Latencies(),

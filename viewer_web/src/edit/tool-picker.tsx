@@ -3,6 +3,8 @@ import { batch } from '@preact/signals';
 import { lengthWords } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
+import { DoorOption } from './entrance-parts.tsx';
+import { ENTRANCE_WORDS } from './entrance-words.ts';
 import { faultOf } from './outline.ts';
 import { isLive } from './readiness.ts';
 import type { Tool } from './state.ts';
@@ -47,6 +49,13 @@ const TOOLS: readonly ToolEntry[] = [
     hint: 'Click a surface to mark its level area for the next plan.',
     needsLive: false,
   },
+  { tool: 'entrance', title: ENTRANCE_WORDS.entranceTool, hint: ENTRANCE_WORDS.entranceHint, needsLive: false },
+  {
+    tool: 'doors',
+    title: ENTRANCE_WORDS.doorTool,
+    hint: `${ENTRANCE_WORDS.doorHint} ${ENTRANCE_WORDS.doorsNote}`,
+    needsLive: false,
+  },
 ];
 
 export function ToolPicker({ store }: { store: Store }) {
@@ -78,6 +87,7 @@ export function ToolPicker({ store }: { store: Store }) {
       {(tool === 'keep_out' || tool === 'priority') && <OutlineOptions store={store} />}
       {tool === 'forbid' && <RadiusOption store={store} />}
       {tool === 'ground' && <GroundOption store={store} />}
+      {tool === 'doors' && <DoorOption store={store} />}
     </Section>
   );
 }

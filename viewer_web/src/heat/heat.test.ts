@@ -185,7 +185,16 @@ test('a piece is the patches that bear its name, and none that have none', () =>
 
 test('the coverage of an element is that of its own patches', () => {
   const areas = patchAreas(TRIANGLES, 5, null);
-  const element = { sceneIndex: 0, name: '', kind: '', floorId: '', file: 0, firstTriangle: 0, nTriangles: 1 };
+  const element = {
+    sceneIndex: 0,
+    name: '',
+    kind: '',
+    sourceId: '',
+    floorId: '',
+    file: 0,
+    firstTriangle: 0,
+    nTriangles: 1,
+  };
   const coverage = coverageOf(element, TRIANGLES, Uint8Array.of(9, 0, 1, 2, NOT_ACHIEVABLE), areas);
   expect([coverage.areaM2, coverage.askedM2]).toEqual([6, 6].map((area) => expect.closeTo(area)));
   expect(coverage.achievableM2).toBeCloseTo(4.5);

@@ -34,7 +34,16 @@ function cube({ isInsideOut = false, nFaces = 6 } = {}): StageTriangles {
 }
 
 const whole = (triangles: StageTriangles): StageElement[] => [
-  { sceneIndex: 0, name: 'cube', kind: 'Mesh', floorId: '', file: 0, firstTriangle: 0, nTriangles: triangles.count },
+  {
+    sceneIndex: 0,
+    name: 'cube',
+    kind: 'Mesh',
+    sourceId: '',
+    floorId: '',
+    file: 0,
+    firstTriangle: 0,
+    nTriangles: triangles.count,
+  },
 ];
 
 test('a cube has twelve lines and none along the diagonals of its faces', () => {

@@ -430,6 +430,14 @@ export interface LoadOptionsSection {
   glass: 'pass' | 'stop' | 'return';
   doors: 'shut' | 'open' | 'all';
   /**
+   * GlobalIds of doors that were taken to be open whatever `doors` says.
+   */
+  doors_open: string[];
+  /**
+   * GlobalIds of doors that were taken to be shut whatever `doors` says.
+   */
+  doors_shut: string[];
+  /**
    * Classes, and patterns of names, whose elements were left out.
    */
   leave_out: string[];

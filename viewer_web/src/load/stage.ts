@@ -13,6 +13,8 @@ export interface StageElement {
   readonly sceneIndex: number;
   readonly name: string;
   readonly kind: string;
+  /** What finds it again in the source: of IFC its GlobalId. */
+  readonly sourceId: string;
   readonly floorId: string;
   /** Number of its file in `Stage.files`; 0 of a scene of one file. */
   readonly file: number;
@@ -131,6 +133,7 @@ function mergeMeshes(
       sceneIndex: number(mesh, 'tlsplan:element'),
       name: string(mesh, 'tlsplan:name'),
       kind: string(mesh, 'tlsplan:kind'),
+      sourceId: string(mesh, 'tlsplan:sourceId'),
       floorId: string(mesh, 'tlsplan:floor'),
       file: Math.max(
         0,

@@ -1,6 +1,7 @@
 /** The keyboard: floors by digit or up and down, stations by left and right, the camera by letters, Escape lets go. */
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
+import { isKeyOn } from './character-keys.ts';
 
 /** Returns what stops listening. */
 export function listenToKeys(target: Window, store: Store, view: PlanView): () => void {
@@ -8,7 +9,7 @@ export function listenToKeys(target: Window, store: Store, view: PlanView): () =
     const { target: from } = event;
     const isForm =
       from instanceof HTMLInputElement || from instanceof HTMLTextAreaElement || from instanceof HTMLSelectElement;
-    if (isForm || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (isForm || event.ctrlKey || event.metaKey || event.altKey || !isKeyOn(event.key)) return;
     if (act(event.key, store, view)) event.preventDefault();
   };
   target.addEventListener('keydown', onKey);

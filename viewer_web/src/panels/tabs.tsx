@@ -11,6 +11,7 @@ import type { PlanView } from '../scene/plan-view.ts';
 import { StationList } from '../stations/station-list.tsx';
 import type { Store } from '../store.ts';
 import { UnseenTab } from '../unseen/unseen-tab.tsx';
+import { KeysHelp } from './keys-help.tsx';
 import type { TabId } from './state.ts';
 import { Summary } from './summary.tsx';
 
@@ -93,6 +94,7 @@ function pageOf(id: TabId, { store, view }: TabsProps): ComponentChildren {
       <FileList store={store} />
       <RouteSection store={store} />
       <StationList store={store} />
+      <KeysHelp />
     </>
   );
 }

@@ -35,6 +35,8 @@ test('what is left of nothing was taken away', () => {
     'zone:Z001',
     'forbidden:P001',
     'pick:G001',
+    'entrance:E001',
+    'door:0w$5B',
     'sign_off',
   ].map((object) => changeInWords(object, EMPTY_REVIEW));
   expect(words).toEqual([
@@ -44,6 +46,8 @@ test('what is left of nothing was taken away', () => {
     'Zone removed',
     'Position allowed again',
     'Floor mark removed',
+    'Entrance removed',
+    'Door as planned again',
     'Sign-off withdrawn',
   ]);
 });
@@ -73,4 +77,8 @@ test('verdicts, comments, zones and the signature are told by what they say', ()
   expect(changeInWords('comment:C001', review)).toBe('Comment resolved: “The door here stays shut until Friday, s…”');
   expect(changeInWords('zone:Z001', review)).toBe('Keep-out zone “Lab” drawn');
   expect(changeInWords('sign_off', review)).toBe('Signed off');
+  const entrances = { E001: { id: 'E001', position_m: [0, 0, 0] as const, floor: 'F0' } };
+  const entered: Review = { ...EMPTY_REVIEW, entrances, doors: { '0w$5B': 'shut' } };
+  expect(changeInWords('entrance:E001', entered)).toBe('Entrance set');
+  expect(changeInWords('door:0w$5B', entered)).toBe('Door marked as shut');
 });

@@ -1,5 +1,6 @@
 /** What became of an object that somebody changed, in words: "Station S001 moved". */
 import type { Review, StationEdit } from '../api/documents.ts';
+import { ENTRANCE_WORDS } from '../edit/entrance-words.ts';
 
 /** So much of a comment tells which it is. */
 const MOST_LETTERS = 40;
@@ -25,6 +26,12 @@ export function changeInWords(object: string, review: Review): string {
         : pick.is_ground
           ? 'Walkable floor marked'
           : 'Marked as not a floor';
+    }
+    case 'entrance':
+      return review.entrances[id] === undefined ? ENTRANCE_WORDS.entranceRemoved : ENTRANCE_WORDS.entranceSet;
+    case 'door': {
+      const state = review.doors[id];
+      return state === undefined ? ENTRANCE_WORDS.doorAsPlanned : ENTRANCE_WORDS.doorMarked(state);
     }
     case 'sign_off':
       return review.sign_off === null ? 'Sign-off withdrawn' : 'Signed off';

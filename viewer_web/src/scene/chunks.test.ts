@@ -10,7 +10,16 @@ function storeys(sizes: readonly number[]): { cornersM: Float32Array; elements: 
   let first = 0;
   const elements = sizes.map((nTriangles, storey) => {
     for (let i = 9 * first + 2; i < 9 * (first + nTriangles); i += 3) cornersM[i] = 3 * storey + (i % 2);
-    const element = { sceneIndex: storey, name: '', kind: '', floorId: '', file: 0, firstTriangle: first, nTriangles };
+    const element = {
+      sceneIndex: storey,
+      name: '',
+      kind: '',
+      sourceId: '',
+      floorId: '',
+      file: 0,
+      firstTriangle: first,
+      nTriangles,
+    };
     first += nTriangles;
     return element;
   });

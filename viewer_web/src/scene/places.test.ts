@@ -26,6 +26,7 @@ const ELEMENT: StageElement = {
   sceneIndex: 0,
   name: '',
   kind: '',
+  sourceId: '',
   floorId: '',
   file: 0,
   firstTriangle: 0,

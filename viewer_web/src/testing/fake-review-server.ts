@@ -7,6 +7,8 @@ export const EMPTY_REVIEW: Review = {
   forbidden: {},
   zones: {},
   ground_picks: {},
+  entrances: {},
+  doors: {},
   comments: {},
   verdicts: {},
   sign_off: null,

@@ -1,5 +1,6 @@
 /** Walk-through: while it is on, keys and drags move a person through the building in place of the camera around it. */
 import { signal } from '@preact/signals';
+import { isKeyOn } from '../panels/character-keys.ts';
 import type { Pointer } from '../scene/pointer.ts';
 import type { Store } from '../store.ts';
 import {
@@ -133,7 +134,7 @@ export class WalkMode {
 
   private key(event: KeyboardEvent, isDown: boolean): void {
     const isTyping = event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement;
-    if (isTyping || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (isTyping || event.ctrlKey || event.metaKey || event.altKey || (isDown && !isKeyOn(event.key))) return;
     this.isFast = event.shiftKey;
     const move = KEYS[event.key.toLowerCase()];
     if (move !== undefined) this.hold(move, isDown);
