@@ -3,6 +3,7 @@
  *
  * The head is padded with spaces so that the arrays begin at a multiple of four bytes.
  */
+import { t } from '../language/language.ts';
 import { ApiError } from './api-error.ts';
 
 export interface Framed<Head> {
@@ -44,6 +45,6 @@ export function readPatchDelta(body: ArrayBuffer, n: number): PatchDelta {
 function broken(what: string): ApiError {
   return new ApiError(
     0,
-    `The server's answer can't be read: ${what}. Reload the page; the server may be of another version.`,
+    t("The server's answer can't be read: {what}. Reload the page; the server may be of another version.", { what }),
   );
 }
