@@ -125,7 +125,9 @@ export class PatchPaint {
     this.hide();
     // A comparison tells by itself how far it is, and why it can't be.
     if (layerId === PLAIN || layerId === DIFFERENCE_ID) return;
-    const message = t('This plan has no layer "{id}": an older version made it. Plan again to see it.', { id: layerId });
+    const message = t('This plan has no layer "{id}": an older version made it. Plan again to see it.', {
+      id: layerId,
+    });
     this.store.layerState.value = { kind: 'failed', message };
   }
 

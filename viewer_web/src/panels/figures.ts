@@ -79,17 +79,17 @@ export function duration(seconds: number): string {
 }
 
 const COUNTED = {
-  area: '{n, plural, one {# area} other {# areas}}',
-  change: '{n, plural, one {# change} other {# changes}}',
-  link: '{n, plural, one {# link} other {# links}}',
-  'other station': '{n, plural, one {# other station} other {# other stations}}',
-  requirement: '{n, plural, one {# requirement} other {# requirements}}',
-  station: '{n, plural, one {# station} other {# stations}}',
-  warning: '{n, plural, one {# warning} other {# warnings}}',
-} as const;
+  area: (n: number) => t('{n, plural, one {# area} other {# areas}}', { n }),
+  change: (n: number) => t('{n, plural, one {# change} other {# changes}}', { n }),
+  link: (n: number) => t('{n, plural, one {# link} other {# links}}', { n }),
+  other: (n: number) => t('{n, plural, one {# other station} other {# other stations}}', { n }),
+  requirement: (n: number) => t('{n, plural, one {# requirement} other {# requirements}}', { n }),
+  station: (n: number) => t('{n, plural, one {# station} other {# stations}}', { n }),
+  warning: (n: number) => t('{n, plural, one {# warning} other {# warnings}}', { n }),
+};
 
 /** "1 station", "2 stations". */
-export const counted = (n: number, noun: keyof typeof COUNTED): string => t(COUNTED[noun], { n });
+export const counted = (n: number, noun: keyof typeof COUNTED): string => COUNTED[noun](n);
 
 /** What buildings have most of; other classes are told as the file names them. */
 const KINDS: Readonly<Record<string, string>> = {

@@ -43,10 +43,10 @@ export function CoveredNote({ store, view }: { store: Store; view: PlanView }) {
           <span>
             {hidden.length > 1
               ? t('{stations} behind other floors', {
-                  stations: counted(n, named.length === 0 ? 'station' : 'other station'),
+                  stations: counted(n, named.length === 0 ? 'station' : 'other'),
                 })
               : t('{stations} behind another floor', {
-                  stations: counted(n, named.length === 0 ? 'station' : 'other station'),
+                  stations: counted(n, named.length === 0 ? 'station' : 'other'),
                 })}
           </span>
           {hidden

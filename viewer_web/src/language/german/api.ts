@@ -21,4 +21,8 @@ export const API = {
     'Die Antwort des Servers ist nicht lesbar: {what}. Laden Sie die Seite neu; der Server hat vielleicht eine andere Version.',
   'The plan was replaced by another one since this page was loaded. Reload the page.':
     'Der Plan wurde seit dem Laden dieser Seite durch einen anderen ersetzt. Laden Sie die Seite neu.',
+  '{n} bytes': '{n} Bytes',
+  'a head of {length} in {n} bytes': 'ein Kopf von {length} in {n} Bytes',
+  'a head that is not JSON': 'ein Kopf, der kein JSON ist',
+  '{n} bytes for {patches} patches': '{n} Bytes für {patches} Flächenstücke',
 } as const;

@@ -18,4 +18,11 @@ export const LOAD = {
   '{path}: not JSON ({why}). Write the plan again.': '{path}: kein JSON ({why}). Schreiben Sie den Plan neu.',
   "The building can't be prepared: {why}.": 'Das Gebäude lässt sich nicht vorbereiten: {why}.',
   'the browser runs no module workers': 'Der Browser führt keine Modul-Worker aus',
+  'viewer/layers.json: {part} is {found}, expected {expected}. Write the plan again with `tlsplan plan`.':
+    'viewer/layers.json: {part} ist {found}, erwartet {expected}. Schreiben Sie den Plan mit `tlsplan plan` neu.',
+  'the whole file': 'die ganze Datei',
+  '{file}: {n} bytes, expected {expected} for {rows} x {columns} beams. Write the plan again with `tlsplan plan`.':
+    '{file}: {n} Bytes, erwartet {expected} für {rows} x {columns} Strahlen. Schreiben Sie den Plan mit `tlsplan plan` neu.',
+  'Write the plan again with this version of tlsplan.': 'Schreiben Sie den Plan mit dieser Version von tlsplan neu.',
+  'Write the plan again with `tlsplan plan`.': 'Schreiben Sie den Plan mit `tlsplan plan` neu.',
 } as const;

@@ -107,6 +107,7 @@ export const PANELS = {
   'Shown floor': 'Gezeigtes Stockwerk',
   Colour: 'Farbe',
   'Colour of the building': 'Farbe des Gebäudes',
+  'Arrows move the cross, Space clicks there.': 'Pfeile bewegen das Kreuz, die Leertaste klickt dort.',
   Language: 'Sprache',
   Plain: 'Ohne',
   'Ranges and reasons: made by an older version, plan again':
