@@ -77,18 +77,24 @@ const weakestWords = ({ strength, overlap }: PlanLink): string =>
 export function GraphKey() {
   return (
     <p class="muted graph-key">
-      <svg viewBox="0 0 16 16" aria-hidden="true">
-        <circle class="graph-ring" cx="8" cy="8" r="6" />
-      </svg>
-      {t('critical station')}
-      <svg viewBox="0 0 16 16" aria-hidden="true">
-        <line class="graph-bridge-case" x1="2" y1="8" x2="14" y2="8" />
-      </svg>
-      {t('single-link connection')}
-      <svg viewBox="0 0 16 16" aria-hidden="true">
-        <line class="graph-missing" x1="0" y1="8" x2="16" y2="8" />
-      </svg>
-      {t('missing link')}
+      <span>
+        <svg viewBox="0 0 16 16" aria-hidden="true">
+          <circle class="graph-ring" cx="8" cy="8" r="6" />
+        </svg>
+        {t('critical station')}
+      </span>
+      <span>
+        <svg viewBox="0 0 16 16" aria-hidden="true">
+          <line class="graph-bridge-case" x1="2" y1="8" x2="14" y2="8" />
+        </svg>
+        {t('single-link connection')}
+      </span>
+      <span>
+        <svg viewBox="0 0 16 16" aria-hidden="true">
+          <line class="graph-missing" x1="0" y1="8" x2="16" y2="8" />
+        </svg>
+        {t('missing link')}
+      </span>
     </p>
   );
 }

@@ -9,6 +9,7 @@ import { FieldButton } from '../field/field-button.tsx';
 import { FieldView } from '../field/field-view.tsx';
 import { Legend } from '../heat/legend.tsx';
 import { t } from '../language/language.ts';
+import { LanguageSelect } from '../language/language-select.tsx';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { MeasureLayer } from '../measure/measure-layer.tsx';
@@ -106,6 +107,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
               {loaded.plan.scene.file.split(/[\\/]/).pop()}
             </p>
           </div>
+          <LanguageSelect />
           <FieldButton store={store} />
         </header>
         <Tabs store={store} view={view} />

@@ -1,7 +1,7 @@
 /** How the building is painted and looked at. */
 
 import { PLAIN } from '../heat/layers.ts';
-import { chooseLanguage, LANGUAGES, type Language, language, t } from '../language/language.ts';
+import { t } from '../language/language.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import { ShareMenu } from '../share/share-menu.tsx';
 import type { Store } from '../store.ts';
@@ -48,7 +48,6 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
         isOn={units.value === 'ft'}
         onClick={() => chooseUnits(window.localStorage, units.value === 'ft' ? 'm' : 'ft')}
       />
-      <LanguageSelect />
       <div class="toolbar-end">
         <Toggle
           name={t('Walk')}
@@ -115,24 +114,6 @@ function LayerSelect({ store }: { store: Store }) {
         )}
       </select>
     </label>
-  );
-}
-
-function LanguageSelect() {
-  return (
-    <select
-      class="tool"
-      aria-label={t('Language')}
-      title={t('Language')}
-      value={language}
-      onChange={(event) => chooseLanguage(event.currentTarget.value as Language)}
-    >
-      {Object.entries(LANGUAGES).map(([id, name]) => (
-        <option key={id} value={id} lang={id}>
-          {name}
-        </option>
-      ))}
-    </select>
   );
 }
 

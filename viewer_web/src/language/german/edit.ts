@@ -105,7 +105,7 @@ export const EDIT = {
   'lock {stations}': '{stations} fixieren',
   'unlock {stations}': '{stations} lösen',
   'All together, along the axes of the scene; or drag one of them in the tab Edit':
-    'Alle zusammen, entlang der Achsen der Szene; oder ziehen Sie einen davon im Reiter Bearbeiten',
+    'Alle zusammen, entlang der Achsen der Szene; oder ziehen Sie einen davon im Reiter Ändern',
   Move: 'Verschieben',
   Coordinates: 'Koordinaten',
   'Coordinates of the scene file': 'Koordinaten der Szenendatei',

@@ -6,6 +6,7 @@ import { FIELD } from './field.ts';
 import { FILES } from './files.ts';
 import { FLOORS } from './floors.ts';
 import { HEAT } from './heat.ts';
+import { LANGUAGE } from './language.ts';
 import { LOAD } from './load.ts';
 import { MEASURE } from './measure.ts';
 import { NETWORK } from './network.ts';
@@ -30,6 +31,7 @@ export const GERMAN = {
   ...FILES,
   ...FLOORS,
   ...HEAT,
+  ...LANGUAGE,
   ...LOAD,
   ...MEASURE,
   ...NETWORK,

@@ -108,7 +108,6 @@ export const PANELS = {
   Colour: 'Farbe',
   'Colour of the building': 'Farbe des Gebäudes',
   'Arrows move the cross, Space clicks there.': 'Pfeile bewegen das Kreuz, die Leertaste klickt dort.',
-  Language: 'Sprache',
   Plain: 'Ohne',
   'Ranges and reasons: made by an older version, plan again':
     'Entfernungen und Gründe: von einer älteren Version erstellt, planen Sie neu',

@@ -6,7 +6,8 @@ export const SHARED = {
   'Run {id}': 'Lauf {id}',
   Stations: 'Standpunkte',
   Coverage: 'Abdeckung',
-  Links: 'Verknüpfungen',
+  // With a soft hyphen: it heads a narrow column.
+  Links: 'Verknüp\u00adfungen',
   'Connected groups': 'Verbundene Gruppen',
   stations: 'Standpunkte',
   'not scannable': 'nicht erfassbar',
@@ -63,7 +64,7 @@ export const SHARED = {
   'Unnamed element': 'Bauteil ohne Namen',
   'Seen from': 'Erfasst von',
   Unseen: 'Lücken',
-  Edit: 'Bearbeiten',
+  Edit: 'Ändern',
   Runs: 'Läufe',
   Top: 'Oben',
   Range: 'Entfernung',
