@@ -44,7 +44,7 @@ export const SHARED = {
   'All floors': 'Alle Stockwerke',
   'The plan has no layer {id}: an older version made it. Plan again to see it.':
     'Der Plan hat keine Ebene {id}: Eine ältere Version hat ihn erstellt. Planen Sie neu, um sie zu sehen.',
-  'On {title}': 'Auf {title}',
+  'On {title}': 'An {title}',
   'Scene coordinates x, y, z in {unit}': 'Szenenkoordinaten x, y, z in {unit}',
   'Too weak to register': 'Zu schwach zum Registrieren',
   Registration: 'Registrierung',
