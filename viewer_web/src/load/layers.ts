@@ -59,10 +59,11 @@ export function rampLayersOf(layers: LayersJson | null): RampLayer[] {
 export function decodeValues(file: string, buffer: ArrayBuffer, nPatches: number, bytesEach: 1 | 2): PatchValues {
   if (buffer.byteLength !== bytesEach * nPatches) {
     throw new PlanLoadError(
-      t('{file}: {n} bytes, expected {expected}. Write the plan again.', {
+      t('{file}: {n} bytes, expected {expected} for {patches} patches. Write the plan again with `tlsplan plan`.', {
         file: `viewer/${file}`,
         n: buffer.byteLength,
         expected: bytesEach * nPatches,
+        patches: nPatches,
       }),
     );
   }

@@ -25,4 +25,6 @@ export const LOAD = {
     '{file}: {n} Bytes, erwartet {expected} für {rows} x {columns} Strahlen. Schreiben Sie den Plan mit `tlsplan plan` neu.',
   'Write the plan again with this version of tlsplan.': 'Schreiben Sie den Plan mit dieser Version von tlsplan neu.',
   'Write the plan again with `tlsplan plan`.': 'Schreiben Sie den Plan mit `tlsplan plan` neu.',
+  '{file}: {n} bytes, expected {expected} for {patches} patches. Write the plan again with `tlsplan plan`.':
+    '{file}: {n} Bytes, erwartet {expected} für {patches} Flächenstücke. Schreiben Sie den Plan mit `tlsplan plan` neu.',
 } as const;
