@@ -30,6 +30,8 @@ export interface Look {
   readonly height?: number;
   readonly colorScheme?: 'light' | 'dark';
   readonly hasTouch?: boolean;
+  /** Of the browser; nothing told: English. */
+  readonly locale?: string;
 }
 
 export class ViewerPage {

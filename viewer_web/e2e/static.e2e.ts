@@ -161,3 +161,12 @@ test('what is opened as a file says how it is opened', async () => {
   await viewer.page.getByRole('status').waitFor();
   expect(await viewer.page.getByRole('status').textContent()).toContain('python3 -m http.server');
 });
+
+test('a German browser has the copy in German, and what it says of being kept', async () => {
+  await viewer.page.close();
+  viewer = await ViewerPage.create(browser, server.address, { width: 1180, height: 820, locale: 'de-DE' });
+  await viewer.open();
+  expect(await viewer.page.getByRole('tab').allTextContents()).toEqual(['Plan', 'Lücken', 'Netz', 'Prüfung']);
+  await viewer.page.getByText('Der Plan ist jetzt auf diesem Gerät').waitFor();
+  expect(viewer.faults).toEqual([]);
+});

@@ -6,6 +6,17 @@
  */
 (() => {
   const SHOWN_MS = 6000;
+  // As src/language/language.ts: what was chosen, or the browser's. Where pages can keep nothing, it throws.
+  function isGerman() {
+    try {
+      const known = [localStorage.getItem('tlsplan-language'), ...navigator.languages.map((tag) => tag.split('-')[0])];
+      return known.find((name) => name === 'de' || name === 'en') === 'de';
+    } catch {
+      return false;
+    }
+  }
+  const inGerman = isGerman();
+  const words = (english, german) => (inGerman ? german : english);
   const bar = document.createElement('div');
   let hiding = 0;
 
@@ -44,8 +55,12 @@
   if (location.protocol === 'file:') {
     state('unavailable');
     say(
-      'A browser shows this plan only from a web server. In this folder run: python3 -m http.server 8000, then open ' +
-        'http://localhost:8000/ - or put the folder on any web host.',
+      words(
+        'A browser shows this plan only from a web server. In this folder run: python3 -m http.server 8000, then open ' +
+          'http://localhost:8000/ - or put the folder on any web host.',
+        'Ein Browser zeigt diesen Plan nur von einem Webserver. In diesem Ordner: python3 -m http.server 8000, dann ' +
+          'http://localhost:8000/ öffnen - oder den Ordner auf einen Webserver legen.',
+      ),
       { stays: true },
     );
     return;
@@ -61,7 +76,13 @@
   });
   navigator.serviceWorker.addEventListener('message', ({ data }) => {
     if (data?.kept && document.documentElement.dataset.offline === 'keeping' && data.kept < data.files) {
-      say(`Keeping the plan on this device: ${data.kept} of ${data.files} files`);
+      const { kept, files } = data;
+      say(
+        words(
+          `Keeping the plan on this device: ${kept} of ${files} files`,
+          `Der Plan wird auf diesem Gerät gespeichert: ${kept} von ${files} Dateien`,
+        ),
+      );
     }
   });
 
@@ -70,7 +91,8 @@
       reloads = true;
       worker.postMessage('take over');
     };
-    say('There is a newer plan.', { action: { label: 'Show it', act }, stays: true });
+    const action = { label: words('Show it', 'Zeigen'), act };
+    say(words('There is a newer plan.', 'Es gibt einen neueren Plan.'), { action, stays: true });
   }
 
   function follow(worker, isFirst) {
@@ -78,11 +100,21 @@
       if (worker.state === 'installed' && !isFirst) offer(worker);
       if (worker.state === 'activated' && isFirst) {
         state('ready');
-        say('The plan is on this device now and opens without network.');
+        say(
+          words(
+            'The plan is on this device now and opens without network.',
+            'Der Plan ist jetzt auf diesem Gerät und öffnet sich ohne Netz.',
+          ),
+        );
       }
       if (worker.state === 'redundant' && isFirst) {
         state('failed');
-        say('This device could not keep the plan: it needs the network. Is there space left?');
+        say(
+          words(
+            'This device could not keep the plan: it needs the network. Is there space left?',
+            'Dieses Gerät konnte den Plan nicht speichern: Er braucht das Netz. Ist noch Platz?',
+          ),
+        );
       }
     });
   }
@@ -101,6 +133,12 @@
 
   keep().catch((error) => {
     state('failed');
-    say(`This plan needs the network: it could not be kept on this device (${error.message}).`);
+    const why = error.message;
+    say(
+      words(
+        `This plan needs the network: it could not be kept on this device (${why}).`,
+        `Dieser Plan braucht das Netz: Er ließ sich auf diesem Gerät nicht speichern (${why}).`,
+      ),
+    );
   });
 })();

@@ -6,6 +6,7 @@ import { ReviewClient } from './api/review-client.ts';
 import { UndoMemory } from './api/undo-memory.ts';
 import { DEFAULT_CUT_M, extentsOf } from './floors/cut.ts';
 import { TIMES_SEEN } from './heat/layers.ts';
+import { language } from './language/language.ts';
 import { fetchPlan } from './load/fetch-plan.ts';
 import { OWN_PLAN, planBaseOf } from './load/plan-base.ts';
 import { PlanLoadError } from './load/plan-load-error.ts';
@@ -22,6 +23,7 @@ import { formatUrlState, parseUrlState, SHOWN, type Shown, type UrlState } from 
 async function start(): Promise<void> {
   const mode = document.querySelector<HTMLMetaElement>('meta[name="tlsplan-mode"]')?.content;
   const isStatic = mode === 'static';
+  document.documentElement.lang = language;
   restoreUnits(window.localStorage);
   restoreCharacterKeys(window.localStorage);
   const undoMemory = new UndoMemory(window.sessionStorage);

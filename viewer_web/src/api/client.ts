@@ -1,4 +1,5 @@
 /** Asks the server: one method a route of docs/viewer-api.md; what it refuses comes as `ApiError` with the server's own words. */
+import { t } from '../language/language.ts';
 import { ApiError, NO_ANSWER, NO_TOKEN } from './api-error.ts';
 import type { Change, Committed, ConflictAnswer, Review, Session } from './documents.ts';
 import { type Framed, readFramed } from './framing.ts';
@@ -111,13 +112,18 @@ async function wordsOf(response: Response): Promise<string> {
   } catch {
     // Not JSON: the text itself is for people.
   }
-  return typeof words === 'string' && words !== '' ? words : `The server answered ${response.status}.`;
+  return typeof words === 'string' && words !== ''
+    ? words
+    : t('The server answered {status}.', { status: response.status });
 }
 
 async function parsed<T>(response: Response): Promise<T> {
   try {
     return (await response.json()) as T;
   } catch {
-    throw new ApiError(0, "The server's answer can't be read. Reload the page; the server may be of another version.");
+    throw new ApiError(
+      0,
+      t("The server's answer can't be read. Reload the page; the server may be of another version."),
+    );
   }
 }

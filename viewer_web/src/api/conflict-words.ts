@@ -1,16 +1,17 @@
 /** What a conflict is about, for the person who has to choose. */
+import { dateLocale, t } from '../language/language.ts';
 import type { ConflictAnswer } from './documents.ts';
 
 const KINDS: Readonly<Record<string, string>> = {
-  station: 'station',
-  verdict: 'the verdict on station',
-  comment: 'comment',
-  zone: 'zone',
-  forbidden: 'forbidden position',
-  pick: 'floor mark',
-  entrance: 'entrance',
-  door: 'door',
-  sign_off: 'the sign-off',
+  station: t('station'),
+  verdict: t('the verdict on station'),
+  comment: t('comment'),
+  zone: t('zone'),
+  forbidden: t('forbidden position'),
+  pick: t('floor mark'),
+  entrance: t('entrance'),
+  door: t('door'),
+  sign_off: t('the sign-off'),
 };
 
 /** "station:S003" as "station S003". */
@@ -21,15 +22,20 @@ export function objectInWords(object: string): string {
 
 export function conflictInWords({ conflicts, message }: ConflictAnswer): string {
   if (conflicts.length === 0) return message;
-  const parts = conflicts.map(({ object, by, at }) => `${by} changed ${objectInWords(object)} ${timeInWords(at)}`);
-  return `${parts.join('; ')}. Your change was not applied.`;
+  const parts = conflicts.map(({ object, by, at }) =>
+    t('{by} changed {object} {time}', { by, object: objectInWords(object), time: timeInWords(at) }),
+  );
+  return t('{changes}. Your change was not applied.', { changes: parts.join('; ') });
 }
 
 /** "at 14:05" of today, "on 3 Nov at 14:05" otherwise; the text itself where it is no time. */
 export function timeInWords(at: string, now = new Date()): string {
   const time = new Date(at);
   if (Number.isNaN(time.getTime())) return at;
-  const clock = time.toLocaleTimeString('en-GB', { hour: '2-digit', minute: '2-digit' });
-  if (time.toDateString() === now.toDateString()) return `at ${clock}`;
-  return `on ${time.toLocaleDateString('en-GB', { day: 'numeric', month: 'short' })} at ${clock}`;
+  const clock = time.toLocaleTimeString(dateLocale, { hour: '2-digit', minute: '2-digit' });
+  if (time.toDateString() === now.toDateString()) return t('at {clock}', { clock });
+  return t('on {date} at {clock}', {
+    date: time.toLocaleDateString(dateLocale, { day: 'numeric', month: 'short' }),
+    clock,
+  });
 }

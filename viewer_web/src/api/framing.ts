@@ -3,6 +3,7 @@
  *
  * The head is padded with spaces so that the arrays begin at a multiple of four bytes.
  */
+import { t } from '../language/language.ts';
 import { ApiError } from './api-error.ts';
 
 export interface Framed<Head> {
@@ -12,14 +13,15 @@ export interface Framed<Head> {
 }
 
 export function readFramed<Head>(buffer: ArrayBuffer): Framed<Head> {
-  if (buffer.byteLength < 4) throw broken(`${buffer.byteLength} bytes`);
+  if (buffer.byteLength < 4) throw broken(t('{n} bytes', { n: buffer.byteLength }));
   const length = new DataView(buffer).getUint32(0, true);
-  if (length > buffer.byteLength - 4) throw broken(`a head of ${length} in ${buffer.byteLength} bytes`);
+  if (length > buffer.byteLength - 4)
+    throw broken(t('a head of {length} in {n} bytes', { length, n: buffer.byteLength }));
   try {
     const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length))) as Head;
     return { head, body: buffer.slice(4 + length) };
   } catch {
-    throw broken('a head that is not JSON');
+    throw broken(t('a head that is not JSON'));
   }
 }
 
@@ -33,7 +35,7 @@ export interface PatchDelta {
 
 /** Split the body of a preview: n u32, n u16, n u8. */
 export function readPatchDelta(body: ArrayBuffer, n: number): PatchDelta {
-  if (body.byteLength < 7 * n) throw broken(`${body.byteLength} bytes for ${n} patches`);
+  if (body.byteLength < 7 * n) throw broken(t('{n} bytes for {patches} patches', { n: body.byteLength, patches: n }));
   return {
     patches: new Uint32Array(body, 0, n),
     layerValues: new Uint16Array(body, 4 * n, n),
@@ -44,6 +46,6 @@ export function readPatchDelta(body: ArrayBuffer, n: number): PatchDelta {
 function broken(what: string): ApiError {
   return new ApiError(
     0,
-    `The server's answer can't be read: ${what}. Reload the page; the server may be of another version.`,
+    t("The server's answer can't be read: {what}. Reload the page; the server may be of another version.", { what }),
   );
 }

@@ -4,7 +4,9 @@
  * Changes are sent one after another. The server answers each with the changes that take it back, which is all that undoing needs. Where
  * somebody else changed the same object meanwhile, nothing is sent on until the user has chosen between theirs and their own.
  */
+
 import { batch, computed, type ReadonlySignal, type Signal, signal } from '@preact/signals';
+import { t } from '../language/language.ts';
 import { ApiError } from './api-error.ts';
 import type { ApiClient } from './client.ts';
 import { conflictInWords } from './conflict-words.ts';
@@ -51,7 +53,7 @@ const MOST_ACTIVITIES = 200;
 const MOST_QUESTIONS_IN_A_ROW = 3;
 const AUTHOR_KEY = 'tlsplan-author';
 export const UNNAMED = 'Unnamed reviewer';
-const REPLACED = 'The plan was replaced by another one since this page was loaded. Reload the page.';
+const REPLACED = t('The plan was replaced by another one since this page was loaded. Reload the page.');
 
 export interface ReviewClientOptions {
   readonly listen?: typeof listenToEvents;

@@ -1,15 +1,17 @@
 /** What the arrows, plus signs and crosses of a comparison mean, and how many stations each is. */
+
 import type { VNode } from 'preact';
 import { ARROW_COLOURS } from '../edit/arrows.ts';
+import { t } from '../language/language.ts';
 import { counted } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import type { StationChange } from './difference.ts';
 import { changesShown } from './station-changes.ts';
 
 const WORDS: Readonly<Record<StationChange['kind'], string>> = {
-  moved: 'moved',
-  new: 'only in this plan',
-  gone: 'only in the other plan',
+  moved: t('moved'),
+  new: t('only in this plan'),
+  gone: t('only in the other plan'),
 };
 
 export function ChangesLegend({ store }: { store: Store }) {
@@ -17,7 +19,7 @@ export function ChangesLegend({ store }: { store: Store }) {
   const kinds = (['moved', 'new', 'gone'] as const).filter((one) => changes.some(({ kind }) => kind === one));
   if (kinds.length === 0) return null;
   return (
-    <ul class="legend-classes" aria-label="Stations that differ">
+    <ul class="legend-classes" aria-label={t('Stations that differ')}>
       {kinds.map((kind) => (
         <li key={kind}>
           <ChangeSign kind={kind} />

@@ -1,7 +1,9 @@
 /** Choosing a plan to compare with, the figures of both side by side, and their curves. */
+
 import { batch } from '@preact/signals';
 import { ENTRANCE_WORDS } from '../edit/entrance-words.ts';
 import { draftTotals, planTotals, type Totals } from '../edit/totals.ts';
+import { t } from '../language/language.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
@@ -23,11 +25,11 @@ export function CompareSection({ store }: { store: Store }) {
   const base = store.compareBase.value;
   const known = base === null || bases.includes(base) ? bases : [...bases, base];
   return (
-    <Section title="Compare">
+    <Section title={t('Compare')}>
       <label class="field">
-        {titleOfShown(store)} compared with
+        {t('{plan} compared with', { plan: titleOfShown(store) })}
         <select value={base ?? NOTHING} onChange={(event) => compareWith(store, event.currentTarget.value)}>
-          <option value={NOTHING}>nothing</option>
+          <option value={NOTHING}>{t('nothing')}</option>
           {known.map((each) => (
             <option key={each} value={each}>
               {nameOf(store, each)}
@@ -35,7 +37,9 @@ export function CompareSection({ store }: { store: Store }) {
           ))}
         </select>
       </label>
-      {comparison.kind === 'loading' && <p class="hint">Loading {titleOfBase(comparison.base)} …</p>}
+      {comparison.kind === 'loading' && (
+        <p class="hint">{t('Loading {plan} …', { plan: titleOfBase(comparison.base) })}</p>
+      )}
       {comparison.kind === 'failed' && <p class="note note-warn">{comparison.message}</p>}
       <Figures store={store} />
       <CoverageCurve curves={curvesOf(store)} required={plan.requirements.coverage} />
@@ -50,7 +54,7 @@ function compareWith(store: Store, value: string): void {
 }
 
 function nameOf(store: Store, base: string): string {
-  if (base === OWN_PLAN) return 'the original plan';
+  if (base === OWN_PLAN) return t('the original plan');
   const run = store.reviewClient?.runs.value.find(({ plan }) => plan === base);
   return run?.title ? `${run.id}: ${run.title}` : titleOfBase(base);
 }
@@ -67,7 +71,7 @@ export function showDifference(store: Store, base: string): void {
 /** What the picture shows, in words. */
 function titleOfShown(store: Store): string {
   if (store.planBase.value !== OWN_PLAN) return titleOfBase(store.planBase.value);
-  return store.draft.value === null ? 'The plan' : 'The edited plan';
+  return store.draft.value === null ? t('The plan') : t('The edited plan');
 }
 
 function shownTotals(store: Store): Totals | null {
@@ -121,7 +125,7 @@ function PlansNote({ store }: { store: Store }) {
 function curvesOf(store: Store): Curve[] {
   const plan = store.loaded.value?.plan;
   if (plan === undefined) return [];
-  const own = store.planBase.value === OWN_PLAN ? 'The plan' : titleOfBase(store.planBase.value);
+  const own = store.planBase.value === OWN_PLAN ? t('The plan') : titleOfBase(store.planBase.value);
   const curves: Curve[] = [{ title: own, fractions: steepestCurve(plan), look: 'shown' }];
   const comparison = store.comparison.value;
   if (comparison.kind === 'shown' && comparison.other.base !== store.planBase.value) {
@@ -129,7 +133,7 @@ function curvesOf(store: Store): Curve[] {
   }
   const figures = store.reviewClient?.figures.value ?? null;
   if (store.draft.value !== null && figures !== null) {
-    curves.push({ title: 'The edited plan', fractions: figures.curve, look: 'draft' });
+    curves.push({ title: t('The edited plan'), fractions: figures.curve, look: 'draft' });
   }
   return curves;
 }

@@ -1,6 +1,8 @@
 /** Another plan to hold the shown one against: its figures, its coverage by patch, its stations. */
+
 import type { FloorTotal, Totals } from '../edit/totals.ts';
 import { withinScope } from '../heat/scope.ts';
+import { t } from '../language/language.ts';
 import { fetchBytes, fetchScope } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { type PlanJson, parsePlan } from '../load/plan-json.ts';
@@ -16,9 +18,9 @@ export interface OtherPlan {
 
 /** "The plan", "Run R001". */
 export function titleOfBase(base: string): string {
-  if (base === OWN_PLAN) return 'The plan';
+  if (base === OWN_PLAN) return t('The plan');
   const run = base.match(/^runs\/([^/]+)\/plan$/);
-  return run === null ? base : `Run ${run[1]}`;
+  return run === null ? base : t('Run {id}', { id: run[1] });
 }
 
 export async function fetchOtherPlan(base: string, signal: AbortSignal): Promise<OtherPlan> {
@@ -64,7 +66,7 @@ interface Compared {
 /** Figures side by side, floor by floor where either has several; of plans of different floors none of all together. */
 export function figureRows(shown: Compared, other: Compared): FigureRow[] {
   const percent = (of: Pick<FloorTotal, 'coverage' | 'required'> | undefined): string =>
-    of === undefined ? 'not planned' : coveragePercent(of.coverage, of.required);
+    of === undefined ? t('not planned') : coveragePercent(of.coverage, of.required);
   const row = (name: string, read: (of: Compared) => string): FigureRow => ({
     name,
     shown: read(shown),
@@ -73,15 +75,15 @@ export function figureRows(shown: Compared, other: Compared): FigureRow[] {
   const floors = [...shown.floors, ...other.floors.filter(({ id }) => shown.floors.every((floor) => floor.id !== id))];
   const isSame = [shown, other].every((each) => each.floors.length === floors.length);
   const on = (of: Compared, id: string): FloorTotal | undefined => of.floors.find((floor) => floor.id === id);
-  const stations = (n: number | null | undefined): string => (n === undefined ? 'not planned' : String(n ?? ''));
+  const stations = (n: number | null | undefined): string => (n === undefined ? t('not planned') : String(n ?? ''));
   return [
-    row('Stations', ({ nStations }) => String(nStations)),
+    row(t('Stations'), ({ nStations }) => String(nStations)),
     ...(isSame ? [] : floors).map(({ id, name }) => row(`– ${name}`, (of) => stations(on(of, id)?.nStations))),
-    ...(isSame ? [row('Coverage', percent)] : []),
+    ...(isSame ? [row(t('Coverage'), percent)] : []),
     ...(floors.length > 1 ? floors : []).map(({ id, name }) =>
-      row(isSame ? name : `Coverage, ${name}`, (of) => percent(on(of, id))),
+      row(isSame ? name : t('Coverage, {name}', { name }), (of) => percent(on(of, id))),
     ),
-    row('Links', ({ nLinks }) => (nLinks === null ? '' : String(nLinks))),
-    row('Connected groups', ({ nNetworks }) => String(nNetworks)),
+    row(t('Links'), ({ nLinks }) => (nLinks === null ? '' : String(nLinks))),
+    row(t('Connected groups'), ({ nNetworks }) => String(nNetworks)),
   ];
 }

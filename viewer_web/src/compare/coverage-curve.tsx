@@ -1,5 +1,6 @@
 /** The diagram of coverage against stations. */
-import { askedPercent, coveragePercent, percent } from '../panels/figures.ts';
+import { t } from '../language/language.ts';
+import { askedPercent, counted, coveragePercent, percent } from '../panels/figures.ts';
 import { type Curve, type Frame, pointsOf, scaleOf, stationTicks } from './curve.ts';
 import './compare.css';
 
@@ -8,11 +9,11 @@ const FRACTIONS = [0, 0.25, 0.5, 0.75, 1];
 
 export function CoverageCurve({ curves, required }: { curves: readonly Curve[]; required: number }) {
   const known = curves.filter(({ fractions }) => fractions.length > 0);
-  if (known.length === 0) return <p class="muted">This plan has no coverage curve.</p>;
+  if (known.length === 0) return <p class="muted">{t('This plan has no coverage curve.')}</p>;
   const scale = scaleOf(known, FRAME);
   const ends = known.map(({ title, fractions }) => {
     const last = fractions.filter((fraction) => fraction !== null).at(-1) ?? 0;
-    return `${title}: ${fractions.length} stations, ${coveragePercent(last, required)}`;
+    return `${title}: ${counted(fractions.length, 'station')}, ${coveragePercent(last, required)}`;
   });
   return (
     <figure>
@@ -37,7 +38,7 @@ export function CoverageCurve({ curves, required }: { curves: readonly Curve[]; 
           </text>
         ))}
         <text x={scale.x(scale.mostStations / 2)} y={FRAME.height - 3} text-anchor="middle">
-          stations
+          {t('stations')}
         </text>
         <line
           class="curve-grid curve-other"
@@ -50,7 +51,9 @@ export function CoverageCurve({ curves, required }: { curves: readonly Curve[]; 
           <polyline key={curve.title} class={`curve-line curve-${curve.look}`} points={pointsOf(curve, scale)} />
         ))}
       </svg>
-      <figcaption class="muted">Coverage of all together; line: {askedPercent(required)} required</figcaption>
+      <figcaption class="muted">
+        {t('Coverage of all together; line: {required} required', { required: askedPercent(required) })}
+      </figcaption>
       <ul class="curve-key">
         {known.map(({ title, look }) => (
           <li key={title}>

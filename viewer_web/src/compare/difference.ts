@@ -1,5 +1,7 @@
 /** Two plans, patch by patch: what one sees and the other does not. */
+
 import { type ClassLayer, NOT_ACHIEVABLE, NOT_ASKED, NOT_ASKED_CLASS } from '../heat/layers.ts';
+import { t } from '../language/language.ts';
 
 export const DIFFERENCE = { none: 0, both: 1, lost: 2, gained: 3 } as const;
 
@@ -10,18 +12,18 @@ export const DIFFERENCE_ID = 'difference';
  * `isOfSomeFloors`: one of them is not of all that the other is of.
  */
 export function differenceLayer(other: string, isAsMade: boolean, isOfSomeFloors: boolean): ClassLayer {
-  const notCompared = { ...NOT_ASKED_CLASS, label: 'not to be covered, or in one plan only' };
+  const notCompared = { ...NOT_ASKED_CLASS, label: t('not to be covered, or in one plan only') };
   return {
     kind: 'classes',
     id: DIFFERENCE_ID,
-    title: `Difference from ${isAsMade ? 'the original plan' : other}`,
+    title: isAsMade ? t('Difference from the original plan') : t('Difference from {other}', { other }),
     classes: [
-      { value: DIFFERENCE.gained, label: isAsMade ? 'gained' : 'seen only in this plan', color: '#2b8a9b' },
-      { value: DIFFERENCE.lost, label: isAsMade ? 'lost' : `seen only in ${other}`, color: '#c2453a' },
-      { value: DIFFERENCE.both, label: 'seen in both', color: { light: '#dfe5e6', dark: '#8c979c' } },
-      { value: DIFFERENCE.none, label: 'seen in neither', color: '#e8b23a' },
+      { value: DIFFERENCE.gained, label: isAsMade ? t('gained') : t('seen only in this plan'), color: '#2b8a9b' },
+      { value: DIFFERENCE.lost, label: isAsMade ? t('lost') : t('seen only in {other}', { other }), color: '#c2453a' },
+      { value: DIFFERENCE.both, label: t('seen in both'), color: { light: '#dfe5e6', dark: '#8c979c' } },
+      { value: DIFFERENCE.none, label: t('seen in neither'), color: '#e8b23a' },
       ...(isOfSomeFloors ? [notCompared] : []),
-      { value: NOT_ACHIEVABLE, label: 'not scannable', color: { light: '#c6cacc', dark: '#6d757a' } },
+      { value: NOT_ACHIEVABLE, label: t('not scannable'), color: { light: '#c6cacc', dark: '#6d757a' } },
     ],
   };
 }
@@ -29,7 +31,12 @@ export function differenceLayer(other: string, isAsMade: boolean, isOfSomeFloors
 /** One class a patch: what `shown` gained and lost against `other`; both as `times_seen`, `NOT_ASKED` where either was not asked. */
 export function differenceOf(shown: Uint8Array, other: Uint8Array): Uint8Array {
   if (shown.length !== other.length) {
-    throw new RangeError(`${shown.length} patches against ${other.length}: the plans are of different surfaces`);
+    throw new RangeError(
+      t('{shown} patches against {other}: the plans are of different surfaces', {
+        shown: shown.length,
+        other: other.length,
+      }),
+    );
   }
   const sees = (byte: number): boolean => byte !== 0 && byte !== NOT_ACHIEVABLE;
   return shown.map((byte, i) => {

@@ -1,5 +1,7 @@
 /** Plans of different floors: which floors each is of, and which both are. */
+
 import { isPlanned } from '../floors/planned.ts';
+import { t } from '../language/language.ts';
 import type { PlanJson } from '../load/plan-json.ts';
 
 /** What of a plan says which floors it is of. */
@@ -30,13 +32,16 @@ export function floorsInWords(shown: NamedPlan, other: NamedPlan): string | null
   const isSame = [shown, other].every(({ plan }) => plannedFloors(plan).length === both.size);
   if (isSame) return null;
   const of = ({ title, plan }: NamedPlan): string =>
-    `${title} includes ${listed(plannedFloors(plan).map(({ name }) => name))}`;
+    t('{title} includes {names}', { title, names: listed(plannedFloors(plan).map(({ name }) => name)) });
   const names = plannedFloors(shown.plan).flatMap(({ id, name }) => (both.has(id) ? [name] : []));
-  const what = names.length === 0 ? 'No floor is in both: nothing is compared.' : `Only ${listed(names)} is compared.`;
+  const what =
+    names.length === 0
+      ? t('No floor is in both: nothing is compared.')
+      : t('Only {names} is compared.', { names: listed(names) });
   return `${of(shown)}; ${of(other)}. ${what}`;
 }
 
 function listed(names: readonly string[]): string {
-  if (names.length < 2) return names[0] ?? 'no floor';
-  return `${names.slice(0, -1).join(', ')} and ${names.at(-1)}`;
+  if (names.length < 2) return names[0] ?? t('no floor');
+  return t('{names} and {last}', { names: names.slice(0, -1).join(', '), last: names[names.length - 1] });
 }

@@ -1,7 +1,9 @@
 /** Tools that mark places: zones corner by corner, forbidden places, ground, and where a comment is pinned. */
+
 import { batch, untracked } from '@preact/signals';
 import type { ZoneKind } from '../api/documents.ts';
 import type { ReviewClient } from '../api/review-client.ts';
+import { t } from '../language/language.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import type { StageFloor } from '../load/stage.ts';
 import type { PlanView } from '../scene/plan-view.ts';
@@ -50,7 +52,7 @@ export class AreaTools {
     const fault = faultOf(outline);
     const coverage = tool === 'priority' ? shareOf(editing.priorityPercent.peek()) : null;
     if (fault !== null || (tool === 'priority' && coverage === null)) {
-      this.reviewClient.warn(fault ?? 'Priority zone: the required coverage is a percentage up to 100.');
+      this.reviewClient.warn(fault ?? t('Priority zone: the required coverage is a percentage up to 100.'));
       return;
     }
     const name = editing.zoneName.peek().trim();
@@ -82,7 +84,7 @@ export class AreaTools {
     const picked = this.view.surfaceAt(place.clientX, place.clientY);
     // Where the cut opens a door it is a door all the same.
     if (picked === null || (picked.isSection && tool !== 'doors')) {
-      this.reviewClient.warn('No surface under the pointer: click on one.');
+      this.reviewClient.warn(t('No surface under the pointer: click on one.'));
       return;
     }
     if (tool === 'ground') void this.pickGround(picked);
@@ -100,7 +102,7 @@ export class AreaTools {
     const floor = this.loaded.stage.floors.find(({ id }) => id === floorId);
     const at = floor && this.view.levelAt(clientX, clientY, floor.id, floor.elevationM);
     if (floor === undefined || !at) {
-      this.reviewClient.warn('Click on the floor of the zone.');
+      this.reviewClient.warn(t('Click on the floor of the zone.'));
       return;
     }
     const corners = editing.outline.peek();
@@ -139,7 +141,7 @@ export class AreaTools {
 
   private async pickGround(picked: Picked): Promise<void> {
     if (isSteep(this.loaded.stage.triangles.cornersM, picked.triangle)) {
-      this.reviewClient.warn('This surface is too steep to stand on: click on a level one.');
+      this.reviewClient.warn(t('This surface is too steep to stand on: click on a level one.'));
       return;
     }
     const isGround = this.store.editing.marksGround.peek();
@@ -150,13 +152,13 @@ export class AreaTools {
       this.reviewClient.notice.value = { kind: 'note', text: words };
       return;
     }
-    const label = isGround ? 'mark a walkable floor' : 'mark as not a floor';
+    const label = isGround ? t('mark a walkable floor') : t('mark as not a floor');
     await this.reviewClient.commit(label, [pickGround(picked.pointM, isGround, floorId)]);
   }
 
   private async forbid(picked: Picked): Promise<void> {
     const radiusM = this.store.editing.forbidRadiusM.peek();
-    await this.reviewClient.commit('forbid a position', [forbid(picked.pointM, radiusM, this.floorOf(picked))]);
+    await this.reviewClient.commit(t('forbid a position'), [forbid(picked.pointM, radiusM, this.floorOf(picked))]);
   }
 
   private async setEntrance({ groundOf, pointM }: Picked): Promise<void> {
@@ -194,7 +196,7 @@ export class AreaTools {
       this.store.editing.commentSpot.value = {
         target: picked.element.sceneIndex,
         positionM: picked.pointM,
-        title: picked.element.name || 'a surface',
+        title: picked.element.name || t('a surface'),
       };
       this.store.editing.tool.value = 'select';
       this.store.tab.value = 'review';
@@ -203,7 +205,7 @@ export class AreaTools {
 }
 
 export function zoneInWords(kind: ZoneKind): string {
-  return kind === 'keep_out' ? 'keep-out' : 'priority zone';
+  return kind === 'keep_out' ? t('keep-out') : t('priority zone');
 }
 
 /** "98" or "98 %" as a fraction; null: no percentage. */

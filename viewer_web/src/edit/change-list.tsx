@@ -1,5 +1,7 @@
 /** Everything that the review changes about the next plan, each with what takes it back. */
+
 import type { Change, Review } from '../api/documents.ts';
+import { t } from '../language/language.ts';
 import { lengthWords, percent } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
@@ -14,16 +16,16 @@ export function ChangeList({ store }: { store: Store }) {
   if (reviewClient === null || review === null) return null;
   const floors = store.loaded.value?.plan.floors ?? [];
   const nameOf = (id: string): string =>
-    id === '' ? 'all floors' : (floors.find((floor) => floor.id === id)?.name ?? id);
+    id === '' ? t('all floors') : (floors.find((floor) => floor.id === id)?.name ?? id);
   const entries = [
     ...stationEntries(stationsOf(store), review, nameOf),
     ...areaEntries(review, nameOf),
     ...entranceEntries(review, store.loaded.value, nameOf),
   ];
   return (
-    <Section title="Changes" aside={entries.length === 0 ? '' : `${entries.length}`}>
-      {entries.length === 0 && <p class="muted">No changes yet.</p>}
-      <ul class="entries" aria-label="Changes">
+    <Section title={t('Changes')} aside={entries.length === 0 ? '' : `${entries.length}`}>
+      {entries.length === 0 && <p class="muted">{t('No changes yet.')}</p>}
+      <ul class="entries" aria-label={t('Changes')}>
         {entries.map((entry) => (
           <li key={entry.key} class="entry">
             {entry.swatch !== null && <i class={`swatch ${entry.swatch}`} />}
@@ -35,7 +37,7 @@ export function ChangeList({ store }: { store: Store }) {
               type="button"
               class="button button-small button-quiet"
               aria-label={`${entry.backLabel}: ${entry.title}`}
-              onClick={() => void reviewClient.commit(`revert ${entry.title}`, [entry.back])}
+              onClick={() => void reviewClient.commit(t('revert {title}', { title: entry.title }), [entry.back])}
             >
               {entry.backLabel}
             </button>
@@ -49,12 +51,12 @@ export function ChangeList({ store }: { store: Store }) {
             class="button button-small"
             onClick={() =>
               void reviewClient.commit(
-                'discard all changes',
+                t('discard all changes'),
                 entries.map(({ back }) => back),
               )
             }
           >
-            Discard all changes
+            {t('Discard all changes')}
           </button>
         </div>
       )}
@@ -88,17 +90,29 @@ function stationEntries(stations: readonly DraftStation[], review: Review, nameO
       backLabel,
       stationId: id,
     });
-    if (station.isRemoved) return [entry(`${id} removed`, nameOf(floorId), restoreStation(id), 'Restore')];
-    if (station.isAdded) return [entry(`${id} added`, nameOf(floorId), removeStation(id), 'Remove')];
+    if (station.isRemoved) return [entry(t('{id} removed', { id }), nameOf(floorId), restoreStation(id), t('Restore'))];
+    if (station.isAdded) return [entry(t('{id} added', { id }), nameOf(floorId), removeStation(id), t('Remove'))];
     const entries: Entry[] = [];
     if (movedFromM !== null) {
       const distanceM = Math.hypot(...station.positionM.map((value, i) => value - movedFromM[i]));
-      entries.push(entry(`${id} moved`, `by ${lengthWords(distanceM)}, ${nameOf(floorId)}`, moveBack(id), 'Move back'));
+      entries.push(
+        entry(
+          t('{id} moved', { id }),
+          t('by {length}, {floor}', { length: lengthWords(distanceM), floor: nameOf(floorId) }),
+          moveBack(id),
+          t('Move back'),
+        ),
+      );
     }
     const lock = review.stations[id]?.locked ?? null;
     if (lock !== null) {
       entries.push(
-        entry(`${id} ${lock ? 'locked' : 'unlocked'}`, nameOf(floorId), lockBack(id), lock ? 'Unlock' : 'Lock'),
+        entry(
+          lock ? t('{id} locked', { id }) : t('{id} unlocked', { id }),
+          nameOf(floorId),
+          lockBack(id),
+          lock ? t('Unlock') : t('Lock'),
+        ),
       );
     }
     return entries;
@@ -110,39 +124,44 @@ function lockBack(station: string): Change {
   return { kind: 'lock_station', station, locked: null };
 }
 
+function zoneInWords({ kind, coverage }: Review['zones'][string], floor: string): string {
+  if (kind !== 'priority') return t('keep-out, {floor}', { floor });
+  if (coverage === null) return t('priority: {floor}', { floor });
+  return t('priority: {coverage} required, {floor}', { coverage: percent(coverage, 0), floor });
+}
+
 function areaEntries(review: Review, nameOf: (floor: string) => string): Entry[] {
   const zones = Object.entries(review.zones).map(([id, zone]): Entry => {
     const isPriority = zone.kind === 'priority';
-    const asked = zone.coverage === null ? '' : `${percent(zone.coverage, 0)} required, `;
     return {
       key: `zone ${id}`,
-      title: zone.name || (isPriority ? 'Priority zone' : 'Keep-out zone'),
-      detail: isPriority ? `priority: ${asked}${nameOf(zone.floor)}` : `keep-out, ${nameOf(zone.floor)}`,
+      title: zone.name || (isPriority ? t('Priority zone') : t('Keep-out zone')),
+      detail: zoneInWords(zone, nameOf(zone.floor)),
       swatch: `swatch-${zone.kind}`,
       back: removeZone(id),
-      backLabel: 'Remove',
+      backLabel: t('Remove'),
       floorId: zone.floor,
     };
   });
   const forbidden = Object.entries(review.forbidden).map(
     ([id, place]): Entry => ({
       key: `forbidden ${id}`,
-      title: 'Forbidden position',
-      detail: `radius ${lengthWords(place.radius_m, 1)}, ${nameOf(place.floor)}`,
+      title: t('Forbidden position'),
+      detail: t('radius {length}, {floor}', { length: lengthWords(place.radius_m, 1), floor: nameOf(place.floor) }),
       swatch: 'swatch-forbidden',
       back: allow(id),
-      backLabel: 'Allow',
+      backLabel: t('Allow'),
       floorId: place.floor,
     }),
   );
   const picks = Object.entries(review.ground_picks).map(
     ([id, pick]): Entry => ({
       key: `pick ${id}`,
-      title: pick.is_ground ? 'Walkable floor' : 'Not a floor',
-      detail: pick.floor === '' ? 'nearest floor' : nameOf(pick.floor),
+      title: pick.is_ground ? t('Walkable floor') : t('Not a floor'),
+      detail: pick.floor === '' ? t('nearest floor') : nameOf(pick.floor),
       swatch: pick.is_ground ? 'swatch-ground' : 'swatch-not_ground',
       back: unpickGround(id),
-      backLabel: 'Unmark',
+      backLabel: t('Unmark'),
       floorId: pick.floor,
     }),
   );

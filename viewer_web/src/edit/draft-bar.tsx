@@ -1,4 +1,5 @@
 /** The strip of totals above the canvas: what the edited plan is worth beside the plan as it was made. */
+import { t } from '../language/language.ts';
 import { coveragePercent } from '../panels/figures.ts';
 import { MetWord, metInWords } from '../panels/requirements.tsx';
 import type { Store } from '../store.ts';
@@ -23,14 +24,14 @@ export function DraftBar({ store }: { store: Store }) {
   return (
     <section
       class={isStale(store) ? 'draft-bar draft-bar-stale' : 'draft-bar'}
-      aria-label="Edited plan"
+      aria-label={t('Edited plan')}
       data-testid="draft-bar"
       {...measured(editing)}
     >
       {isEdited ? (
         <ShownChoice store={store} words={editsInWords(countEdits(stations))} />
       ) : (
-        <span class="muted">No stations edited</span>
+        <span class="muted">{t('No stations edited')}</span>
       )}
       <TotalsList totals={totals} planned={planTotals(plan)} isLive={isLive(store)} />
       {canEdit(store) && <UndoButtons store={store} />}
@@ -64,7 +65,7 @@ function totalsNow(store: Store): Totals | null {
 function ShownChoice({ store, words }: { store: Store; words: string }) {
   const { showsPlan } = store.editing;
   return (
-    <div class="segments" role="radiogroup" aria-label="Shown plan">
+    <div class="segments" role="radiogroup" aria-label={t('Shown plan')}>
       {[false, true].map((isPlan) => (
         // biome-ignore lint/a11y/useSemanticElements: drawn as one segment of a bar.
         <button
@@ -72,12 +73,12 @@ function ShownChoice({ store, words }: { store: Store; words: string }) {
           type="button"
           role="radio"
           aria-checked={showsPlan.value === isPlan}
-          title={isPlan ? 'The original plan' : words}
+          title={isPlan ? t('The original plan') : words}
           onClick={() => {
             showsPlan.value = isPlan;
           }}
         >
-          {isPlan ? 'As planned' : `Edited: ${words}`}
+          {isPlan ? t('As planned') : t('Edited: {words}', { words })}
         </button>
       ))}
     </div>
@@ -86,14 +87,18 @@ function ShownChoice({ store, words }: { store: Store; words: string }) {
 
 function TotalsList({ totals, planned, isLive }: { totals: Totals | null; planned: Totals; isLive: boolean }) {
   if (totals === null) {
-    return <p class="muted">{isLive ? 'Computing …' : 'Coverage of the edited plan unknown'}</p>;
+    return <p class="muted">{isLive ? t('Computing …') : t('Coverage of the edited plan unknown')}</p>;
   }
-  const connectivity = totals.nNetworks === 1 ? 'connected' : `${totals.nNetworks} unconnected groups`;
+  const connectivity = totals.nNetworks === 1 ? t('connected') : t('{n} unconnected groups', { n: totals.nNetworks });
   return (
     <dl data-testid="totals">
-      <Total name="Stations" value={`${totals.nStations}`} change={signedCount(totals.nStations - planned.nStations)} />
       <Total
-        name="Coverage"
+        name={t('Stations')}
+        value={`${totals.nStations}`}
+        change={signedCount(totals.nStations - planned.nStations)}
+      />
+      <Total
+        name={t('Coverage')}
         value={coveragePercent(totals.coverage, totals.required)}
         change={signedPoints(totals.coverage - planned.coverage)}
         isBetterUp
@@ -110,7 +115,7 @@ function TotalsList({ totals, planned, isLive }: { totals: Totals | null; planne
           />
         ))}
       <Total
-        name="Links"
+        name={t('Links')}
         value={totals.nLinks === null ? connectivity : `${totals.nLinks}, ${connectivity}`}
         change=""
       />
@@ -124,9 +129,9 @@ function Met({ totals: { requirements, unreachableM2 } }: { totals: Totals }) {
   const isOne = requirements.length === 1;
   return (
     <div title={metInWords(requirements)} data-testid="met">
-      <dt>{isOne ? 'Requirement' : 'Requirements'}</dt>
+      <dt>{isOne ? t('Requirement') : t('Requirements')}</dt>
       <dd>
-        {missed.length > 0 && !isOne && `${missed.length} of ${requirements.length} `}
+        {missed.length > 0 && !isOne && `${t('{n} of {all}', { n: missed.length, all: requirements.length })} `}
         <MetWord isMet={missed.length === 0} isPartial={unreachableM2 > 0} />
       </dd>
     </div>
@@ -163,8 +168,8 @@ function UndoButtons({ store }: { store: Store }) {
       <button
         type="button"
         class="icon"
-        aria-label={undo === null ? 'Undo' : `Undo: ${undo}`}
-        title={undo === null ? 'Nothing to undo' : `Undo: ${undo} (Ctrl-Z)`}
+        aria-label={undo === null ? t('Undo') : t('Undo: {undo}', { undo })}
+        title={undo === null ? t('Nothing to undo') : t('Undo: {undo} (Ctrl-Z)', { undo })}
         disabled={undo === null}
         onClick={() => void reviewClient.undo()}
       >
@@ -173,8 +178,8 @@ function UndoButtons({ store }: { store: Store }) {
       <button
         type="button"
         class="icon"
-        aria-label={redo === null ? 'Redo' : `Redo: ${redo}`}
-        title={redo === null ? 'Nothing to redo' : `Redo: ${redo} (Ctrl-Shift-Z)`}
+        aria-label={redo === null ? t('Redo') : t('Redo: {redo}', { redo })}
+        title={redo === null ? t('Nothing to redo') : t('Redo: {redo} (Ctrl-Shift-Z)', { redo })}
         disabled={redo === null}
         onClick={() => void reviewClient.redo()}
       >

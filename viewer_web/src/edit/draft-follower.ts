@@ -1,10 +1,12 @@
 /** Keeps what is shown in step with the review: stations and links of the draft, and the values its stations give the patches. */
+
 import { computed, effect, type ReadonlySignal, signal } from '@preact/signals';
 import type { DraftLink, DraftRoute, Run } from '../api/documents.ts';
 import type { ReviewClient } from '../api/review-client.ts';
 import type { PatchValues } from '../heat/layers.ts';
 import { TIMES_SEEN } from '../heat/layers.ts';
 import type { LayerSource } from '../heat/state.ts';
+import { t } from '../language/language.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import type { PlanLink, PlanRoute } from '../load/plan-json.ts';
@@ -157,7 +159,7 @@ export class DraftFollower {
     return places.map((place, i) => {
       const positionM = localOf(place, offsetM);
       return {
-        id: `best ${i + 1}`,
+        id: t('best {n}', { n: i + 1 }),
         floorId: floorAt(floors, positionM[2]),
         order: i + 1,
         positionM,

@@ -1,5 +1,7 @@
 /** The draft: the plan's stations as the review has them. Scene frame, metres. */
+
 import type { Point, Review } from '../api/documents.ts';
+import { t } from '../language/language.ts';
 import type { PlanJson } from '../load/plan-json.ts';
 import type { ShownStation, StationMark } from '../stations/shown.ts';
 
@@ -85,14 +87,12 @@ export function countEdits(stations: readonly DraftStation[]): EditCounts {
 
 /** "2 moved, 1 added"; empty where nothing is changed. */
 export function editsInWords({ moved, added, removed }: EditCounts): string {
-  const parts = [
-    [moved, 'moved'],
-    [added, 'added'],
-    [removed, 'removed'],
-  ] as const;
-  return parts
-    .filter(([n]) => n > 0)
-    .map(([n, word]) => `${n} ${word}`)
+  return [
+    moved > 0 && t('{n} moved', { n: moved }),
+    added > 0 && t('{n} added', { n: added }),
+    removed > 0 && t('{n} removed', { n: removed }),
+  ]
+    .filter(Boolean)
     .join(', ');
 }
 

@@ -1,4 +1,5 @@
 /** The tab "Edit": tools, the chosen station, and everything the review changes, each with its way back. */
+import { t } from '../language/language.ts';
 import { AuthorField } from '../review/author-field.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -39,7 +40,7 @@ function LiveNote({ store }: { store: Store }) {
     <div class="callout" role="status" data-testid="live-note">
       {words}
       {live.state === 'starting' && (
-        <progress aria-label="Preparing live editing" {...(fraction === null ? {} : { value: fraction })} />
+        <progress aria-label={t('Preparing live editing')} {...(fraction === null ? {} : { value: fraction })} />
       )}
     </div>
   );

@@ -61,7 +61,7 @@ export function entranceEntries(review: Review, loaded: LoadedPlan | null, nameO
     const element = loaded?.stage.elements.find(({ sourceId }) => sourceId === id);
     return {
       key: `door ${id}`,
-      title: `${element?.name || ENTRANCE_WORDS.door}: ${ENTRANCE_WORDS[state].toLowerCase()}`,
+      title: ENTRANCE_WORDS.doorNow(element?.name || ENTRANCE_WORDS.door, state),
       detail: ENTRANCE_WORDS.doorDetail(nameOf(element?.floorId ?? '')),
       swatch: `swatch-door_${state}`,
       back: setDoor(id, null),

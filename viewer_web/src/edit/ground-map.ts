@@ -4,7 +4,9 @@
  * Cell (column, row) begins at origin + (column, row) * cell; scene frame, metres. The server has the last word on a place: this only
  * keeps a dragged station out of walls while it is under way.
  */
+
 import type { GroundHead } from '../api/documents.ts';
+import { t } from '../language/language.ts';
 
 export const GROUND = { nothing: 0, walkable: 1, admissible: 2, keptOut: 3 } as const;
 
@@ -23,7 +25,10 @@ export class GroundMap {
     readonly values: Uint8Array,
   ) {
     const n = head.width * head.height;
-    if (values.length < n) throw new RangeError(`ground of ${head.floor}: ${values.length} cells, expected ${n}`);
+    if (values.length < n)
+      throw new RangeError(
+        t('ground of {floor}: {n} cells, expected {expected}', { floor: head.floor, n: values.length, expected: n }),
+      );
     this.floorId = head.floor;
     let nAdmissible = 0;
     for (let i = 0; i < n; i++) if (values[i] === GROUND.admissible) nAdmissible++;

@@ -1,5 +1,7 @@
 /** Whose ground surface is as the review leaves it: the plan's ground, and the review's picks one after the other. */
+
 import type { Review } from '../api/documents.ts';
+import { t } from '../language/language.ts';
 import { normalOf } from '../load/edges.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { coplanarRegion } from './coplanar-region.ts';
@@ -43,14 +45,16 @@ export function nothingToPick(
   const nameOf = (id: GroundOf): string => loaded.plan.floors.find((floor) => floor.id === id)?.name ?? '';
   if (isGround) {
     const { cornersM } = loaded.stage.triangles;
-    const areasM2 = region.map((t) => Math.hypot(...normalOf(cornersM, t)) / 2);
+    const areasM2 = region.map((triangle) => Math.hypot(...normalOf(cornersM, triangle)) / 2);
     const isOfM2 = areasM2.reduce((sum, areaM2, i) => sum + (isOf(ground[i]) ? areaM2 : 0), 0);
     const allM2 = areasM2.reduce((sum, areaM2) => sum + areaM2, 0);
     if (isOfM2 < NEARLY_ALL * allM2) return null;
     const name = nameOf(floorId || (ground.find((of) => of !== null) ?? ''));
-    return `Already a walkable floor${name === '' ? '' : ` of ${name}`}: nothing to mark.`;
+    return name === ''
+      ? t('Already a walkable floor: nothing to mark.')
+      : t('Already a walkable floor of {name}: nothing to mark.', { name });
   }
   if (ground.some(isOf)) return null;
-  const of = floorId === '' ? '' : ` of ${nameOf(floorId)}`;
-  return `Not a walkable floor${of}: nothing to unmark.`;
+  if (floorId === '') return t('Not a walkable floor: nothing to unmark.');
+  return t('Not a walkable floor of {name}: nothing to unmark.', { name: nameOf(floorId) });
 }

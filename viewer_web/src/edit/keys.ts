@@ -2,6 +2,7 @@
  * Keys of editing: Shift and arrows move the chosen station over its floor, by the compass as the picture is turned; undo and redo, Escape and Enter for what is half done, Delete for the chosen
  * station.
  */
+import { t } from '../language/language.ts';
 import { counted } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import { removeStation } from './changes.ts';
@@ -96,12 +97,12 @@ function actOnKey(key: string, store: Store, { areas, mover }: EditorActions): b
     const several = selectedStations(store).filter(({ isFixed }) => !isFixed);
     if (several.length > 0) {
       const changes = several.map(({ id }) => removeStation(id));
-      void reviewClient?.commit(`remove ${counted(several.length, 'station')}`, changes);
+      void reviewClient?.commit(t('remove {stations}', { stations: counted(several.length, 'station') }), changes);
       return true;
     }
     const id = store.stationId.peek();
     if (id === null) return false;
-    void reviewClient?.commit(`remove ${id}`, [removeStation(id)]);
+    void reviewClient?.commit(t('remove {id}', { id }), [removeStation(id)]);
   } else return false;
   return true;
 }

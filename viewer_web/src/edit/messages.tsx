@@ -1,15 +1,17 @@
 /** What the server says: notices, a broken line, and the choice that a conflict needs. They have a place of their own and cover nothing. */
+
 import { NO_TOKEN } from '../api/api-error.ts';
 import type { PendingConflict, ReviewClient } from '../api/review-client.ts';
+import { t } from '../language/language.ts';
 
-const ASKING = 'The server does not answer; retrying. The page may be out of date.';
-const STARTED_AGAIN = 'If it was started again, open the address that it printed.';
+const ASKING = t('The server does not answer; retrying. The page may be out of date.');
+const STARTED_AGAIN = t('If it was started again, open the address that it printed.');
 
 export function Messages({ reviewClient }: { reviewClient: ReviewClient }) {
   const [notice, conflict, trouble] = [reviewClient.notice.value, reviewClient.conflict.value, troubleOf(reviewClient)];
   if (notice === null && conflict === null && trouble === null) return null;
   return (
-    <section class="messages" aria-label="Messages">
+    <section class="messages" aria-label={t('Messages')}>
       {trouble !== null && (
         <div class="message-card message-warning" role="status" data-testid="trouble">
           <p>{trouble}</p>
@@ -21,7 +23,7 @@ export function Messages({ reviewClient }: { reviewClient: ReviewClient }) {
           <button
             type="button"
             class="icon"
-            aria-label="Dismiss"
+            aria-label={t('Dismiss')}
             onClick={() => {
               reviewClient.notice.value = null;
             }}
@@ -41,17 +43,17 @@ function ConflictCard({ conflict, reviewClient }: { conflict: PendingConflict; r
   const isFirst = (primary: boolean): string => (primary ? 'button button-primary' : 'button');
   return (
     <div class="message-card message-conflict" role="alertdialog" aria-labelledby="conflict-title">
-      <h2 id="conflict-title">Someone else changed this</h2>
+      <h2 id="conflict-title">{t('Someone else changed this')}</h2>
       <p>
         {conflict.words}
-        {canBoth && ' The position and the height were changed by different people: both can be kept.'}
+        {canBoth && ` ${t('The position and the height were changed by different people: both can be kept.')}`}
       </p>
       <div class="buttons">
         <button type="button" class={isFirst(!canBoth)} onClick={() => reviewClient.takeTheirs()}>
-          Keep theirs
+          {t('Keep theirs')}
         </button>
         <button type="button" class={isFirst(canBoth)} onClick={() => void reviewClient.applyMine()}>
-          {canBoth ? 'Keep both' : 'Keep mine'}
+          {canBoth ? t('Keep both') : t('Keep mine')}
         </button>
       </div>
     </div>

@@ -1,4 +1,5 @@
 /** Outlines drawn on a floor: polygons in plan, and what is wrong with them in words. */
+import { t } from '../language/language.ts';
 import type { Place } from './ground-map.ts';
 
 /** A corner nearer to the one before is the same click twice. */
@@ -20,10 +21,10 @@ export function areaM2(outline: readonly Place[]): number {
 export function faultOf(outline: readonly Place[]): string | null {
   if (outline.length < 3) {
     const missing = 3 - outline.length;
-    return `Click ${missing} more corner${missing === 1 ? '' : 's'} on the floor.`;
+    return t('Click {n, plural, one {# more corner} other {# more corners}} on the floor.', { n: missing });
   }
-  if (crosses(outline)) return 'The outline crosses itself. Remove the last corner and go round the area.';
-  if (areaM2(outline) < SMALLEST_AREA_M2) return 'The outline has hardly any area. Draw it larger.';
+  if (crosses(outline)) return t('The outline crosses itself. Remove the last corner and go round the area.');
+  if (areaM2(outline) < SMALLEST_AREA_M2) return t('The outline has hardly any area. Draw it larger.');
   return null;
 }
 

@@ -1,7 +1,10 @@
 /** What can be done right now, and in words what to do where something can't. */
+
 import { NO_ANSWER } from '../api/api-error.ts';
 import type { ReviewClient } from '../api/review-client.ts';
+import { t } from '../language/language.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
+import { percent } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import type { Tool } from './state.ts';
 
@@ -11,8 +14,9 @@ export function isLive(store: Store): boolean {
 }
 
 /** Said beside what commenters can't do. */
-export const COMMENT_ONLY =
-  'This address is for comments and verdicts. To edit stations, plan again or sign off, ask for the other address that `tlsplan view` printed.';
+export const COMMENT_ONLY = t(
+  'This address is for comments and verdicts. To edit stations, plan again or sign off, ask for the other address that `tlsplan view` printed.',
+);
 
 /** All changes of the review are taken. */
 export function canEdit(store: Store): boolean {
@@ -27,9 +31,11 @@ export function canComment(store: Store): boolean {
 /** Why the server's side is missing, in words; null: it is there. */
 export function whyNoServer({ line, session, fault }: ReviewClient): string | null {
   if (session.value !== null) return null;
-  if (line.value === 'connecting') return 'Connecting to the server …';
+  if (line.value === 'connecting') return t('Connecting to the server …');
   if (line.value === 'none') {
-    return 'This server only shows files. Start `tlsplan view` of this version to change the plan and to plan again.';
+    return t(
+      'This server only shows files. Start `tlsplan view` of this version to change the plan and to plan again.',
+    );
   }
   return fault.value ?? NO_ANSWER;
 }
@@ -42,14 +48,14 @@ export function whyNoEditing(store: Store): string | null {
 /** Why not even comments and verdicts are taken; null: they are. */
 export function whyNoComments(store: Store): string | null {
   const { reviewClient } = store;
-  if (reviewClient === null) return 'This is a read-only copy. Open the plan with `tlsplan view` to change it.';
+  if (reviewClient === null) return t('This is a read-only copy. Open the plan with `tlsplan view` to change it.');
   if (store.planBase.value !== OWN_PLAN) {
-    return 'This is the plan of a run. Go back to the main plan to edit.';
+    return t('This is the plan of a run. Go back to the main plan to edit.');
   }
   const missing = whyNoServer(reviewClient);
   if (missing !== null) return missing;
   if (reviewClient.session.value?.read_only) {
-    return 'The server was started with --read-only. Restart it without this option to change the plan.';
+    return t('The server was started with --read-only. Restart it without this option to change the plan.');
   }
   if (!reviewClient.canComment.value) return reviewClient.fault.value ?? NO_ANSWER;
   return null;
@@ -60,13 +66,12 @@ export function whyNotLive(store: Store): string | null {
   const live = store.reviewClient?.live.value;
   if (live === undefined || live.state === 'ready') return null;
   if (live.state === 'starting') {
-    const share =
-      live.fraction === null || live.fraction === undefined ? '' : `, ${(100 * live.fraction).toFixed(0)} %`;
-    return `Preparing live editing: ${live.step || 'loading the scene'}${share}`;
+    const share = live.fraction === null || live.fraction === undefined ? '' : `, ${percent(live.fraction, 0)}`;
+    return t('Preparing live editing: {step}', { step: `${live.step || t('loading the scene')}${share}` });
   }
   const said = live.message ? `${live.message.replace(/[.\s]+$/, '')}. ` : '';
-  if (live.state === 'failed') return `${said}To move stations, fix this and restart the server.`;
-  return `${said}To move stations, start the server with the scene: tlsplan view plan/ --scene building.ifc`;
+  if (live.state === 'failed') return `${said}${t('To move stations, fix this and restart the server.')}`;
+  return `${said}${t('To move stations, start the server with the scene: tlsplan view plan/ --scene building.ifc')}`;
 }
 
 /** The tool that the pointer works with on the tab that is shown; null: it only looks around. */

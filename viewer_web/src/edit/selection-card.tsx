@@ -1,6 +1,8 @@
 /** Several stations at once: moved together, locked, removed, each as one change that one undo takes back. */
+
 import { useSignal } from '@preact/signals';
 import type { Change } from '../api/documents.ts';
+import { t } from '../language/language.ts';
 import { Card } from '../panels/card.tsx';
 import { counted } from '../panels/figures.ts';
 import { LengthField } from '../panels/length-field.tsx';
@@ -17,9 +19,9 @@ export function SelectionCard({ store }: { store: Store }) {
   const stations = selectedStations(store);
   return (
     <Card
-      title={`${counted(stations.length, 'station')} selected`}
-      subtitle={stations.map(({ id }) => id).join(', ') || 'Click stations to select them'}
-      name="Selected stations"
+      title={t('{stations} selected', { stations: counted(stations.length, 'station') })}
+      subtitle={stations.map(({ id }) => id).join(', ') || t('Click stations to select them')}
+      name={t('Selected stations')}
       onClose={() => selectNone(store)}
     >
       {canEdit(store) ? <Actions store={store} stations={stations} /> : <p class="muted">{whyNoEditing(store)}</p>}
@@ -31,17 +33,20 @@ function Actions({ store, stations }: { store: Store; stations: readonly DraftSt
   const { reviewClient } = store;
   const free = stations.filter(({ isFixed }) => !isFixed);
   const commit = (words: string, of: readonly DraftStation[], change: (id: string) => Change): void => {
-    const ids = of.map(({ id }) => id);
     void reviewClient?.commit(
-      `${words} ${counted(ids.length, 'station')}`,
-      ids.map((id) => change(id)),
+      words,
+      of.map(({ id }) => change(id)),
     );
   };
   const [locked, unlocked] = [free.filter(({ isLocked }) => isLocked), free.filter(({ isLocked }) => !isLocked)];
   return (
     <>
       {free.length < stations.length && (
-        <p class="muted">{counted(stations.length - free.length, 'station')} already scanned: left as they are.</p>
+        <p class="muted">
+          {t('{stations} already scanned: left as they are.', {
+            stations: counted(stations.length - free.length, 'station'),
+          })}
+        </p>
       )}
       <MoveAll store={store} stations={free} />
       <div class="buttons">
@@ -49,28 +54,36 @@ function Actions({ store, stations }: { store: Store; stations: readonly DraftSt
           type="button"
           class="button button-small"
           disabled={unlocked.length === 0}
-          onClick={() => commit('lock', unlocked, (id) => lockStation(id, true))}
+          onClick={() =>
+            commit(t('lock {stations}', { stations: counted(unlocked.length, 'station') }), unlocked, (id) =>
+              lockStation(id, true),
+            )
+          }
         >
-          Lock
+          {t('Lock')}
         </button>
         <button
           type="button"
           class="button button-small"
           disabled={locked.length === 0}
-          onClick={() => commit('unlock', locked, (id) => lockStation(id, false))}
+          onClick={() =>
+            commit(t('unlock {stations}', { stations: counted(locked.length, 'station') }), locked, (id) =>
+              lockStation(id, false),
+            )
+          }
         >
-          Unlock
+          {t('Unlock')}
         </button>
         <button
           type="button"
           class="button button-small"
           disabled={free.length === 0}
           onClick={() => {
-            commit('remove', free, removeStation);
+            commit(t('remove {stations}', { stations: counted(free.length, 'station') }), free, removeStation);
             selectNone(store);
           }}
         >
-          Remove
+          {t('Remove')}
         </button>
         {stations.length === 2 && (
           <button
@@ -81,7 +94,7 @@ function Actions({ store, stations }: { store: Store; stations: readonly DraftSt
               store.choosePair([stations[0].id, stations[1].id]);
             }}
           >
-            Shared surface
+            {t('Shared surface')}
           </button>
         )}
       </div>
@@ -96,22 +109,28 @@ function MoveAll({ store, stations }: { store: Store; stations: readonly DraftSt
   return (
     <form
       class="move-all"
-      title={whyNotLive(store) ?? 'All together, along the axes of the scene; or drag one of them in the tab Edit'}
+      title={whyNotLive(store) ?? t('All together, along the axes of the scene; or drag one of them in the tab Edit')}
       onSubmit={(event) => {
         event.preventDefault();
         if (!isOff) void mover.moveAll(stations, eastM.peek(), northM.peek());
       }}
     >
-      <LengthField label="East" digits={2} valueM={eastM.value} disabled={isOff} onValue={(m) => (eastM.value = m)} />
       <LengthField
-        label="North"
+        label={t('East')}
+        digits={2}
+        valueM={eastM.value}
+        disabled={isOff}
+        onValue={(m) => (eastM.value = m)}
+      />
+      <LengthField
+        label={t('North')}
         digits={2}
         valueM={northM.value}
         disabled={isOff}
         onValue={(m) => (northM.value = m)}
       />
       <button type="submit" class="button button-small" disabled={isOff}>
-        Move
+        {t('Move')}
       </button>
     </form>
   );

@@ -1,5 +1,7 @@
 /** Where the chosen station stands, typed in scene or site coordinates, and moved in small steps. */
+
 import { useSignal } from '@preact/signals';
+import { t } from '../language/language.ts';
 import { type Site, siteOf, siteUnitM } from '../measure/site.ts';
 import { lengthWords } from '../panels/figures.ts';
 import { LengthField } from '../panels/length-field.tsx';
@@ -32,7 +34,7 @@ interface SystemChoiceProps {
 
 function SystemChoice({ site, isSite, onChoice }: SystemChoiceProps) {
   return (
-    <div class="segments" role="radiogroup" aria-label="Coordinates">
+    <div class="segments" role="radiogroup" aria-label={t('Coordinates')}>
       {[false, true].map((one) => (
         // biome-ignore lint/a11y/useSemanticElements: drawn as one segment of a bar.
         <button
@@ -40,10 +42,10 @@ function SystemChoice({ site, isSite, onChoice }: SystemChoiceProps) {
           type="button"
           role="radio"
           aria-checked={isSite === one}
-          title={one ? site.name : 'Coordinates of the scene file'}
+          title={one ? site.name : t('Coordinates of the scene file')}
           onClick={() => onChoice(one)}
         >
-          {one ? 'Site' : 'Scene'}
+          {one ? t('Site') : t('Scene')}
         </button>
       ))}
     </div>
@@ -61,7 +63,8 @@ interface FieldsProps {
 
 function Fields({ store, station, sceneM, site, isOff }: FieldsProps) {
   const shownM = site === null ? sceneM : site.toSite(sceneM);
-  const names = site === null ? ['x', 'y', 'z of the sensor'] : ['Easting', 'Northing', 'Height of the sensor'];
+  const names =
+    site === null ? ['x', 'y', t('z of the sensor')] : [t('Easting'), t('Northing'), t('Height of the sensor')];
   return (
     <div class="fields-three">
       {names.map((name, k) => (
@@ -83,24 +86,24 @@ function Fields({ store, station, sceneM, site, isOff }: FieldsProps) {
 }
 
 const NUDGES = [
-  ['←', 'west', -1, 0],
-  ['↑', 'north', 0, 1],
-  ['↓', 'south', 0, -1],
-  ['→', 'east', 1, 0],
+  ['←', t('west'), -1, 0],
+  ['↑', t('north'), 0, 1],
+  ['↓', t('south'), 0, -1],
+  ['→', t('east'), 1, 0],
 ] as const;
 
 function Nudges({ store, station, isOff }: { store: Store; station: DraftStation; isOff: boolean }) {
   const mover = store.editing.editor.value?.mover;
   return (
-    <fieldset class="nudges" aria-label="Move the station in steps">
-      <span class="muted">{lengthWords(NUDGE_M)} (Shift and arrows)</span>
+    <fieldset class="nudges" aria-label={t('Move the station in steps')}>
+      <span class="muted">{t('{length} (Shift and arrows)', { length: lengthWords(NUDGE_M) })}</span>
       {NUDGES.map(([sign, name, east, north]) => (
         <button
           key={name}
           type="button"
           class="icon"
           disabled={isOff || mover === undefined}
-          aria-label={`Move ${lengthWords(NUDGE_M)} ${name}`}
+          aria-label={t('Move {length} {direction}', { length: lengthWords(NUDGE_M), direction: name })}
           onClick={() => void mover?.nudge(station, east * NUDGE_M, north * NUDGE_M).then(() => mover.finish())}
         >
           {sign}

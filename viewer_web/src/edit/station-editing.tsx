@@ -1,5 +1,7 @@
 /** The chosen station: its height, and what may be done with it. */
+
 import { batch } from '@preact/signals';
+import { t } from '../language/language.ts';
 import { SetUpDistances } from '../measure/set-up-lines.tsx';
 import { lengthWords } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
@@ -18,15 +20,15 @@ export function StationEditing({ store }: { store: Store }) {
   const station = stationsOf(store).find(({ id }) => id === store.stationId.value);
   if (station === undefined) {
     return (
-      <Section title="Station">
-        <p class="muted">Select a station in the model or in the list.</p>
+      <Section title={t('Station')}>
+        <p class="muted">{t('Select a station in the model or in the list.')}</p>
       </Section>
     );
   }
   return (
-    <Section title={`Station ${station.id}`} aside={stateInWords(station)}>
+    <Section title={t('Station {id}', { id: station.id })} aside={stateInWords(station)}>
       {station.isFixed ? (
-        <p class="muted">Already scanned: its position can’t be changed.</p>
+        <p class="muted">{t('Already scanned: its position can’t be changed.')}</p>
       ) : (
         <>
           {!station.isRemoved && <HeightSlider store={store} station={station} />}
@@ -41,11 +43,11 @@ export function StationEditing({ store }: { store: Store }) {
 
 function stateInWords(station: DraftStation): string {
   const words = [
-    station.isFixed && 'scanned',
-    station.isRemoved && 'removed',
-    station.isAdded && 'added',
-    station.movedFromM !== null && !station.isRemoved && 'moved',
-    station.isLocked && 'locked',
+    station.isFixed && t('scanned'),
+    station.isRemoved && t('removed'),
+    station.isAdded && t('added'),
+    station.movedFromM !== null && !station.isRemoved && t('moved'),
+    station.isLocked && t('locked'),
   ].filter((word) => word !== false);
   return words.join(', ');
 }
@@ -55,16 +57,16 @@ function HeightSlider({ store, station }: { store: Store; station: DraftStation 
   const mover = store.editing.editor.value?.mover;
   const moving = store.editing.underWay.value;
   const heightM = (moving?.stationId === station.id ? moving.heightM : station.instrumentHeightM) ?? null;
-  if (heightM === null) return <p class="muted">Instrument height unknown.</p>;
+  if (heightM === null) return <p class="muted">{t('Instrument height unknown.')}</p>;
   const low = scanner?.instrument_height_min_m ?? USUAL_HEIGHTS_M[0];
   const high = scanner?.instrument_height_max_m ?? USUAL_HEIGHTS_M[1];
   return (
     <label class="slider">
-      <span>Instrument height</span>
+      <span>{t('Instrument height')}</span>
       <output>{lengthWords(heightM)}</output>
       <input
         type="range"
-        aria-label="Instrument height above the ground"
+        aria-label={t('Instrument height above the ground')}
         min={Math.min(low, heightM)}
         max={Math.max(high, heightM)}
         step={STEP_M}
@@ -87,32 +89,32 @@ function StationButtons({ store, station }: { store: Store; station: DraftStatio
         <button
           type="button"
           class="button"
-          onClick={() => void reviewClient.commit(`restore ${id}`, [restoreStation(id)])}
+          onClick={() => void reviewClient.commit(t('restore {id}', { id }), [restoreStation(id)])}
         >
-          Restore
+          {t('Restore')}
         </button>
       </div>
     );
   }
-  const lockWords = station.isLocked ? 'unlock' : 'lock';
+  const lockWords = station.isLocked ? t('unlock {id}', { id }) : t('lock {id}', { id });
   return (
     <div class="buttons">
       <button
         type="button"
         class="button button-small"
-        title="A locked station stays where it is, in every new plan too"
+        title={t('A locked station stays where it is, in every new plan too')}
         aria-pressed={station.isLocked}
-        onClick={() => void reviewClient.commit(`${lockWords} ${id}`, [lockStation(id, !station.isLocked)])}
+        onClick={() => void reviewClient.commit(lockWords, [lockStation(id, !station.isLocked)])}
       >
-        {station.isLocked ? 'Unlock' : 'Lock'}
+        {station.isLocked ? t('Unlock') : t('Lock')}
       </button>
       {station.movedFromM !== null && !station.isLocked && (
         <button
           type="button"
           class="button button-small"
-          onClick={() => void reviewClient.commit(`move ${id} back`, [moveBack(id)])}
+          onClick={() => void reviewClient.commit(t('move {id} back', { id }), [moveBack(id)])}
         >
-          Move back
+          {t('Move back')}
         </button>
       )}
       <button
@@ -120,17 +122,17 @@ function StationButtons({ store, station }: { store: Store; station: DraftStatio
         class="button button-small"
         title={
           station.isLocked
-            ? 'Unlock the station first: it stands here'
-            : 'New plans keep stations away from this position, within the radius'
+            ? t('Unlock the station first: it stands here')
+            : t('New plans keep stations away from this position, within the radius')
         }
         disabled={station.isLocked}
         onClick={() =>
-          void reviewClient.commit('forbid a position', [
+          void reviewClient.commit(t('forbid a position'), [
             forbid(station.positionM, store.editing.forbidRadiusM.peek(), station.floorId),
           ])
         }
       >
-        Forbid this position
+        {t('Forbid this position')}
       </button>
       <button
         type="button"
@@ -138,19 +140,19 @@ function StationButtons({ store, station }: { store: Store; station: DraftStatio
         onClick={() =>
           batch(() => {
             const positionM = station.positionM;
-            store.editing.commentSpot.value = { target: id, positionM, title: `station ${id}` };
+            store.editing.commentSpot.value = { target: id, positionM, title: t('station {id}', { id }) };
             store.tab.value = 'review';
           })
         }
       >
-        Comment
+        {t('Comment')}
       </button>
       <button
         type="button"
         class="button button-small"
-        onClick={() => void reviewClient.commit(`remove ${id}`, [removeStation(id)])}
+        onClick={() => void reviewClient.commit(t('remove {id}', { id }), [removeStation(id)])}
       >
-        Remove
+        {t('Remove')}
       </button>
     </div>
   );

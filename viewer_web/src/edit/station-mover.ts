@@ -1,7 +1,9 @@
 /** Moves, raises and adds stations: places while the pointer moves, the server's answer as it comes, and a commit at the end. */
+
 import { batch, effect, untracked } from '@preact/signals';
 import type { Change, Point } from '../api/documents.ts';
 import type { ReviewClient } from '../api/review-client.ts';
+import { t } from '../language/language.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { coordinatesWords, counted, lengthWords } from '../panels/figures.ts';
 import type { PlanView } from '../scene/plan-view.ts';
@@ -120,7 +122,7 @@ export class StationMover {
     const ground = await this.groundOf(floorId);
     const place = ground.nearestAdmissible(at);
     if (place === null) {
-      this.reviewClient.warn('No valid tripod position on this floor.');
+      this.reviewClient.warn(t('No valid tripod position on this floor.'));
       return;
     }
     const heightM = this.usualHeightM(floorId);
@@ -131,7 +133,10 @@ export class StationMover {
     const [x, y] = added.positionM;
     const awayM = Math.hypot(x - at[0], y - at[1]);
     if (awayM < NOT_WORTH_TELLING_M) return;
-    const text = `No tripod can stand at that point: ${added.id} was added ${lengthWords(awayM)} away.`;
+    const text = t('No tripod can stand at that point: {id} was added {length} away.', {
+      id: added.id,
+      length: lengthWords(awayM),
+    });
     this.reviewClient.notice.value = { kind: 'note', text };
   }
 
@@ -155,7 +160,7 @@ export class StationMover {
     const [x, y, z] = underWay?.positionM ?? station.positionM;
     const place: Place = [x + eastM, y + northM];
     if (ground.at(place) !== GROUND.admissible) {
-      this.reviewClient.warn('No tripod can stand further that way.');
+      this.reviewClient.warn(t('No tripod can stand further that way.'));
       return;
     }
     const heightM = underWay?.heightM ?? station.instrumentHeightM ?? this.usualHeightM(station.floorId);
@@ -175,8 +180,10 @@ export class StationMover {
     if (!ground || this.store.editing.underWay.peek() !== null) return;
     if (ground.at([x, y]) !== GROUND.admissible) {
       const nearest = ground.nearestAdmissible([x, y]);
-      const advice = nearest === null ? '' : ` The nearest position is ${coordinatesWords(nearest)}.`;
-      this.reviewClient.warn(`No tripod can stand at ${coordinatesWords([x, y])}.${advice}`);
+      const refusal = t('No tripod can stand at {place}.', { place: coordinatesWords([x, y]) });
+      const advice =
+        nearest === null ? '' : ` ${t('The nearest position is {place}.', { place: coordinatesWords(nearest) })}`;
+      this.reviewClient.warn(`${refusal}${advice}`);
       return;
     }
     const heightM = (station.instrumentHeightM ?? this.usualHeightM(station.floorId)) + z - station.positionM[2];
@@ -206,7 +213,9 @@ export class StationMover {
         const { head } = await askPreview(reviewClient.client, this.wish(asked), this.nextSequence());
         const besideM = Math.hypot(head.position[0] - x - eastM, head.position[1] - y - northM);
         if (!head.admissible || besideM > SAME_PLACE_M) {
-          reviewClient.warn(`No valid tripod position for ${id} there: ${head.reason}. Nothing was moved.`);
+          reviewClient.warn(
+            t('No valid tripod position for {id} there: {reason}. Nothing was moved.', { id, reason: head.reason }),
+          );
           return;
         }
         const [px, py, pz] = head.position;
@@ -217,7 +226,11 @@ export class StationMover {
         };
         changes.push(moveStation(id, pose));
       }
-      await reviewClient.commit(`move ${counted(changes.length, 'station')}`, changes, revision);
+      await reviewClient.commit(
+        t('move {stations}', { stations: counted(changes.length, 'station') }),
+        changes,
+        revision,
+      );
     } catch (error) {
       reviewClient.warn((error as Error).message);
     } finally {
@@ -362,14 +375,14 @@ export class StationMover {
   private async commit({ stationId, floorId }: UnderWay, { head }: Preview): Promise<Placed | null> {
     const { reviewClient, store } = this;
     if (!head.admissible) {
-      reviewClient.warn(`No valid tripod position there: ${head.reason}.`);
+      reviewClient.warn(t('No valid tripod position there: {reason}.', { reason: head.reason }));
       return null;
     }
     const [x, y, z] = head.position;
     const pose = { position_m: [x, y, z] as const, instrument_height_m: head.instrument_height_m, floor: floorId };
     if (stationId !== null) {
       const isMoved = await reviewClient.commit(
-        `move ${stationId}`,
+        t('move {id}', { id: stationId }),
         [moveStation(stationId, pose)],
         this.basisRevision,
         this.withTheirs(pose),
@@ -377,7 +390,7 @@ export class StationMover {
       return isMoved ? { id: stationId, positionM: pose.position_m } : null;
     }
     const before = new Set(Object.keys(reviewClient.review.peek()?.stations ?? {}));
-    const isDone = await reviewClient.commit('add a station', [addStation(pose)]);
+    const isDone = await reviewClient.commit(t('add a station'), [addStation(pose)]);
     const added = Object.keys(reviewClient.review.peek()?.stations ?? {}).find((id) => !before.has(id));
     if (!isDone || added === undefined) return null;
     store.chooseStation(added);
@@ -422,6 +435,6 @@ interface Placed {
 
 /** Why a station is not moved; null: it may be. */
 function whyItStays({ id, isFixed, isLocked }: DraftStation): string | null {
-  if (isFixed) return `Station ${id} is already scanned: its position can’t be changed.`;
-  return isLocked ? `Station ${id} is locked. Unlock it to move it.` : null;
+  if (isFixed) return t('Station {id} is already scanned: its position can’t be changed.', { id });
+  return isLocked ? t('Station {id} is locked. Unlock it to move it.', { id }) : null;
 }

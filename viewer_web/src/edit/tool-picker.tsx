@@ -1,5 +1,7 @@
 /** The tools, and what the one in hand needs to know. */
+
 import { batch } from '@preact/signals';
+import { t } from '../language/language.ts';
 import { lengthWords } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
@@ -20,33 +22,33 @@ interface ToolEntry {
 const TOOLS: readonly ToolEntry[] = [
   {
     tool: 'select',
-    title: 'Move',
-    hint: 'Drag a station: it stays where a tripod can stand.',
+    title: t('Move'),
+    hint: t('Drag a station: it stays where a tripod can stand.'),
     needsLive: false,
   },
-  { tool: 'add', title: 'Add station', hint: 'Click the floor at the new position.', needsLive: true },
+  { tool: 'add', title: t('Add station'), hint: t('Click the floor at the new position.'), needsLive: true },
   {
     tool: 'forbid',
-    title: 'Forbid position',
-    hint: 'Click a point that new plans must keep stations away from.',
+    title: t('Forbid position'),
+    hint: t('Click a point that new plans must keep stations away from.'),
     needsLive: false,
   },
   {
     tool: 'keep_out',
-    title: 'Keep-out',
-    hint: 'Click the corners of an area to keep out of; close it at its first corner.',
+    title: t('Keep-out'),
+    hint: t('Click the corners of an area to keep out of; close it at its first corner.'),
     needsLive: false,
   },
   {
     tool: 'priority',
-    title: 'Priority',
-    hint: 'Click the corners of an area that needs more coverage; close it at its first corner.',
+    title: t('Priority'),
+    hint: t('Click the corners of an area that needs more coverage; close it at its first corner.'),
     needsLive: false,
   },
   {
     tool: 'ground',
-    title: 'Floor surface',
-    hint: 'Click a surface to mark its level area for the next plan.',
+    title: t('Floor surface'),
+    hint: t('Click a surface to mark its level area for the next plan.'),
     needsLive: false,
   },
   { tool: 'entrance', title: ENTRANCE_WORDS.entranceTool, hint: ENTRANCE_WORDS.entranceHint, needsLive: false },
@@ -64,11 +66,11 @@ export function ToolPicker({ store }: { store: Store }) {
   const chosen = TOOLS.find((entry) => entry.tool === tool);
   const hint =
     tool === 'select' && !isLive(store)
-      ? 'Select a station to lock it, remove it, or forbid its position.'
+      ? t('Select a station to lock it, remove it, or forbid its position.')
       : chosen?.hint;
   return (
-    <Section title="Tool">
-      <div class="tools" role="radiogroup" aria-label="Tool">
+    <Section title={t('Tool')}>
+      <div class="tools" role="radiogroup" aria-label={t('Tool')}>
         {TOOLS.map((entry) => (
           // biome-ignore lint/a11y/useSemanticElements: drawn as one button of a palette.
           <button
@@ -79,7 +81,7 @@ export function ToolPicker({ store }: { store: Store }) {
             disabled={entry.needsLive && !isLive(store)}
             onClick={() => choose(store, entry.tool)}
           >
-            {entry.tool === 'select' && !isLive(store) ? 'Select' : entry.title}
+            {entry.tool === 'select' && !isLive(store) ? t('Select') : entry.title}
           </button>
         ))}
       </div>
@@ -113,11 +115,11 @@ function OutlineOptions({ store }: { store: Store }) {
       }}
     >
       <label class="field">
-        Name
+        {t('Name')}
         <input
           type="text"
           maxLength={100}
-          placeholder={editing.tool.value === 'priority' ? 'Plant room' : 'Wet floor'}
+          placeholder={editing.tool.value === 'priority' ? t('Plant room') : t('Wet floor')}
           value={editing.zoneName.value}
           onInput={(event) => {
             editing.zoneName.value = event.currentTarget.value;
@@ -126,7 +128,7 @@ function OutlineOptions({ store }: { store: Store }) {
       </label>
       {editing.tool.value === 'priority' && (
         <label class="field">
-          Required coverage
+          {t('Required coverage')}
           <span class="unit-input">
             <input
               type="text"
@@ -143,17 +145,17 @@ function OutlineOptions({ store }: { store: Store }) {
       {outline.length > 0 && (
         <>
           <p class="hint" role="status">
-            {faultOf(outline) ?? `${outline.length} corners`}
+            {faultOf(outline) ?? t('{n} corners', { n: outline.length })}
           </p>
           <div class="buttons">
             <button type="submit" class="button button-primary button-small" disabled={faultOf(outline) !== null}>
-              Finish
+              {t('Finish')}
             </button>
             <button type="button" class="button button-small" onClick={() => areas?.takeCornerBack()}>
-              Remove last corner
+              {t('Remove last corner')}
             </button>
             <button type="button" class="button button-small" onClick={() => areas?.dropOutline()}>
-              Cancel
+              {t('Cancel')}
             </button>
           </div>
         </>
@@ -166,7 +168,7 @@ function RadiusOption({ store }: { store: Store }) {
   const radius = store.editing.forbidRadiusM;
   return (
     <label class="slider">
-      <span>Radius</span>
+      <span>{t('Radius')}</span>
       <output>{lengthWords(radius.value, 1)}</output>
       <input
         type="range"
@@ -185,7 +187,7 @@ function RadiusOption({ store }: { store: Store }) {
 function GroundOption({ store }: { store: Store }) {
   const { marksGround } = store.editing;
   return (
-    <div class="segments" role="radiogroup" aria-label="Type of the clicked surface">
+    <div class="segments" role="radiogroup" aria-label={t('Type of the clicked surface')}>
       {[true, false].map((isGround) => (
         // biome-ignore lint/a11y/useSemanticElements: drawn as one segment of a bar.
         <button
@@ -197,7 +199,7 @@ function GroundOption({ store }: { store: Store }) {
             marksGround.value = isGround;
           }}
         >
-          {isGround ? 'Walkable floor' : 'Not a floor'}
+          {isGround ? t('Walkable floor') : t('Not a floor')}
         </button>
       ))}
     </div>

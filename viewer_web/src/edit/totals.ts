@@ -1,6 +1,8 @@
 /** The totals of a draft beside those of its plan. */
+
 import type { DraftFigures, PreviewHead } from '../api/documents.ts';
 import { isPlanned } from '../floors/planned.ts';
+import { decimal } from '../language/language.ts';
 import type { PlanJson, RequirementResult } from '../load/plan-json.ts';
 
 export interface FloorTotal {
@@ -133,5 +135,5 @@ export function signedCount(difference: number): string {
 /** "+0.4", "−1.2" percentage points; empty where less than a tenth changed. */
 export function signedPoints(difference: number): string {
   const tenths = Math.round(1000 * difference);
-  return tenths === 0 ? '' : `${tenths > 0 ? '+' : '−'}${(Math.abs(tenths) / 10).toFixed(1)}`;
+  return tenths === 0 ? '' : `${tenths > 0 ? '+' : '−'}${decimal(Math.abs(tenths) / 10, 1)}`;
 }

@@ -1,4 +1,5 @@
 /** The way to the field view. */
+import { t } from '../language/language.ts';
 import type { Store } from '../store.ts';
 import './field.css';
 
@@ -7,12 +8,12 @@ export function FieldButton({ store }: { store: Store }) {
     <button
       type="button"
       class="field-open"
-      title="Next station, distance and progress: for a tablet on site"
+      title={t('Next station, distance and progress: for a tablet on site')}
       onClick={() => {
         store.page.value = 'field';
       }}
     >
-      Field view
+      {t('Field view')}
     </button>
   );
 }

@@ -1,6 +1,8 @@
 /** The field view: where to go next, how far, and what is done. For a tablet in one hand, without a network. */
+
 import { useMemo, useState } from 'preact/hooks';
 import { hasEdits, stationsOf } from '../edit/draft-follower.ts';
+import { t } from '../language/language.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { coordinatesWords, counted, heightWords, lengthWords, unitName } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
@@ -33,11 +35,10 @@ export function FieldView({ store, loaded }: FieldViewProps) {
     <main class="field-view">
       <header class="field-head">
         <p>
-          <strong data-testid="field-count">
-            {nDone} of {stops.length}
-          </strong>{' '}
-          done
-          {wayLeft(stops, done) > 0 && <span class="muted"> · {lengthWords(wayLeft(stops, done), 0)} to walk</span>}
+          <strong data-testid="field-count">{t('{n} of {all}', { n: nDone, all: stops.length })}</strong> {t('done')}
+          {wayLeft(stops, done) > 0 && (
+            <span class="muted"> {t('· {length} to walk', { length: lengthWords(wayLeft(stops, done), 0) })}</span>
+          )}
         </p>
         <button
           type="button"
@@ -46,12 +47,12 @@ export function FieldView({ store, loaded }: FieldViewProps) {
             store.page.value = 'plan';
           }}
         >
-          Full plan
+          {t('Full plan')}
         </button>
       </header>
-      <progress class="field-progress" value={nDone} max={Math.max(1, stops.length)} aria-label="Stations done" />
+      <progress class="field-progress" value={nDone} max={Math.max(1, stops.length)} aria-label={t('Stations done')} />
       {hasEdits(stationsOf(store)) && (
-        <p class="field-note">Stations were edited in the review: this is the route of the original plan.</p>
+        <p class="field-note">{t('Stations were edited in the review: this is the route of the original plan.')}</p>
       )}
       {next === null ? <AllDone n={stops.length} /> : <NextStop stop={next} stops={stops} done={done} onTick={tick} />}
       <FloorMap
@@ -70,15 +71,15 @@ export function FieldView({ store, loaded }: FieldViewProps) {
 function AllDone({ n }: { n: number }) {
   return (
     <section class="field-next" aria-live="polite">
-      <h1>All done</h1>
-      <p>{counted(n, 'station')} scanned.</p>
+      <h1>{t('All done')}</h1>
+      <p>{t('{stations} scanned.', { stations: counted(n, 'station') })}</p>
     </section>
   );
 }
 
 function wayInWords(wayM: number | null, isFirst: boolean): string {
-  if (wayM === null) return isFirst ? 'Start here' : 'Distance unknown';
-  return wayM === 0 ? 'Here' : `${lengthWords(wayM, wayM < 10 ? 1 : 0)} to go`;
+  if (wayM === null) return isFirst ? t('Start here') : t('Distance unknown');
+  return wayM === 0 ? t('Here') : t('{length} to go', { length: lengthWords(wayM, wayM < 10 ? 1 : 0) });
 }
 
 interface NextStopProps {
@@ -92,7 +93,7 @@ function NextStop({ stop, stops, done, onTick }: NextStopProps) {
   const wayM = wayTo(stop, stops, done);
   const isDone = done.has(stop.stationId);
   return (
-    <section class="field-next" aria-live="polite" aria-label="Next station">
+    <section class="field-next" aria-live="polite" aria-label={t('Next station')}>
       <div class="field-number" data-testid="field-number" aria-hidden="true">
         {stop.order}
       </div>
@@ -103,12 +104,15 @@ function NextStop({ stop, stops, done, onTick }: NextStopProps) {
           {wayInWords(wayM, stop === stops[0])}
         </p>
         <p class="muted">
-          Sensor {heightWords(stop.heightM)} above the ground · x, y {coordinatesWords(stop.positionM.slice(0, 2))} (
-          {unitName()})
+          {t('Sensor {height} above the ground · x, y {place} ({unit})', {
+            height: heightWords(stop.heightM),
+            place: coordinatesWords(stop.positionM.slice(0, 2)),
+            unit: unitName(),
+          })}
         </p>
       </div>
       <button type="button" class="field-done" onClick={() => onTick(stop, !isDone)}>
-        {isDone ? 'Mark as not done' : 'Done'}
+        {isDone ? t('Mark as not done') : t('Done')}
       </button>
     </section>
   );
@@ -124,13 +128,13 @@ interface StopListProps {
 
 function StopList({ stops, done, next, onTick, onPick }: StopListProps) {
   return (
-    <ol class="field-stops" aria-label="Stations in route order">
+    <ol class="field-stops" aria-label={t('Stations in route order')}>
       {stops.map((stop) => (
         <li key={stop.stationId} class={stop === next ? 'field-stop field-stop-next' : 'field-stop'}>
           <label>
             <input
               type="checkbox"
-              aria-label={`${stop.stationId} done`}
+              aria-label={t('{id} done', { id: stop.stationId })}
               checked={done.has(stop.stationId)}
               onChange={(event) => onTick(stop, event.currentTarget.checked)}
             />

@@ -1,5 +1,7 @@
 /** A map of one floor: its ground and walls, the way to the next station, and the stations with their numbers. */
+
 import { useEffect, useMemo, useState } from 'preact/hooks';
+import { t } from '../language/language.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { heightWords } from '../panels/figures.ts';
 import type { Stop } from './route.ts';
@@ -42,7 +44,7 @@ export function FloorMap({ loaded, floorId, stops, next, done, onPick }: FloorMa
         class="floor-map"
         viewBox={`${box.x} ${-box.y - box.height} ${box.width} ${box.height}`}
         role="group"
-        aria-label="Map of the floor"
+        aria-label={t('Map of the floor')}
       >
         <path class="map-ground" d={ground.path} />
         <path class="map-walls" d={walls} stroke-width={dot / 9} />
@@ -123,10 +125,10 @@ function Dot({ stack, next, done, radius, onPress }: DotProps) {
 const shownPlace = ([{ positionM }]: Stack): [number, number] => [positionM[0], -positionM[1]];
 
 function nameOf(stack: Stack, done: ReadonlySet<string>): string {
-  const names = stack.map(({ stationId }) => (done.has(stationId) ? `${stationId}, done` : stationId));
+  const names = stack.map(({ stationId }) => (done.has(stationId) ? t('{id}, done', { id: stationId }) : stationId));
   return stack.length === 1
-    ? `${stack[0].order}, station ${names[0]}`
-    : `${stack.length} stations here: ${names.join('; ')}`;
+    ? t('{order}, station {id}', { order: stack[0].order, id: names[0] })
+    : t('{n} stations here: {names}', { n: stack.length, names: names.join('; ') });
 }
 
 interface StackListProps {
@@ -139,11 +141,11 @@ interface StackListProps {
 /** The stations of one spot, to choose from. */
 function StackList({ stack, done, onPick, onClose }: StackListProps) {
   return (
-    <section class="map-list" aria-label="Stations at this position">
+    <section class="map-list" aria-label={t('Stations at this position')}>
       <header>
-        <h2>{stack.length} stations here</h2>
+        <h2>{t('{n} stations here', { n: stack.length })}</h2>
         <button type="button" class="field-quiet" onClick={onClose}>
-          Close
+          {t('Close')}
         </button>
       </header>
       <ul>
@@ -153,8 +155,8 @@ function StackList({ stack, done, onPick, onClose }: StackListProps) {
               <span class="dot">{stop.order}</span>
               <span>{stop.stationId}</span>
               <span class="muted">
-                sensor at {heightWords(stop.heightM)}
-                {done.has(stop.stationId) ? ' · done ✓' : ''}
+                {t('sensor at {height}', { height: heightWords(stop.heightM) })}
+                {done.has(stop.stationId) ? ` · ${t('done')} ✓` : ''}
               </span>
             </button>
           </li>

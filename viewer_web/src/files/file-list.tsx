@@ -1,4 +1,5 @@
 /** The list of files of a scene of several: which ones are drawn. */
+import { t } from '../language/language.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 
@@ -6,8 +7,8 @@ export function FileList({ store }: { store: Store }) {
   const files = store.loaded.value?.stage.files ?? [];
   if (files.length < 2) return null;
   return (
-    <Section title="Files">
-      <fieldset class="controls" aria-label="Files">
+    <Section title={t('Files')}>
+      <fieldset class="controls" aria-label={t('Files')}>
         {files.map((name, file) => (
           <label key={file} class="check" title={name}>
             <input

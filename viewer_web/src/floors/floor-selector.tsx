@@ -1,6 +1,8 @@
 /** The list of floors: which one is opened, and where it is cut. */
+
 import type { FloorTotal } from '../edit/totals.ts';
 import { totalsBeside } from '../edit/totals-beside.ts';
+import { t } from '../language/language.ts';
 import type { PlanFloor } from '../load/plan-json.ts';
 import { counted, coveragePercent, lengthWords } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
@@ -19,9 +21,9 @@ export function FloorSelector({ store }: { store: Store }) {
   // Highest first, as in a section of the building.
   const highestFirst = [...floors].sort((a, b) => b.elevation_m - a.elevation_m);
   return (
-    <Section title="Floors">
-      <div class="rows" role="radiogroup" aria-label="Floor">
-        <FloorRow store={store} id={null} name="All floors" detail={counted(stations.length, 'station')} />
+    <Section title={t('Floors')}>
+      <div class="rows" role="radiogroup" aria-label={t('Floor')}>
+        <FloorRow store={store} id={null} name={t('All floors')} detail={counted(stations.length, 'station')} />
         {highestFirst.map((floor) => (
           <FloorRow
             key={floor.id}
@@ -32,7 +34,7 @@ export function FloorSelector({ store }: { store: Store }) {
               floor,
               isPlanned(floor, loaded.plan.requirements.floors)
                 ? counted(stations.filter(({ floorId }) => floorId === floor.id).length, 'station')
-                : 'not in this plan',
+                : t('not in this plan'),
             )}
             covered={shown?.floors.find(({ id }) => id === floor.id)}
           />
@@ -73,7 +75,7 @@ function FloorRow({ store, id, name, detail, covered }: FloorRowProps) {
         <span class="muted">{detail}</span>
       </span>
       {covered !== undefined && (
-        <span class="row-figure" title="Coverage of scannable area">
+        <span class="row-figure" title={t('Coverage of scannable area')}>
           <span>{coveragePercent(covered.coverage, covered.required)}</span>
           <Meter fraction={covered.coverage} required={covered.required} />
         </span>
@@ -100,7 +102,7 @@ function CutControl({ store }: { store: Store }) {
               store.isSpread.value = event.currentTarget.checked;
             }}
           />
-          Spread floors apart
+          {t('Spread floors apart')}
         </label>
       )}
       <label class="check">
@@ -114,15 +116,15 @@ function CutControl({ store }: { store: Store }) {
             else if (store.cutM.value >= highest) store.cutM.value = DEFAULT_CUT_M;
           }}
         />
-        Hide ceilings and roofs
+        {t('Hide ceilings and roofs')}
       </label>
       {isOpen && (
         <label class="slider">
-          <span>Cut above floor</span>
+          <span>{t('Cut above floor')}</span>
           <output>{lengthWords(cutM, 1)}</output>
           <input
             type="range"
-            aria-label="Height of the cut above the floor"
+            aria-label={t('Height of the cut above the floor')}
             min={LOWEST_CUT_M}
             max={highest}
             step={0.05}

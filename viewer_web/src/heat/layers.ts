@@ -1,4 +1,5 @@
 /** What the building can be painted by: values of its patches, and the colours and words they get. */
+import { t } from '../language/language.ts';
 
 /** A colour, or one for light and one for dark pages. */
 export type ThemedColor = string | { readonly light: string; readonly dark: string };
@@ -48,34 +49,34 @@ const SEEN = ['#a9d9d3', '#62b6b7', '#2b8a9b', '#17607a'] as const;
 const GREY: ThemedColor = { light: '#c6cacc', dark: '#6d757a' };
 /** Paler than what can't be seen: nothing was tried there. */
 export const PALE: ThemedColor = { light: '#eef0f1', dark: '#42494e' };
-export const NOT_ASKED_CLASS: HeatClass = { value: NOT_ASKED, label: 'not to be covered', color: PALE };
+export const NOT_ASKED_CLASS: HeatClass = { value: NOT_ASKED, label: t('not to be covered'), color: PALE };
 
 /** Of viewer/patches.u8: how many stations see it. */
 export const TIMES_SEEN_LAYER: ClassLayer = {
   kind: 'classes',
   id: TIMES_SEEN,
-  title: 'Station count',
+  title: t('Station count'),
   classes: [
     { value: 1, label: '1', color: SEEN[0] },
     { value: 2, label: '2', color: SEEN[1] },
     { value: 3, label: '3', color: SEEN[2] },
     { value: 4, label: '4+', color: SEEN[3] },
-    { value: 0, label: 'unseen', color: UNSEEN },
+    { value: 0, label: t('unseen'), color: UNSEEN },
     NOT_ASKED_CLASS,
-    { value: NOT_ACHIEVABLE, label: 'not scannable', color: GREY },
+    { value: NOT_ACHIEVABLE, label: t('not scannable'), color: GREY },
   ],
 };
 
 const SEEN_LAYER: ClassLayer = {
   kind: 'classes',
   id: 'seen',
-  title: 'Seen or unseen',
+  title: t('Seen or unseen'),
   valuesOf: TIMES_SEEN,
   classes: [
-    { value: 1, label: 'seen', color: SEEN[1] },
-    { value: 0, label: 'unseen', color: UNSEEN },
+    { value: 1, label: t('seen'), color: SEEN[1] },
+    { value: 0, label: t('unseen'), color: UNSEEN },
     NOT_ASKED_CLASS,
-    { value: NOT_ACHIEVABLE, label: 'not scannable', color: GREY },
+    { value: NOT_ACHIEVABLE, label: t('not scannable'), color: GREY },
   ],
 };
 
@@ -105,16 +106,24 @@ export function reasonColor(reason: string): ThemedColor {
   return REASON_COLORS[reason] ?? GREY;
 }
 
-/** What plan.json calls otherwise than the field does. */
+/** Reasons by their names in plan.json; some of them the field calls otherwise. */
 export const REASON_WORDS: Readonly<Record<string, string>> = {
-  'not worth a station': 'reachable, left out',
-  'too few spots see it': 'seen from too few positions',
-  'returns no beam': 'no return',
-  'no admissible spot': 'no valid tripod position',
+  covered: t('covered'),
+  'out of range': t('out of range'),
+  'outside the field of view': t('outside the field of view'),
+  'too oblique': t('too oblique'),
+  'too sparse': t('too sparse'),
+  'too noisy': t('too noisy'),
+  occluded: t('occluded'),
+  'inside solids': t('inside solids'),
+  'not worth a station': t('reachable, left out'),
+  'too few spots see it': t('seen from too few positions'),
+  'returns no beam': t('no return'),
+  'no admissible spot': t('no valid tripod position'),
 };
 
 export function reasonInWords(reason: string): string {
-  return REASON_WORDS[reason] ?? reason;
+  return reason === LEFT_BY_EDITS ? t('left unseen by edits') : (REASON_WORDS[reason] ?? reason);
 }
 
 function reasonLayer(reasons: readonly string[]): ClassLayer {
@@ -126,10 +135,18 @@ function reasonLayer(reasons: readonly string[]): ClassLayer {
   return {
     kind: 'classes',
     id: REASON,
-    title: 'Why unseen',
+    title: t('Why unseen'),
     classes: [...ofReason, { ...NOT_ASKED_CLASS, value: OUT_OF_SCOPE }],
   };
 }
+
+/** As the plan folder names them. */
+const RAMP_TITLES: Readonly<Record<string, string>> = {
+  range: t('Best range'),
+  incidence: t('Best incidence'),
+  spacing: t('Point spacing of all stations'),
+  noise: t('Least range noise (one sigma)'),
+};
 
 /** All that a plan can be painted by: of its own layers and of further ones. */
 export function layersOf(
@@ -138,7 +155,8 @@ export function layersOf(
   extra: readonly HeatLayer[],
 ): readonly HeatLayer[] {
   const why = reasons.length > 0 ? [reasonLayer(reasons)] : [];
-  return [TIMES_SEEN_LAYER, SEEN_LAYER, ...ramps, ...why, ...extra];
+  const named = ramps.map((ramp) => ({ ...ramp, title: RAMP_TITLES[ramp.id] ?? ramp.title }));
+  return [TIMES_SEEN_LAYER, SEEN_LAYER, ...named, ...why, ...extra];
 }
 
 /** The classes that a legend tells of: what need not be covered only where there is such surface. */

@@ -1,6 +1,8 @@
 /** What the colours mean: of the layer the building is painted by, or of the clouds where they are shown. */
+
 import { ChangesLegend } from '../compare/changes-legend.tsx';
 import { DIFFERENCE_ID } from '../compare/difference.ts';
+import { t } from '../language/language.ts';
 import { areaWords, lengthWords } from '../panels/figures.ts';
 import { DARK, LIGHT } from '../scene/palette.ts';
 import { CloudControl } from '../stations/cloud-control.tsx';
@@ -40,16 +42,16 @@ function MarkLegend({ store }: { store: Store }) {
   const plan = store.loaded.value?.plan;
   const about =
     pair !== null
-      ? `Seen from both ${pair[0]} and ${pair[1]}`
+      ? t('Seen from both {a} and {b}', { a: pair[0], b: pair[1] })
       : store.unseenFocus.value !== null
-        ? `Unseen: ${reasonInWords(store.unseenFocus.value.surface.reason)}`
+        ? t('Unseen: {reason}', { reason: reasonInWords(store.unseenFocus.value.surface.reason) })
         : plan === undefined
           ? ''
           : lossLegend(plan, store.stationId.value ?? '', store.ownRequirement.value);
   return (
-    <figure class="legend" aria-label="Legend" data-testid="legend" data-state={marking.kind}>
+    <figure class="legend" aria-label={t('Legend')} data-testid="legend" data-state={marking.kind}>
       {marking.kind === 'failed' && <p class="note note-warn">{marking.message}</p>}
-      {marking.kind === 'loading' && <p class="muted">Loading …</p>}
+      {marking.kind === 'loading' && <p class="muted">{t('Loading …')}</p>}
       {marking.kind === 'shown' && (
         <ul class="legend-classes">
           <li>
@@ -74,13 +76,13 @@ function LayerLegend({ store, state, isDark }: { store: Store; state: LayerState
   if (state.kind === 'none') return null;
   const hasNotAsked = store.loaded.value !== null && store.loaded.value.scope !== null;
   return (
-    <figure class="legend" aria-label="Legend" data-testid="legend" data-state={state.kind}>
+    <figure class="legend" aria-label={t('Legend')} data-testid="legend" data-state={state.kind}>
       {state.kind === 'failed' ? (
         <p class="note note-warn">{state.message}</p>
       ) : (
         <>
           <figcaption>{state.layer.title}</figcaption>
-          {state.kind === 'loading' && <p class="muted">Loading …</p>}
+          {state.kind === 'loading' && <p class="muted">{t('Loading …')}</p>}
           {state.kind === 'shown' && <Colors {...state} isDark={isDark} hasNotAsked={hasNotAsked} />}
           {state.kind === 'shown' && state.layer.id === DIFFERENCE_ID && <ChangesLegend store={store} />}
         </>
@@ -135,19 +137,22 @@ function Ramp({ layer, spread, isDark, hasNotAsked }: RampProps) {
       </div>
       {median !== null && mostly !== null ? (
         <p class="muted" data-testid="spread">
-          Seen surface: median {quantity(median, layer.unit)}, 95 % within {quantity(mostly, layer.unit)}
+          {t('Seen surface: median {median}, 95 % within {mostly}', {
+            median: quantity(median, layer.unit),
+            mostly: quantity(mostly, layer.unit),
+          })}
         </p>
       ) : (
-        <p class="muted">No surface has a value.</p>
+        <p class="muted">{t('No surface has a value.')}</p>
       )}
       <ul class="legend-classes">
         <li>
           <Swatch color={UNSEEN} />
-          unseen
+          {t('unseen')}
         </li>
         <li>
           <i class="swatch swatch-none" />
-          not scannable, or unknown
+          {t('not scannable, or unknown')}
         </li>
         {hasNotAsked && (
           <li>
@@ -187,16 +192,16 @@ export function Swatch({ color }: { color: string }) {
 }
 
 const CLOUD_TITLES = {
-  range: 'Range of returns',
-  incidence: 'Incidence angle',
-  intensity: 'Intensity (bright: head-on)',
-  station: 'Points by station',
+  range: t('Range of returns'),
+  incidence: t('Incidence angle'),
+  intensity: t('Intensity (bright: head-on)'),
+  station: t('Points by station'),
 } as const;
 function CloudLegend({ store }: { store: Store }) {
   const paint = store.cloudPaint.value;
   const cloud = store.cloud.value;
   return (
-    <figure class="legend" aria-label="Legend" data-testid="legend" data-state={cloud.kind}>
+    <figure class="legend" aria-label={t('Legend')} data-testid="legend" data-state={cloud.kind}>
       <figcaption>{CLOUD_TITLES[paint]}</figcaption>
       {paint === 'station' ? <StationColors store={store} /> : <CloudRamp store={store} />}
       {store.stationId.value === null && <CloudControl store={store} />}
@@ -208,8 +213,8 @@ function CloudRamp({ store }: { store: Store }) {
   const paint = store.cloudPaint.value;
   const ends = {
     range: [lengthWords(0, 0), quantity(store.cloudFarthestM.value, 'm')],
-    incidence: ['90°, grazing', '0°, head-on'],
-    intensity: ['grazing', 'head-on'],
+    incidence: [t('90°, grazing'), t('0°, head-on')],
+    intensity: [t('grazing'), t('head-on')],
     station: [],
   }[paint];
   const grey = Uint8Array.from({ length: 768 }, (_, i) => 38 + Math.round((217 * Math.floor(i / 3)) / 255));
@@ -242,14 +247,14 @@ function StationColors({ store }: { store: Store }) {
       {mayHide && stations.length > 1 && (
         <p class="cloud-key-all">
           <button type="button" class="link" onClick={() => showOnly(() => true)}>
-            All
+            {t('All')}
           </button>
           <button type="button" class="link" onClick={() => showOnly(() => false)}>
-            None
+            {t('None')}
           </button>
         </p>
       )}
-      <ul class="legend-classes cloud-key" aria-label="Clouds by station">
+      <ul class="legend-classes cloud-key" aria-label={t('Clouds by station')}>
         {stations.map(({ id, order }) => (
           <li key={id} class={hidden.has(id) ? 'cloud-key-off' : ''}>
             {mayHide ? (

@@ -1,5 +1,7 @@
 /** Highlights the patches that the store's choices are about: a pair's shared surface, an unseen piece, a station's own. */
+
 import { effect } from '@preact/signals';
+import { t } from '../language/language.ts';
 import { fetchLost, fetchPatchValues, fetchPieces, fetchSeen, type LoadedPlan } from '../load/fetch-plan.ts';
 import type { Building } from '../scene/building.ts';
 import type { PatchPlaces } from '../scene/patch-places.ts';
@@ -60,7 +62,7 @@ export class MarkFollower {
     } catch (error) {
       if (turn !== this.latest) return;
       this.set(null);
-      const hint = draft === null ? '' : ' Edited stations need live editing.';
+      const hint = draft === null ? '' : ` ${t('Edited stations need live editing.')}`;
       store.marking.value = { kind: 'failed', message: `${(error as Error).message}${hint}` };
     }
   }
@@ -76,7 +78,7 @@ export class MarkFollower {
     const live = await this.store.stationSource.peek()?.seen(id);
     if (live) return live;
     const station = this.loaded.stage.stations.find((one) => one.id === id);
-    if (station === undefined) throw new Error(`The plan has no station ${id}.`);
+    if (station === undefined) throw new Error(t('The plan has no station {id}.', { id }));
     return fetchSeen(this.loaded, station);
   }
 
@@ -87,11 +89,11 @@ export class MarkFollower {
     const bytes = await this.lost(id);
     if (bytes === null) {
       if (!asksMore(plan)) return ownMarks(await this.seen(id), this.paint.timesSeen);
-      throw new Error('An older version made this plan, without losses per station. Plan again to see them.');
+      throw new Error(t('An older version made this plan, without losses per station. Plan again to see them.'));
     }
     const names = plan.requirements.results.map(({ name }) => name);
     const lost = parseLost(bytes, names.length);
-    if (lost === null) throw new Error(`The loss without ${id} can’t be read. Write the plan again.`);
+    if (lost === null) throw new Error(t('The loss without {id} can’t be read. Write the plan again.', { id }));
     const shown = requirement === null ? lost : lost.filter((_, i) => names[i] === requirement);
     return listedMarks(shown, nPatches);
   }

@@ -1,6 +1,8 @@
 /** Paints the building by the layer that the store names: fetches its values, keeps them, takes changes of them. */
+
 import { effect } from '@preact/signals';
 import { DIFFERENCE_ID } from '../compare/difference.ts';
+import { t } from '../language/language.ts';
 import { fetchPatchValues, type LoadedPlan } from '../load/fetch-plan.ts';
 import type { Building } from '../scene/building.ts';
 import type { Palette } from '../scene/palette.ts';
@@ -123,7 +125,9 @@ export class PatchPaint {
     this.hide();
     // A comparison tells by itself how far it is, and why it can't be.
     if (layerId === PLAIN || layerId === DIFFERENCE_ID) return;
-    const message = `This plan has no layer "${layerId}": an older version made it. Plan again to see it.`;
+    const message = t('This plan has no layer "{id}": an older version made it. Plan again to see it.', {
+      id: layerId,
+    });
     this.store.layerState.value = { kind: 'failed', message };
   }
 

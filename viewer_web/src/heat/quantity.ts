@@ -1,9 +1,10 @@
 /** A physical quantity as people write it: millimetres or inches where they are meant, no more digits than matter. */
+import { decimal, plain } from '../language/language.ts';
 import { FOOT_M, units } from '../panels/units.ts';
 
 /** `value` in `unit`; `beside` sets the unit and digits where several stand side by side. */
 export function quantity(value: number, unit: string, beside = value): string {
-  if (unit === 'deg') return `${value.toFixed(0)}°`;
+  if (unit === 'deg') return `${decimal(value, 0)}°`;
   if (unit !== 'm') return `${withDigits(value, beside)} ${unit}`;
   if (units.value === 'ft') {
     const [size, name] = Math.abs(beside) < 0.1 ? [FOOT_M / 12, 'in'] : [FOOT_M, 'ft'];
@@ -16,6 +17,5 @@ export function quantity(value: number, unit: string, beside = value): string {
 /** As many decimals as give `beside` three figures, at most two: below 10 two, below 100 one; trailing zeros off. */
 function withDigits(value: number, beside: number): string {
   const size = Math.abs(beside);
-  const text = value.toFixed(size < 10 ? 2 : size < 100 ? 1 : 0);
-  return text.includes('.') ? text.replace(/\.?0+$/, '') : text;
+  return plain(Number(value.toFixed(size < 10 ? 2 : size < 100 ? 1 : 0)));
 }

@@ -1,4 +1,5 @@
 /** Reads a station's cloud piece by piece, keeping some rows and columns: the file may be larger than memory allows. */
+import { t } from '../language/language.ts';
 import type { Beams, Cloud } from './cloud.ts';
 import { PlanLoadError } from './plan-load-error.ts';
 import type { StageStation } from './stage.ts';
@@ -80,8 +81,16 @@ export class CloudRows {
     const expected = 3 * cloudRows * cloudColumns;
     if (this.nBytes !== expected) {
       throw new PlanLoadError(
-        `viewer/${cloudUri}: ${this.nBytes} bytes, expected ${expected} for ${cloudRows} x ${cloudColumns} beams. ` +
-          'Write the plan again with `tlsplan plan`.',
+        t(
+          '{file}: {n} bytes, expected {expected} for {rows} x {columns} beams. Write the plan again with `tlsplan plan`.',
+          {
+            file: `viewer/${cloudUri}`,
+            n: this.nBytes,
+            expected,
+            rows: cloudRows,
+            columns: cloudColumns,
+          },
+        ),
       );
     }
     let nReturns = 0;

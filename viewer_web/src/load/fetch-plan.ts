@@ -4,6 +4,7 @@ import type { SerializedBVH } from 'three-mesh-bvh';
 import { NO_TOKEN } from '../api/api-error.ts';
 import { OUT_OF_SCOPE, REASON } from '../heat/layers.ts';
 import { withinScope } from '../heat/scope.ts';
+import { t } from '../language/language.ts';
 import { CloudRows, type ThinnedCloud, type Thinning } from './cloud-rows.ts';
 import type { StageEdges } from './edges.ts';
 import { decodeValues, type LayersJson, parseLayers } from './layers.ts';
@@ -35,12 +36,12 @@ export interface LoadedPlan {
 export type OnStep = (step: string, fraction: number | null) => void;
 
 export async function fetchPlan(base: string, onStep: OnStep): Promise<LoadedPlan> {
-  onStep('Reading the plan', null);
+  onStep(t('Reading the plan'), null);
   const plan = parsePlan(parseJson('plan.json', await fetchBytes(base, 'plan.json')));
-  const stageBytes = await fetchBytes(base, 'viewer/stage.usdc', (share) => onStep('Loading the building', share));
-  const patchBytes = await fetchBytes(base, 'viewer/patches.u8', (share) => onStep('Loading the coverage', share));
+  const stageBytes = await fetchBytes(base, 'viewer/stage.usdc', (share) => onStep(t('Loading the building'), share));
+  const patchBytes = await fetchBytes(base, 'viewer/patches.u8', (share) => onStep(t('Loading the coverage'), share));
   const layers = await fetchLayers(base);
-  onStep('Preparing the building', null);
+  onStep(t('Preparing the building'), null);
   const prepared = await prepareBeside(stageBytes);
   checkPatches(prepared.stage, patchBytes.byteLength);
   const scope = await fetchScope(base, plan, patchBytes.byteLength);
@@ -95,7 +96,13 @@ export async function fetchSeen({ base, patchSeen }: LoadedPlan, station: StageS
   const bits = new Uint8Array(await fetchBytes(base, `viewer/${file}`));
   const nBytes = Math.ceil(patchSeen.length / 8);
   if (bits.length !== nBytes) {
-    throw new PlanLoadError(`viewer/${file}: ${bits.length} bytes, expected ${nBytes}. Write the plan again.`);
+    throw new PlanLoadError(
+      t('{file}: {n} bytes, expected {expected}. Write the plan again.', {
+        file: `viewer/${file}`,
+        n: bits.length,
+        expected: nBytes,
+      }),
+    );
   }
   return bits;
 }
@@ -107,7 +114,8 @@ export async function fetchSeenBit({ base }: LoadedPlan, station: StageStation, 
   const { body, status } = await request(base, file, { headers: { Range: `bytes=${byte}-${byte}` } });
   const bits = new Uint8Array(await new Response(body).arrayBuffer());
   const value = status === 206 ? bits[0] : bits[byte];
-  if (value === undefined) throw new PlanLoadError(`${file}: too short for patch ${patch}. Write the plan again.`);
+  if (value === undefined)
+    throw new PlanLoadError(t('{file}: too short for patch {patch}. Write the plan again.', { file, patch }));
   return ((value >> (patch & 7)) & 1) === 1;
 }
 
@@ -125,7 +133,7 @@ export async function fetchPatchValues({ base, layers, patchSeen }: LoadedPlan, 
   const isReason = id === REASON;
   const file = isReason ? 'reason.u8' : layers?.layers.find((layer) => layer.id === id)?.file;
   if (file === undefined) {
-    throw new PlanLoadError(`The plan has no layer ${id}: an older version made it. Plan again to see it.`);
+    throw new PlanLoadError(t('The plan has no layer {id}: an older version made it. Plan again to see it.', { id }));
   }
   const buffer = await fetchBytes(base, `viewer/${file}`, undefined, signal);
   return decodeValues(file, buffer, patchSeen.length, isReason ? 1 : 2);
@@ -137,7 +145,11 @@ export async function fetchPieces({ base, layers, patchSeen }: LoadedPlan): Prom
   const bytes = await fetchBytes(base, `viewer/${layers.pieces}`);
   if (bytes.byteLength !== 4 * patchSeen.length) {
     throw new PlanLoadError(
-      `viewer/${layers.pieces}: ${bytes.byteLength} bytes, expected ${4 * patchSeen.length}. Write the plan again.`,
+      t('{file}: {n} bytes, expected {expected}. Write the plan again.', {
+        file: `viewer/${layers.pieces}`,
+        n: bytes.byteLength,
+        expected: 4 * patchSeen.length,
+      }),
     );
   }
   return new Int32Array(bytes);
@@ -155,13 +167,15 @@ async function fetchLayers(base: string): Promise<LayersJson | null> {
 /** The shader does not check: a stage and patches of two different plans must not meet there. */
 function checkPatches({ triangles }: Stage, nPatches: number): void {
   let needed = 0;
-  for (let t = 0; t < triangles.count; t++) {
-    needed = Math.max(needed, triangles.firstPatch[t] + 2 ** triangles.patchDepth[t]);
+  for (let i = 0; i < triangles.count; i++) {
+    needed = Math.max(needed, triangles.firstPatch[i] + 2 ** triangles.patchDepth[i]);
   }
   if (needed > nPatches) {
     throw new PlanLoadError(
-      `viewer/patches.u8: ${nPatches} patches, expected at least ${needed} for viewer/stage.usdc. ` +
-        'Write the plan again with `tlsplan plan`.',
+      t(
+        'viewer/patches.u8: {n} patches, expected at least {needed} for viewer/stage.usdc. Write the plan again with `tlsplan plan`.',
+        { n: nPatches, needed },
+      ),
     );
   }
 }
@@ -181,15 +195,19 @@ export async function fetchBytes(
 async function request(base: string, path: string, asked: RequestInit) {
   const response = await fetch(planUrl(base, path), asked).catch((error: unknown) => {
     if (asked.signal?.aborted) throw error;
-    throw new PlanLoadError(`${path}: the server does not answer. Is \`tlsplan view\` still running?`);
+    throw new PlanLoadError(t('{path}: the server does not answer. Is `tlsplan view` still running?', { path }));
   });
   if (response.status === 404) {
-    throw new MissingFileError(`${path}: the server answered 404. The plan folder is not complete; write it again.`);
+    throw new MissingFileError(
+      t('{path}: the server answered 404. The plan folder is not complete; write it again.', { path }),
+    );
   }
   const { body, headers, status } = response;
   if (response.status === 401) throw new PlanLoadError(NO_TOKEN);
   if (!response.ok || body === null) {
-    throw new PlanLoadError(`${path}: the server answered ${response.status}. ${await response.text()}`);
+    throw new PlanLoadError(
+      t('{path}: the server answered {status}. {text}', { path, status: response.status, text: await response.text() }),
+    );
   }
   return { headers, body, status };
 }
@@ -216,6 +234,8 @@ function parseJson(path: string, bytes: ArrayBuffer): unknown {
   try {
     return JSON.parse(new TextDecoder().decode(bytes));
   } catch (error) {
-    throw new PlanLoadError(`${path}: not JSON (${(error as Error).message}). Write the plan again.`);
+    throw new PlanLoadError(
+      t('{path}: not JSON ({why}). Write the plan again.', { path, why: (error as Error).message }),
+    );
   }
 }

@@ -1,6 +1,7 @@
 /** viewer/layers.json and the files it names: figures and reasons patch by patch (docs/formats/stage.md). */
 import * as v from 'valibot';
 import type { PatchValues, RampLayer } from '../heat/layers.ts';
+import { t } from '../language/language.ts';
 import { PlanLoadError } from './plan-load-error.ts';
 
 const LAYERS_SCHEMA = 'tlsplan/layers/1';
@@ -34,8 +35,11 @@ export function parseLayers(json: unknown): LayersJson {
   if (result.success) return result.output;
   const issue = result.issues[0];
   throw new PlanLoadError(
-    `viewer/layers.json: ${v.getDotPath(issue) ?? 'the whole file'} is ${issue.received}, expected ${issue.expected}. ` +
-      'Write the plan again with `tlsplan plan`.',
+    t('viewer/layers.json: {part} is {found}, expected {expected}. Write the plan again with `tlsplan plan`.', {
+      part: v.getDotPath(issue) ?? t('the whole file'),
+      found: issue.received,
+      expected: String(issue.expected),
+    }),
   );
 }
 
@@ -55,8 +59,12 @@ export function rampLayersOf(layers: LayersJson | null): RampLayer[] {
 export function decodeValues(file: string, buffer: ArrayBuffer, nPatches: number, bytesEach: 1 | 2): PatchValues {
   if (buffer.byteLength !== bytesEach * nPatches) {
     throw new PlanLoadError(
-      `viewer/${file}: ${buffer.byteLength} bytes, expected ${bytesEach * nPatches} for ${nPatches} patches. ` +
-        'Write the plan again with `tlsplan plan`.',
+      t('{file}: {n} bytes, expected {expected} for {patches} patches. Write the plan again with `tlsplan plan`.', {
+        file: `viewer/${file}`,
+        n: buffer.byteLength,
+        expected: bytesEach * nPatches,
+        patches: nPatches,
+      }),
     );
   }
   // Little endian, as every machine that runs a browser.

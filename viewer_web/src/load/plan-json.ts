@@ -1,5 +1,7 @@
 /** plan.json as it is loaded: the types and the check are made of the model that writes it. */
+
 import type { Frozen } from '../api/documents.ts';
+import { t } from '../language/language.ts';
 import { PlanLoadError } from './plan-load-error.ts';
 import schema from './plan-schema.json';
 import type * as plan from './plan-types.ts';
@@ -26,8 +28,8 @@ export function parsePlan(json: unknown): PlanJson {
     if (!(misfit instanceof Misfit)) throw misfit;
     const remedy =
       misfit.keys[0] === 'schema'
-        ? 'Write the plan again with this version of tlsplan.'
-        : 'Write the plan again with `tlsplan plan`.';
+        ? t('Write the plan again with this version of tlsplan.')
+        : t('Write the plan again with `tlsplan plan`.');
     throw new PlanLoadError(`plan.json: ${misfit.message}. ${remedy}`);
   }
 }

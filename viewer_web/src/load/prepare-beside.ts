@@ -1,4 +1,5 @@
 /** Prepares a stage in a thread of its own. */
+import { t } from '../language/language.ts';
 import { PlanLoadError } from './plan-load-error.ts';
 import type { PreparedStage } from './prepare-stage.ts';
 import type { Answer } from './stage-worker.ts';
@@ -12,7 +13,11 @@ export function prepareBeside(bytes: ArrayBuffer): Promise<PreparedStage> {
       else reject(data.isPlanFault ? new PlanLoadError(data.message) : new Error(data.message));
     };
     worker.onerror = ({ message }) => {
-      reject(new Error(`The building can't be prepared: ${message || 'the browser runs no module workers'}.`));
+      reject(
+        new Error(
+          t("The building can't be prepared: {why}.", { why: message || t('the browser runs no module workers') }),
+        ),
+      );
     };
     worker.postMessage(bytes, [bytes]);
   }).finally(() => worker.terminate());

@@ -1,6 +1,8 @@
 /** What is loaded: the plan folder that the page shows. */
+
 import { type Signal, signal } from '@preact/signals';
 import type { extentsOf } from '../floors/cut.ts';
+import { t } from '../language/language.ts';
 import type { LoadedPlan } from './fetch-plan.ts';
 import { OWN_PLAN } from './plan-base.ts';
 
@@ -21,7 +23,7 @@ export interface LoadState {
 
 export function createLoadState(): LoadState {
   return {
-    phase: signal<Phase>({ kind: 'loading', step: 'Reading the plan', fraction: null }),
+    phase: signal<Phase>({ kind: 'loading', step: t('Reading the plan'), fraction: null }),
     loaded: signal<LoadedPlan | null>(null),
     extents: signal<Extents | null>(null),
     planBase: signal(OWN_PLAN),

@@ -1,5 +1,7 @@
 /** What is measured: the tool in hand, how it goes on, and the results with the coordinates of their points. */
+
 import { useState } from 'preact/hooks';
+import { inSentence, t } from '../language/language.ts';
 import { coordinatesWords, unitName } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
@@ -9,13 +11,13 @@ import type { MeasureKind, Measurement, MeasurePoint } from './state.ts';
 import { KIND_WORDS, resultOf, titleOf } from './words.ts';
 
 const KINDS = [...(Object.keys(KIND_WORDS) as MeasureKind[]), 'surface' as const];
-const NAMES = { ...KIND_WORDS, surface: 'Surface' } as const;
+const NAMES = { ...KIND_WORDS, surface: t('Surface') } as const;
 const HINTS: Readonly<Record<Tool, string>> = {
-  surface: 'Click a surface: what it is, and which stations see it.',
-  distance: 'Click two points.',
-  height: 'Click two points: their difference in height.',
-  angle: 'Click three points: the angle is at the second.',
-  area: 'Click the corners; close it at the first.',
+  surface: t('Click a surface: what it is, and which stations see it.'),
+  distance: t('Click two points.'),
+  height: t('Click two points: their difference in height.'),
+  angle: t('Click three points: the angle is at the second.'),
+  area: t('Click the corners; close it at the first.'),
 };
 
 type Tool = MeasureKind | 'surface';
@@ -54,12 +56,17 @@ function UnderWay({ store, kind }: { store: Store; kind: Tool }) {
   const n = points.value.length;
   return (
     <>
-      <p class="hint">{n === 0 ? HINTS[kind] : `${n} point${n === 1 ? '' : 's'} taken.`} Corners and edges snap.</p>
+      <p class="hint">
+        {n === 0 ? HINTS[kind] : t('{n, plural, one {# point} other {# points}} taken.', { n })}{' '}
+        {t('Corners and edges snap.')}
+      </p>
       <p class="hint hint-keys">
-        Keys: arrows move a crosshair, Shift finely; Enter takes the point, Backspace takes it back, Escape leaves.
+        {t(
+          'Keys: arrows move a crosshair, Shift finely; Enter takes the point, Backspace takes it back, Escape leaves.',
+        )}
       </p>
       {next.value !== null && (
-        <Coordinates store={store} name={`On ${WORDS_OF_SNAP[next.value.on]}`} point={next.value} />
+        <Coordinates store={store} name={t('On {title}', { title: WORDS_OF_SNAP[next.value.on] })} point={next.value} />
       )}
       {n > 0 && (
         <div class="buttons">
@@ -70,11 +77,11 @@ function UnderWay({ store, kind }: { store: Store; kind: Tool }) {
               disabled={n < 3}
               onClick={() => measurer.value?.finish()}
             >
-              Finish
+              {t('Finish')}
             </button>
           )}
           <button type="button" class="button button-small" onClick={() => measurer.value?.takeBack()}>
-            Remove last point
+            {t('Remove last point')}
           </button>
         </div>
       )}
@@ -82,14 +89,19 @@ function UnderWay({ store, kind }: { store: Store; kind: Tool }) {
   );
 }
 
-const WORDS_OF_SNAP = { corner: 'a corner', edge: 'an edge', surface: 'a surface', station: 'a station' } as const;
+const WORDS_OF_SNAP = {
+  corner: t('a corner'),
+  edge: t('an edge'),
+  surface: t('a surface'),
+  station: t('a station'),
+} as const;
 
 function Results({ store }: { store: Store }) {
   const { done } = store.measuring;
   if (done.value.length === 0) return null;
   return (
     <div class="measurements">
-      <ul aria-label="Measurements" aria-live="polite">
+      <ul aria-label={t('Measurements')} aria-live="polite">
         {[...done.value].reverse().map((one) => (
           <Row key={one.id} store={store} measurement={one} />
         ))}
@@ -102,7 +114,7 @@ function Results({ store }: { store: Store }) {
             done.value = [];
           }}
         >
-          Remove all
+          {t('Remove all')}
         </button>
       )}
     </div>
@@ -122,12 +134,12 @@ function Row({ store, measurement }: { store: Store; measurement: Measurement })
         </span>
         <span>
           <button type="button" class="button button-small" aria-expanded={isOpen} onClick={() => setOpen(!isOpen)}>
-            Points
+            {t('Points')}
           </button>
           <button
             type="button"
             class="icon"
-            aria-label={`Remove ${KIND_WORDS[kind].toLowerCase()} ${main}`}
+            aria-label={t('Remove {what}', { what: `${inSentence(KIND_WORDS[kind])} ${main}` })}
             onClick={() => {
               done.value = done.value.filter((one) => one.id !== id);
             }}
@@ -153,8 +165,12 @@ function Coordinates({ store, name, point }: { store: Store; name: string; point
   const site = scene === undefined ? null : siteOf(scene);
   return (
     <dl class="figures measure-place">
-      <Figure name={name} value={coordinatesWords(point.sceneM)} hint={`Scene coordinates x, y, z in ${unitName()}`} />
-      {site !== null && <Figure name="Site" value={siteWords(site, point.sceneM)} hint={site.name} />}
+      <Figure
+        name={name}
+        value={coordinatesWords(point.sceneM)}
+        hint={t('Scene coordinates x, y, z in {unit}', { unit: unitName() })}
+      />
+      {site !== null && <Figure name={t('Site')} value={siteWords(site, point.sceneM)} hint={site.name} />}
     </dl>
   );
 }

@@ -1,6 +1,8 @@
 /** In the plan view: a grid along the axes of the scene, a scale bar, and which way north is. */
+
 import { useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
+import { plain, t } from '../language/language.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import type { PlanJson } from '../load/plan-json.ts';
 import { FOOT_M, units } from '../panels/units.ts';
@@ -23,7 +25,7 @@ export function PlanGrid({ loaded, view }: Framed & { loaded: LoadedPlan; view: 
   const [width, height] = [right - left, bottom - top];
   const stepM = roundStepM((GRID_PIXELS * (to[0] - from[0])) / width, units.value);
   const unitM = units.value === 'm' ? 1 : FOOT_M;
-  const words = (m: number): string => `${Number((m / unitM).toFixed(3))}`;
+  const words = (m: number): string => plain(Number((m / unitM).toFixed(3)));
   const x = (m: number): number => ((m - from[0] - offsetM[0]) / (to[0] - from[0])) * width;
   const y = (m: number): number => height - ((m - from[1] - offsetM[1]) / (to[1] - from[1])) * height;
   return (
@@ -66,8 +68,13 @@ export function PlanScale({ store, view }: { store: Store; view: PlanView }) {
   const stepM = roundStepM(BAR_PIXELS * metres, units.value);
   const pixels = stepM / metres;
   return (
-    <figure class="legend plan-scale" aria-label="Scale" data-testid="plan-scale">
-      <svg width={pixels + 2} height="12" role="img" aria-label={`Scale bar of ${stepWords(stepM, units.value)}`}>
+    <figure class="legend plan-scale" aria-label={t('Scale')} data-testid="plan-scale">
+      <svg
+        width={pixels + 2}
+        height="12"
+        role="img"
+        aria-label={t('Scale bar of {length}', { length: stepWords(stepM, units.value) })}
+      >
         <path d={`M1 2V10M1 6H${pixels + 1}M${pixels + 1} 2V10`} />
       </svg>
       <span data-testid="scale-words" data-pixels={pixels.toFixed(2)}>
@@ -89,7 +96,7 @@ function North({ scene }: { scene: PlanJson['scene'] }) {
         height="28"
         viewBox="-14 -14 28 28"
         role="img"
-        aria-label={`${name}, ${degrees}° clockwise from up`}
+        aria-label={t('{name}, {degrees}° clockwise from up', { name, degrees: plain(degrees) })}
       >
         <g transform={`rotate(${degrees})`}>
           <path class="plan-north-arrow" d="M0 -12L5 9L0 5L-5 9Z" />

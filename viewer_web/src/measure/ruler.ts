@@ -1,4 +1,5 @@
 /** Round steps for the grid and the scale bar, in the chosen unit. */
+import { plain } from '../language/language.ts';
 import { FOOT_M, type Units } from '../panels/units.ts';
 
 /** 1, 2 or 5 times a power of ten of the unit: the least that is so many metres or more. */
@@ -18,5 +19,5 @@ export function multiples(stepM: number, low: number, high: number): number[] {
 
 /** "5 m", "0.5 m", "20 ft": round, so with no more decimals than it needs. */
 export function stepWords(stepM: number, unit: Units): string {
-  return `${Number((unit === 'm' ? stepM : stepM / FOOT_M).toFixed(6))} ${unit}`;
+  return `${plain(Number((unit === 'm' ? stepM : stepM / FOOT_M).toFixed(6)))} ${unit}`;
 }

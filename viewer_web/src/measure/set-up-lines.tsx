@@ -1,5 +1,7 @@
 /** From a station to the walls around it: lines with their lengths, and the same as a list. */
+
 import { sceneOf } from '../edit/draft.ts';
+import { t } from '../language/language.ts';
 import { lengthWords } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
@@ -55,19 +57,21 @@ export function SetUpDistances({ store }: { store: Store }) {
             showsSetUp.value = event.currentTarget.checked;
           }}
         />
-        Distances to walls
+        {t('Distances to walls')}
       </label>
       {showsSetUp.value && walls.value.length === 0 && (
-        <p class="muted">No wall is met squarely within {lengthWords(FARTHEST_M, 0)} at this height.</p>
+        <p class="muted">
+          {t('No wall is met squarely within {length} at this height.', { length: lengthWords(FARTHEST_M, 0) })}
+        </p>
       )}
       {showsSetUp.value && walls.value.length > 0 && (
-        <dl class="figures" data-testid="set-up-distances" aria-label="Distances to walls">
+        <dl class="figures" data-testid="set-up-distances" aria-label={t('Distances to walls')}>
           {walls.value.map(({ name, distanceM, footM }) => (
             <Figure
               key={`${footM}`}
-              name={name || 'Wall'}
+              name={name || t('Wall')}
               value={lengthWords(distanceM, 3)}
-              hint="Level, at instrument height, square to the wall"
+              hint={t('Level, at instrument height, square to the wall')}
             />
           ))}
         </dl>

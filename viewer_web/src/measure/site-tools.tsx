@@ -1,4 +1,5 @@
 /** Over the canvas: the plan view, measuring and sections. */
+import { t } from '../language/language.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import { SectionPanel } from '../section/section-panel.tsx';
 import type { Store } from '../store.ts';
@@ -17,15 +18,15 @@ export function SiteTools({ store, view }: { store: Store; view: PlanView }) {
   const hasSection = store.sectionBox.value !== null || store.sectionLine.value !== null;
   return (
     <div class="site-tools">
-      <div class="site-tool-bar" role="toolbar" aria-label="Plan view, measuring and sections">
+      <div class="site-tool-bar" role="toolbar" aria-label={t('Plan view, measuring and sections')}>
         <button
           type="button"
           class="tool"
           aria-pressed={store.isPlanView.value}
-          title="Straight from above, to scale, with grid and north (P)"
+          title={t('Straight from above, to scale, with grid and north (P)')}
           onClick={() => (store.isPlanView.value ? view.showAll('side') : view.showPlan())}
         >
-          Plan view
+          {t('Plan view')}
         </button>
         <button
           id="site-tool-measure"
@@ -33,10 +34,10 @@ export function SiteTools({ store, view }: { store: Store; view: PlanView }) {
           class="tool"
           aria-pressed={panel.value === 'measure'}
           aria-expanded={panel.value === 'measure'}
-          title="Distances, heights, angles and areas (M)"
+          title={t('Distances, heights, angles and areas (M)')}
           onClick={() => open('measure')}
         >
-          Measure
+          {t('Measure')}
         </button>
         <button
           id="site-tool-section"
@@ -44,14 +45,14 @@ export function SiteTools({ store, view }: { store: Store; view: PlanView }) {
           class="tool"
           aria-pressed={panel.value === 'section' || hasSection}
           aria-expanded={panel.value === 'section'}
-          title="Cut the building with a box, or along a line on the plan"
+          title={t('Cut the building with a box, or along a line on the plan')}
           onClick={() => open('section')}
         >
-          Section
+          {t('Section')}
         </button>
       </div>
       {panel.value !== null && (
-        <section class="card site-panel" aria-label={panel.value === 'measure' ? 'Measure' : 'Section'}>
+        <section class="card site-panel" aria-label={panel.value === 'measure' ? t('Measure') : t('Section')}>
           {panel.value === 'measure' ? (
             <MeasurePanel store={store} view={view} />
           ) : (

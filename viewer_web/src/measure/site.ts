@@ -1,4 +1,5 @@
 /** Site coordinates: easting, northing and height, as the scene file's map conversion gives them. */
+import { decimal, separator, t } from '../language/language.ts';
 import type { PlanJson } from '../load/plan-json.ts';
 import { FOOT_M, units } from '../panels/units.ts';
 import type { PointM } from './geometry.ts';
@@ -40,10 +41,10 @@ export function siteOf({ georeference }: Georeferenced): Site | null {
 /** Which way north is in the plan of the scene, clockwise from its +y, and which north that is. */
 export function northOf(scene: Georeferenced): { readonly rad: number; readonly name: string } {
   const site = siteOf(scene);
-  if (site !== null) return { rad: site.northRad, name: 'Grid north' };
+  if (site !== null) return { rad: site.northRad, name: t('Grid north') };
   const told = scene.georeference?.true_north;
-  if (told) return { rad: Math.atan2(told[0], told[1]), name: 'True north' };
-  return { rad: 0, name: '+y; north not given' };
+  if (told) return { rad: Math.atan2(told[0], told[1]), name: t('True north') };
+  return { rad: 0, name: t('+y; north not given') };
 }
 
 /** How many metres the unit is that site coordinates are read and written in. */
@@ -55,8 +56,8 @@ export function siteWords(site: Site, sceneM: PointM): string {
   const digits = units.value === 'm' ? 3 : 2;
   return site
     .toSite(sceneM)
-    .map((value, k) => `${'ENH'[k]} ${(value / unitM).toFixed(digits)}`)
-    .join(', ');
+    .map((value, k) => `${'ENH'[k]} ${decimal(value / unitM, digits)}`)
+    .join(separator);
 }
 
 function times(rows: readonly (readonly number[])[], [x, y, z]: PointM): PointM {

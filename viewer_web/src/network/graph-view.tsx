@@ -1,4 +1,5 @@
 /** The network as a graph: stations as they stand in plan, links coloured by strength. */
+import { t } from '../language/language.ts';
 import type { PlanLink } from '../load/plan-json.ts';
 import { percentDown } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
@@ -27,7 +28,7 @@ export function Graph({ store, report, width }: GraphProps) {
     <svg
       class="graph"
       role="img"
-      aria-label="Network of stations; the list of links below has the same content"
+      aria-label={t('Network of stations; the list of links below has the same content')}
       viewBox={`0 0 ${layout.width} ${layout.height}`}
     >
       {layout.floors.map(({ id, y }) => (
@@ -55,7 +56,9 @@ export function Graph({ store, report, width }: GraphProps) {
           transform={`translate(${x} ${y})`}
           onClick={() => store.chooseStation(id)}
         >
-          <title>{report.articulations.has(id) ? `${id}: critical station, the network splits without it` : id}</title>
+          <title>
+            {report.articulations.has(id) ? t('{id}: critical station, the network splits without it', { id }) : id}
+          </title>
           {report.articulations.has(id) && <circle class="graph-ring" r={RADIUS + 3} />}
           <circle r={RADIUS} />
           <text y="3.5" text-anchor="middle">
@@ -81,13 +84,17 @@ function Edge({ store, link, layout, kind }: EdgeProps) {
   if (a === undefined || b === undefined) return null;
   const isChosen = store.pair.value?.includes(link.a) && store.pair.value.includes(link.b);
   const ends = { x1: a.x, y1: a.y, x2: b.x, y2: b.y };
-  const what = { link: '', bridge: ', single-link connection', gap: ', too weak to register' }[kind];
+  const what = { link: null, bridge: t('single-link connection'), gap: t('too weak to register') }[kind];
+  const words = t('{a} – {b}: {percent}, strength {strength}', {
+    a: link.a,
+    b: link.b,
+    percent: percentDown(link.overlap),
+    strength: strengthInWords(link.strength),
+  });
   return (
     // biome-ignore lint/a11y/noStaticElementInteractions: the list of links does the same by keyboard
     <g class={`graph-edge graph-${kind}`} onClick={() => store.choosePair([link.a, link.b])}>
-      <title>
-        {`${link.a} – ${link.b}: ${percentDown(link.overlap)}, strength ${strengthInWords(link.strength)}${what}`}
-      </title>
+      <title>{what === null ? words : `${words}, ${what}`}</title>
       <line class="graph-hit" {...ends} />
       {isChosen && <line class="graph-chosen" {...ends} />}
       {kind === 'bridge' && <line class="graph-bridge-case" {...ends} />}

@@ -1,4 +1,5 @@
 /** The links as the list has them: what is missing, what all hangs on, what registers, and what is too weak to. */
+import { plain, t } from '../language/language.ts';
 import type { PlanLink } from '../load/plan-json.ts';
 import { askedPercent } from '../panels/figures.ts';
 import { byOverlap, byStrength, type Counting, type NetworkReport } from './graph.ts';
@@ -21,22 +22,22 @@ export function linkGroups(links: readonly PlanLink[], report: NetworkReport): L
   const gaps = new Set(report.gaps);
   const registering = new Set(report.counting);
   const groups = [
-    { title: 'Missing links', aside: 'closest to connecting groups', links: report.gaps, nShown: A_PAGE },
+    { title: t('Missing links'), aside: t('closest to connecting groups'), links: report.gaps, nShown: A_PAGE },
     {
-      title: 'Single-link connections',
-      aside: 'strength, overlap',
+      title: t('Single-link connections'),
+      aside: t('strength, overlap'),
       links: byStrength([...report.bridges]),
       nShown: A_PAGE,
     },
     {
-      title: 'Registration links',
-      aside: 'strength, overlap',
+      title: t('Registration links'),
+      aside: t('strength, overlap'),
       links: byStrength(report.counting.filter((link) => !report.bridges.has(link))),
       nShown: A_PAGE,
     },
     {
-      title: 'Weak links',
-      aside: 'too weak to register',
+      title: t('Weak links'),
+      aside: t('too weak to register'),
       links: byOverlap(links.filter((link) => !registering.has(link) && !gaps.has(link))),
       nShown: A_FEW,
     },
@@ -46,7 +47,7 @@ export function linkGroups(links: readonly PlanLink[], report: NetworkReport): L
 
 /** What a link lacks to count; null: it counts. */
 export function lackInWords({ overlap, strength }: PlanLink, { threshold, minStrength }: Counting): string | null {
-  if (overlap < threshold) return `overlap below ${askedPercent(threshold)}`;
-  if (strength !== null && strength < minStrength) return `strength below ${minStrength}`;
+  if (overlap < threshold) return t('overlap below {required}', { required: askedPercent(threshold) });
+  if (strength !== null && strength < minStrength) return t('strength below {least}', { least: plain(minStrength) });
   return null;
 }

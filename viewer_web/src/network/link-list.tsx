@@ -1,5 +1,7 @@
 /** The list of links: each with its overlap, how firmly it holds, and the motion that it holds least. */
+
 import { useState } from 'preact/hooks';
+import { decimal, t } from '../language/language.ts';
 import type { PlanLink } from '../load/plan-json.ts';
 import { percentDown } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
@@ -47,7 +49,7 @@ function Group({ group, store, report, counting }: LinkListProps & { group: Link
       </ul>
       {links.length > nRows && (
         <button type="button" class="more" onClick={() => setRows(nRows + LINKS_A_PAGE)}>
-          Show more
+          {t('Show more')}
         </button>
       )}
     </Section>
@@ -65,14 +67,18 @@ function LinkRow({ store, link, isWeakest, lack }: LinkRowProps) {
   const { pair } = store;
   const isChosen = pair.value?.includes(link.a) === true && pair.value.includes(link.b);
   const weak = weakMotionOf(link.weak_motion);
-  const words = lack ?? (weak === null ? null : `weakest direction: ${weak.short}`);
+  const words = lack ?? (weak === null ? null : t('weakest direction: {direction}', { direction: weak.short }));
   return (
     <li>
       <button
         type="button"
         class={isChosen ? 'row row-link row-chosen' : 'row row-link'}
         aria-pressed={isChosen}
-        title={weak === null ? undefined : `Weakest direction: ${weak.long}. ${weak.why}`.trimEnd()}
+        title={
+          weak === null
+            ? undefined
+            : t('Weakest direction: {direction}. {why}', { direction: weak.long, why: weak.why }).trimEnd()
+        }
         onClick={() => store.choosePair(isChosen ? null : [link.a, link.b])}
       >
         <svg class="link-line" viewBox="0 0 18 6" aria-hidden="true">
@@ -81,12 +87,12 @@ function LinkRow({ store, link, isWeakest, lack }: LinkRowProps) {
         <span class="row-main">
           <span class="row-name">
             {link.a} – {link.b}
-            {isWeakest && <span class="link-tag">weakest</span>}
+            {isWeakest && <span class="link-tag">{t('weakest')}</span>}
           </span>
           {words !== null && <span class="muted link-words">{words}</span>}
         </span>
         <span class="row-area">
-          {link.strength !== null && lack === null && <b>{link.strength.toFixed(3)}</b>} {percentDown(link.overlap)}
+          {link.strength !== null && lack === null && <b>{decimal(link.strength, 3)}</b>} {percentDown(link.overlap)}
         </span>
       </button>
     </li>

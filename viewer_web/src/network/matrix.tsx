@@ -1,5 +1,7 @@
 /** The matrix of pairwise overlap: above the diagonal how much is shared, below it how firmly that holds. */
+
 import { useState } from 'preact/hooks';
+import { decimal, t } from '../language/language.ts';
 import type { PlanLink } from '../load/plan-json.ts';
 import { percentDown } from '../panels/figures.ts';
 import type { ShownStation } from '../stations/shown.ts';
@@ -68,7 +70,9 @@ export function Matrix({ store, counting, width: widthPx = SHEET_PX, hasFigures 
     <div class={hasFigures ? 'matrix matrix-figures' : 'matrix'}>
       <svg
         role="application"
-        aria-label="Matrix of overlap and strength of all pairs of stations. Arrow keys move, Enter chooses a pair."
+        aria-label={t(
+          'Matrix of overlap and strength of all pairs of stations. Arrow keys move, Enter chooses a pair.',
+        )}
         tabindex={0}
         {...(hasFigures ? { style: { minWidth: `${width}px` } } : {})}
         viewBox={`${-rim} ${-rim} ${n + rim} ${n + rim}`}
@@ -105,7 +109,7 @@ export function Matrix({ store, counting, width: widthPx = SHEET_PX, hasFigures 
       </svg>
       <p class="muted matrix-words" aria-live="polite">
         {cursor === null || cursor.row === cursor.column
-          ? 'Overlap above the diagonal, strength below. Point at a cell.'
+          ? t('Overlap above the diagonal, strength below. Point at a cell.')
           : inWords(at(cursor), linkAt.get(keyOf(place, ...at(cursor))), counting)}
       </p>
     </div>
@@ -118,11 +122,17 @@ function keyOf(place: ReadonlyMap<string, number>, a: string, b: string): string
 }
 
 function inWords([a, b]: Pair, link: PlanLink | undefined, counting: Counting): string {
-  if (link === undefined) return `${a} – ${b}: no overlap listed`;
+  if (link === undefined) return t('{a} – {b}: no overlap listed', { a, b });
   const weak = weakMotionOf(link.weak_motion);
-  const held = weak === null ? '' : `, weakest direction: ${weak.short}`;
-  const use = counts(link, counting) ? '' : ' Too weak to register.';
-  return `${a} – ${b}: ${percentDown(link.overlap)} overlap, strength ${strengthInWords(link.strength)}${held}.${use}`;
+  const held = weak === null ? '' : `, ${t('weakest direction: {direction}', { direction: weak.short })}`;
+  const use = counts(link, counting) ? '' : ` ${t('Too weak to register')}.`;
+  const words = t('{a} – {b}: {percent} overlap, strength {strength}', {
+    a,
+    b,
+    percent: percentDown(link.overlap),
+    strength: strengthInWords(link.strength),
+  });
+  return `${words}${held}.${use}`;
 }
 
 interface CellsProps {
@@ -147,10 +157,10 @@ function Cells({ link, place, counting, isDark, hasFigures }: CellsProps) {
       <rect x={high + margin} y={low + margin} width={size} height={size} fill={overlap} />
       <rect x={low + margin} y={high + margin} width={size} height={size} fill={strength} />
       {hasFigures && (
-        <CellFigure x={high} y={low} on={overlap} words={percentDown(link.overlap).replace(/\.\d %$/, '')} />
+        <CellFigure x={high} y={low} on={overlap} words={percentDown(link.overlap).replace(/[.,]\d %$/, '')} />
       )}
       {hasFigures && link.strength !== null && (
-        <CellFigure x={low} y={high} on={strength} words={link.strength.toFixed(link.strength < 0.01 ? 3 : 2)} />
+        <CellFigure x={low} y={high} on={strength} words={decimal(link.strength, link.strength < 0.01 ? 3 : 2)} />
       )}
     </>
   );

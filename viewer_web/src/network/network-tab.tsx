@@ -1,5 +1,7 @@
 /** The tab "Network": how the stations register with each other, what holds them together, and what is missing. */
+
 import { useState } from 'preact/hooks';
+import { plain, t } from '../language/language.ts';
 import type { PlanLink } from '../load/plan-json.ts';
 import { askedPercent, overlapNoun, percentDown } from '../panels/figures.ts';
 import { Figure, Section } from '../panels/section.tsx';
@@ -26,15 +28,15 @@ export function NetworkTab({ store }: { store: Store }) {
   const report = networkOf(ids, store.shownLinks.value, counting);
   return (
     <>
-      <Section title="Registration">
+      <Section title={t('Registration')}>
         <Figures report={report} counting={counting} overlap={overlapNoun(plan.requirements)} store={store} />
       </Section>
-      <Section title={picture === 'graph' ? 'Links between stations' : 'Overlap by pair'}>
-        <div class="segments segments-flat" role="radiogroup" aria-label="Picture of the network">
+      <Section title={picture === 'graph' ? t('Links between stations') : t('Overlap by pair')}>
+        <div class="segments segments-flat" role="radiogroup" aria-label={t('Picture of the network')}>
           {(['graph', 'matrix'] as const).map((one) => (
             // biome-ignore lint/a11y/useSemanticElements: drawn as one segment of a bar.
             <button key={one} type="button" role="radio" aria-checked={picture === one} onClick={() => setPicture(one)}>
-              {one === 'graph' ? 'Graph' : 'Matrix'}
+              {one === 'graph' ? t('Graph') : t('Matrix')}
             </button>
           ))}
           <button
@@ -44,7 +46,7 @@ export function NetworkTab({ store }: { store: Store }) {
               store.sheet.value = picture;
             }}
           >
-            Enlarge
+            {t('Enlarge')}
           </button>
         </div>
         {picture === 'graph' ? (
@@ -67,24 +69,32 @@ export function NetworkTab({ store }: { store: Store }) {
 
 /** What it was ranked by. */
 const weakestWords = ({ strength, overlap }: PlanLink): string =>
-  strength === null ? `overlap ${percentDown(overlap)}` : `strength ${strengthInWords(strength)}`;
+  strength === null
+    ? t('overlap {percent}', { percent: percentDown(overlap) })
+    : t('strength {strength}', { strength: strengthInWords(strength) });
 
 /** What the marks of the graph mean; colours: the legend below. */
 export function GraphKey() {
   return (
     <p class="muted graph-key">
-      <svg viewBox="0 0 16 16" aria-hidden="true">
-        <circle class="graph-ring" cx="8" cy="8" r="6" />
-      </svg>
-      critical station
-      <svg viewBox="0 0 16 16" aria-hidden="true">
-        <line class="graph-bridge-case" x1="2" y1="8" x2="14" y2="8" />
-      </svg>
-      single-link connection
-      <svg viewBox="0 0 16 16" aria-hidden="true">
-        <line class="graph-missing" x1="0" y1="8" x2="16" y2="8" />
-      </svg>
-      missing link
+      <span>
+        <svg viewBox="0 0 16 16" aria-hidden="true">
+          <circle class="graph-ring" cx="8" cy="8" r="6" />
+        </svg>
+        {t('critical station')}
+      </span>
+      <span>
+        <svg viewBox="0 0 16 16" aria-hidden="true">
+          <line class="graph-bridge-case" x1="2" y1="8" x2="14" y2="8" />
+        </svg>
+        {t('single-link connection')}
+      </span>
+      <span>
+        <svg viewBox="0 0 16 16" aria-hidden="true">
+          <line class="graph-missing" x1="0" y1="8" x2="16" y2="8" />
+        </svg>
+        {t('missing link')}
+      </span>
     </p>
   );
 }
@@ -99,33 +109,46 @@ interface FiguresProps {
 
 function Figures({ store, report, counting, overlap }: FiguresProps) {
   const { components, bridges, articulations, weakest } = report;
-  const strength = counting.minStrength > 0 ? ` and strength ${counting.minStrength}` : '';
+  const least = { required: askedPercent(counting.threshold), overlap };
   return (
     <dl class="figures" data-testid="network-figures">
       <Figure
-        name="Network"
+        name={t('Network')}
         value={
           <Badge isGood={components.length <= 1}>
-            {components.length <= 1 ? 'connected' : `${components.length} unconnected groups`}
+            {components.length <= 1 ? t('connected') : t('{n} unconnected groups', { n: components.length })}
           </Badge>
         }
         hint={components.map((component) => component.join(' ')).join('\n')}
       />
       <Figure
-        name="Registration links"
+        name={t('Registration links')}
         value={report.counting.length}
-        hint={`At least ${askedPercent(counting.threshold)} ${overlap}${strength}`}
+        hint={
+          counting.minStrength > 0
+            ? t('At least {required} {overlap} and strength {strength}', {
+                ...least,
+                strength: plain(counting.minStrength),
+              })
+            : t('At least {required} {overlap}', least)
+        }
       />
-      <Figure name="Single-link connections" value={bridges.size} hint="Links without which the network splits" />
       <Figure
-        name="Critical stations"
+        name={t('Single-link connections')}
+        value={bridges.size}
+        hint={t('Links without which the network splits')}
+      />
+      <Figure
+        name={t('Critical stations')}
         value={articulations.size}
-        hint={`Without one of them the network splits: ${[...articulations].join(' ') || 'none'}`}
+        hint={t('Without one of them the network splits: {stations}', {
+          stations: [...articulations].join(' ') || t('none'),
+        })}
       />
       {weakest !== null && (
         <Figure
-          name="Weakest link"
-          hint="Least strength on the best connection between any two stations"
+          name={t('Weakest link')}
+          hint={t('Least strength on the best connection between any two stations')}
           value={
             <button type="button" class="link" onClick={() => store.choosePair([weakest.a, weakest.b])}>
               {weakest.a} – {weakest.b}, {weakestWords(weakest)}

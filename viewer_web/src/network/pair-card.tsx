@@ -1,4 +1,5 @@
 /** The figures of a pair of stations: what they share, and how firmly that holds their scans together. */
+import { t } from '../language/language.ts';
 import { Card } from '../panels/card.tsx';
 import { areaWords, overlapDefined, percentDown } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
@@ -22,32 +23,36 @@ export function PairCard({ store }: { store: Store }) {
   return (
     <Card
       title={`${pair[0]} – ${pair[1]}`}
-      subtitle={link === undefined ? 'no link' : verdict(counts(link, counting), bridges.has(link))}
-      name="Chosen pair"
+      subtitle={link === undefined ? t('no link') : verdict(counts(link, counting), bridges.has(link))}
+      name={t('Chosen pair')}
       onClose={() => store.choosePair(null)}
     >
       <dl class="figures" data-testid="pair-figures">
         <Figure
-          name="Overlap"
+          name={t('Overlap')}
           value={link === undefined ? '–' : percentDown(link.overlap)}
           hint={overlapDefined(plan.requirements)}
         />
         {marking.kind === 'shown' && (
-          <Figure name="Shared surface" value={areaWords(marking.areaM2)} hint="Highlighted in the building" />
+          <Figure
+            name={t('Shared surface')}
+            value={areaWords(marking.areaM2)}
+            hint={t('Highlighted in the building')}
+          />
         )}
         <Figure
-          name="Strength"
+          name={t('Strength')}
           value={link === undefined ? '–' : strengthInWords(link.strength)}
-          hint="How firmly the shared surface ties the two scans: 0 not at all, 1 like a closed box"
+          hint={t('How firmly the shared surface ties the two scans: 0 not at all, 1 like a closed box')}
         />
-        {weak !== null && <Figure name="Weakest direction" value={weak.long} hint={north} />}
+        {weak !== null && <Figure name={t('Weakest direction')} value={weak.long} hint={north} />}
       </dl>
       {weak !== null && <p class="muted weak-why">{`${weak.why} ${north}`}</p>}
       <ul class="chips">
         {pair.map((id) => (
           <li key={id}>
             <button type="button" class="chip chip-strong" onClick={() => store.chooseStation(id)}>
-              Station {id}
+              {t('Station {id}', { id })}
             </button>
           </li>
         ))}
@@ -57,6 +62,6 @@ export function PairCard({ store }: { store: Store }) {
 }
 
 function verdict(isCounting: boolean, isBridge: boolean): string {
-  if (!isCounting) return 'too weak to register';
-  return isBridge ? 'single-link connection: the network splits without it' : 'registers';
+  if (!isCounting) return t('too weak to register');
+  return isBridge ? t('single-link connection: the network splits without it') : t('registers');
 }

@@ -1,5 +1,7 @@
 /** Colours and words for how firmly a link's shared surface holds two scans together, 0 ... 1. */
+
 import { rgbOf } from '../heat/colors.ts';
+import { decimal, t } from '../language/language.ts';
 
 /** Ends of the colours: at the one a scan slides, above the other more makes no difference. */
 const WEAK = 0.005;
@@ -31,10 +33,10 @@ export function strengthColor(strength: number | null, isDark: boolean): string 
 }
 
 export function strengthInWords(strength: number | null): string {
-  if (strength === null) return 'not computed';
+  if (strength === null) return t('not computed');
   const share = strengthShare(strength);
-  const word = share < 0.3 ? 'weak' : share < 0.65 ? 'fair' : 'strong';
-  return `${strength.toFixed(3)} (${word})`;
+  const word = share < 0.3 ? t('weak') : share < 0.65 ? t('fair') : t('strong');
+  return `${decimal(strength, 3)} (${word})`;
 }
 
 const OVERLAP = { light: ['#e4efee', '#17607a'], dark: ['#24333a', '#7fd0da'] } as const;

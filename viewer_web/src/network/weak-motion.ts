@@ -4,6 +4,7 @@
  *
  * plan.json gives it by the axes of the scene. Here north is +y, up on every map.
  */
+import { decimal, t } from '../language/language.ts';
 import type { WeakMotion } from '../load/plan-json.ts';
 
 export interface MotionWords {
@@ -17,11 +18,16 @@ export interface MotionWords {
 
 /** Which way the words call north. `toMap`: rows from the scene's coordinates to the map's; null: nobody knows. */
 export function northHint(toMap: readonly (readonly number[])[] | null): string {
-  const north = 'North is up on the maps: y of the model';
+  const north = t('North is up on the maps: y of the model');
   const [x, y] = toMap?.[1] ?? [0, 1];
   const turnDeg = degrees(Math.atan2(x, y));
   if (Math.abs(turnDeg) < LEAST_TURN_DEG) return `${north}.`;
-  return `${north}. Grid north is ${Math.abs(turnDeg).toFixed(0)}° ${turnDeg > 0 ? 'clockwise' : 'anticlockwise'} from it.`;
+  const turn = decimal(Math.abs(turnDeg), 0);
+  const grid =
+    turnDeg > 0
+      ? t('Grid north is {turn}° clockwise from it.', { turn })
+      : t('Grid north is {turn}° anticlockwise from it.', { turn });
+  return `${north}. ${grid}`;
 }
 
 /** Turned less than this, the two norths are one to a reader. */
@@ -30,8 +36,8 @@ const LEAST_TURN_DEG = 0.5;
 const STEEP_DEG = 80;
 const LEVEL_DEG = 10.5;
 
-const LINES = ['N–S', 'NE–SW', 'E–W', 'NW–SE'] as const;
-const SIDES = ['N', 'NE', 'E', 'SE', 'S', 'SW', 'W', 'NW'] as const;
+const LINES = [t('N–S'), t('NE–SW'), t('E–W'), t('NW–SE')];
+const SIDES = [t('N'), t('NE'), t('E'), t('SE'), t('S'), t('SW'), t('W'), t('NW')];
 
 /** Null: not known. */
 export function weakMotionOf(motion: WeakMotion | null): MotionWords | null {
@@ -43,32 +49,37 @@ export function weakMotionOf(motion: WeakMotion | null): MotionWords | null {
   const [x, y] = axis[2] < 0 ? [-axis[0], -axis[1]] : axis;
   const bearingDeg = (degrees(Math.atan2(x, y)) + 360) % 360;
   if (riseDeg <= LEVEL_DEG) return isTurn ? tilt(bearingDeg) : shift(bearingDeg);
-  const rising = `rising ${riseDeg.toFixed(0)}° towards ${sideOf(bearingDeg)}`;
-  if (!isTurn) return { short: 'shift on a slope', long: `shift along a line ${rising}`, why: MORE_DIRECTIONS };
-  return { short: 'turn about a slope', long: `rotation about a line ${rising}`, why: MORE_DIRECTIONS };
+  const rising = t('rising {rise}° towards {side}', { rise: decimal(riseDeg, 0), side: sideOf(bearingDeg) });
+  if (!isTurn)
+    return { short: t('shift on a slope'), long: t('shift along a line {rising}', { rising }), why: MORE_DIRECTIONS };
+  return {
+    short: t('turn about a slope'),
+    long: t('rotation about a line {rising}', { rising }),
+    why: MORE_DIRECTIONS,
+  };
 }
 
-const MORE_DIRECTIONS = 'The shared surface faces too few directions; surface in other directions would fix it.';
+const MORE_DIRECTIONS = t('The shared surface faces too few directions; surface in other directions would fix it.');
 
 const HEIGHT: MotionWords = {
-  short: 'shift up–down',
-  long: 'shift up or down',
-  why: 'Hardly any shared surface is level; a floor or a ceiling would fix it.',
+  short: t('shift up–down'),
+  long: t('shift up or down'),
+  why: t('Hardly any shared surface is level; a floor or a ceiling would fix it.'),
 };
 
 const HEADING: MotionWords = {
-  short: 'turn (heading)',
-  long: 'rotation about the vertical: the heading',
-  why: 'The shared walls are too close together, or around one point; a wall further out would fix it.',
+  short: t('turn (heading)'),
+  long: t('rotation about the vertical: the heading'),
+  why: t('The shared walls are too close together, or around one point; a wall further out would fix it.'),
 };
 
 function shift(bearingDeg: number): MotionWords {
   const line = lineOf(bearingDeg);
   const [one, other] = line.split('–');
   return {
-    short: `shift ${line}`,
-    long: `shift along ${line} (bearing ${lineDegrees(bearingDeg)}°)`,
-    why: `Hardly any shared surface faces ${one} or ${other}; a wall that does would fix it.`,
+    short: t('shift {line}', { line }),
+    long: t('shift along {line} (bearing {degrees}°)', { line, degrees: lineDegrees(bearingDeg) }),
+    why: t('Hardly any shared surface faces {one} or {other}; a wall that does would fix it.', { one, other }),
   };
 }
 
@@ -76,9 +87,12 @@ function tilt(bearingDeg: number): MotionWords {
   const line = lineOf(bearingDeg);
   const [one, other] = lineOf(bearingDeg + 90).split('–');
   return {
-    short: `tilt about ${line}`,
-    long: `tilt about a horizontal line ${line} (bearing ${lineDegrees(bearingDeg)}°)`,
-    why: `The shared surface lies close to that line; floor or ceiling further out to ${one} or ${other} would fix it.`,
+    short: t('tilt about {line}', { line }),
+    long: t('tilt about a horizontal line {line} (bearing {degrees}°)', { line, degrees: lineDegrees(bearingDeg) }),
+    why: t(
+      'The shared surface lies close to that line; floor or ceiling further out to {one} or {other} would fix it.',
+      { one, other },
+    ),
   };
 }
 

@@ -1,4 +1,5 @@
 /** The whole page: loading and failing in words, then the panels around the canvas. */
+
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { DraftBar } from '../edit/draft-bar.tsx';
 import { EditLayer } from '../edit/edit-layer.tsx';
@@ -7,6 +8,8 @@ import { SelectionCard } from '../edit/selection-card.tsx';
 import { FieldButton } from '../field/field-button.tsx';
 import { FieldView } from '../field/field-view.tsx';
 import { Legend } from '../heat/legend.tsx';
+import { t } from '../language/language.ts';
+import { LanguageSelect } from '../language/language-select.tsx';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { MeasureLayer } from '../measure/measure-layer.tsx';
@@ -34,10 +37,10 @@ export function App({ store }: { store: Store }) {
   if (phase.kind === 'failed') {
     return (
       <main class="message">
-        <h1>The plan can’t be shown</h1>
+        <h1>{t('The plan can’t be shown')}</h1>
         <p role="alert">{phase.message}</p>
         <button type="button" class="tool" onClick={() => window.location.reload()}>
-          Try again
+          {t('Try again')}
         </button>
         {store.planBase.value !== OWN_PLAN && (
           <button
@@ -48,7 +51,7 @@ export function App({ store }: { store: Store }) {
               window.location.reload();
             }}
           >
-            Open the main plan
+            {t('Open the main plan')}
           </button>
         )}
       </main>
@@ -77,7 +80,10 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
       shown = new PlanView(canvas.current, store, loaded);
     } catch (error) {
       const reason = (error as Error).message;
-      const message = `The browser can't draw the building: ${reason} Switch on WebGL 2 (hardware acceleration), or use another browser.`;
+      const message = t(
+        "The browser can't draw the building: {reason} Switch on WebGL 2 (hardware acceleration), or use another browser.",
+        { reason },
+      );
       store.phase.value = { kind: 'failed', message };
       return undefined;
     }
@@ -92,7 +98,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
   }, [store, loaded]);
   return (
     <div class={store.isSidebarOpen.value ? 'workspace' : 'workspace workspace-wide'}>
-      <nav class="sidebar" aria-label="Plan">
+      <nav class="sidebar" aria-label={t('Plan')}>
         <header class="brand">
           <img src="icon.svg" alt="" width="28" height="28" />
           <div>
@@ -101,6 +107,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
               {loaded.plan.scene.file.split(/[\\/]/).pop()}
             </p>
           </div>
+          <LanguageSelect />
           <FieldButton store={store} />
         </header>
         <Tabs store={store} view={view} />
@@ -112,7 +119,9 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
           <canvas
             ref={canvas}
             tabIndex={0}
-            aria-label="The building in 3D. Drag to rotate, scroll to zoom, click a floor to open it. By keys: Q and E turn, R and F tilt, plus and minus zoom, arrows move a cross, Space clicks there."
+            aria-label={t(
+              'The building in 3D. Drag to rotate, scroll to zoom, click a floor to open it. By keys: Q and E turn, R and F tilt, plus and minus zoom, arrows move a cross, Space clicks there.',
+            )}
           />
           {view !== null && <MeasureLayer store={store} loaded={loaded} view={view} />}
           {view !== null && store.measuring.tool.value === null && <KeyCursor canvas={canvas} />}

@@ -1,5 +1,7 @@
 /** A card over the canvas about what is chosen. */
+
 import type { ComponentChildren } from 'preact';
+import { t } from '../language/language.ts';
 
 interface CardProps {
   readonly title: string;
@@ -18,7 +20,7 @@ export function Card({ title, subtitle, name, onClose, children }: CardProps) {
           <h2>{title}</h2>
           <p class="muted">{subtitle}</p>
         </div>
-        <button type="button" class="icon" aria-label="Close" onClick={onClose}>
+        <button type="button" class="icon" aria-label={t('Close')} onClick={onClose}>
           ×
         </button>
       </header>

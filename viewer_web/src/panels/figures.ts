@@ -1,9 +1,11 @@
 /** Figures as the panels write them. */
+import { decimal, language, plain, separator, t } from '../language/language.ts';
 import type { PlanJson } from '../load/plan-json.ts';
 import { FOOT_M, feetAndInches, units } from './units.ts';
 
-const area = new Intl.NumberFormat('en', { maximumFractionDigits: 1, minimumFractionDigits: 1 });
+const area = new Intl.NumberFormat(language, { maximumFractionDigits: 1, minimumFractionDigits: 1 });
 /** Halves to even, as Python formats. */
+/** In English: it is read again. */
 const tenths = new Intl.NumberFormat('en', {
   minimumFractionDigits: 1,
   maximumFractionDigits: 1,
@@ -11,9 +13,9 @@ const tenths = new Intl.NumberFormat('en', {
   useGrouping: false,
   // Newer than the library's types.
 } as Intl.NumberFormatOptions);
-const count = new Intl.NumberFormat('en');
+const count = new Intl.NumberFormat(language);
 
-export const percent = (fraction: number, digits = 1): string => `${(100 * fraction).toFixed(digits)} %`;
+export const percent = (fraction: number, digits = 1): string => `${decimal(100 * fraction, digits)} %`;
 /**
  * Rounded down: an overlap or a coverage that is just short must not read as enough. As `overlap_percent` of the library,
  * digit by digit: `thousandths / 1000` is the float that a decimal of three places is read as.
@@ -21,7 +23,7 @@ export const percent = (fraction: number, digits = 1): string => `${(100 * fract
 export function percentDown(fraction: number): string {
   const nearest = Math.round(1000 * fraction);
   const thousandths = nearest / 1000 > fraction ? nearest - 1 : nearest;
-  return `${(thousandths / 10).toFixed(1)} %`;
+  return `${decimal(thousandths / 10, 1)} %`;
 }
 /**
  * Coverage, wherever it is told: rounded down where it would read as what is required and is not. As `reached_percent` of the
@@ -30,42 +32,42 @@ export function percentDown(fraction: number): string {
 export function coveragePercent(fraction: number, required: number): string {
   const words = tenths.format(100 * fraction);
   const isShort = fraction < required - 1e-9 && Number(words) >= 100 * required;
-  return isShort ? `${(Math.floor(1000 * fraction) / 10).toFixed(1)} %` : `${words} %`;
+  return `${decimal(isShort ? Math.floor(1000 * fraction) / 10 : Number(words), 1)} %`;
 }
 /** What was asked for, with as many digits as it was asked with: an overlap of 29.6 % is not less than one of 30 % then. */
-export const askedPercent = (fraction: number): string => `${Number((100 * fraction).toPrecision(6))} %`;
+export const askedPercent = (fraction: number): string => `${plain(Number((100 * fraction).toPrecision(6)))} %`;
 type OverlapAsked = Pick<PlanJson['requirements'], 'overlap_measure' | 'overlap_of'>;
 /** What a share is one of; as `overlap_noun` of the library: the usual overlap goes by that name alone. */
 export function overlapNoun({ overlap_measure: measure, overlap_of: of }: OverlapAsked): string {
-  const noun = measure === 'jaccard' ? 'Jaccard overlap' : 'overlap';
-  return of === 'all-seen' ? noun : `${noun} of what is seen as required`;
+  const noun = measure === 'jaccard' ? t('Jaccard overlap') : t('overlap');
+  return of === 'all-seen' ? noun : t('{overlap} of what is seen as required', { overlap: noun });
 }
 /** How a plan measures overlap, in a sentence. */
 export function overlapDefined({ overlap_measure: measure, overlap_of: of }: OverlapAsked): string {
-  const seen = of === 'all-seen' ? 'seen area' : 'area seen as required';
+  const seen = of === 'all-seen' ? t('seen area') : t('area seen as required');
   return measure === 'jaccard'
-    ? `Shared part of the ${seen} of both stations together (Jaccard)`
-    : `Shared part of the ${seen} of each station; the smaller of the two`;
+    ? t('Shared part of the {area} of both stations together (Jaccard)', { area: seen })
+    : t('Shared part of the {area} of each station; the smaller of the two', { area: seen });
 }
 /** Square decimetres are told where there is nothing else to tell; square feet are a tenth of a square metre. */
 export function areaWords(m2: number): string {
   if (units.value === 'ft') return `${area.format(m2 / FOOT_M ** 2)} sq ft`;
-  return m2 > 0 && m2 < 0.05 ? `${m2.toFixed(2)} m²` : `${area.format(m2)} m²`;
+  return m2 > 0 && m2 < 0.05 ? `${decimal(m2, 2)} m²` : `${area.format(m2)} m²`;
 }
 /** Metres with so many digits; feet and inches, to an eighth for two digits, to an inch for one, to a foot for none. */
 export function lengthWords(m: number, digits = 2): string {
-  if (units.value === 'm') return `${m.toFixed(digits)} m`;
-  return digits === 0 ? `${(m / FOOT_M).toFixed(0)} ft` : feetAndInches(m, digits === 1 ? 1 : 8);
+  if (units.value === 'm') return `${decimal(m, digits)} m`;
+  return digits === 0 ? `${decimal(m / FOOT_M, 0)} ft` : feetAndInches(m, digits === 1 ? 1 : 8);
 }
 /** A coordinate: decimals, of metres or of feet. */
 export const coordinateWords = (m: number, digits = 2): string =>
-  units.value === 'm' ? `${m.toFixed(digits)} m` : `${(m / FOOT_M).toFixed(digits)} ft`;
+  units.value === 'm' ? `${decimal(m, digits)} m` : `${decimal(m / FOOT_M, digits)} ft`;
 /** Several, without their unit, as they stand side by side. */
 export const coordinatesWords = (ofPlace: readonly number[]): string =>
-  ofPlace.map((m) => (units.value === 'm' ? m : m / FOOT_M).toFixed(2)).join(', ');
-export const unitName = (): string => (units.value === 'm' ? 'metres' : 'feet');
+  ofPlace.map((m) => decimal(units.value === 'm' ? m : m / FOOT_M, 2)).join(separator);
+export const unitName = (): string => (units.value === 'm' ? t('metres') : t('feet'));
 /** Of a sensor above the ground; null: of a given station, whose height nobody told. */
-export const heightWords = (m: number | null): string => (m === null ? 'not known' : lengthWords(m));
+export const heightWords = (m: number | null): string => (m === null ? t('not known') : lengthWords(m));
 export const whole = (n: number): string => count.format(n);
 
 /** "45 s", "3 min", "2 h 05 min". */
@@ -76,13 +78,52 @@ export function duration(seconds: number): string {
   return `${Math.floor(minutes / 60)} h ${String(minutes % 60).padStart(2, '0')} min`;
 }
 
+const COUNTED = {
+  area: (n: number) => t('{n, plural, one {# area} other {# areas}}', { n }),
+  change: (n: number) => t('{n, plural, one {# change} other {# changes}}', { n }),
+  link: (n: number) => t('{n, plural, one {# link} other {# links}}', { n }),
+  other: (n: number) => t('{n, plural, one {# other station} other {# other stations}}', { n }),
+  requirement: (n: number) => t('{n, plural, one {# requirement} other {# requirements}}', { n }),
+  station: (n: number) => t('{n, plural, one {# station} other {# stations}}', { n }),
+  warning: (n: number) => t('{n, plural, one {# warning} other {# warnings}}', { n }),
+};
+
 /** "1 station", "2 stations". */
-export const counted = (n: number, noun: string): string => `${whole(n)} ${noun}${n === 1 ? '' : 's'}`;
+export const counted = (n: number, noun: keyof typeof COUNTED): string => COUNTED[noun](n);
+
+/** What buildings have most of; other classes are told as the file names them. */
+const KINDS: Readonly<Record<string, string>> = {
+  beam: t('beam'),
+  'building element proxy': t('building element proxy'),
+  ceiling: t('ceiling'),
+  column: t('column'),
+  covering: t('covering'),
+  'curtain wall': t('curtain wall'),
+  door: t('door'),
+  floor: t('floor'),
+  'flow terminal': t('flow terminal'),
+  furnishing: t('furnishing'),
+  'furnishing element': t('furnishing element'),
+  furniture: t('furniture'),
+  member: t('member'),
+  object: t('object'),
+  plate: t('plate'),
+  railing: t('railing'),
+  ramp: t('ramp'),
+  roof: t('roof'),
+  slab: t('slab'),
+  stair: t('stair'),
+  'stair flight': t('stair flight'),
+  wall: t('wall'),
+  'wall standard case': t('wall standard case'),
+  window: t('window'),
+};
 
 /** An IFC class or mesh kind as a word: "IfcWallStandardCase" becomes "wall standard case". */
 export function kindInWords(kind: string): string {
   const words = kind.replace(/^Ifc/, '').replace(/([a-z])([A-Z])/g, '$1 $2');
-  return words.toLowerCase();
+  const known = words.toLowerCase();
+  return KINDS[known] ?? known;
 }
 
 /** "up to 2 stations above the minimum". */
@@ -92,7 +133,7 @@ export function optimalityInWords({
   stations,
   lower_bound: bound,
 }: Pick<PlanJson['optimality'], 'proven' | 'gap' | 'stations' | 'lower_bound'>): string {
-  if (proven) return 'proven minimum';
-  if (gap === null || bound === null) return 'unknown';
-  return `up to ${counted(stations - bound, 'station')} above the minimum`;
+  if (proven) return t('proven minimum');
+  if (gap === null || bound === null) return t('unknown');
+  return t('up to {stations} above the minimum', { stations: counted(stations - bound, 'station') });
 }

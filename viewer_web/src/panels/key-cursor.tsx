@@ -4,6 +4,7 @@
  */
 import type { RefObject } from 'preact';
 import { useEffect, useState } from 'preact/hooks';
+import { t } from '../language/language.ts';
 import './key-cursor.css';
 import { type Cursor, movedCursor } from './moved-cursor.ts';
 
@@ -69,7 +70,7 @@ export function KeyCursor({ canvas }: { canvas: RefObject<HTMLCanvasElement | nu
         }}
       />
       <p class="key-cursor-hint" role="status">
-        Arrows move the cross, Space clicks there.
+        {t('Arrows move the cross, Space clicks there.')}
       </p>
     </>
   );

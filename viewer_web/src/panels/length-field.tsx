@@ -1,5 +1,7 @@
 /** A length or a coordinate that is typed, in the chosen unit: taken when the field is left or Enter is pressed. */
+
 import { useEffect, useState } from 'preact/hooks';
+import { decimal, t } from '../language/language.ts';
 import { parseLengthM, units } from './units.ts';
 
 interface LengthFieldProps {
@@ -15,7 +17,7 @@ interface LengthFieldProps {
 
 export function LengthField({ label, valueM, digits = 3, unitM, disabled = false, onValue }: LengthFieldProps) {
   const scale = unitM ?? parseLengthM('1') ?? 1;
-  const shown = (valueM / scale).toFixed(digits);
+  const shown = decimal(valueM / scale, digits);
   const [typed, setTyped] = useState<string | null>(null);
   // A value that changed meanwhile, as by a drag, counts more than what is half typed.
   useEffect(() => setTyped(null), [shown]);
@@ -23,7 +25,7 @@ export function LengthField({ label, valueM, digits = 3, unitM, disabled = false
   const take = (): void => {
     if (typed !== null && parsedM !== null) {
       setTyped(null);
-      if ((parsedM / scale).toFixed(digits) !== shown) onValue(parsedM);
+      if (decimal(parsedM / scale, digits) !== shown) onValue(parsedM);
     }
   };
   return (
@@ -46,7 +48,7 @@ export function LengthField({ label, valueM, digits = 3, unitM, disabled = false
         />
         {units.value}
       </span>
-      {parsedM === null && <span class="field-fault">Type a number, as {shown}</span>}
+      {parsedM === null && <span class="field-fault">{t('Type a number, as {shown}', { shown })}</span>}
     </label>
   );
 }

@@ -2,12 +2,13 @@
 
 import { type Met, missedOf, OVERALL, type Totals } from '../edit/totals.ts';
 import type { TotalsBeside } from '../edit/totals-beside.ts';
+import { t } from '../language/language.ts';
 import { areaWords, askedPercent, counted, coveragePercent } from './figures.ts';
 import './requirements.css';
 
 export function Requirements({ planned, isEdited, edited, isStale }: TotalsBeside) {
-  const columns: (readonly [string, Totals | null])[] = [['as planned', planned]];
-  if (isEdited) columns.push(['as edited', edited]);
+  const columns: (readonly [string, Totals | null])[] = [[t('as planned'), planned]];
+  if (isEdited) columns.push([t('as edited'), edited]);
   return (
     <table class={className(isEdited, isStale)} data-testid="requirements">
       {isEdited && (
@@ -26,9 +27,10 @@ export function Requirements({ planned, isEdited, edited, isStale }: TotalsBesid
         {planned.requirements.map(({ name, required }) => (
           <tr key={name}>
             <th scope="row">
-              {name === OVERALL ? 'Whole building' : name}
+              {name === OVERALL ? t('Whole building') : name}
               <small>
-                {askedPercent(required)} required{name === OVERALL && withoutWords(planned)}
+                {t('{required} required', { required: askedPercent(required) })}
+                {name === OVERALL && withoutWords(planned)}
               </small>
             </th>
             {columns.map(([title, totals]) => (
@@ -41,8 +43,10 @@ export function Requirements({ planned, isEdited, edited, isStale }: TotalsBesid
             ))}
           </tr>
         ))}
-        {isEdited && <CountRow name="Stations" columns={columns} of={({ nStations }) => String(nStations)} />}
-        {isEdited && <CountRow name="Connected groups" columns={columns} of={({ nNetworks }) => String(nNetworks)} />}
+        {isEdited && <CountRow name={t('Stations')} columns={columns} of={({ nStations }) => String(nStations)} />}
+        {isEdited && (
+          <CountRow name={t('Connected groups')} columns={columns} of={({ nNetworks }) => String(nNetworks)} />
+        )}
       </tbody>
     </table>
   );
@@ -67,7 +71,7 @@ function CountRow({ name, columns, of }: CountRowProps) {
     <tr>
       <th scope="row">{name}</th>
       {columns.map(([title, totals]) => (
-        <td key={title}>{totals === null ? 'unknown' : of(totals)}</td>
+        <td key={title}>{totals === null ? t('unknown') : of(totals)}</td>
       ))}
     </tr>
   );
@@ -75,7 +79,7 @@ function CountRow({ name, columns, of }: CountRowProps) {
 
 /** `met` undefined: what the edited plan is worth is not known. */
 function Verdict({ met, isPartial }: { met: Met | undefined; isPartial: boolean }) {
-  if (met === undefined) return <span class="muted">unknown</span>;
+  if (met === undefined) return <span class="muted">{t('unknown')}</span>;
   return (
     <>
       {coveragePercent(met.coverage, met.required)} <MetWord isMet={met.isMet} isPartial={isPartial} />
@@ -85,30 +89,35 @@ function Verdict({ met, isPartial }: { met: Met | undefined; isPartial: boolean 
 
 /** What the share of all leaves out. */
 const withoutWords = ({ unreachableM2 }: Totals): string =>
-  unreachableM2 > 0 ? `, without ${areaWords(unreachableM2)} of floor that can’t be reached` : '';
+  unreachableM2 > 0
+    ? `, ${t('without {area} of floor that can’t be reached', { area: areaWords(unreachableM2) })}`
+    : '';
 
 /** In words, so that nobody has to know the colours. `isPartial`: of what can be reached, and not all can: no green. */
 export function MetWord({ isMet, isPartial }: { isMet: boolean; isPartial: boolean }) {
   const look = isMet ? (isPartial ? 'badge-part' : 'badge-good') : 'badge-warn';
-  return <span class={`badge ${look}`}>{isMet ? 'MET' : 'NOT MET'}</span>;
+  return <span class={`badge ${look}`}>{isMet ? t('MET') : t('NOT MET')}</span>;
 }
 
 /** "Ground floor 93.1 % of 95 %"; empty where all is met. */
 export function missedInWords(requirements: readonly Met[]): string {
   return missedOf(requirements)
-    .map(
-      ({ name, coverage, required }) =>
-        `${wordOf(name)} ${coveragePercent(coverage, required)} of ${askedPercent(required)}`,
+    .map(({ name, coverage, required }) =>
+      t('{part} {coverage} of {required}', {
+        part: wordOf(name),
+        coverage: coveragePercent(coverage, required),
+        required: askedPercent(required),
+      }),
     )
     .join(', ');
 }
 
-const wordOf = (name: string): string => (name === OVERALL ? 'whole building' : name);
+const wordOf = (name: string): string => (name === OVERALL ? t('whole building') : name);
 
 /** "2 of 3 not met"; for hints. */
 export function metInWords(requirements: readonly Met[]): string {
   const nMissed = missedOf(requirements).length;
   return nMissed === 0
-    ? `${counted(requirements.length, 'requirement')} met`
-    : `Not met: ${missedInWords(requirements)}`;
+    ? t('{requirements} met', { requirements: counted(requirements.length, 'requirement') })
+    : t('Not met: {requirements}', { requirements: missedInWords(requirements) });
 }

@@ -1,6 +1,8 @@
 /** A sheet over the canvas for what needs more room than the sidebar has. */
+
 import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
+import { t } from '../language/language.ts';
 import { type Counting, countingOf, networkOf } from '../network/graph.ts';
 import { Graph } from '../network/graph-view.tsx';
 import { Matrix } from '../network/matrix.tsx';
@@ -12,9 +14,9 @@ import type { Store } from '../store.ts';
 import type { SheetId } from './state.ts';
 
 const TITLES: Readonly<Record<SheetId, string>> = {
-  graph: 'Links between stations',
-  matrix: 'Overlap by pair',
-  panorama: 'Panorama',
+  graph: t('Links between stations'),
+  matrix: t('Overlap by pair'),
+  panorama: t('Panorama'),
 };
 
 export function Sheet({ store, view }: { store: Store; view: PlanView | null }) {
@@ -32,7 +34,7 @@ export function Sheet({ store, view }: { store: Store; view: PlanView | null }) 
           ref={closer}
           type="button"
           class="icon"
-          aria-label="Close"
+          aria-label={t('Close')}
           onClick={() => {
             store.sheet.value = null;
           }}
@@ -80,7 +82,7 @@ function MatrixWithFigures({ store, counting }: { store: Store; counting: Counti
             hasFigures.value = event.currentTarget.checked;
           }}
         />
-        Figures: overlap in percent above the diagonal, strength below it
+        {t('Figures: overlap in percent above the diagonal, strength below it')}
       </label>
       <Matrix store={store} counting={counting} hasFigures={hasFigures.value} />
       <OverlapLegend isDark={store.isDark.value} threshold={counting.threshold} />

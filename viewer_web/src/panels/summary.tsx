@@ -1,6 +1,8 @@
 /** What the plan is worth as a whole. */
+
 import { countingLinks } from '../edit/totals.ts';
 import { type TotalsBeside, totalsBeside } from '../edit/totals-beside.ts';
+import { t } from '../language/language.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import { ShortfallList } from '../shortfalls/shortfall-list.tsx';
 import type { Store } from '../store.ts';
@@ -29,46 +31,54 @@ export function Summary({ store, view }: SummaryProps) {
   const { coverage, optimality, registration, requirements, scanner, warnings } = plan;
   const nLinks = countingLinks(registration.links, registration.threshold, registration.min_strength ?? 0);
   return (
-    <Section title="Plan">
+    <Section title={t('Plan')}>
       <Headline {...totals} required={requirements.coverage} />
       <ShortfallList store={store} loaded={loaded} totals={totals.edited ?? totals.planned} view={view} />
       <Meter fraction={(totals.edited ?? totals.planned).coverage} required={requirements.coverage} />
       <Requirements {...totals} />
-      {totals.isEdited && <h3>As planned</h3>}
+      {totals.isEdited && <h3>{t('As planned')}</h3>}
       <dl class="figures">
         <Figure
-          name="Seen area"
+          name={t('Seen area')}
           value={`${areaWords(coverage.covered_area_m2)}`}
-          hint="Area that at least one station sees"
+          hint={t('Area that at least one station sees')}
         />
         <Figure
-          name="Scannable area"
+          name={t('Scannable area')}
           value={areaWords(coverage.achievable_area_m2)}
-          hint="Area that at least one candidate position sees"
+          hint={t('Area that at least one candidate position sees')}
         />
         <Figure
-          name="Coverage of all surface"
+          name={t('Coverage of all surface')}
           value={percent(coverage.fraction_of_total)}
-          hint={`Seen share of the ${areaWords(coverage.total_area_m2)} of the model, insides of walls included`}
+          hint={t('Seen share of the {area} of the model, insides of walls included', {
+            area: areaWords(coverage.total_area_m2),
+          })}
         />
         <Figure
-          name="Lower bound"
-          value={optimality.lower_bound === null ? 'unknown' : counted(optimality.lower_bound, 'station')}
-          hint="On these candidates no plan with fewer stations meets the requirements"
+          name={t('Lower bound')}
+          value={optimality.lower_bound === null ? t('unknown') : counted(optimality.lower_bound, 'station')}
+          hint={t('On these candidates no plan with fewer stations meets the requirements')}
         />
         <Figure
-          name="Optimality"
+          name={t('Optimality')}
           value={optimalityInWords(optimality)}
-          hint="Stations of the plan against the lower bound"
+          hint={t('Stations of the plan against the lower bound')}
         />
         <Figure
-          name="Registration"
+          name={t('Registration')}
           value={
-            <Badge isGood={registration.connected}>{registration.connected ? 'connected' : 'not connected'}</Badge>
+            <Badge isGood={registration.connected}>
+              {registration.connected ? t('connected') : t('not connected')}
+            </Badge>
           }
-          hint={`${counted(nLinks, 'link')} of at least ${askedPercent(registration.threshold)} ${overlapNoun(requirements)}`}
+          hint={t('{links} of at least {required} {overlap}', {
+            links: counted(nLinks, 'link'),
+            required: askedPercent(registration.threshold),
+            overlap: overlapNoun(requirements),
+          })}
         />
-        <Figure name="Scanner" value={scanner.title} />
+        <Figure name={t('Scanner')} value={scanner.title} />
       </dl>
       {warnings.length > 0 && (
         <details class="warnings">
@@ -87,17 +97,20 @@ export function Summary({ store, view }: SummaryProps) {
 /** Of the plan, or of what became of it: both stand in the table below. */
 function Headline({ planned, isEdited, edited, isStale, required }: TotalsBeside & { readonly required: number }) {
   const { coverage, nStations } = edited ?? planned;
-  const as = edited !== null ? ', as edited' : isEdited ? ', as planned' : '';
+  const as = edited !== null ? `, ${t('as edited')}` : isEdited ? `, ${t('as planned')}` : '';
   return (
     <div class={isStale ? 'headline requirements-stale' : 'headline'}>
       <div>
         <strong data-testid="coverage">{coveragePercent(coverage, required)}</strong>
-        <span>coverage of scannable area{as}</span>
+        <span>
+          {t('coverage of scannable area')}
+          {as}
+        </span>
       </div>
       <div>
         <strong data-testid="station-count">{nStations}</strong>
         <span>
-          {nStations === 1 ? 'station' : 'stations'}
+          {nStations === 1 ? t('station') : t('stations')}
           {as}
         </span>
       </div>

@@ -1,6 +1,8 @@
 /** What was clicked in the building. */
+
 import type { ElementCoverage } from '../heat/element-coverage.ts';
 import { NOT_ASKED_CLASS } from '../heat/layers.ts';
+import { t } from '../language/language.ts';
 import { siteOf, siteWords } from '../measure/site.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Picked } from '../scene/state.ts';
@@ -23,27 +25,27 @@ export function SurfaceCard({ store, view }: { store: Store; view: PlanView | nu
   const shown = isLayerShown ? (view?.layerAt(picked.patch) ?? null) : null;
   return (
     <Card
-      title={element.name || 'Unnamed element'}
+      title={element.name || t('Unnamed element')}
       subtitle={kindInWords(element.kind)}
-      name="Clicked surface"
+      name={t('Clicked surface')}
       onClose={() => store.pick(null)}
     >
       <dl class="figures" data-testid="surface-figures" data-patch={picked.patch}>
-        {groundOf !== null && <Figure name="Walkable floor" value={floorName(groundOf)} />}
-        {groundOf === null && element.floorId !== '' && <Figure name="Floor" value={floorName(element.floorId)} />}
+        {groundOf !== null && <Figure name={t('Walkable floor')} value={floorName(groundOf)} />}
+        {groundOf === null && element.floorId !== '' && <Figure name={t('Floor')} value={floorName(element.floorId)} />}
         <Figure
-          name="Seen from"
+          name={t('Seen from')}
           value={seenInWords(picked)}
-          hint="The surface under the pointer. Not scannable: no candidate position sees it"
+          hint={t('The surface under the pointer. Not scannable: no candidate position sees it')}
         />
         {shown !== null && !picked.isSection && <Figure name={shown.title} value={shown.words} />}
         {view !== null && <Coverage coverage={view.coverageOf(picked.elementIndex)} />}
         <Figure
-          name="Position"
+          name={t('Position')}
           value={coordinatesWords(picked.pointM)}
-          hint={`Scene coordinates x, y, z in ${unitName()}`}
+          hint={t('Scene coordinates x, y, z in {unit}', { unit: unitName() })}
         />
-        {site !== null && <Figure name="Site" value={siteWords(site, picked.pointM)} hint={site.name} />}
+        {site !== null && <Figure name={t('Site')} value={siteWords(site, picked.pointM)} hint={site.name} />}
       </dl>
       <SightList store={store} />
       <AddStationHere store={store} picked={picked} />
@@ -53,22 +55,26 @@ export function SurfaceCard({ store, view }: { store: Store; view: PlanView | nu
 
 /** Of the whole element. */
 function Coverage({ coverage: { areaM2, askedM2, achievableM2, seenM2 } }: { coverage: ElementCoverage }) {
-  const none = askedM2 > 0 ? 'not scannable' : NOT_ASKED_CLASS.label;
+  const none = askedM2 > 0 ? t('not scannable') : NOT_ASKED_CLASS.label;
   return (
     <>
       <Figure
-        name="Coverage"
-        value={achievableM2 > 0 ? `${percent(seenM2 / achievableM2)} of ${areaWords(achievableM2)}` : none}
-        hint="Of the element’s surface that at least one candidate position sees"
+        name={t('Coverage')}
+        value={
+          achievableM2 > 0
+            ? t('{percent} of {area}', { percent: percent(seenM2 / achievableM2), area: areaWords(achievableM2) })
+            : none
+        }
+        hint={t('Of the element’s surface that at least one candidate position sees')}
       />
-      <Figure name="Total surface" value={areaWords(areaM2)} hint="Insides and undersides included" />
+      <Figure name={t('Total surface')} value={areaWords(areaM2)} hint={t('Insides and undersides included')} />
     </>
   );
 }
 
 function seenInWords({ isSection, isAsked, timesSeen }: Picked): string {
-  if (isSection) return 'cut section';
+  if (isSection) return t('cut section');
   if (!isAsked) return NOT_ASKED_CLASS.label;
-  if (timesSeen === null) return 'not scannable';
-  return timesSeen === 0 ? 'no station' : counted(timesSeen, 'station');
+  if (timesSeen === null) return t('not scannable');
+  return timesSeen === 0 ? t('no station') : counted(timesSeen, 'station');
 }

@@ -1,8 +1,10 @@
 /** The tabs of the sidebar: which of its pages is shown. */
+
 import type { ComponentChildren } from 'preact';
 import { EditTab } from '../edit/edit-tab.tsx';
 import { FileList } from '../files/file-list.tsx';
 import { FloorSelector } from '../floors/floor-selector.tsx';
+import { t } from '../language/language.ts';
 import { NetworkTab } from '../network/network-tab.tsx';
 import { ReviewTab } from '../review/review-tab.tsx';
 import { RouteSection } from '../route/route-section.tsx';
@@ -23,12 +25,12 @@ interface Tab {
 }
 
 export const TABS: readonly Tab[] = [
-  { id: 'plan', title: 'Plan', needsServer: false },
-  { id: 'unseen', title: 'Unseen', needsServer: false },
-  { id: 'network', title: 'Network', needsServer: false },
-  { id: 'edit', title: 'Edit', needsServer: true },
-  { id: 'runs', title: 'Runs', needsServer: true },
-  { id: 'review', title: 'Review', needsServer: false },
+  { id: 'plan', title: t('Plan'), needsServer: false },
+  { id: 'unseen', title: t('Unseen'), needsServer: false },
+  { id: 'network', title: t('Network'), needsServer: false },
+  { id: 'edit', title: t('Edit'), needsServer: true },
+  { id: 'runs', title: t('Runs'), needsServer: true },
+  { id: 'review', title: t('Review'), needsServer: false },
 ];
 
 interface TabsProps {
@@ -49,7 +51,7 @@ export function Tabs({ store, view }: TabsProps) {
       <div
         class="tabs"
         role="tablist"
-        aria-label="Panel content"
+        aria-label={t('Panel content')}
         onKeyDown={(event) => {
           if (event.key !== 'ArrowRight' && event.key !== 'ArrowLeft') return;
           event.preventDefault();

@@ -1,5 +1,7 @@
 /** How the building is painted and looked at. */
+
 import { PLAIN } from '../heat/layers.ts';
+import { t } from '../language/language.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import { ShareMenu } from '../share/share-menu.tsx';
 import type { Store } from '../store.ts';
@@ -10,11 +12,11 @@ const ALL_FLOORS = '';
 
 export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
   return (
-    <div class="toolbar" role="toolbar" aria-label="View">
+    <div class="toolbar" role="toolbar" aria-label={t('View')}>
       <button
         type="button"
         class="icon"
-        aria-label={store.isSidebarOpen.value ? 'Hide the panel' : 'Show the panel'}
+        aria-label={store.isSidebarOpen.value ? t('Hide the panel') : t('Show the panel')}
         aria-expanded={store.isSidebarOpen.value}
         onClick={() => {
           store.isSidebarOpen.value = !store.isSidebarOpen.value;
@@ -25,44 +27,44 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
       <FloorSelect store={store} />
       <LayerSelect store={store} />
       <Toggle
-        name="Links"
-        hint="Lines between stations that overlap enough to register"
+        name={t('Links')}
+        hint={t('Lines between stations that overlap enough to register')}
         isOn={store.showLinks.value}
         onClick={() => {
           store.showLinks.value = !store.showLinks.value;
         }}
       />
       <Toggle
-        name="Clouds"
-        hint="Point clouds of all stations on the shown floors"
+        name={t('Clouds')}
+        hint={t('Point clouds of all stations on the shown floors')}
         isOn={store.showClouds.value}
         onClick={() => {
           store.showClouds.value = !store.showClouds.value;
         }}
       />
       <Toggle
-        name="Feet"
-        hint="Lengths, areas and coordinates in feet and inches"
+        name={t('Feet')}
+        hint={t('Lengths, areas and coordinates in feet and inches')}
         isOn={units.value === 'ft'}
         onClick={() => chooseUnits(window.localStorage, units.value === 'ft' ? 'm' : 'ft')}
       />
       <div class="toolbar-end">
         <Toggle
-          name="Walk"
-          hint="Walk through the building at eye height (W)"
+          name={t('Walk')}
+          hint={t('Walk through the building at eye height (W)')}
           isOn={store.isWalking.value}
           onClick={() => (store.isWalking.value ? view.walk.leave() : view.startWalk())}
         />
         <button
           type="button"
           class="tool"
-          title="Whole building, from the side (H)"
+          title={t('Whole building, from the side (H)')}
           onClick={() => view.showAll('side')}
         >
           3D
         </button>
-        <button type="button" class="tool" title="Top view (T)" onClick={() => view.showAll('top')}>
-          Top
+        <button type="button" class="tool" title={t('Top view (T)')} onClick={() => view.showAll('top')}>
+          {t('Top')}
         </button>
         <ShareMenu store={store} view={view} />
       </div>
@@ -73,13 +75,13 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
 function FloorSelect({ store }: { store: Store }) {
   return (
     <label class="tool tool-select">
-      <span class="muted">Floor</span>
+      <span class="muted">{t('Floor')}</span>
       <select
-        aria-label="Shown floor"
+        aria-label={t('Shown floor')}
         value={store.floorId.value ?? ALL_FLOORS}
         onChange={({ currentTarget: { value } }) => store.chooseFloor(value === ALL_FLOORS ? null : value)}
       >
-        <option value={ALL_FLOORS}>All floors</option>
+        <option value={ALL_FLOORS}>{t('All floors')}</option>
         {[...(store.loaded.value?.stage.floors ?? [])].reverse().map(({ id, name }) => (
           <option key={id} value={id}>
             {name}
@@ -93,9 +95,9 @@ function FloorSelect({ store }: { store: Store }) {
 function LayerSelect({ store }: { store: Store }) {
   return (
     <label class="tool tool-select">
-      <span class="muted">Colour</span>
+      <span class="muted">{t('Colour')}</span>
       <select
-        aria-label="Colour of the building"
+        aria-label={t('Colour of the building')}
         value={store.layerId.value}
         onChange={(event) => {
           store.layerId.value = event.currentTarget.value;
@@ -106,9 +108,9 @@ function LayerSelect({ store }: { store: Store }) {
             {title}
           </option>
         ))}
-        <option value={PLAIN}>Plain</option>
+        <option value={PLAIN}>{t('Plain')}</option>
         {store.loaded.value?.layers === null && (
-          <option disabled>Ranges and reasons: made by an older version, plan again</option>
+          <option disabled>{t('Ranges and reasons: made by an older version, plan again')}</option>
         )}
       </select>
     </label>

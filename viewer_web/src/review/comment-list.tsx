@@ -1,4 +1,5 @@
 /** Comments: a new one, and those that are there. Their text is shown as text, whatever is in it. */
+
 import { useState } from 'preact/hooks';
 import { timeInWords } from '../api/conflict-words.ts';
 import type { Comment, Review } from '../api/documents.ts';
@@ -6,6 +7,7 @@ import { type ReviewClient, UNNAMED } from '../api/review-client.ts';
 import { localOf } from '../edit/draft.ts';
 import { canComment } from '../edit/readiness.ts';
 import { floorAt } from '../edit/review-areas.ts';
+import { t } from '../language/language.ts';
 import { Section } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -22,14 +24,14 @@ export function CommentList({ store, reviewClient, review, view }: CommentListPr
   const comments = listedComments(review);
   const nOpen = comments.filter(({ resolved }) => !resolved).length;
   return (
-    <Section title="Comments" aside={comments.length === 0 ? '' : `${nOpen} open`}>
+    <Section title={t('Comments')} aside={comments.length === 0 ? '' : t('{n} open', { n: nOpen })}>
       {canComment(store) && <NewComment store={store} reviewClient={reviewClient} />}
-      <ul class="comments" aria-label="Comments">
+      <ul class="comments" aria-label={t('Comments')}>
         {comments.map((comment) => (
           <CommentEntry key={comment.id} store={store} reviewClient={reviewClient} comment={comment} view={view} />
         ))}
       </ul>
-      {comments.length === 0 && <p class="muted">No comments yet.</p>}
+      {comments.length === 0 && <p class="muted">{t('No comments yet.')}</p>}
     </Section>
   );
 }
@@ -58,18 +60,18 @@ function NewComment({ store, reviewClient }: { store: Store; reviewClient: Revie
       }}
     >
       <label class="field">
-        {spot === null ? 'On the whole plan' : `On ${spot.title}`}
+        {spot === null ? t('On the whole plan') : t('On {title}', { title: spot.title })}
         <textarea
-          aria-label="New comment"
+          aria-label={t('New comment')}
           maxLength={5000}
-          placeholder="What needs attention?"
+          placeholder={t('What needs attention?')}
           value={text}
           onInput={(event) => setText(event.currentTarget.value)}
         />
       </label>
       <div class="buttons">
         <button type="submit" class="button button-primary button-small" disabled={text.trim() === '' || isSending}>
-          Comment
+          {t('Comment')}
         </button>
         <button
           type="button"
@@ -79,11 +81,11 @@ function NewComment({ store, reviewClient }: { store: Store; reviewClient: Revie
             store.editing.tool.value = isPinning ? 'select' : 'comment';
           }}
         >
-          {isPinning ? 'Click a surface …' : 'Pin to a surface'}
+          {isPinning ? t('Click a surface …') : t('Pin to a surface')}
         </button>
         {stationId !== null && spot?.target !== stationId && (
           <button type="button" class="button button-small" onClick={() => pinToStation(store, stationId)}>
-            Pin to {stationId}
+            {t('Pin to {id}', { id: stationId })}
           </button>
         )}
         {spot !== null && (
@@ -94,7 +96,7 @@ function NewComment({ store, reviewClient }: { store: Store; reviewClient: Revie
               store.editing.commentSpot.value = null;
             }}
           >
-            Unpin
+            {t('Unpin')}
           </button>
         )}
       </div>
@@ -103,7 +105,7 @@ function NewComment({ store, reviewClient }: { store: Store; reviewClient: Revie
 }
 
 function pinToStation(store: Store, id: string): void {
-  store.editing.commentSpot.value = { target: id, positionM: null, title: `station ${id}` };
+  store.editing.commentSpot.value = { target: id, positionM: null, title: t('station {id}', { id }) };
 }
 
 interface CommentEntryProps {
@@ -123,13 +125,13 @@ function CommentEntry({ store, reviewClient, comment, view }: CommentEntryProps)
     <li class={resolved ? 'comment comment-resolved' : 'comment'} data-comment={id}>
       <header>
         <strong>{author}</strong> <time dateTime={time}>{timeInWords(time)}</time>
-        {resolved && <span class="badge badge-good">resolved</span>}
+        {resolved && <span class="badge badge-good">{t('resolved')}</span>}
       </header>
       {edited === null ? (
         <p class="comment-text">{text}</p>
       ) : (
         <textarea
-          aria-label="Edited comment"
+          aria-label={t('Edited comment')}
           value={edited}
           onInput={(event) => setEdited(event.currentTarget.value)}
         />
@@ -146,20 +148,20 @@ function CommentEntry({ store, reviewClient, comment, view }: CommentEntryProps)
             class="chip"
             onClick={() => void reviewClient.commit(resolved ? 'reopen' : 'resolve', [resolveComment(id, !resolved)])}
           >
-            {resolved ? 'Reopen' : 'Resolve'}
+            {resolved ? t('Reopen') : t('Resolve')}
           </button>
         )}
         {mayChange && isMine && edited === null && (
           <>
             <button type="button" class="chip" onClick={() => setEdited(text)}>
-              Edit
+              {t('Edit')}
             </button>
             <button
               type="button"
               class="chip"
-              onClick={() => void reviewClient.commit('remove a comment', [removeComment(id)])}
+              onClick={() => void reviewClient.commit(t('remove a comment'), [removeComment(id)])}
             >
-              Remove
+              {t('Remove')}
             </button>
           </>
         )}
@@ -171,13 +173,13 @@ function CommentEntry({ store, reviewClient, comment, view }: CommentEntryProps)
               disabled={edited.trim() === ''}
               onClick={() => {
                 setEdited(null);
-                void reviewClient.commit('edit a comment', [editComment(id, edited.trim())]);
+                void reviewClient.commit(t('edit a comment'), [editComment(id, edited.trim())]);
               }}
             >
-              Save
+              {t('Save')}
             </button>
             <button type="button" class="chip" onClick={() => setEdited(null)}>
-              Cancel
+              {t('Cancel')}
             </button>
           </>
         )}
@@ -188,12 +190,12 @@ function CommentEntry({ store, reviewClient, comment, view }: CommentEntryProps)
 
 /** What it is pinned to; null: the plan. */
 function placeInWords(store: Store, { target, position_m }: Comment): string | null {
-  if (typeof target === 'string') return `Station ${target}`;
+  if (typeof target === 'string') return t('Station {id}', { id: target });
   if (target !== null) {
     const element = store.loaded.value?.stage.elements.find(({ sceneIndex }) => sceneIndex === target);
-    return element?.name || `Element ${target}`;
+    return element?.name || t('Element {id}', { id: target });
   }
-  return position_m === null ? null : 'Show location';
+  return position_m === null ? null : t('Show location');
 }
 
 function goTo(store: Store, { target, position_m }: Comment, view: PlanView | null): void {

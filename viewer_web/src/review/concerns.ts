@@ -1,11 +1,12 @@
 /** What speaks against carrying the plan out as it stands: asked about before somebody signs it off. */
+
 import type { Review } from '../api/documents.ts';
 import type { DraftStation } from '../edit/draft.ts';
 import type { Place } from '../edit/ground-map.ts';
 import { isInside } from '../edit/outline.ts';
 import { missedOf } from '../edit/totals.ts';
 import type { TotalsBeside } from '../edit/totals-beside.ts';
-import { counted } from '../panels/figures.ts';
+import { t } from '../language/language.ts';
 import { missedInWords } from '../panels/requirements.tsx';
 
 export interface Concern {
@@ -30,14 +31,14 @@ export function concernsOf({ review, stations, totals, asksNetwork }: UnderRevie
     ...listed(
       'kept_out',
       keptOutStations(review, left),
-      'is in a keep-out zone or at a forbidden position',
-      'are in keep-out zones or at forbidden positions',
+      t('is in a keep-out zone or at a forbidden position'),
+      t('are in keep-out zones or at forbidden positions'),
     ),
     ...listed(
       'rejected',
       rejectedStations(review, left),
-      'is rejected and still in the plan',
-      'are rejected and still in the plan',
+      t('is rejected and still in the plan'),
+      t('are rejected and still in the plan'),
     ),
     ...commentConcerns(review),
   ];
@@ -46,15 +47,21 @@ export function concernsOf({ review, stations, totals, asksNetwork }: UnderRevie
 function figureConcerns({ planned, isEdited, edited, isStale }: TotalsBeside, asksNetwork: boolean): Concern[] {
   const known = isEdited ? edited : planned;
   if (known === null) {
-    return [{ kind: 'unknown', words: 'Coverage of the edited plan unknown: live editing is off' }];
+    return [{ kind: 'unknown', words: t('Coverage of the edited plan unknown: live editing is off') }];
   }
   const concerns: Concern[] = [];
-  if (isStale) concerns.push({ kind: 'unknown', words: 'Figures of the last changes are still being computed' });
+  if (isStale) concerns.push({ kind: 'unknown', words: t('Figures of the last changes are still being computed') });
   if (missedOf(known.requirements).length > 0) {
-    concerns.push({ kind: 'requirement', words: `Not met: ${missedInWords(known.requirements)}` });
+    concerns.push({
+      kind: 'requirement',
+      words: t('Not met: {requirements}', { requirements: missedInWords(known.requirements) }),
+    });
   }
   if (asksNetwork && known.nNetworks > 1) {
-    concerns.push({ kind: 'network', words: `Network in ${known.nNetworks} unconnected groups, required: connected` });
+    concerns.push({
+      kind: 'network',
+      words: t('Network in {n} unconnected groups, required: connected', { n: known.nNetworks }),
+    });
   }
   return concerns;
 }
@@ -86,6 +93,7 @@ function rejectedStations({ verdicts }: Review, stations: readonly DraftStation[
 
 function commentConcerns({ comments }: Review): Concern[] {
   const nOpen = Object.values(comments).filter(({ resolved }) => !resolved).length;
-  const verb = nOpen === 1 ? 'is' : 'are';
-  return nOpen === 0 ? [] : [{ kind: 'comment', words: `${counted(nOpen, 'comment')} ${verb} open` }];
+  return nOpen === 0
+    ? []
+    : [{ kind: 'comment', words: t('{n, plural, one {# comment is open} other {# comments are open}}', { n: nOpen }) }];
 }

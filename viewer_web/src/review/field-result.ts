@@ -1,6 +1,8 @@
 /** What a crew saved from the field file, as changes of the review. */
+
 import type { Change, Point } from '../api/documents.ts';
 import type { DraftStation } from '../edit/draft.ts';
+import { decimal, t } from '../language/language.ts';
 import { counted, lengthWords } from '../panels/figures.ts';
 
 export interface FieldStation {
@@ -32,16 +34,18 @@ export function readFieldResult(text: string): FieldResult {
   try {
     told = JSON.parse(text);
   } catch {
-    throw new Error('The file is no JSON, expected what the field file saves. Choose another file.');
+    throw new Error(t('The file is no JSON, expected what the field file saves. Choose another file.'));
   }
   const file = told as Record<string, unknown>;
   if (typeof told !== 'object' || told === null || file.schema !== FIELD_SCHEMA) {
-    throw new Error(`The file is no ${FIELD_SCHEMA}, expected what the field file saves. Choose another file.`);
+    throw new Error(
+      t('The file is no {schema}, expected what the field file saves. Choose another file.', { schema: FIELD_SCHEMA }),
+    );
   }
   const { plan_sha256, revision, name, saved_at, stations } = file;
   const isWhole = typeof revision === 'number' && Number.isInteger(revision) && revision >= 0;
   const isText = [plan_sha256, name, saved_at].every((value) => typeof value === 'string');
-  if (!isWhole || !isText || !Array.isArray(stations)) throw damaged('its head');
+  if (!isWhole || !isText || !Array.isArray(stations)) throw damaged(t('its head'));
   return {
     planSha256: plan_sha256 as string,
     revision: revision as number,
@@ -61,12 +65,12 @@ function readStation(told: unknown): FieldStation {
     (moved_to === null || isPlace(moved_to)) &&
     typeof note === 'string' &&
     typeof photo === 'boolean';
-  if (!isRight) throw damaged(`station ${typeof id === 'string' ? id : '?'}`);
+  if (!isRight) throw damaged(t('station {id}', { id: typeof id === 'string' ? id : '?' }));
   return { id, state, movedTo: moved_to as FieldStation['movedTo'], note, photo };
 }
 
 const damaged = (where: string): Error =>
-  new Error(`The field result is damaged at ${where}. Save it from the phone again.`);
+  new Error(t('The field result is damaged at {where}. Save it from the phone again.', { where }));
 
 /**
  * The changes that take a result into the review: moved stations are moved, what was said of a station is a comment on it, and how far the
@@ -76,7 +80,9 @@ export function changesOfField(result: FieldResult, stations: readonly DraftStat
   const byId = new Map(stations.map((station) => [station.id, station]));
   const unknown = result.stations.filter(({ id }) => !byId.has(id)).map(({ id }) => id);
   if (unknown.length > 0)
-    throw new Error(`The field result names ${unknown.join(', ')}, which the review does not have.`);
+    throw new Error(
+      t('The field result names {stations}, which the review does not have.', { stations: unknown.join(', ') }),
+    );
   const moved = result.stations.filter(({ id, movedTo }) => movedTo !== null && canMove(byId.get(id)!));
   const stamp = Number(result.savedAt.replace(/\D/g, '')).toString(36);
   const told = result.stations.flatMap((station, n): Change[] => {
@@ -100,14 +106,22 @@ const canMove = ({ isLocked, isFixed, isRemoved }: DraftStation): boolean => !is
 /** What is to be known of a station beyond that it is done; null: nothing. */
 function wordsOf({ state, movedTo, note, photo }: FieldStation, station: DraftStation, name: string): string | null {
   const away = movedTo === null ? 0 : Math.hypot(movedTo[0] - station.positionM[0], movedTo[1] - station.positionM[1]);
-  const place = movedTo === null ? '' : ` to x ${movedTo[0].toFixed(2)}, y ${movedTo[1].toFixed(2)}`;
   const parts = [
-    state === 'skipped' && 'skipped',
-    movedTo !== null && `set up ${lengthWords(away)} away${canMove(station) ? '' : `${place}, and not moved here`}`,
+    state === 'skipped' && t('skipped'),
+    movedTo !== null &&
+      (canMove(station)
+        ? t('set up {length} away', { length: lengthWords(away) })
+        : t('set up {length} away to x {x}, y {y}, and not moved here', {
+            length: lengthWords(away),
+            x: decimal(movedTo[0], 2),
+            y: decimal(movedTo[1], 2),
+          })),
     note.trim() !== '' && note.trim(),
-    photo && 'photo taken',
+    photo && t('photo taken'),
   ].filter((part) => part !== false);
-  return parts.length === 0 ? null : `On site${name === '' ? '' : ` (${name})`}: ${parts.join('; ')}`;
+  if (parts.length === 0) return null;
+  const words = parts.join('; ');
+  return name === '' ? t('On site: {words}', { words }) : t('On site ({name}): {words}', { name, words });
 }
 
 function summaryOf({ name, stations }: FieldResult, all: readonly DraftStation[]): string {
@@ -117,9 +131,17 @@ function summaryOf({ name, stations }: FieldResult, all: readonly DraftStation[]
   const through = new Set([...of('done'), ...of('skipped')]);
   const left = planned.filter(({ id }) => !through.has(id)).map(({ id }) => id);
   const parts = [
-    `${of('done').length} of ${counted(planned.length, 'station')} done: ${of('done').join(', ') || 'none'}`,
-    of('skipped').length > 0 && `skipped: ${of('skipped').join(', ')}`,
-    left.length > 0 && `left: ${left.length > MOST_NAMED ? counted(left.length, 'station') : left.join(', ')}`,
+    t('{n} of {all, plural, one {# station} other {# stations}} done: {stations}', {
+      n: of('done').length,
+      all: planned.length,
+      stations: of('done').join(', ') || t('none'),
+    }),
+    of('skipped').length > 0 && t('skipped: {stations}', { stations: of('skipped').join(', ') }),
+    left.length > 0 &&
+      t('left: {stations}', {
+        stations: left.length > MOST_NAMED ? counted(left.length, 'station') : left.join(', '),
+      }),
   ].filter((part) => part !== false);
-  return `Field result${name === '' ? '' : ` of ${name}`}. ${parts.join('; ')}.`;
+  const words = parts.join('; ');
+  return name === '' ? t('Field result. {words}.', { words }) : t('Field result of {name}. {words}.', { name, words });
 }

@@ -1,4 +1,5 @@
 /** The sign-off: who says that the plan, as reviewed, is to be carried out. */
+
 import { useState } from 'preact/hooks';
 import { timeInWords } from '../api/conflict-words.ts';
 import type { Review } from '../api/documents.ts';
@@ -6,6 +7,7 @@ import type { ReviewClient } from '../api/review-client.ts';
 import { stationsOf } from '../edit/draft-follower.ts';
 import { canComment, canEdit, whyNoEditing } from '../edit/readiness.ts';
 import { totalsBeside } from '../edit/totals-beside.ts';
+import { t } from '../language/language.ts';
 import { counted } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
@@ -22,9 +24,9 @@ export function SignOffSection({ store, reviewClient, review }: SignOffProps) {
   const signed = review.sign_off;
   const concerns = openConcerns(store, review);
   return (
-    <Section title="Sign-off">
+    <Section title={t('Sign-off')}>
       {signed === null ? (
-        <p class="muted">Not signed off yet.</p>
+        <p class="muted">{t('Not signed off yet.')}</p>
       ) : (
         <Signature reviewClient={reviewClient} review={review} mayWithdraw={canEdit(store)} />
       )}
@@ -45,8 +47,8 @@ function ConcernList({ concerns }: { concerns: readonly Concern[] }) {
   if (concerns.length === 0) return null;
   return (
     <>
-      <p class="concerns-title">Open points:</p>
-      <ul class="concerns" aria-label="Open points">
+      <p class="concerns-title">{t('Open points:')}</p>
+      <ul class="concerns" aria-label={t('Open points')}>
         {concerns.map(({ kind, words }) => (
           <li key={words} data-concern={kind}>
             {words}
@@ -67,15 +69,15 @@ function SignForm({ reviewClient, concerns }: { reviewClient: ReviewClient; conc
     <form
       onSubmit={(event) => {
         event.preventDefault();
-        void reviewClient.commit('sign off', [sign(note.trim())]);
+        void reviewClient.commit(t('sign off'), [sign(note.trim())]);
       }}
     >
       <label class="field">
-        Note
+        {t('Note')}
         <input
           type="text"
           maxLength={500}
-          placeholder="Optional"
+          placeholder={t('Optional')}
           value={note}
           onInput={(event) => setNote(event.currentTarget.value)}
         />
@@ -87,15 +89,15 @@ function SignForm({ reviewClient, concerns }: { reviewClient: ReviewClient; conc
             checked={accepted === open}
             onChange={(event) => setAccepted(event.currentTarget.checked ? open : '')}
           />
-          Sign off with {concerns.length === 1 ? 'this point' : 'these points'} open
+          {concerns.length === 1 ? t('Sign off with this point open') : t('Sign off with these points open')}
         </label>
       )}
       <div class="buttons">
         <button type="submit" class="button button-primary" disabled={name === '' || accepted !== open}>
-          {name === '' ? 'Sign off' : `Sign off as ${name}`}
+          {name === '' ? t('Sign off') : t('Sign off as {name}', { name })}
         </button>
       </div>
-      {name === '' && <p class="hint">Enter your name above to sign off.</p>}
+      {name === '' && <p class="hint">{t('Enter your name above to sign off.')}</p>}
     </form>
   );
 }
@@ -116,22 +118,24 @@ function Signature({
   return (
     <div data-testid="signature">
       <p>
-        <strong>{signed.name}</strong> signed off <time dateTime={signed.time}>{timeInWords(signed.time)}</time>
+        <strong>{signed.name}</strong> {t('signed off')} <time dateTime={signed.time}>{timeInWords(signed.time)}</time>
       </p>
       {signed.note !== '' && <p class="comment-text">{signed.note}</p>}
-      {isOtherPlan && <p class="note note-warn">Signed off for an earlier plan; this one was made since.</p>}
+      {isOtherPlan && <p class="note note-warn">{t('Signed off for an earlier plan; this one was made since.')}</p>}
       {!isOtherPlan && nSince > 0 && (
-        <p class="note note-warn">{counted(nSince, 'change')} since: sign off again if it still holds.</p>
+        <p class="note note-warn">
+          {t('{changes} since: sign off again if it still holds.', { changes: counted(nSince, 'change') })}
+        </p>
       )}
-      {!isOtherPlan && nSince === 0 && <p class="note">No changes since.</p>}
+      {!isOtherPlan && nSince === 0 && <p class="note">{t('No changes since.')}</p>}
       {mayWithdraw && (
         <div class="buttons">
           <button
             type="button"
             class="button button-small"
-            onClick={() => void reviewClient.commit('withdraw the sign-off', [unsign()])}
+            onClick={() => void reviewClient.commit(t('withdraw the sign-off'), [unsign()])}
           >
-            Withdraw sign-off
+            {t('Withdraw sign-off')}
           </button>
         </div>
       )}

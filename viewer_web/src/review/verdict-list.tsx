@@ -1,9 +1,11 @@
 /** What reviewers think of each station: accepted, rejected, or not judged yet. */
+
 import { timeInWords } from '../api/conflict-words.ts';
 import type { Review } from '../api/documents.ts';
 import type { ReviewClient } from '../api/review-client.ts';
 import { stationsOf } from '../edit/draft-follower.ts';
 import { canComment } from '../edit/readiness.ts';
+import { t } from '../language/language.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { clearVerdict, countVerdicts, setVerdict } from './remarks.ts';
@@ -23,8 +25,8 @@ export function VerdictList({ store, reviewClient, review }: VerdictListProps) {
   const open = stations.filter(({ id }) => review.verdicts[id] === undefined);
   const mayChange = canComment(store);
   return (
-    <Section title="Stations" aside={`${counts.accepted} accepted, ${counts.rejected} rejected, ${counts.open} open`}>
-      <ul class="verdicts" aria-label="Verdicts">
+    <Section title={t('Stations')} aside={t('{accepted} accepted, {rejected} rejected, {open} open', counts)}>
+      <ul class="verdicts" aria-label={t('Verdicts')}>
         {stations.map(({ id, order }) => (
           <li key={id} class="verdict">
             <button
@@ -62,12 +64,12 @@ export function VerdictList({ store, reviewClient, review }: VerdictListProps) {
             class="button button-small"
             onClick={() =>
               void reviewClient.commit(
-                'accept the rest',
+                t('accept the rest'),
                 open.map(({ id }) => setVerdict(id, 'accepted')),
               )
             }
           >
-            Accept the other {open.length}
+            {t('Accept the other {n}', { n: open.length })}
           </button>
         </div>
       )}
@@ -77,7 +79,11 @@ export function VerdictList({ store, reviewClient, review }: VerdictListProps) {
 
 function wordsOf(review: Review, id: string): string {
   const verdict = review.verdicts[id];
-  return verdict === undefined ? '' : `${verdict.verdict} by ${verdict.by} ${timeInWords(verdict.time)}`;
+  return verdict === undefined
+    ? ''
+    : verdict.verdict === 'accepted'
+      ? t('accepted by {by} {time}', { by: verdict.by, time: timeInWords(verdict.time) })
+      : t('rejected by {by} {time}', { by: verdict.by, time: timeInWords(verdict.time) });
 }
 
 interface VerdictButtonProps {
@@ -89,7 +95,7 @@ interface VerdictButtonProps {
 }
 
 function VerdictButton({ id, verdict, isSet, reviewClient, isDisabled }: VerdictButtonProps) {
-  const word = verdict === 'accepted' ? 'Accept' : 'Reject';
+  const word = verdict === 'accepted' ? t('Accept') : t('Reject');
   return (
     <button
       type="button"

@@ -1,4 +1,5 @@
 /** The route from station to station: how long, and one stop after the other. */
+import { t } from '../language/language.ts';
 import { duration, lengthWords } from '../panels/figures.ts';
 import { Figure, Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
@@ -9,8 +10,8 @@ export function RouteSection({ store }: { store: Store }) {
   const time = store.loaded.value?.plan.field_time ?? null;
   if (route === null) {
     return (
-      <Section title="Route">
-        <p class="muted">No route was computed for this plan.</p>
+      <Section title={t('Route')}>
+        <p class="muted">{t('No route was computed for this plan.')}</p>
       </Section>
     );
   }
@@ -22,16 +23,16 @@ export function RouteSection({ store }: { store: Store }) {
     store.chooseStation(stop.station);
   };
   return (
-    <Section title="Route" aside={lengthWords(route.length_m, 0)}>
+    <Section title={t('Route')} aside={lengthWords(route.length_m, 0)}>
       <dl class="figures">
         {time !== null && time.total_s !== null && (
-          <Figure name="Field time" value={duration(time.total_s)} hint="Walking, setup and scans" />
+          <Figure name={t('Field time')} value={duration(time.total_s)} hint={t('Walking, setup and scans')} />
         )}
         {route.left_out.length > 0 && (
           <Figure
-            name="Not reachable on foot"
+            name={t('Not reachable on foot')}
             value={route.left_out.join(', ')}
-            hint="No path inside the model leads there"
+            hint={t('No path inside the model leads there')}
           />
         )}
       </dl>
@@ -43,7 +44,7 @@ export function RouteSection({ store }: { store: Store }) {
             store.showRoute.value = event.currentTarget.checked;
           }}
         />
-        Show route
+        {t('Show route')}
       </label>
       <div class="route-steps">
         <button
@@ -52,11 +53,13 @@ export function RouteSection({ store }: { store: Store }) {
           disabled={at === 0}
           onClick={() => go(stops[at < 0 ? stops.length - 1 : at - 1])}
         >
-          ‹ Previous
+          {t('‹ Previous')}
         </button>
-        <span aria-live="polite">{at < 0 ? `${stops.length} stops` : `stop ${at + 1} of ${stops.length}`}</span>
+        <span aria-live="polite">
+          {at < 0 ? t('{n} stops', { n: stops.length }) : t('stop {n} of {all}', { n: at + 1, all: stops.length })}
+        </span>
         <button type="button" class="chip" disabled={at === stops.length - 1} onClick={() => go(stops[at + 1])}>
-          Next ›
+          {t('Next ›')}
         </button>
       </div>
       {at >= 0 && <p class="note">{inWords(stops[at])}</p>}
@@ -65,8 +68,11 @@ export function RouteSection({ store }: { store: Store }) {
 }
 
 function inWords({ station, from, lengthM, changesFloor, leg }: Stop): string {
-  if (leg === null) return `The route starts at ${station}.`;
-  const source = from ?? 'the entrance';
-  if (lengthM === null) return `No path inside the model leads from ${source} to ${station}.`;
-  return `${lengthWords(lengthM, 1)} from ${source} to ${station}${changesFloor ? ', by the stairs' : ''}.`;
+  if (leg === null) return t('The route starts at {station}.', { station });
+  const source = from ?? t('the entrance');
+  if (lengthM === null) return t('No path inside the model leads from {source} to {station}.', { source, station });
+  const ends = { length: lengthWords(lengthM, 1), source, station };
+  return changesFloor
+    ? t('{length} from {source} to {station}, by the stairs.', ends)
+    : t('{length} from {source} to {station}.', ends);
 }

@@ -1,6 +1,8 @@
 /** The strip over the canvas that says whose stations are shown where they are not the plan's, with the way back. */
+
 import { useEffect } from 'preact/hooks';
 import { watchableRun } from '../edit/draft-follower.ts';
+import { t } from '../language/language.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { counted } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
@@ -15,17 +17,13 @@ export function RunBanner({ store }: { store: Store }) {
 /** A run that goes on: its best stations, or the plan's. */
 function WatchedRun({ store, run }: { store: Store; run: string }) {
   const { watchesRun } = store.editing;
-  const shown = store.planBase.value === OWN_PLAN ? 'the plan' : 'the plan that is open';
+  const shown = store.planBase.value === OWN_PLAN ? t('the plan') : t('the plan that is open');
   return (
-    <section class="run-banner" aria-label="Shown stations" role="status">
+    <section class="run-banner" aria-label={t('Shown stations')} role="status">
       <p>
-        {watchesRun.value ? (
-          <>
-            Showing the best stations of <strong>run {run}</strong> so far; colours are those of the plan
-          </>
-        ) : (
-          `Showing ${shown} while run ${run} goes on`
-        )}
+        {watchesRun.value
+          ? t('Showing the best stations of run {run} so far; colours are those of the plan', { run })
+          : t('Showing {shown} while run {run} goes on', { shown, run })}
       </p>
       <button
         type="button"
@@ -34,7 +32,7 @@ function WatchedRun({ store, run }: { store: Store; run: string }) {
           watchesRun.value = !watchesRun.value;
         }}
       >
-        {watchesRun.value ? 'Back to the plan' : 'Watch the run'}
+        {watchesRun.value ? t('Back to the plan') : t('Watch the run')}
       </button>
     </section>
   );
@@ -53,14 +51,14 @@ function OpenedPlan({ store }: { store: Store }) {
   }, [reviewClient, session]);
   const isGone = reviewClient?.knowsRuns.value === true && run === undefined && id !== undefined;
   return (
-    <section class="run-banner" aria-label="Shown stations" role="status">
+    <section class="run-banner" aria-label={t('Shown stations')} role="status">
       <p>
-        Showing {id === undefined ? 'another plan' : <strong>run {id}</strong>}
+        {id === undefined ? t('Showing another plan') : t('Showing run {id}', { id })}
         {run?.title ? `, ${run.title}` : ''}
-        {isGone ? ', which was deleted' : ''}: {counted(loaded.value?.plan.stations.length ?? 0, 'station')}
+        {isGone ? `, ${t('which was deleted')}` : ''}: {counted(loaded.value?.plan.stations.length ?? 0, 'station')}
       </p>
       <a class="button button-small" href="#tab=runs">
-        Back to the plan
+        {t('Back to the plan')}
       </a>
     </section>
   );

@@ -1,12 +1,21 @@
 /** One run: how far it is, the best it has found, and what can be done with it. */
+
 import { useState } from 'preact/hooks';
 import { timeInWords } from '../api/conflict-words.ts';
 import type { Run } from '../api/documents.ts';
 import type { ReviewClient } from '../api/review-client.ts';
 import { showDifference } from '../compare/compare-section.tsx';
+import { t } from '../language/language.ts';
 import { counted } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import { bestInWords, progressInWords, shareDone } from './run-words.ts';
+
+const STATES: Readonly<Record<Run['state'], string>> = {
+  running: t('running'),
+  finished: t('finished'),
+  cancelled: t('cancelled'),
+  failed: t('failed'),
+};
 
 interface RunCardProps {
   readonly store: Store;
@@ -22,12 +31,12 @@ export function RunCard({ store, reviewClient, run, mayChange }: RunCardProps) {
     <li class="run" data-run={run.id} data-state={run.state}>
       <header>
         <strong>{run.title || run.id}</strong>
-        <span class={`run-state run-${run.state}`}>{run.state}</span>
+        <span class={`run-state run-${run.state}`}>{STATES[run.state]}</span>
       </header>
       <p class="muted">
         {run.id}, {timeInWords(run.created)}
-        {run.resumed_from ? `, from ${run.resumed_from}` : ''}
-        {isShown ? ', shown now' : ''}
+        {run.resumed_from ? `, ${t('from {run}', { run: run.resumed_from })}` : ''}
+        {isShown ? `, ${t('shown now')}` : ''}
       </p>
       {run.state === 'running' && <Progress run={run} />}
       {best !== '' && <p data-testid="run-best">{best}</p>}
@@ -59,7 +68,7 @@ function Progress({ run }: { run: Run }) {
   const share = shareDone(run);
   return (
     <div role="status">
-      <progress aria-label={`Run ${run.id}`} {...(share === null ? {} : { value: share })} />
+      <progress aria-label={t('Run {id}', { id: run.id })} {...(share === null ? {} : { value: share })} />
       <p class="muted">{progressInWords(run)}</p>
     </div>
   );
@@ -87,17 +96,17 @@ function RunButtons({ store, reviewClient, run, mayChange }: RunCardProps) {
         <button
           type="button"
           class="button button-small"
-          title="Stops, and keeps the best plan so far"
+          title={t('Stops, and keeps the best plan so far')}
           disabled={run.cancelling}
           onClick={() => post('cancel')}
         >
-          {run.cancelling ? 'Stopping …' : 'Cancel'}
+          {run.cancelling ? t('Stopping …') : t('Cancel')}
         </button>
       )}
       {isOver && plan !== null && store.planBase.value !== plan && (
         <>
           <a class="button button-small button-primary" href={`#plan=${plan}`}>
-            Open
+            {t('Open')}
           </a>
           <button
             type="button"
@@ -105,7 +114,7 @@ function RunButtons({ store, reviewClient, run, mayChange }: RunCardProps) {
             aria-pressed={store.compareBase.value === plan}
             onClick={() => showDifference(store, plan)}
           >
-            Compare
+            {t('Compare')}
           </button>
         </>
       )}
@@ -113,11 +122,11 @@ function RunButtons({ store, reviewClient, run, mayChange }: RunCardProps) {
         <button
           type="button"
           class="button button-small"
-          title={reviewClient.runObstacle.value ?? 'A new run that begins with the best stations of this one'}
+          title={reviewClient.runObstacle.value ?? t('A new run that begins with the best stations of this one')}
           disabled={reviewClient.runObstacle.value !== null}
           onClick={() => post('resume')}
         >
-          Resume
+          {t('Resume')}
         </button>
       )}
       {isOver && mayChange && store.planBase.value !== plan && (
@@ -127,7 +136,7 @@ function RunButtons({ store, reviewClient, run, mayChange }: RunCardProps) {
           onBlur={() => setIsSure(false)}
           onClick={() => (isSure ? remove() : setIsSure(true))}
         >
-          {isSure ? 'Really delete?' : 'Delete'}
+          {isSure ? t('Really delete?') : t('Delete')}
         </button>
       )}
     </div>

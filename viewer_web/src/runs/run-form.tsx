@@ -1,6 +1,8 @@
 /** The form of a run: it begins with what the plan was asked. */
+
 import { useState } from 'preact/hooks';
 import type { ReviewClient } from '../api/review-client.ts';
+import { t } from '../language/language.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
@@ -8,14 +10,14 @@ import { FIELD_RULES, faultsOf, formFrom, type NumberField, type RunForm, reques
 
 const MORE: readonly NumberField[] = ['spacingMm', 'rangeM', 'incidenceDeg', 'noiseMm', 'seenFrom', 'timeLimitS'];
 const OBJECTIVES = [
-  ['fewest', 'Fewest stations'],
-  ['coverage', 'Most coverage, number of stations given'],
-  ['time', 'Least field time'],
+  ['fewest', t('Fewest stations')],
+  ['coverage', t('Most coverage, number of stations given')],
+  ['time', t('Least field time')],
 ] as const;
 const NETWORKS = [
-  ['connected', 'Connected'],
-  ['redundant', 'Connected, redundant'],
-  ['none', 'Not required'],
+  ['connected', t('Connected')],
+  ['redundant', t('Connected, redundant')],
+  ['none', t('Not required')],
 ] as const;
 
 interface FormProps {
@@ -49,7 +51,7 @@ export function RunFormSection({ store, reviewClient }: FormProps) {
     setIsSending(false);
   };
   return (
-    <Section title="Plan again">
+    <Section title={t('Plan again')}>
       <form
         onSubmit={(event) => {
           event.preventDefault();
@@ -58,7 +60,7 @@ export function RunFormSection({ store, reviewClient }: FormProps) {
       >
         <MainFields form={shown} set={set} faults={faults} />
         <details class="run-more">
-          <summary>More requirements</summary>
+          <summary>{t('More requirements')}</summary>
           <div class="fields">
             {MORE.map((field) => (
               <NumberInput key={field} form={shown} field={field} set={set} fault={faults[field]} />
@@ -73,15 +75,15 @@ export function RunFormSection({ store, reviewClient }: FormProps) {
             class="button button-primary"
             disabled={Object.keys(faults).length > 0 || isSending || isRunning || obstacle !== null}
           >
-            Start
+            {t('Start')}
           </button>
         </div>
         {obstacle !== null && (
           <p class="hint field-fault" role="status">
-            No run can be started: {obstacle}
+            {t('No run can be started: {obstacle}', { obstacle })}
           </p>
         )}
-        {isRunning && <p class="hint">One run at a time: wait for the one that is running, or cancel it.</p>}
+        {isRunning && <p class="hint">{t('One run at a time: wait for the one that is running, or cancel it.')}</p>}
       </form>
     </Section>
   );
@@ -96,17 +98,17 @@ function MainFields({ form, set, faults }: PartProps & { faults: Partial<Record<
   return (
     <>
       <label class="field">
-        Title
+        {t('Title')}
         <input
           type="text"
           maxLength={200}
-          placeholder="Purpose of this run"
+          placeholder={t('Purpose of this run')}
           value={form.title}
           onInput={(event) => set({ title: event.currentTarget.value })}
         />
       </label>
       <label class="field">
-        Objective
+        {t('Objective')}
         <select
           value={form.objective}
           onChange={(event) => set({ objective: event.currentTarget.value as RunForm['objective'] })}
@@ -126,7 +128,7 @@ function MainFields({ form, set, faults }: PartProps & { faults: Partial<Record<
         <NumberInput form={form} field="overlapPercent" set={set} fault={faults.overlapPercent} />
       </div>
       <label class="field">
-        Network
+        {t('Network')}
         <select
           value={form.network}
           onChange={(event) => set({ network: event.currentTarget.value as RunForm['network'] })}
@@ -152,7 +154,7 @@ function NumberInput({ form, field, set, fault }: PartProps & { field: NumberFie
           type="text"
           inputMode="decimal"
           aria-invalid={fault !== undefined}
-          placeholder="any"
+          placeholder={t('any')}
           value={form[field]}
           onInput={(event) => set({ [field]: event.currentTarget.value })}
         />
@@ -173,7 +175,7 @@ function FloorChoice({ store, form, set }: PartProps & { store: Store }) {
   };
   return (
     <fieldset class="choices">
-      <legend>Floors</legend>
+      <legend>{t('Floors')}</legend>
       {floors.map(({ id, name }) => (
         <label key={id} class="check">
           <input
@@ -192,13 +194,16 @@ function FloorChoice({ store, form, set }: PartProps & { store: Store }) {
 function ReviewChoice({ store, form, set }: PartProps & { store: Store }) {
   const isOwn = store.planBase.value === OWN_PLAN;
   return (
-    <label class="check run-more" title="Uses moved and locked stations, forbidden positions, zones and marked floors">
+    <label
+      class="check run-more"
+      title={t('Uses moved and locked stations, forbidden positions, zones and marked floors')}
+    >
       <input
         type="checkbox"
         checked={form.fromReview}
         onChange={(event) => set({ fromReview: event.currentTarget.checked })}
       />
-      {isOwn ? 'Keep current stations and edits' : 'Keep stations and edits of the main plan'}
+      {isOwn ? t('Keep current stations and edits') : t('Keep stations and edits of the main plan')}
     </label>
   );
 }

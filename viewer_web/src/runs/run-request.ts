@@ -1,5 +1,7 @@
 /** What a run requires: the fields of the form, and the request they make (entries as in docs/formats/requirements.md). */
+
 import type { RunRequest } from '../api/documents.ts';
+import { plain, t } from '../language/language.ts';
 
 export type Objective = 'fewest' | 'coverage' | 'time';
 export type NetworkKind = 'connected' | 'redundant' | 'none';
@@ -35,21 +37,32 @@ interface FieldRule {
 }
 
 export const FIELD_RULES: Readonly<Record<NumberField, FieldRule>> = {
-  coveragePercent: { label: 'Coverage', unit: '%', range: [1, 100], hint: 'Share of the scannable area' },
-  overlapPercent: { label: 'Overlap', unit: '%', range: [0, 100], hint: 'Minimum overlap of a link' },
-  spacingMm: { label: 'Spacing', unit: 'mm', range: [0.1, 100_000], hint: 'Maximum point spacing' },
-  rangeM: { label: 'Range', unit: 'm', range: [0.1, 10_000], hint: 'Maximum range' },
-  incidenceDeg: { label: 'Incidence', unit: 'deg', range: [1, 90], hint: 'Maximum angle of incidence' },
-  noiseMm: { label: 'Range noise', unit: 'mm', range: [0.01, 1000], hint: 'One sigma; the scanner must state its own' },
+  coveragePercent: { label: t('Coverage'), unit: '%', range: [1, 100], hint: t('Share of the scannable area') },
+  overlapPercent: { label: t('Overlap'), unit: '%', range: [0, 100], hint: t('Minimum overlap of a link') },
+  spacingMm: { label: t('Spacing'), unit: 'mm', range: [0.1, 100_000], hint: t('Maximum point spacing') },
+  rangeM: { label: t('Range'), unit: 'm', range: [0.1, 10_000], hint: t('Maximum range') },
+  incidenceDeg: { label: t('Incidence'), unit: 'deg', range: [1, 90], hint: t('Maximum angle of incidence') },
+  noiseMm: {
+    label: t('Range noise'),
+    unit: 'mm',
+    range: [0.01, 1000],
+    hint: t('One sigma; the scanner must state its own'),
+  },
   seenFrom: {
-    label: 'Seen from',
-    unit: 'stations',
+    label: t('Seen from'),
+    unit: t('stations'),
     range: [1, 10],
     isWhole: true,
-    hint: 'Minimum stations per surface',
+    hint: t('Minimum stations per surface'),
   },
-  maxStations: { label: 'Stations', unit: '', range: [1, 10_000], isWhole: true, hint: 'Maximum number of stations' },
-  timeLimitS: { label: 'Time limit', unit: 's', range: [1, 86_400], hint: 'The best plan so far is kept' },
+  maxStations: {
+    label: t('Stations'),
+    unit: '',
+    range: [1, 10_000],
+    isWhole: true,
+    hint: t('Maximum number of stations'),
+  },
+  timeLimitS: { label: t('Time limit'), unit: 's', range: [1, 86_400], hint: t('The best plan so far is kept') },
 };
 
 /** What a number is, or what is wrong with how it was typed. */
@@ -58,10 +71,10 @@ export function numberOf(form: RunForm, field: NumberField): { value: number | n
   const { label, unit, range, isWhole } = FIELD_RULES[field];
   if (typed === '') return { value: null };
   const value = Number(typed);
-  const limits = `${range[0]} to ${range[1]}${unit === '' ? '' : ` ${unit}`}`;
-  if (!Number.isFinite(value)) return { fault: `${label}: a number from ${limits}` };
+  const limits = `${t('{low} to {high}', { low: plain(range[0]), high: plain(range[1]) })}${unit === '' ? '' : ` ${unit}`}`;
+  if (!Number.isFinite(value)) return { fault: t('{label}: a number from {limits}', { label, limits }) };
   if (value < range[0] || value > range[1]) return { fault: `${label}: ${limits}` };
-  if (isWhole && !Number.isInteger(value)) return { fault: `${label}: a whole number` };
+  if (isWhole && !Number.isInteger(value)) return { fault: t('{label}: a whole number', { label }) };
   return { value };
 }
 
@@ -73,7 +86,7 @@ export function faultsOf(form: RunForm): Partial<Record<NumberField, string>> {
     if ('fault' in read) faults[field] = read.fault;
   }
   if (form.objective === 'coverage' && form.maxStations.trim() === '') {
-    faults.maxStations = 'Stations: enter the number of stations for the most coverage';
+    faults.maxStations = t('Stations: enter the number of stations for the most coverage');
   }
   return faults;
 }

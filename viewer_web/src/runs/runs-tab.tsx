@@ -1,6 +1,8 @@
 /** The tab "Runs": planning again from the browser, how far runs are, and what came of them. */
+
 import { useEffect } from 'preact/hooks';
 import { CompareSection } from '../compare/compare-section.tsx';
+import { t } from '../language/language.ts';
 import '../edit/edit.css';
 import { COMMENT_ONLY, whyNoServer } from '../edit/readiness.ts';
 import { Section } from '../panels/section.tsx';
@@ -29,15 +31,17 @@ export function RunsTab({ store }: RunsTabProps) {
   return (
     <>
       {session.read_only ? (
-        <p class="callout">The server was started with --read-only. Restart it without this option to plan here.</p>
+        <p class="callout">
+          {t('The server was started with --read-only. Restart it without this option to plan here.')}
+        </p>
       ) : session.comment_only ? (
         <p class="callout">{COMMENT_ONLY}</p>
       ) : (
         <RunFormSection store={store} reviewClient={reviewClient} />
       )}
-      <Section title="Runs" aside={runs.length === 0 ? '' : `${runs.length}`}>
-        {runs.length === 0 && <p class="muted">No runs yet.</p>}
-        <ul class="runs" aria-label="Runs">
+      <Section title={t('Runs')} aside={runs.length === 0 ? '' : `${runs.length}`}>
+        {runs.length === 0 && <p class="muted">{t('No runs yet.')}</p>}
+        <ul class="runs" aria-label={t('Runs')}>
           {runs.map((run) => (
             <RunCard key={run.id} store={store} reviewClient={reviewClient} run={run} mayChange={mayChange} />
           ))}

@@ -1,5 +1,7 @@
 /** The section box over the picture: its edges, and a handle on each side that drags it, by pointer or by arrow keys. */
+
 import { Vector3 } from 'three';
+import { t } from '../language/language.ts';
 import type { Framed } from '../measure/svg-parts.tsx';
 import { lengthWords } from '../panels/figures.ts';
 import type { PlanView } from '../scene/plan-view.ts';
@@ -7,12 +9,12 @@ import type { Store } from '../store.ts';
 import { BOX_SIDES, type BoxSide, type PointM, type SectionBox, withSide } from './planes.ts';
 
 const SIDE_NAMES: Readonly<Record<string, string>> = {
-  '0 min': 'West',
-  '0 max': 'East',
-  '1 min': 'South',
-  '1 max': 'North',
-  '2 min': 'Bottom',
-  '2 max': 'Top',
+  '0 min': t('West'),
+  '0 max': t('East'),
+  '1 min': t('South'),
+  '1 max': t('North'),
+  '2 min': t('Bottom'),
+  '2 max': t('Top'),
 };
 export const sideName = ({ axis, end }: BoxSide): string => SIDE_NAMES[`${axis} ${end}`];
 
@@ -70,13 +72,13 @@ function Handle({ store, box, view, side }: BoxProps & { readonly store: Store; 
       class={`section-handle section-handle-${end}`}
       role="slider"
       tabIndex={0}
-      aria-label={`${sideName(side)} side of the section box`}
+      aria-label={t('{side} side of the section box', { side: sideName(side) })}
       aria-orientation={axis === 0 ? 'horizontal' : 'vertical'}
       aria-valuemin={-1e6}
       aria-valuemax={1e6}
       aria-valuenow={Number(sceneM.toFixed(3))}
       aria-valuetext={lengthWords(sceneM)}
-      title={`${sideName(side)}: drag, or arrow keys`}
+      title={t('{side}: drag, or arrow keys', { side: sideName(side) })}
       style={{ transform: `translate(-50%, -50%) translate(${place.x.toFixed(1)}px, ${place.y.toFixed(1)}px)` }}
       onPointerDown={(event) => {
         if (event.button !== 0) return;

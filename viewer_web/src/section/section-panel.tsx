@@ -1,5 +1,7 @@
 /** Sections of the building: a box to drag, a line on the plan, and the way back. */
+
 import { batch } from '@preact/signals';
+import { t } from '../language/language.ts';
 import { LengthField } from '../panels/length-field.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -24,7 +26,7 @@ export function SectionPanel({ store, view }: { store: Store; view: PlanView }) 
             else sectionBox.value = null;
           }}
         >
-          Box
+          {t('Box')}
         </button>
         <button
           type="button"
@@ -36,19 +38,21 @@ export function SectionPanel({ store, view }: { store: Store; view: PlanView }) 
             if (!isDrawing) view.focus();
           }}
         >
-          Line on the plan
+          {t('Line on the plan')}
         </button>
         {isAny && (
           <button type="button" class="button button-small" onClick={() => endSection(store)}>
-            Whole building
+            {t('Whole building')}
           </button>
         )}
       </div>
       {isDrawing && (
-        <p class="hint">Click both ends of the line. What lies to the left of it is kept. Keys: arrows and Enter.</p>
+        <p class="hint">
+          {t('Click both ends of the line. What lies to the left of it is kept. Keys: arrows and Enter.')}
+        </p>
       )}
       {!isDrawing && !isAny && (
-        <p class="hint">Box: drag its sides. Line: a vertical section along it, seen squarely.</p>
+        <p class="hint">{t('Box: drag its sides. Line: a vertical section along it, seen squarely.')}</p>
       )}
       {sectionLine.value !== null && <LineControls store={store} />}
       {sectionBox.value !== null && <BoxFields store={store} />}
@@ -77,7 +81,7 @@ function LineControls({ store }: { store: Store }) {
             isFacing.value = event.currentTarget.checked;
           }}
         />
-        Look at it squarely, to scale
+        {t('Look at it squarely, to scale')}
       </label>
       <button
         type="button"
@@ -87,7 +91,7 @@ function LineControls({ store }: { store: Store }) {
           if (line !== null) sectionLine.value = { ...line, isFlipped: !line.isFlipped };
         }}
       >
-        Look the other way
+        {t('Look the other way')}
       </button>
     </div>
   );
@@ -99,7 +103,7 @@ function BoxFields({ store }: { store: Store }) {
   if (box === null) return null;
   return (
     <fieldset class="fields section-fields">
-      <legend class="muted">Sides of the box, scene coordinates</legend>
+      <legend class="muted">{t('Sides of the box, scene coordinates')}</legend>
       {BOX_SIDES.map((side) => (
         <LengthField
           key={sideName(side)}

@@ -1,6 +1,8 @@
 /** What can be downloaded: made by the server of the plan as reviewed, or files that the plan folder holds. */
+
 import type { ApiClient } from '../api/client.ts';
 import type { ExportList } from '../api/documents.ts';
+import { t } from '../language/language.ts';
 import { planUrl } from '../load/plan-base.ts';
 
 export interface Download {
@@ -18,20 +20,20 @@ export interface Download {
 
 /** What people call the formats, and in which order they look for them. */
 const NAMES: Readonly<Record<string, readonly [string, string]>> = {
-  csv: ['Station list', 'CSV'],
-  pdf: ['Sheets to print', 'PDF'],
-  html: ['Report, one page', 'HTML'],
-  ifc: ['Stations', 'IFC'],
-  'ifc-model': ['Model with stations', 'IFC'],
-  bcf: ['Issues: comments, unseen elements', 'BCF 2.1'],
+  csv: [t('Station list'), 'CSV'],
+  pdf: [t('Sheets to print'), 'PDF'],
+  html: [t('Report, one page'), 'HTML'],
+  ifc: [t('Stations'), 'IFC'],
+  'ifc-model': [t('Model with stations'), 'IFC'],
+  bcf: [t('Issues: comments, unseen elements'), 'BCF 2.1'],
 };
 
 /** Of the plan folder, as `tlsplan export --format web` takes them along. */
 const FILES: readonly (readonly [string, string, string])[] = [
-  ['stations.csv', 'Station list', 'CSV'],
-  ['report/index.html', 'Report', 'opens'],
-  ['report/unseen.csv', 'Unseen elements', 'CSV'],
-  ['report/unseen_surfaces.csv', 'Unseen surfaces', 'CSV'],
+  ['stations.csv', t('Station list'), 'CSV'],
+  ['report/index.html', t('Report'), t('opens')],
+  ['report/unseen.csv', t('Unseen elements'), 'CSV'],
+  ['report/unseen_surfaces.csv', t('Unseen surfaces'), 'CSV'],
 ];
 
 export function madeDownloads({ exports }: ExportList): readonly Download[] {

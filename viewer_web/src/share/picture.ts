@@ -1,5 +1,7 @@
 /** A picture of what is shown, as a PNG: title, scene with numbers of stations, legend, and a bar of scale. */
+
 import { totalsBeside } from '../edit/totals-beside.ts';
+import { t } from '../language/language.ts';
 import { counted, coveragePercent } from '../panels/figures.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -12,7 +14,7 @@ const FONT = '"Inter", system-ui, "Noto Sans", "DejaVu Sans", sans-serif';
 
 export async function takePicture(store: Store, view: PlanView, now = new Date()): Promise<Blob> {
   const scene = document.querySelector('.scene');
-  if (scene === null) throw new Error('There is nothing to take a picture of.');
+  if (scene === null) throw new Error(t('There is nothing to take a picture of.'));
   const box = scene.getBoundingClientRect();
   const drawn = document.createElement('canvas');
   view.copyPicture(drawn);
@@ -20,7 +22,7 @@ export async function takePicture(store: Store, view: PlanView, now = new Date()
   const canvas = document.createElement('canvas');
   [canvas.width, canvas.height] = [drawn.width, drawn.height + Math.round(HEAD_PX * ratio)];
   const context = canvas.getContext('2d');
-  if (context === null) throw new Error('The browser has no room for the picture: make its window smaller.');
+  if (context === null) throw new Error(t('The browser has no room for the picture: make its window smaller.'));
   context.scale(ratio, ratio);
   const [back, text, muted] = colorsOf(scene);
   context.fillStyle = back;
@@ -32,7 +34,7 @@ export async function takePicture(store: Store, view: PlanView, now = new Date()
   drawScale(context, view, { text, back }, box.width, HEAD_PX + box.height);
   return new Promise((resolve, reject) => {
     canvas.toBlob(
-      (blob) => (blob === null ? reject(new Error('The browser could not write the picture.')) : resolve(blob)),
+      (blob) => (blob === null ? reject(new Error(t('The browser could not write the picture.'))) : resolve(blob)),
       'image/png',
     );
   });
@@ -42,12 +44,16 @@ export async function takePicture(store: Store, view: PlanView, now = new Date()
 export function titlesOf(store: Store, now: Date): readonly [string, string] {
   const loaded = store.loaded.value;
   const file = loaded?.plan.scene.file.split(/[\\/]/).pop() ?? '';
-  const floor = loaded?.stage.floors.find(({ id }) => id === store.floorId.value)?.name ?? 'All floors';
+  const floor = loaded?.stage.floors.find(({ id }) => id === store.floorId.value)?.name ?? t('All floors');
   const beside = totalsBeside(store);
   const totals = beside && (beside.isEdited ? beside.edited : beside.planned);
   const worth =
-    totals && `${counted(totals.nStations, 'station')}, ${coveragePercent(totals.coverage, totals.required)} coverage`;
-  const as = beside?.isEdited ? ['as edited', worth].filter(Boolean).join(', ') : worth;
+    totals &&
+    t('{stations}, {coverage} coverage', {
+      stations: counted(totals.nStations, 'station'),
+      coverage: coveragePercent(totals.coverage, totals.required),
+    });
+  const as = beside?.isEdited ? [t('as edited'), worth].filter(Boolean).join(', ') : worth;
   return [`${file} · ${floor}`, [as, now.toISOString().slice(0, 10), 'tlsplan'].filter(Boolean).join(' · ')];
 }
 
@@ -100,7 +106,7 @@ function drawScale(
   bottom: number,
 ): void {
   const bar = scaleBar(view.metresPerPixel(), 140);
-  const words = `${bar.words} in the middle of the picture`;
+  const words = t('{length} in the middle of the picture', { length: bar.words });
   context.font = `12px ${FONT}`;
   const room = Math.max(bar.lengthPx, context.measureText(words).width) + 20;
   const [x, y] = [width - MARGIN_PX - room, bottom - MARGIN_PX - 40];

@@ -1,6 +1,8 @@
 /** The menu of what can be taken along: a link, a picture, and the plan in formats of other programs. */
+
 import { useEffect, useRef, useState } from 'preact/hooks';
 import type { ExportList } from '../api/documents.ts';
+import { t } from '../language/language.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { counted } from '../panels/figures.ts';
 import type { PlanView } from '../scene/plan-view.ts';
@@ -33,8 +35,8 @@ export function ShareMenu({ store, view }: { store: Store; view: PlanView }) {
       <button
         type="button"
         class="icon"
-        aria-label="Share"
-        title="Share: copy a link, take a picture, download the plan"
+        aria-label={t('Share')}
+        title={t('Share: copy a link, take a picture, download the plan')}
         aria-expanded={isOpen}
         onClick={() => setIsOpen(!isOpen)}
       >
@@ -43,7 +45,7 @@ export function ShareMenu({ store, view }: { store: Store; view: PlanView }) {
         </svg>
       </button>
       {isOpen && (
-        <section class="share-menu" aria-label="Share and download">
+        <section class="share-menu" aria-label={t('Share and download')}>
           <ViewItems store={store} view={view} />
           <Downloads store={store} />
         </section>
@@ -61,8 +63,8 @@ function ViewItems({ store, view }: { store: Store; view: PlanView }) {
     setLink(to);
     const whose = store.isStatic
       ? ''
-      : ' It opens for whoever opened an address of `tlsplan view` in their browser before.';
-    setSaid(`${isCopied ? 'Copied.' : 'The browser did not let it be copied: copy it from here.'}${whose}`);
+      : ` ${t('It opens for whoever opened an address of `tlsplan view` in their browser before.')}`;
+    setSaid(`${isCopied ? t('Copied.') : t('The browser did not let it be copied: copy it from here.')}${whose}`);
   };
   const picture = async (): Promise<void> => {
     try {
@@ -75,16 +77,16 @@ function ViewItems({ store, view }: { store: Store; view: PlanView }) {
   };
   return (
     <>
-      <h2>This view</h2>
+      <h2>{t('This view')}</h2>
       <ul>
-        <Item name="Copy link" kind="" onClick={copy} />
-        <Item name="Picture" kind="PNG" onClick={picture} />
+        <Item name={t('Copy link')} kind="" onClick={copy} />
+        <Item name={t('Picture')} kind="PNG" onClick={picture} />
       </ul>
       {link !== null && (
         <input
           type="text"
           class="share-link"
-          aria-label="Link to this view"
+          aria-label={t('Link to this view')}
           readOnly
           value={link}
           onFocus={(event) => event.currentTarget.select()}
@@ -147,12 +149,12 @@ function Downloads({ store }: { store: Store }) {
   return (
     <>
       <h2>
-        Download the plan
+        {t('Download the plan')}
         {offer.kind === 'there' && offer.edited > 0 && (
-          <small> as edited: {counted(offer.edited, 'station')} changed</small>
+          <small> {t('as edited: {stations} changed', { stations: counted(offer.edited, 'station') })}</small>
         )}
       </h2>
-      {offer.kind === 'asking' && <p class="muted">Asking what can be had …</p>}
+      {offer.kind === 'asking' && <p class="muted">{t('Asking what can be had …')}</p>}
       {offer.kind === 'failed' && (
         <p class="note note-warn" role="alert">
           {offer.message}
@@ -173,7 +175,7 @@ function Downloads({ store }: { store: Store }) {
         </ul>
       )}
       {offer.kind === 'there' && offer.downloads.length === 0 && (
-        <p class="muted">This copy holds no files to download.</p>
+        <p class="muted">{t('This copy holds no files to download.')}</p>
       )}
       {said?.lines.map((line) => (
         <p key={line} class={said.isBad ? 'note note-warn' : 'note'} role={said.isBad ? 'alert' : 'status'}>
@@ -225,10 +227,10 @@ function DownloadItem({ download, isMaking, isBusy, onMake, onStop }: DownloadIt
   if (isMaking) {
     return (
       <li class="share-making">
-        <span role="status">Making {name} …</span>
-        <progress aria-label={`Making ${name}`} />
+        <span role="status">{t('Making {name} …', { name })}</span>
+        <progress aria-label={t('Making {name}', { name })} />
         <button type="button" class="chip" onClick={onStop}>
-          Stop
+          {t('Stop')}
         </button>
       </li>
     );

@@ -1,10 +1,12 @@
 /** The shortfalls beside the headline: a click shows each in the building. */
+
 import { batch } from '@preact/signals';
 import { useEffect, useState } from 'preact/hooks';
 import { localOf } from '../edit/draft.ts';
 import { floorAt } from '../edit/review-areas.ts';
 import type { Totals } from '../edit/totals.ts';
 import { type Slice, sliceOfFloor } from '../floors/cut.ts';
+import { t } from '../language/language.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { areaWords } from '../panels/figures.ts';
 import { Pins } from '../review/pins.ts';
@@ -30,7 +32,7 @@ export function ShortfallList({ store, loaded, totals, view }: ShortfallsProps) 
   const shortfalls = shortfallsOf(loaded.plan, totals);
   if (shortfalls.length === 0) return null;
   return (
-    <ul class="shortfalls" aria-label="What falls short">
+    <ul class="shortfalls" aria-label={t('What falls short')}>
       {shortfalls.map((shortfall) => (
         <li key={shortfall.words}>
           <button
@@ -50,8 +52,8 @@ export function ShortfallList({ store, loaded, totals, view }: ShortfallsProps) 
 }
 
 function hintOf(shortfall: Shortfall): string {
-  if (shortfall.kind === 'unreachable') return 'Show the next one in the building; red areas mark all of them';
-  return shortfall.kind === 'requirement' ? 'Show what is unseen' : 'Show the network';
+  if (shortfall.kind === 'unreachable') return t('Show the next one in the building; red areas mark all of them');
+  return shortfall.kind === 'requirement' ? t('Show what is unseen') : t('Show the network');
 }
 
 function show(shortfall: Shortfall, nth: number, store: Store, loaded: LoadedPlan, view: PlanView | null): void {
@@ -105,6 +107,6 @@ function groundOf(place: SealedPlace, loaded: LoadedPlan, slices: readonly Slice
   return {
     insideM: [x, y, z + slice.liftM],
     rectangles: place.rectangles.map(([low, high]) => [local(low), local(high)]),
-    words: `Not reachable · ${areaWords(place.areaM2)}`,
+    words: t('Not reachable · {area}', { area: areaWords(place.areaM2) }),
   };
 }

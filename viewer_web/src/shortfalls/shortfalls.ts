@@ -1,5 +1,7 @@
 /** What the coverage figure does not say: ground that nobody can reach, requirements that are not met, groups that do not register. */
+
 import { missedOf, type Totals } from '../edit/totals.ts';
+import { t } from '../language/language.ts';
 import type { PlanJson } from '../load/plan-json.ts';
 import { areaWords, counted } from '../panels/figures.ts';
 import { missedInWords } from '../panels/requirements.tsx';
@@ -23,19 +25,23 @@ export function shortfallsOf(plan: PlanJson, { requirements, nNetworks }: Totals
   const places = sealedPlaces(plan);
   const found: Shortfall[] = missedOf(requirements).map((met) => ({
     kind: 'requirement',
-    words: `Not met: ${missedInWords([met])}`,
+    words: t('Not met: {requirements}', { requirements: missedInWords([met]) }),
     name: met.name,
   }));
   if (places.length > 0) {
     const areaM2 = places.reduce((sum, place) => sum + place.areaM2, 0);
-    const where = places.length === 1 ? 'one area' : counted(places.length, 'area');
+    const where = places.length === 1 ? t('one area') : counted(places.length, 'area');
     found.unshift({
       kind: 'unreachable',
-      words: `Not planned: ${areaWords(areaM2)} of floor that can’t be reached on foot, in ${where}`,
+      words: t('Not planned: {area} of floor that can’t be reached on foot, in {where}', {
+        area: areaWords(areaM2),
+        where,
+      }),
       places,
     });
   }
-  if (nNetworks > 1 && isJoined(plan)) found.push({ kind: 'groups', words: `${nNetworks} unconnected groups` });
+  if (nNetworks > 1 && isJoined(plan))
+    found.push({ kind: 'groups', words: t('{n} unconnected groups', { n: nNetworks }) });
   return found;
 }
 

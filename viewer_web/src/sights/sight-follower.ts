@@ -1,7 +1,9 @@
 /** Asks for each clicked surface which stations see it: one bit of each station's file, or what the live side has of edited ones. */
+
 import { effect } from '@preact/signals';
 import { localOf } from '../edit/draft.ts';
 import { isSeen } from '../heat/marks.ts';
+import { t } from '../language/language.ts';
 import { normalOf } from '../load/edges.ts';
 import { fetchSeenBit, type LoadedPlan } from '../load/fetch-plan.ts';
 import type { Picked } from '../scene/state.ts';
@@ -62,7 +64,7 @@ export class SightFollower {
     const live = await this.store.stationSource.peek()?.seen(id);
     if (live) return isSeen(live, patch);
     const station = this.loaded.stage.stations.find((one) => one.id === id);
-    if (station === undefined) throw new Error(`What ${id} sees is known with live editing only.`);
+    if (station === undefined) throw new Error(t('What {id} sees is known with live editing only.', { id }));
     return fetchSeenBit(this.loaded, station, patch);
   }
 }

@@ -1,5 +1,7 @@
 /** In the card of a clicked surface: the stations that see it, the best first, and another one here. */
+
 import { canEdit, isLive, whyNotLive } from '../edit/readiness.ts';
+import { decimal, t } from '../language/language.ts';
 import { lengthWords } from '../panels/figures.ts';
 import type { Picked } from '../scene/state.ts';
 import type { Store } from '../store.ts';
@@ -12,31 +14,32 @@ export function SightList({ store }: { store: Store }) {
   const state = store.sights.value;
   if (state.kind === 'none') return null;
   if (state.kind === 'failed') return <p class="note-warn">{state.message}</p>;
-  if (state.kind === 'loading') return <p class="muted">Asking which stations see it …</p>;
+  if (state.kind === 'loading') return <p class="muted">{t('Asking which stations see it …')}</p>;
   const { sights } = state;
   if (sights.length === 0) return null;
   return (
     <>
-      <h3>Stations that see it</h3>
-      <ul class="sights" aria-label="Stations that see it">
+      <h3>{t('Stations that see it')}</h3>
+      <ul class="sights" aria-label={t('Stations that see it')}>
         {sights.slice(0, MOST_SIGHTS).map(({ stationId, rangeM, incidenceRad, isBest }) => (
           <li key={stationId}>
             <button
               type="button"
               class="sight"
-              title={isBest ? 'Its points lie closest there: least range / cos(incidence)' : 'Open the station'}
+              title={isBest ? t('Its points lie closest there: least range / cos(incidence)') : t('Open the station')}
               onClick={() => store.chooseStation(stationId)}
             >
               <span>{stationId}</span>
               <span>{lengthWords(rangeM)}</span>
-              <span>{((incidenceRad * 180) / Math.PI).toFixed(0)}°</span>
-              {isBest && <span class="badge badge-good">best</span>}
+              <span>{decimal((incidenceRad * 180) / Math.PI, 0)}°</span>
+              {isBest && <span class="badge badge-good">{t('best')}</span>}
             </button>
           </li>
         ))}
       </ul>
       <p class="muted">
-        {sights.length > MOST_SIGHTS && `${sights.length - MOST_SIGHTS} more. `}Range and incidence at the point.
+        {sights.length > MOST_SIGHTS && `${t('{n} more.', { n: sights.length - MOST_SIGHTS })} `}
+        {t('Range and incidence at the point.')}
       </p>
     </>
   );
@@ -52,13 +55,13 @@ export function AddStationHere({ store, picked }: { store: Store; picked: Picked
         type="button"
         class="chip chip-strong"
         disabled={!isLive(store)}
-        title={whyNotLive(store) ?? 'As near to this point as a tripod can stand'}
+        title={whyNotLive(store) ?? t('As near to this point as a tripod can stand')}
         onClick={() => {
           store.tab.value = 'edit';
           editor.areas.addStation(picked);
         }}
       >
-        Add a station here
+        {t('Add a station here')}
       </button>
     </div>
   );

@@ -1,14 +1,15 @@
 /** What the clouds are coloured by, and what of them is shown. */
+import { t } from '../language/language.ts';
 import { counted, whole } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import { shareInWords } from './cloud-share.ts';
 import type { CloudPaint, CloudState } from './state.ts';
 
 const PAINTS: readonly [CloudPaint, string][] = [
-  ['range', 'Range'],
-  ['incidence', 'Incidence'],
-  ['intensity', 'Intensity'],
-  ['station', 'Station'],
+  ['range', t('Range')],
+  ['incidence', t('Incidence')],
+  ['intensity', t('Intensity')],
+  ['station', t('Station')],
 ];
 
 export function CloudControl({ store }: { store: Store }) {
@@ -28,9 +29,9 @@ export function CloudControl({ store }: { store: Store }) {
         )}
       </div>
       <label class="cloud-paint">
-        <span class="muted">by</span>
+        <span class="muted">{t('by')}</span>
         <select
-          aria-label="Colour of the cloud"
+          aria-label={t('Colour of the cloud')}
           value={store.cloudPaint.value}
           onChange={(event) => {
             store.chosenPaint.value = event.currentTarget.value as CloudPaint;
@@ -49,17 +50,22 @@ export function CloudControl({ store }: { store: Store }) {
 
 function inWords(cloud: CloudState): string {
   if (cloud.kind === 'loading') {
-    return cloud.of === 1 ? 'Loading the cloud …' : `Loading clouds: ${cloud.n} of ${cloud.of} …`;
+    return cloud.of === 1 ? t('Loading the cloud …') : t('Loading clouds: {n} of {of} …', { n: cloud.n, of: cloud.of });
   }
   if (cloud.kind === 'failed') return cloud.message;
   if (cloud.kind === 'none') return '';
-  const of = cloud.nStations === 1 ? '' : ` from ${counted(cloud.nStations, 'station')}`;
-  return `${whole(cloud.nReturns)} returns${of}: ${shareInWords(cloud.nBeams, cloud.nScanned)} drawn`;
+  const n = whole(cloud.nReturns);
+  const share = shareInWords(cloud.nBeams, cloud.nScanned);
+  if (cloud.nStations === 1) return t('{n} returns: {share} drawn', { n, share });
+  return t('{n} returns from {stations}: {share} drawn', { n, stations: counted(cloud.nStations, 'station'), share });
 }
 
 /** Of the part that is looked at closely. */
 function detailInWords({ cloud, cloudDetail }: Store): string | null {
   const detail = cloudDetail.value;
   if (detail === null || cloud.value.kind !== 'shown') return null;
-  return `Closer, from ${detail.stationId}: ${shareInWords(detail.nBeams, detail.nScanned)}`;
+  return t('Closer, from {id}: {share}', {
+    id: detail.stationId,
+    share: shareInWords(detail.nBeams, detail.nScanned),
+  });
 }

@@ -1,4 +1,5 @@
 /** What share of a scan is drawn: nobody is to take a thinned cloud for all that the scanner sees. */
+import { plain, t } from '../language/language.ts';
 import { percentDown, whole } from '../panels/figures.ts';
 
 /** Beams of one scan. */
@@ -14,8 +15,8 @@ export function beamsOfScan({
 
 /** `all beams`, `78.0 % of the beams`, `1 beam in 240`. */
 export function shareInWords(nBeams: number, nScanned: number): string {
-  if (nBeams >= nScanned) return 'all beams';
+  if (nBeams >= nScanned) return t('all beams');
   const oneIn = nScanned / nBeams;
-  if (oneIn < 1.95) return `${percentDown(nBeams / nScanned)} of the beams`;
-  return `1 beam in ${oneIn < 9.95 ? Number(oneIn.toFixed(1)) : whole(Math.round(oneIn))}`;
+  if (oneIn < 1.95) return t('{percent} of the beams', { percent: percentDown(nBeams / nScanned) });
+  return t('1 beam in {n}', { n: oneIn < 9.95 ? plain(Number(oneIn.toFixed(1))) : whole(Math.round(oneIn)) });
 }

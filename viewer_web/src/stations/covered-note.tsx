@@ -1,4 +1,5 @@
 /** Says which stations other floors hide, and opens their floor at a click. */
+import { t } from '../language/language.ts';
 import { counted } from '../panels/figures.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -17,11 +18,13 @@ export function CoveredNote({ store, view }: { store: Store; view: PlanView }) {
   const n = hidden.reduce((sum, { id }) => sum + (nByFloor.get(id) ?? 0), 0);
   if (store.isWalking.value || (named.length === 0 && n === 0)) return null;
   return (
-    <aside class="covered" aria-label="Hidden stations" data-testid="covered">
+    <aside class="covered" aria-label={t('Hidden stations')} data-testid="covered">
       {named.map(({ station, by }) => (
         <p key={station.id}>
           <span>
-            {by === null ? `${station.id} is inside, behind walls or roof` : `${station.id} is behind ${nameOf(by)}`}
+            {by === null
+              ? t('{id} is inside, behind walls or roof', { id: station.id })
+              : t('{id} is behind {floor}', { id: station.id, floor: nameOf(by) })}
           </span>
           <button
             type="button"
@@ -31,21 +34,26 @@ export function CoveredNote({ store, view }: { store: Store; view: PlanView }) {
               view.approach(station.positionM, station.floorId);
             }}
           >
-            Open {nameOf(station.floorId)}
+            {t('Open {floor}', { floor: nameOf(station.floorId) })}
           </button>
         </p>
       ))}
       {n > 0 && (
         <p>
           <span>
-            {counted(n, named.length === 0 ? 'station' : 'other station')} behind{' '}
-            {hidden.length > 1 ? 'other' : 'another'} floor{hidden.length > 1 ? 's' : ''}
+            {hidden.length > 1
+              ? t('{stations} behind other floors', {
+                  stations: counted(n, named.length === 0 ? 'station' : 'other'),
+                })
+              : t('{stations} behind another floor', {
+                  stations: counted(n, named.length === 0 ? 'station' : 'other'),
+                })}
           </span>
           {hidden
             .filter(({ id }) => named.every(({ station }) => station.floorId !== id))
             .map(({ id, name }) => (
               <button key={id} type="button" class="chip" onClick={() => store.chooseFloor(id)}>
-                Open {name}
+                {t('Open {floor}', { floor: name })}
                 {hidden.length > 1 && ` · ${nByFloor.get(id)}`}
               </button>
             ))}

@@ -2,7 +2,9 @@
  * What the plan would lose against its requirements if a station went, as the plan folder and the live side tell it:
  * surface that no other station sees well enough, or that too few do.
  */
+
 import { OVERALL } from '../edit/totals.ts';
+import { t } from '../language/language.ts';
 import type { PlanJson, RequirementResult, StationLoss } from '../load/plan-json.ts';
 import { askedPercent, coveragePercent } from '../panels/figures.ts';
 import type { StationWorth } from './shown.ts';
@@ -27,34 +29,38 @@ export interface LossWords {
 export function lossWords(plan: PlanJson): LossWords {
   if (!asksMore(plan)) {
     return {
-      name: 'Unique area',
-      hint: 'Area that no other station of the plan sees',
-      highlight: 'Highlight unique area',
+      name: t('Unique area'),
+      hint: t('Area that no other station of the plan sees'),
+      highlight: t('Highlight unique area'),
     };
   }
   return {
-    name: 'Lost if removed',
-    hint: 'Area that no longer meets the requirements without this station: no other sees it well enough, or too few do',
-    highlight: 'Highlight area lost if removed',
+    name: t('Lost if removed'),
+    hint: t(
+      'Area that no longer meets the requirements without this station: no other sees it well enough, or too few do',
+    ),
+    highlight: t('Highlight area lost if removed'),
   };
 }
 
 /** What the legend says of the marked surface. */
 export function lossLegend(plan: PlanJson, stationId: string, requirement: string | null): string {
-  if (!asksMore(plan)) return `Unique area of ${stationId}`;
-  return `${requirement === null ? 'Lost' : `${requirementName(requirement)}: lost`} without ${stationId}`;
+  if (!asksMore(plan)) return t('Unique area of {id}', { id: stationId });
+  return requirement === null
+    ? t('Lost without {id}', { id: stationId })
+    : t('{requirement}: lost without {id}', { requirement: requirementName(requirement), id: stationId });
 }
 
 /** As the table of the plan names it. */
-export const requirementName = (name: string): string => (name === OVERALL ? 'Whole building' : name);
+export const requirementName = (name: string): string => (name === OVERALL ? t('Whole building') : name);
 
 /** What becomes of a requirement without the station. */
 export function verdictOf(
   { fraction_of_achievable: left, met }: StationLoss,
   now: Readonly<RequirementResult>,
 ): string {
-  const words = met ? 'still met' : now.met ? 'no longer met' : 'not met either way';
-  return `${words}: ${coveragePercent(left, now.required)}, ${askedPercent(now.required)} required`;
+  const words = met ? t('still met') : now.met ? t('no longer met') : t('not met either way');
+  return `${words}: ${coveragePercent(left, now.required)}, ${t('{required} required', { required: askedPercent(now.required) })}`;
 }
 
 /** Patches by requirement, in the plan's order, of a file below viewer/lost: see docs/formats/stage.md. Null: it is none. */

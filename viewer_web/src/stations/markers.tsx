@@ -1,5 +1,7 @@
 /** Numbered markers over the canvas: buttons of constant size, moved with every frame. */
+
 import { useEffect, useRef } from 'preact/hooks';
+import { t } from '../language/language.ts';
 import type { MarkerPlace } from '../scene/marker-place.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -55,7 +57,7 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
           ]
             .join(' ')
             .trim()}
-          aria-label={`${station.order}, station ${station.id}`}
+          aria-label={t('{order}, station {id}', { order: station.order, id: station.id })}
           aria-pressed={isChosen(station.id)}
           data-station={station.id}
           ref={(button) => keep(buttons.current, station.id, button)}

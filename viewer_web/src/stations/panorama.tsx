@@ -1,6 +1,8 @@
 /** What the chosen station sees, as a picture of all around; a click looks there from the station. */
+
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { quantity } from '../heat/quantity.ts';
+import { t } from '../language/language.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 import { BeamFinder, type Direction, directionAt, frameOf, panoramaPixels } from './panorama-image.ts';
@@ -26,7 +28,9 @@ export function Panorama({ store, view }: { store: Store; view: PlanView | null 
     context.putImageData(new ImageData(pixels, frame.width, frame.height), 0, 0);
   }, [chosen, frame, paint, farthestM, order]);
   if (chosen === null || frame === null || finder === null) {
-    return <p class="muted">{store.cloud.value.kind === 'loading' ? 'Loading the cloud …' : 'No station selected.'}</p>;
+    return (
+      <p class="muted">{store.cloud.value.kind === 'loading' ? t('Loading the cloud …') : t('No station selected.')}</p>
+    );
   }
   const at = (event: MouseEvent): Direction => {
     const box = (event.currentTarget as HTMLElement).getBoundingClientRect();
@@ -38,9 +42,12 @@ export function Panorama({ store, view }: { store: Store; view: PlanView | null 
   const describe = (direction: Direction): string => {
     const beam = finder.beamAt(direction);
     const steps = beam < 0 ? 0 : chosen.cloud.rangeSteps[beam];
-    if (steps === 0) return 'No return';
+    if (steps === 0) return t('No return');
     const incidence = (Math.acos(chosen.cloud.intensity[beam] / 255) * 180) / Math.PI;
-    return `Range ${quantity(steps * chosen.beams.rangeStepM, 'm')}, incidence ${quantity(incidence, 'deg')}`;
+    return t('Range {range}, incidence {incidence}', {
+      range: quantity(steps * chosen.beams.rangeStepM, 'm'),
+      incidence: quantity(incidence, 'deg'),
+    });
   };
   return (
     <div class="panorama">
@@ -49,7 +56,7 @@ export function Panorama({ store, view }: { store: Store; view: PlanView | null 
         width={frame.width}
         height={frame.height}
         role="img"
-        aria-label={`Panorama of station ${chosen.stationId}`}
+        aria-label={t('Panorama of station {id}', { id: chosen.stationId })}
         onPointerMove={(event) => setWords(describe(at(event)))}
         onPointerLeave={() => setWords('')}
         onClick={(event) => {
@@ -59,7 +66,7 @@ export function Panorama({ store, view }: { store: Store; view: PlanView | null 
       />
       <Compass leftRad={frame.leftRad} spanRad={frame.spanRad} />
       <p class="muted" aria-live="polite">
-        {words || 'Point to read the range; click to look that way from the station.'}
+        {words || t('Point to read the range; click to look that way from the station.')}
       </p>
     </div>
   );

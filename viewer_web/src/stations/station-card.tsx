@@ -1,5 +1,7 @@
 /** All about the chosen station: where it stands, what would be lost without it, what it registers with, what it takes. */
+
 import { batch } from '@preact/signals';
+import { t } from '../language/language.ts';
 import type { PlanJson, PlanLink, PlanStation, RequirementResult, StationLoss } from '../load/plan-json.ts';
 import { SetUpDistances } from '../measure/set-up-lines.tsx';
 import { countingOf, counts } from '../network/graph.ts';
@@ -38,9 +40,13 @@ export function StationCard({ store, view }: { store: Store; view: PlanView | nu
   const floor = plan.floors.find(({ id }) => id === station.floor);
   return (
     <Card
-      title={`Station ${station.id}`}
-      subtitle={`${floor?.name ?? station.floor} · ${station.order} of ${plan.stations.length}${station.fixed ? ' · scanned' : ''}`}
-      name="Chosen station"
+      title={t('Station {id}', { id: station.id })}
+      subtitle={[
+        floor?.name ?? station.floor,
+        t('{n} of {all}', { n: station.order, all: plan.stations.length }),
+        ...(station.fixed ? [t('scanned')] : []),
+      ].join(' · ')}
+      name={t('Chosen station')}
       onClose={() => store.chooseStation(null)}
     >
       <Pose plan={plan} station={station} store={store} />
@@ -54,10 +60,10 @@ export function StationCard({ store, view }: { store: Store; view: PlanView | nu
             store.sheet.value = 'panorama';
           }}
         >
-          Panorama
+          {t('Panorama')}
         </button>
         <button type="button" class="chip chip-strong" onClick={() => view?.standAt(station.id)}>
-          View from here
+          {t('View from here')}
         </button>
       </div>
       <SetUpDistances store={store} />
@@ -72,17 +78,25 @@ function Pose({ store, plan, station }: StationProps) {
   const seconds = secondsAt(plan);
   return (
     <dl class="figures" data-testid="station-figures">
-      <Figure name="x" value={coordinateWords(x, 3)} hint="Sensor origin, scene coordinates" />
-      <Figure name="y" value={coordinateWords(y, 3)} hint="Sensor origin, scene coordinates" />
-      <Figure name="z" value={coordinateWords(z, 3)} hint="Sensor origin, scene coordinates" />
+      <Figure name="x" value={coordinateWords(x, 3)} hint={t('Sensor origin, scene coordinates')} />
+      <Figure name="y" value={coordinateWords(y, 3)} hint={t('Sensor origin, scene coordinates')} />
+      <Figure name="z" value={coordinateWords(z, 3)} hint={t('Sensor origin, scene coordinates')} />
       <Figure
-        name="Instrument height"
+        name={t('Instrument height')}
         value={heightWords(station.instrument_height_m)}
-        hint="Sensor above the ground"
+        hint={t('Sensor above the ground')}
       />
-      <Figure name="Seen area" value={areaWords(worth.covered_area_m2)} hint="Area this station sees by itself" />
+      <Figure
+        name={t('Seen area')}
+        value={areaWords(worth.covered_area_m2)}
+        hint={t('Area this station sees by itself')}
+      />
       {seconds !== null && (
-        <Figure name="Time on station" value={duration(seconds)} hint="Setup and scan, without the way there" />
+        <Figure
+          name={t('Time on station')}
+          value={duration(seconds)}
+          hint={t('Setup and scan, without the way there')}
+        />
       )}
       <Figure name={words.name} value={areaWords(lostM2(plan, worth))} hint={words.hint} />
     </dl>
@@ -115,7 +129,7 @@ function OwnSurface({ store, plan, station }: StationProps) {
           {parts.slice(0, 3).map((part) => (
             <li key={`${part.name} ${part.room?.name}`}>
               <span title={part.name}>
-                {[part.name || 'Unnamed element', part.room?.name].filter(Boolean).join(' · ')}
+                {[part.name || t('Unnamed element'), part.room?.name].filter(Boolean).join(' · ')}
               </span>
               <span>{areaWords(part.area_m2)}</span>
             </li>
@@ -147,8 +161,8 @@ function Losses({ store, losses, results }: LossesProps) {
   if (losses.length === 0) return null;
   return (
     <>
-      <h3>If removed</h3>
-      <ul class="losses" aria-label="Losses by requirement if removed">
+      <h3>{t('If removed')}</h3>
+      <ul class="losses" aria-label={t('Losses by requirement if removed')}>
         {losses.map((loss) => {
           const now = results.find(({ name }) => name === loss.requirement);
           const isShown = store.showsOwn.value && store.ownRequirement.value === loss.requirement;
@@ -158,7 +172,7 @@ function Losses({ store, losses, results }: LossesProps) {
                 type="button"
                 class={loss.met ? 'loss' : 'loss loss-broken'}
                 aria-pressed={isShown}
-                title="Highlight what this requirement would lose"
+                title={t('Highlight what this requirement would lose')}
                 onClick={() => showOwn(store, !isShown, isShown ? null : loss.requirement)}
               >
                 <span>{requirementName(loss.requirement)}</span>
@@ -190,7 +204,11 @@ function Links({ store, plan, station }: StationProps) {
   return (
     <div class="links">
       <h3>
-        {counted(strong.length, 'link')} of at least {askedPercent(counting.threshold)} {overlapNoun(plan.requirements)}
+        {t('{links} of at least {required} {overlap}', {
+          links: counted(strong.length, 'link'),
+          required: askedPercent(counting.threshold),
+          overlap: overlapNoun(plan.requirements),
+        })}
       </h3>
       <ul class="chips">
         {own.slice(0, MOST_LINKS).map((link) => (
@@ -199,7 +217,9 @@ function Links({ store, plan, station }: StationProps) {
               type="button"
               class={strong.includes(link) ? 'chip chip-strong' : 'chip'}
               title={
-                strong.includes(link) ? 'Enough to register: highlight the shared surface' : 'Too weak to register'
+                strong.includes(link)
+                  ? t('Enough to register: highlight the shared surface')
+                  : t('Too weak to register')
               }
               onClick={() => store.choosePair([station.id, otherEnd(link)])}
             >

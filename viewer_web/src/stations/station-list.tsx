@@ -1,5 +1,7 @@
 /** All stations of the shown floors, in route order or by one of their figures. */
+
 import { useEffect, useRef, useState } from 'preact/hooks';
+import { t } from '../language/language.ts';
 import type { PlanJson } from '../load/plan-json.ts';
 import { countingOf } from '../network/graph.ts';
 import { areaWords } from '../panels/figures.ts';
@@ -12,11 +14,11 @@ import { rowsOf, type SortKey, type StationRow, sorted } from './station-order.t
 function columnsOf(plan: PlanJson): readonly (readonly [SortKey, string, string])[] {
   const { name, hint } = lossWords(plan);
   return [
-    ['order', '#', 'Route order'],
-    ['id', 'Station', 'By name'],
-    ['seen', 'Seen area', 'Area this station sees by itself'],
+    ['order', '#', t('Route order')],
+    ['id', t('Station'), t('By name')],
+    ['seen', t('Seen area'), t('Area this station sees by itself')],
     ['lost', name, hint],
-    ['links', 'Links', 'Stations it registers with'],
+    ['links', t('Links'), t('Stations it registers with')],
   ];
 }
 
@@ -28,7 +30,7 @@ export function StationList({ store }: { store: Store }) {
   const onFloor = store.shownStations.value.filter((station) => floorId === null || station.floorId === floorId);
   const rows = sorted(rowsOf(onFloor, loaded.plan, store.shownLinks.value, countingOf(loaded.plan)), key);
   return (
-    <Section title="Stations" aside={String(rows.length)}>
+    <Section title={t('Stations')} aside={String(rows.length)}>
       {!store.isStatic && (
         <label class="check">
           <input
@@ -39,22 +41,22 @@ export function StationList({ store }: { store: Store }) {
               else selectNone(store);
             }}
           />
-          Select several (or Shift-click)
+          {t('Select several (or Shift-click)')}
         </label>
       )}
-      <div class="row-station row-heads" role="toolbar" aria-label="Order of the stations">
+      <div class="row-station row-heads" role="toolbar" aria-label={t('Order of the stations')}>
         {columnsOf(loaded.plan).map(([one, title, hint]) => (
           <button key={one} type="button" aria-pressed={key === one} title={hint} onClick={() => setKey(one)}>
             {title}
           </button>
         ))}
       </div>
-      <ul class="rows" aria-label="Stations">
+      <ul class="rows" aria-label={t('Stations')}>
         {rows.map((row) => (
           <Row key={row.station.id} store={store} row={row} />
         ))}
       </ul>
-      {rows.length === 0 && <p class="muted">No stations on this floor.</p>}
+      {rows.length === 0 && <p class="muted">{t('No stations on this floor.')}</p>}
     </Section>
   );
 }

@@ -1,9 +1,11 @@
 /** The tab "Unseen": what no station sees, largest first, why, and a flight to each piece of it. */
+
 import { useState } from 'preact/hooks';
 import { isPlanned } from '../floors/planned.ts';
 import { themed } from '../heat/colors.ts';
 import { reasonColor, reasonInWords } from '../heat/layers.ts';
 import { Swatch } from '../heat/legend.tsx';
+import { separator, t } from '../language/language.ts';
 import type { UnseenSurface } from '../load/plan-json.ts';
 import { areaWords, coordinateWords, kindInWords, whole } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
@@ -26,8 +28,8 @@ export function UnseenTab({ store }: { store: Store }) {
   const unseen = unseenShown(store);
   if (unseen === null) {
     return (
-      <Section title="Unseen">
-        <p class="note">An older version made this plan: plan again to see what stays unseen, and why.</p>
+      <Section title={t('Unseen')}>
+        <p class="note">{t('An older version made this plan: plan again to see what stays unseen, and why.')}</p>
       </Section>
     );
   }
@@ -42,23 +44,23 @@ export function UnseenTab({ store }: { store: Store }) {
   };
   return (
     <>
-      <Section title="Unseen surface by reason" aside="area">
+      <Section title={t('Unseen surface by reason')} aside={t('area')}>
         <OfWhich unseen={unseen} />
         <Reasons sums={sums} chosen={chosen} onChoose={choose} isDark={store.isDark.value} />
       </Section>
       <Section
-        title={chosen === null ? 'All unseen surfaces' : capital(reasonInWords(chosen))}
-        aside={`${whole(shown.length)}, largest first`}
+        title={chosen === null ? t('All unseen surfaces') : capital(reasonInWords(chosen))}
+        aside={t('{n}, largest first', { n: whole(shown.length) })}
       >
-        <ul class="rows" aria-label="Unseen surfaces">
+        <ul class="rows" aria-label={t('Unseen surfaces')}>
           {shown.slice(0, nRows).map((surface) => (
             <SurfaceRow key={keyOf(surface)} store={store} surface={surface} />
           ))}
         </ul>
-        {shown.length === 0 && <p class="muted">{isInScope(store) ? 'Nothing unseen here.' : OUT_OF_SCOPE}</p>}
+        {shown.length === 0 && <p class="muted">{isInScope(store) ? t('Nothing unseen here.') : OUT_OF_SCOPE}</p>}
         {shown.length > nRows && (
           <button type="button" class="more" onClick={() => setRows(nRows + ROWS_A_PAGE)}>
-            Show {Math.min(ROWS_A_PAGE, shown.length - nRows)} more
+            {t('Show {n} more', { n: Math.min(ROWS_A_PAGE, shown.length - nRows) })}
           </button>
         )}
       </Section>
@@ -66,7 +68,7 @@ export function UnseenTab({ store }: { store: Store }) {
   );
 }
 
-const OUT_OF_SCOPE = 'This floor is not part of the plan.';
+const OUT_OF_SCOPE = t('This floor is not part of the plan.');
 
 const capital = (words: string): string => words.charAt(0).toUpperCase() + words.slice(1);
 
@@ -78,8 +80,8 @@ function isInScope({ floorId, loaded }: Store): boolean {
 
 const OF_WHICH: Readonly<Record<UnseenOf, string>> = {
   plan: '',
-  edited: 'Of the edited plan. What no candidate can see does not depend on the stations.',
-  'not edited': 'Of the plan before your edits: live editing is off, so what the edits leave unseen is unknown.',
+  edited: t('Of the edited plan. What no candidate can see does not depend on the stations.'),
+  'not edited': t('Of the plan before your edits: live editing is off, so what the edits leave unseen is unknown.'),
 };
 
 /** Of which plan the list is, where there are two. */
@@ -88,7 +90,7 @@ function OfWhich({ unseen: { of, isStale } }: { unseen: UnseenShown }) {
   return (
     <p class={of === 'edited' ? 'note' : 'note note-warn'} role="status" data-testid="unseen-of">
       {OF_WHICH[of]}
-      {isStale && ' Computing the last changes …'}
+      {isStale && ` ${t('Computing the last changes …')}`}
     </p>
   );
 }
@@ -106,8 +108,8 @@ interface ReasonsProps {
 /** Buttons that part the list by reason. */
 function Reasons({ sums, chosen, onChoose, isDark }: ReasonsProps) {
   const groups: [string, ReasonSum[]][] = [
-    ['What another station would cover', sums.filter(({ isMendable }) => isMendable)],
-    ['What no candidate can see', sums.filter(({ isMendable }) => !isMendable)],
+    [t('What another station would cover'), sums.filter(({ isMendable }) => isMendable)],
+    [t('What no candidate can see'), sums.filter(({ isMendable }) => !isMendable)],
   ];
   return (
     <>
@@ -156,7 +158,7 @@ function SurfaceRow({ store, surface }: { store: Store; surface: UnseenSurface }
         <Swatch color={themed(reasonColor(surface.reason), store.isDark.value)} />
         <span class="row-main">
           <span class="row-name" title={surface.name}>
-            {surface.name || 'Unnamed element'}
+            {surface.name || t('Unnamed element')}
           </span>
           <span class="muted row-place">{place.filter(Boolean).join(' · ')}</span>
         </span>
@@ -174,25 +176,26 @@ function Pieces({ store, surface, piece }: { store: Store; surface: UnseenSurfac
   const step = (by: number): void => store.lookAtUnseen({ surface, piece: (piece + by + n) % n });
   return (
     <div class="unseen-detail">
-      <p>Reason: {reasonInWords(surface.reason)}.</p>
+      <p>{t('Reason: {reason}.', { reason: reasonInWords(surface.reason) })}</p>
       {n > 1 && (
         <p class="piece-steps">
-          <button type="button" class="chip" aria-label="Previous piece" onClick={() => step(-1)}>
+          <button type="button" class="chip" aria-label={t('Previous piece')} onClick={() => step(-1)}>
             ‹
           </button>
-          piece {piece + 1} of {n}
-          {surface.n_pieces > n ? ` (the largest of ${whole(surface.n_pieces)})` : ''}:{' '}
+          {surface.n_pieces > n
+            ? t('piece {k} of {n} (the largest of {all}):', { k: piece + 1, n, all: whole(surface.n_pieces) })
+            : t('piece {k} of {n}:', { k: piece + 1, n })}{' '}
           <span class="figure-word">{areaWords(surface.pieces[piece].area_m2)}</span>
-          <button type="button" class="chip" aria-label="Next piece" onClick={() => step(1)}>
+          <button type="button" class="chip" aria-label={t('Next piece')} onClick={() => step(1)}>
             ›
           </button>
         </p>
       )}
       {spot !== null && (
         <p>
-          Best position {spot.position.map((x) => coordinateWords(x)).join(', ')}: sees{' '}
-          <span class="figure-word">{areaWords(spot.sees_m2)}</span> of it and{' '}
-          <span class="figure-word">{areaWords(spot.adds_m2)}</span> of all unseen surface.
+          {t('Best position {place}: sees', { place: spot.position.map((x) => coordinateWords(x)).join(separator) })}{' '}
+          <span class="figure-word">{areaWords(spot.sees_m2)}</span> {t('of it and')}{' '}
+          <span class="figure-word">{areaWords(spot.adds_m2)}</span> {t('of all unseen surface.')}
         </p>
       )}
     </div>

@@ -1,0 +1,30 @@
+/** German of the texts in src/field. */
+export const FIELD = {
+  'Next station, distance and progress: for a tablet on site':
+    'Nächster Standpunkt, Entfernung und Fortschritt: für ein Tablet vor Ort',
+  'Field view': 'Feldansicht',
+  done: 'erledigt',
+  '· {length} to walk': '· noch {length} zu gehen',
+  'Full plan': 'Ganzer Plan',
+  'Stations done': 'Erledigte Standpunkte',
+  'Stations were edited in the review: this is the route of the original plan.':
+    'Standpunkte wurden in der Prüfung bearbeitet: Dies ist die Route des ursprünglichen Plans.',
+  'All done': 'Alles erledigt',
+  '{stations} scanned.': '{stations} gescannt.',
+  'Start here': 'Hier beginnen',
+  'Distance unknown': 'Entfernung unbekannt',
+  Here: 'Hier',
+  '{length} to go': 'noch {length}',
+  'Next station': 'Nächster Standpunkt',
+  'Sensor {height} above the ground · x, y {place} ({unit})': 'Sensor {height} über dem Boden · x, y {place} ({unit})',
+  'Mark as not done': 'Als nicht erledigt markieren',
+  Done: 'Erledigt',
+  'Stations in route order': 'Standpunkte in der Reihenfolge der Route',
+  '{id} done': '{id} erledigt',
+  'Map of the floor': 'Karte des Stockwerks',
+  '{id}, done': '{id}, erledigt',
+  '{n} stations here: {names}': '{n} Standpunkte hier: {names}',
+  'Stations at this position': 'Standpunkte an dieser Position',
+  '{n} stations here': '{n} Standpunkte hier',
+  'sensor at {height}': 'Sensor auf {height}',
+} as const;

@@ -1,0 +1,19 @@
+/** German of the texts in src/route. */
+export const ROUTE = {
+  Route: 'Route',
+  'No route was computed for this plan.': 'Für diesen Plan wurde keine Route berechnet.',
+  'Field time': 'Zeit im Feld',
+  'Walking, setup and scans': 'Wege, Aufstellen und Scans',
+  'Not reachable on foot': 'Zu Fuß nicht erreichbar',
+  'No path inside the model leads there': 'Im Modell führt kein Weg dorthin',
+  'Show route': 'Route zeigen',
+  '‹ Previous': '‹ Zurück',
+  '{n} stops': '{n} Halte',
+  'stop {n} of {all}': 'Halt {n} von {all}',
+  'Next ›': 'Weiter ›',
+  'The route starts at {station}.': 'Die Route beginnt bei {station}.',
+  'the entrance': 'dem Eingang',
+  'No path inside the model leads from {source} to {station}.': 'Im Modell führt kein Weg von {source} nach {station}.',
+  '{length} from {source} to {station}, by the stairs.': '{length} von {source} nach {station}, über die Treppe.',
+  '{length} from {source} to {station}.': '{length} von {source} nach {station}.',
+} as const;

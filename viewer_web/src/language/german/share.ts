@@ -1,0 +1,36 @@
+/** German of the texts in src/share. */
+export const SHARE = {
+  'Station list': 'Standpunktliste',
+  'Sheets to print': 'Blätter zum Drucken',
+  'Report, one page': 'Bericht, eine Seite',
+  'Model with stations': 'Modell mit Standpunkten',
+  'Issues: comments, unseen elements': 'Themen: Kommentare, nicht erfasste Bauteile',
+  Report: 'Bericht',
+  opens: 'öffnet',
+  'Unseen elements': 'Nicht erfasste Bauteile',
+  'There is nothing to take a picture of.': 'Es ist nichts da, wovon ein Bild entstehen kann.',
+  'The browser has no room for the picture: make its window smaller.':
+    'Der Browser hat keinen Platz für das Bild: Verkleinern Sie sein Fenster.',
+  'The browser could not write the picture.': 'Der Browser konnte das Bild nicht schreiben.',
+  '{stations}, {coverage} coverage': '{stations}, {coverage} Abdeckung',
+  '{length} in the middle of the picture': '{length} in der Bildmitte',
+  Share: 'Teilen',
+  'Share: copy a link, take a picture, download the plan': 'Teilen: Link kopieren, Bild aufnehmen, Plan herunterladen',
+  'Share and download': 'Teilen und herunterladen',
+  'It opens for whoever opened an address of `tlsplan view` in their browser before.':
+    'Er öffnet sich für alle, die in ihrem Browser schon eine Adresse von `tlsplan view` geöffnet haben.',
+  'Copied.': 'Kopiert.',
+  'The browser did not let it be copied: copy it from here.':
+    'Der Browser ließ das Kopieren nicht zu: Kopieren Sie von hier.',
+  'This view': 'Diese Ansicht',
+  'Copy link': 'Link kopieren',
+  Picture: 'Bild',
+  'Link to this view': 'Link zu dieser Ansicht',
+  'Download the plan': 'Plan herunterladen',
+  'as edited: {stations} changed': 'wie bearbeitet: {stations} geändert',
+  'Asking what can be had …': 'Angebot wird erfragt …',
+  'This copy holds no files to download.': 'Diese Kopie enthält keine Dateien zum Herunterladen.',
+  'Making {name} …': '{name} wird erstellt …',
+  'Making {name}': '{name} wird erstellt',
+  Stop: 'Anhalten',
+} as const;
