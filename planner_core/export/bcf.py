@@ -36,8 +36,6 @@ _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_OID, "tlsplan bcf")
 #: The first day that a zip can name.
 _ZIP_TIME = (1980, 1, 1, 0, 0, 0)
 _GLOBAL_ID = re.compile(r"[0-3][0-9A-Za-z_$]{21}")
-#: Not allowed in XML, and no control characters either.
-_NO_XML = {0xFFFE: 0xFFFD, 0xFFFF: 0xFFFD}
 
 
 def write_bcf(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
@@ -175,9 +173,9 @@ def _viewpoint(plan: PlanSource, topic: Topic, view_id: str, eye: Eye) -> Elemen
 
 
 def _add(parent: ElementTree.Element, tag: str, text: str = "", **attributes: str) -> ElementTree.Element:
-    element = ElementTree.SubElement(parent, tag, {name: _words(value) for name, value in attributes.items()})
+    element = ElementTree.SubElement(parent, tag, {name: escaped(value) for name, value in attributes.items()})
     if text:
-        element.text = _words(text)
+        element.text = escaped(text)
     return element
 
 
@@ -185,10 +183,6 @@ def _add_vector(parent: ElementTree.Element, tag: str, vector: FloatArray) -> No
     element = _add(parent, tag)
     for axis, value in zip("XYZ", vector.tolist(), strict=True):
         _add(element, axis, f"{value + 0.0:.6f}")
-
-
-def _words(text: str) -> str:
-    return escaped(text).translate(_NO_XML)
 
 
 def _put(archive: zipfile.ZipFile, name: str, root: ElementTree.Element) -> None:

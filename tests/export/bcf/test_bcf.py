@@ -276,7 +276,7 @@ def test_comments_keep_their_words_author_time_and_status(room_folder: Path) -> 
     assert first.text("Topic/Title") == f"{station}: Is <this> & that"
     assert len(second.text("Topic/Title")) == 100
     for topic, author, status, text in (
-        (first, ANN, "Open", "Is <this> & that\nfree by Monday? \ufffd"),
+        (first, ANN, "Open", "Is <this> & that\nfree by Monday? \\ufffe"),
         (second, ANN, "Open", "x" * 300),
         (third, BEN, "Resolved", "Settled"),
     ):
