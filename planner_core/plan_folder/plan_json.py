@@ -20,7 +20,7 @@ from planner_core.coordinates.frame import site_frame
 from planner_core.coordinates.georeference import GeoreferenceSection
 from planner_core.documents import is_deeper, read_as
 from planner_core.engine.patch_mode import scan_mode_of
-from planner_core.errors import PlanFolderError, escaped
+from planner_core.errors import PlanFolderError
 from planner_core.model import (
     Doors,
     Element,
@@ -179,7 +179,8 @@ def _source(scene: Scene, folder: Path | None) -> dict[str, Any] | None:
         ways = [os.path.relpath(path.parent.resolve() / path.name, folder.resolve()) for path in files]
     except ValueError:
         return None
-    first, *others = (escaped(Path(way).as_posix()) for way in ways)
+    # Halves of surrogate pairs, which stand for bytes that are no UTF-8, are all that a document can't hold.
+    first, *others = (Path(way).as_posix().encode("utf-8", "backslashreplace").decode() for way in ways)
     return {"path": first, "other_paths": others}
 
 

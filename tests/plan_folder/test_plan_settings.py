@@ -326,6 +326,16 @@ def test_source_is_the_way_from_the_plan_folder_to_the_scene(made: tuple[Path, d
     assert find_scene(folder, document)[0].resolve() == scene_file
 
 
+@pytest.mark.parametrize("name", ["a\x1b[2J.obj", "a\uf03ab.obj", "\U0008375b.obj", "größe 日本.obj"])
+def test_a_scene_is_found_under_any_name(plan: Plan, tmp_path: Path, name: str) -> None:
+    """File servers write `:` as a character of private use, and names may have characters newer than Python's."""
+    file = tmp_path / name
+    file.write_text(QUAD)
+    scene = replace(plan.survey.scene, source=load_scene(file).source)
+    document = json.loads(plan_text(replace(plan, survey=replace(plan.survey, scene=scene)), tmp_path))
+    assert find_scene(tmp_path, document) == (file,)
+
+
 def test_scene_is_found_after_both_folders_moved_together(made: tuple[Path, dict[str, Any], Path]) -> None:
     folder, document, scene_file = made
     moved = folder.parents[1] / "moved"
