@@ -190,6 +190,36 @@ test('a station goes to a typed easting, and its scene coordinates follow the ma
   await undo();
 });
 
+test('what is typed before the page has drawn anew counts', async () => {
+  const { page } = viewer;
+  await page.route('**/plan/plan.json', (route) => route.fulfill({ json: withSite(planFolder) }));
+  await openEditing();
+  const [{ id, position }] = stations;
+  await marker(id).click();
+  await page.getByRole('radio', { name: 'Site', exact: true }).waitFor();
+  // As on a slow machine: choosing, typing and Enter all come before the next frame.
+  await page.evaluate(
+    async ({ easting }) => {
+      const rendered = async (): Promise<void> => {
+        for (let i = 0; i < 20; i++) await Promise.resolve();
+      };
+      const radios = [...document.querySelectorAll<HTMLElement>('.station-coordinates [role=radio]')];
+      radios.find(({ textContent }) => textContent === 'Site')!.click();
+      await rendered();
+      const field = document.querySelector<HTMLInputElement>('[aria-label="Easting, m"]')!;
+      field.value = easting;
+      field.dispatchEvent(new InputEvent('input', { bubbles: true }));
+      await rendered();
+      field.dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter', bubbles: true }));
+    },
+    { easting: (siteOf(position)[0] + 0.2).toFixed(3) },
+  );
+  await expect.poll(async () => (await review()).stations[id]?.position_m ?? null).not.toBeNull();
+  const [movedE] = siteOf((await review()).stations[id].position_m!);
+  expect(movedE - siteOf(position)[0]).toBeCloseTo(0.2, 2);
+  await undo();
+});
+
 test('several stations are selected with Shift, moved, dragged, locked and removed together, and each is one undo', {
   tags: 'main',
 }, async () => {

@@ -1,6 +1,6 @@
 /** A length or a coordinate that is typed, in the chosen unit: taken when the field is left or Enter is pressed. */
 
-import { useEffect, useState } from 'preact/hooks';
+import { useState } from 'preact/hooks';
 import { decimal, t } from '../language/language.ts';
 import { parseLengthM, units } from './units.ts';
 
@@ -18,13 +18,13 @@ interface LengthFieldProps {
 export function LengthField({ label, valueM, digits = 3, unitM, disabled = false, onValue }: LengthFieldProps) {
   const scale = unitM ?? parseLengthM('1') ?? 1;
   const shown = decimal(valueM / scale, digits);
-  const [typed, setTyped] = useState<string | null>(null);
-  // A value that changed meanwhile, as by a drag, counts more than what is half typed.
-  useEffect(() => setTyped(null), [shown]);
+  const [entry, setEntry] = useState<{ readonly text: string; readonly over: string } | null>(null);
+  // A value that changed meanwhile, as by a drag, counts more than what is half typed over the one before.
+  const typed = entry?.over === shown ? entry.text : null;
   const parsedM = typed === null ? valueM : parseLengthM(typed, scale);
   const take = (): void => {
     if (typed !== null && parsedM !== null) {
-      setTyped(null);
+      setEntry(null);
       if (decimal(parsedM / scale, digits) !== shown) onValue(parsedM);
     }
   };
@@ -39,11 +39,11 @@ export function LengthField({ label, valueM, digits = 3, unitM, disabled = false
           disabled={disabled}
           aria-label={`${label}, ${units.value}`}
           aria-invalid={parsedM === null}
-          onInput={(event) => setTyped(event.currentTarget.value)}
+          onInput={(event) => setEntry({ text: event.currentTarget.value, over: shown })}
           onBlur={take}
           onKeyDown={(event) => {
             if (event.key === 'Enter') take();
-            if (event.key === 'Escape') setTyped(null);
+            if (event.key === 'Escape') setEntry(null);
           }}
         />
         {units.value}
