@@ -46,11 +46,18 @@ def all_round() -> Scanner:
     )  # fmt: skip
 
 
-def judged(scene: Scene, at_m: list[tuple[float, float, float]], scanner: Scanner, **asked: object) -> Judgement:
+def judged(
+    scene: Scene,
+    at_m: list[tuple[float, float, float]],
+    scanner: Scanner,
+    scan_mode: ScanBy = ScanBy.AUTO,
+    **asked: object,
+) -> Judgement:
     requirements = Requirements(network="none", scope="all", **asked)  # type: ignore[arg-type]
     settings = PlanSettings(
-        scanner=scanner, requirements=requirements, grid_step_m=1.0, instrument_heights_m=(1.5,), special_places=False
-    )
+        scanner=scanner, requirements=requirements, grid_step_m=1.0, instrument_heights_m=(1.5,), special_places=False,
+        scan_mode=scan_mode,
+    )  # fmt: skip
     stations = [GivenStation(f"T{i}", np.array(at) + scene.offset_m, None, None) for i, at in enumerate(at_m)]
     plan = evaluate_stations(scene, settings, stations)
     return judge(plan, open_engine(scene, plan.survey.patches), n_points=N_POINTS)
@@ -229,3 +236,11 @@ def test_surface_that_a_station_stands_in_the_plane_of_is_not_seen(monkeypatch: 
     monkeypatch.setattr("planner_core.planning.judge.LEAST_RETURNS", 0.0)
     by_sight_alone = judged(scene, [(0.5, 3.995, 1.5)], load_scanner("rtc360")).covered_m2
     assert is_within(by_sight_alone.judged - told.judged, 4.0 * 3.0, by_sight_alone.error)
+
+
+def test_floor_between_the_rows_of_a_coarse_scanner_is_seen_as_far_as_patches_hold_beams() -> None:
+    """From 0.3 m above a floor its rows meet it 0.2 m apart at 3 m, 0.6 m at 5 m; patches are up to 0.28 m wide."""
+    floor = scene_of([("floor", (-6.0, -6.0, -0.2), (6.0, 6.0, 0.0))])
+    found = judged(floor, [(0.0, 0.0, 0.3)], load_scanner("hdl-64e"), ScanBy.PATCHES).covered_m2
+    assert found.told < 0.9 * np.pi * 5.0**2
+    assert abs(found.judged - found.told) < 4.0 * found.error
