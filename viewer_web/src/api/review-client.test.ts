@@ -85,6 +85,18 @@ test('after a conflict the own change can be made all the same', async () => {
   expect(placeOf()).toEqual([7, 0, 1.3]);
 });
 
+test('what was done here since something was looked at is no conflict; what others did is', async () => {
+  const { reviewClient, server, placeOf } = await openReviewClient();
+  const revision = server.review.revision;
+  void reviewClient.commit('first', [move(1)]);
+  expect(await reviewClient.commit('a drag that began before', [move(2)], revision)).toBe(true);
+  expect(placeOf()).toEqual([2, 0, 1.3]);
+  server.changeAs('Ben', move(5));
+  void reviewClient.commit('another', [move(3, 'S002')]);
+  expect(await reviewClient.commit('again', [move(4)], revision)).toBe(false);
+  expect(reviewClient.conflict.value?.words).toMatch(/^Ben changed station S001/);
+});
+
 test('changes of different objects are no conflict', async () => {
   const { reviewClient, server, placeOf } = await openReviewClient();
   server.changeAs('Grace', move(7, 'S002'));

@@ -97,6 +97,8 @@ export class ReviewClient {
   /** What was told of runs while they were asked for, of every question under way. */
   private readonly runNews = new Set<RunNews[]>();
   private queue: Promise<unknown> = Promise.resolve();
+  /** Revisions that were made here: who looked at the one before and did this himself knows of it. */
+  private readonly ownRevisions = new Set<number>();
   private stopListening: () => void = () => undefined;
   private readonly listen: typeof listenToEvents;
   private readonly storage: ReviewClientOptions['storage'];
@@ -173,6 +175,11 @@ export class ReviewClient {
    */
   commit(label: string, changes: readonly Change[], decidedAt?: number, together?: Together): Promise<boolean> {
     return this.inTurn(() => this.send({ label, changes }, 'do', decidedAt, together));
+  }
+
+  /** All that was begun until now has been answered. */
+  async settled(): Promise<void> {
+    await this.queue;
   }
 
   undo(): Promise<boolean> {
@@ -298,7 +305,8 @@ export class ReviewClient {
     if (review === null || this.conflict.peek() !== null) return false;
     this.isBusy.value = true;
     try {
-      const basis = { revision: decidedAt ?? review.revision, planSha256: this.session.peek()?.plan_sha256 ?? null };
+      const revision = decidedAt === undefined ? review.revision : this.withOwnSince(decidedAt);
+      const basis = { revision, planSha256: this.session.peek()?.plan_sha256 ?? null };
       const outcome = await this.client.commit(basis, this.author.peek().trim() || UNNAMED, step.changes);
       if (outcome.kind === 'conflict') this.meet(step, outcome.answer, together);
       else this.take(step, outcome.answer.review, outcome.answer.undo, direction);
@@ -312,6 +320,11 @@ export class ReviewClient {
     }
   }
 
+  /** The last revision that differs from an older one by nothing but what was done here. */
+  private withOwnSince(revision: number): number {
+    return this.ownRevisions.has(revision + 1) ? this.withOwnSince(revision + 1) : revision;
+  }
+
   private meet(step: Step, answer: ConflictAnswer, together: Together): void {
     batch(() => {
       this.review.value = answer.review;
@@ -322,6 +335,7 @@ export class ReviewClient {
 
   private take(step: Step, review: Review, undo: readonly Change[], direction: Direction): void {
     const back: Step = { label: step.label, changes: undo };
+    this.ownRevisions.add(review.revision);
     batch(() => {
       this.review.value = review;
       this.notice.value = null;

@@ -203,6 +203,20 @@ test.each([
   expect(reviewClient.notice.value?.text).toBe(words);
 });
 
+test('a lock that is on its way when the station is dragged holds', async () => {
+  answerGround(openGround('F0'));
+  void reviewClient
+    .commit('lock S001', [{ kind: 'add_comment', text: 'stands for a lock, answered late' }])
+    .then(() => {
+      stations.value = stations.value.map((station) => ({ ...station, isLocked: true }));
+    });
+  pointer.onDown?.(at(0, 0));
+  pointer.onMove?.(at(3, 4));
+  pointer.onUp?.(at(3, 4), false);
+  await expect.poll(() => reviewClient.notice.value?.text).toBe('Station S001 is locked. Unlock it to move it.');
+  expect([movedTo(), store.editing.underWay.value]).toEqual([undefined, null]);
+});
+
 test('steps by keys add up, stop where no tripod can stand, and are one change', async () => {
   answerGround(openGround('F0'));
   const station = stations.value[0];

@@ -97,6 +97,11 @@ export class StationMover {
     this.loop.stop();
     this.store.editing.nDrags.value++;
     try {
+      // A lock that was on its way when the pointer came down holds too.
+      await this.reviewClient.settled();
+      const now = this.follower.stations.peek().find(({ id }) => id === underWay.stationId);
+      const words = now === undefined ? null : whyItStays(now);
+      if (words !== null) throw new Error(words);
       // The place that was asked for last, and not one on the way there.
       const preview = await askPreview(this.reviewClient.client, this.wish(underWay), this.nextSequence());
       this.show(preview, null);
