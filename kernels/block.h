@@ -235,9 +235,10 @@ static inline lanes_f needle_inverse_range(global const float *geometry, int blo
     const lanes_i front = MASK(u >= -rounding_u) & MASK(v >= -rounding_v) & MASK(w >= -rounding_w);
     const lanes_i back = MASK(u <= rounding_u) & MASK(v <= rounding_v) & MASK(w <= rounding_w);
     /* The box, larger by what a beam may be off at that distance */
-    const float pad = NEEDLE_PAD * (MAGNITUDE(ax) + MAGNITUDE(ay) + MAGNITUDE(az) + MAGNITUDE(bx - ax) +
-                                    MAGNITUDE(by - ay) + MAGNITUDE(bz - az) + MAGNITUDE(cx - ax) + MAGNITUDE(cy - ay) +
-                                    MAGNITUDE(cz - az));
+    const float size_a = MAGNITUDE(ax) + MAGNITUDE(ay) + MAGNITUDE(az);
+    const float size_b = MAGNITUDE(bx) + MAGNITUDE(by) + MAGNITUDE(bz);
+    const float size_c = MAGNITUDE(cx) + MAGNITUDE(cy) + MAGNITUDE(cz);
+    const float size_ab = MOST(size_a, size_b), pad = NEEDLE_PAD * MOST(size_ab, size_c);
     lanes_f enter = 0.0f, leave = 1e30f;
     clip_axis(ax, bx, cx, pad, dx, &enter, &leave);
     clip_axis(ay, by, cy, pad, dy, &enter, &leave);

@@ -20,9 +20,10 @@
  * kilometres away stays finite (1e5 / 1e-18 = 1e23), and the ray is moved by less than 1e-13 m there. */
 #define LEAST_COMPONENT 1e-18f
 
-/* A hit may lie some ulp of its range outside its triangle and so outside its box; boxes grow by this share of the
- * distance to the scene's farthest point. Rounding of the test: a few 6e-8. */
-#define BOX_SHARE 1e-6f
+/* A hit may lie some ulp of its range outside its triangle and so outside its box, one of a needle by NEEDLE_PAD: boxes grow
+ * by this share of the distance to the scene's farthest point. 1.75: a vertex's sum of coordinates over its distance.
+ * Rounding of the test: a few 6e-8. */
+#define BOX_SHARE (1.75f * NEEDLE_PAD)
 
 /* The same for the product of origin and inverse direction, which is rounded by itself. */
 #define ORIGIN_SHARE 2e-7f

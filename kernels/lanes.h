@@ -20,14 +20,25 @@
 #if LANES == 1
 typedef float lanes_f;
 typedef int lanes_i;
-#define LANES_STORE(x, p) (*(p) = (x))
 #define MASK(condition) (-(condition))
 #else
 typedef GLUE(float, LANES) lanes_f;
 typedef GLUE(int, LANES) lanes_i;
-#define LANES_STORE(x, p) GLUE(vstore, LANES)((x), 0, (p))
 #define MASK(condition) (condition)
 #endif
+
+/* Memory that is aligned to one lane alone. */
+typedef lanes_f lanes_f_anywhere __attribute__((aligned(4)));
+typedef lanes_i lanes_i_anywhere __attribute__((aligned(4)));
+#define DEFINE_STORE(space, type, lanes)                                                                              \
+    static inline void __attribute__((overloadable)) store_lanes(lanes x, space type *p)                              \
+    {                                                                                                                 \
+        *(space lanes##_anywhere *)p = x;                                                                             \
+    }
+DEFINE_STORE(global, float, lanes_f)
+DEFINE_STORE(global, int, lanes_i)
+DEFINE_STORE(private, float, lanes_f)
+DEFINE_STORE(private, int, lanes_i)
 
 /* Where p is aligned to the whole vector, as all arrays of ours are. */
 #define LANES_LOAD(p) (*(global const lanes_f *)(p))

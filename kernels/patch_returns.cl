@@ -254,8 +254,8 @@ kernel void sum_returns(TREE_ARGUMENTS, GRID_ARGUMENTS, global int *list, global
         const lanes_i real = real_lanes(place);
         /* Neighbouring beams mostly share a patch: one pass a distinct patch, as in `resolve`. */
         int todo[LANES], triangle[LANES];
-        LANES_STORE(hit.patch, todo);
-        LANES_STORE(hit.triangle, triangle);
+        store_lanes(hit.patch, todo);
+        store_lanes(hit.triangle, triangle);
         for (int lane = place.begin; lane < place.end; ++lane) {
             const int one = todo[lane];
             if (one < 0) continue;

@@ -29,18 +29,18 @@ kernel void scan_tiles(TREE_ARGUMENTS, GRID_ARGUMENTS, global float *range_out, 
                                 LANES_LOAD(d + 2 * LANES), returns.inverse[p], returns.triangle[p], range_min, range_max);
         if (is_whole(place)) {
             const size_t to = image + place.first;
-            LANES_STORE(hit.range, range_out + to);
-            LANES_STORE(hit.triangle, triangle_out + to);
-            LANES_STORE(hit.patch, patch_out + to);
-            LANES_STORE(hit.cos_incidence, cosine_out + to);
+            store_lanes(hit.range, range_out + to);
+            store_lanes(hit.triangle, triangle_out + to);
+            store_lanes(hit.patch, patch_out + to);
+            store_lanes(hit.cos_incidence, cosine_out + to);
             continue;
         }
         float range[LANES], cosine[LANES];
         int triangle[LANES], patch[LANES];
-        LANES_STORE(hit.range, range);
-        LANES_STORE(hit.triangle, triangle);
-        LANES_STORE(hit.patch, patch);
-        LANES_STORE(hit.cos_incidence, cosine);
+        store_lanes(hit.range, range);
+        store_lanes(hit.triangle, triangle);
+        store_lanes(hit.patch, patch);
+        store_lanes(hit.cos_incidence, cosine);
         for (int lane = place.begin; lane < place.end; ++lane) {
             const size_t to = image + place_of_lane(place, lane, columns);
             range_out[to] = range[lane];

@@ -31,7 +31,7 @@ kernel void list_patches(TREE_ARGUMENTS, GRID_ARGUMENTS, global int *list, globa
         const Hit hit = resolve(geometry, slot, edges, address, ox, oy, oz, LANES_LOAD(d), LANES_LOAD(d + LANES),
                                 LANES_LOAD(d + 2 * LANES), returns.inverse[p], returns.triangle[p], range_min, range_max);
         int patch[LANES];
-        LANES_STORE(hit.patch, patch);
+        store_lanes(hit.patch, patch);
         for (int lane = 0; lane < LANES; ++lane) {
             const int one = patch[lane];
             if (one < 0 || recent[one % RECENT] == one) continue;

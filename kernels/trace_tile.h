@@ -63,14 +63,27 @@ static inline void keep_first(Returns *out, int p, lanes_f inverse, lanes_i insi
     out->triangle[p] = PICK(take, triangle, have);
 }
 
+#if LANES >= 8
+/* Smallest of the lanes that leave a packet eight. */
+static inline float8 eight_of(lanes_f packet)
+{
+#if LANES == 16
+    return LEAST(packet.lo, packet.hi);
+#else
+    return packet;
+#endif
+}
+#endif
+
 /* Smallest lane of each of eight packets. */
 static inline float8 least_of_eight(const lanes_f *inverse)
 {
-#if LANES == 8
+#if LANES >= 8
     float8 halves[4], quarters[2];
     for (int k = 0; k < 4; ++k) {
-        const float8 low = (float8)(inverse[2 * k].lo, inverse[2 * k + 1].lo);
-        const float8 high = (float8)(inverse[2 * k].hi, inverse[2 * k + 1].hi);
+        const float8 first = eight_of(inverse[2 * k]), second = eight_of(inverse[2 * k + 1]);
+        const float8 low = (float8)(first.lo, second.lo);
+        const float8 high = (float8)(first.hi, second.hi);
         halves[k] = LEAST(low, high);
     }
     for (int k = 0; k < 2; ++k) {

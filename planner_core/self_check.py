@@ -1,7 +1,7 @@
 """What shows that an engine computes rightly: beams in a box whose ranges are known, and a selection that is easy.
 
-`python -m planner_core.self_check INDEX LABEL` does it with the kernels of one OpenCL device, in a process that may
-crash: `planner_core.device.check` asks for that before a device is used.
+`python -m planner_core.self_check INDEX LABEL LANES` does it with the kernels of one OpenCL device, in packets of at
+most so many lanes, in a process that may crash: `planner_core.device.check` asks for that before a device is used.
 """
 
 from __future__ import annotations
@@ -95,12 +95,13 @@ def _selects_wrongly(device: Device) -> str:
     )
 
 
-def main(index: str, label: str) -> int:
+def main(index: str, label: str, lanes: str) -> int:
     """Check one device; return the exit code, and print what `planner_core.device.check` reads."""
     try:
         device = open_unchecked(int(index))
         if device.label != label:
             return _say(f"device {index} is {device.label} in a process of its own, expected {label}")
+        device.max_lanes = min(int(lanes), device.max_lanes)
         scene, patches = box()
         wrong = ranges_wrongly(OpenCLEngine(scene, patches, device), scene, patches) or _selects_wrongly(device)
     except DeviceMemoryError as error:

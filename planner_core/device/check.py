@@ -1,7 +1,8 @@
 """Whether a device can be trusted: its kernels are run in a child process first, and what they compute is checked.
 
 A driver may crash the process that uses it, or compute wrong results without a word; both were seen. So before a device
-is used, a child process runs `planner_core.self_check` on it. That is done once for each driver, processor and state of
+is used, a child process runs `planner_core.self_check` on it; where kernels of the widest packets fail, once more with
+narrower ones. That is done once for each driver, processor and state of
 the kernels: the verdict is kept in the cache folder, unless it may have been bad luck (memory, a signal from outside).
 """
 
@@ -15,7 +16,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from planner_core.cache import keep, kept_file, read_kept
-from planner_core.device.runtime import Device
+from planner_core.device.runtime import NARROW_LANES, Device
 from planner_core.operating_system import processor_flags
 
 #: The module that the child runs: it knows all layers whose kernels it exercises, this one knows its name alone.
@@ -24,7 +25,7 @@ _CHILD = "planner_core.self_check"
 ALL_WELL = "all well"
 #: Exit code of a child that can say in one line what is wrong.
 SAID = 3
-_SCHEMA = "tlsplan/device-check/1"
+_SCHEMA = "tlsplan/device-check/2"
 #: Compiling all kernels takes some seconds; on a busy machine a minute. A compiler told a wrong processor was seen to
 #: hang: that verdict is kept, too, since every command would wait so long.
 _TIME_LIMIT_S = 300.0
@@ -35,6 +36,8 @@ _CRASHES = {4: "illegal instruction", 5: "trap", 6: "abort", 7: "bus error", 8: 
 def problem_of(device: Device, index: int, *, anew: bool = False) -> str:
     """Return why a device can't be trusted, or nothing where its kernels compute rightly.
 
+    Lowers the device's `max_lanes` to what they do so with.
+
     Parameters
     ----------
     index
@@ -44,16 +47,21 @@ def problem_of(device: Device, index: int, *, anew: bool = False) -> str:
     """
     holds_for = {**device.identity(), "processor": _processor()}
     file = kept_file("device-check", holds_for)
-    kept = None if anew or file is None else _kept_problem(file)
+    kept = None if anew or file is None else _kept(file)
     if kept is not None:
-        return kept
+        problem, device.max_lanes = kept[0], min(kept[1], device.max_lanes)
+        return problem
     problem, is_certain = _ask_child(device, index)
+    if problem and is_certain and device.max_lanes > NARROW_LANES:
+        device.max_lanes = NARROW_LANES
+        problem, is_certain = _ask_child(device, index)
     if is_certain and file is not None:
         _kept_verdict.cache_clear()
+        lanes = device.max_lanes
         try:
-            keep(file, {"schema": _SCHEMA, **holds_for, "problem": problem})
+            keep(file, {"schema": _SCHEMA, **holds_for, "problem": problem, "max_lanes": lanes})
         except OSError:
-            _checked_here[file] = problem  # this process knows, the next will ask again
+            _checked_here[file] = problem, lanes  # this process knows, the next will ask again
     return problem
 
 
@@ -62,18 +70,19 @@ def _processor() -> str:
 
 
 #: Verdicts that could not be written.
-_checked_here: dict[Path, str] = {}
+_checked_here: dict[Path, tuple[str, int]] = {}
 
 
 @lru_cache(maxsize=64)
-def _kept_verdict(file: Path) -> str:
-    return str(read_kept(file, _SCHEMA)["problem"])
+def _kept_verdict(file: Path) -> tuple[str, int]:
+    verdict = read_kept(file, _SCHEMA)
+    return str(verdict["problem"]), int(verdict["max_lanes"])
 
 
-def _kept_problem(file: Path) -> str | None:
+def _kept(file: Path) -> tuple[str, int] | None:
     try:
         return _kept_verdict(file)
-    except (OSError, ValueError, KeyError):
+    except (OSError, ValueError, TypeError, KeyError):
         return _checked_here.get(file)
 
 
@@ -81,7 +90,7 @@ def _ask_child(device: Device, index: int) -> tuple[str, bool]:
     """What the child finds, and whether it would find so again."""
     try:
         done = subprocess.run(
-            [sys.executable, "-P", "-m", _CHILD, str(index), device.label],
+            [sys.executable, "-P", "-m", _CHILD, str(index), device.label, str(device.max_lanes)],
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,

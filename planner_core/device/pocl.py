@@ -2,8 +2,9 @@
 
 THE PROCESSOR'S NAME. PoCL compiles with the LLVM that it was built with, and asks it for the processor's name. A
 processor that came later is called `generic` there, and clang refuses that name: no kernel builds (PoCL issue 1049).
-The PoCL that pyopencl brings is of 2022 (LLVM 14). So where it says `generic`, and only there, the name is replaced by
-that of the x86-64 level whose instructions the processor has, before anything is built.
+The PoCL that pyopencl brings is of 2022 (LLVM 14). It takes AMD's Zen 4, which came next, for Zen 3, which lacks
+AVX-512. So where it says `generic`, or Zen 3 of a processor with AVX-512, and only there, the name is replaced by that
+of the x86-64 level whose instructions the processor has, before anything is built.
 
 PoCL has no call for that; the name is a pointer in its device structure, whose place is known for the versions in
 `_NAME_OFFSETS`. Nothing is written unless version, triple and name are found just as that version lays them out; they
@@ -30,6 +31,8 @@ from planner_core.operating_system import own_memory, processor_flags
 #: Name of PoCL's platform, in every version.
 POCL = "Portable Computing Language"
 _UNKNOWN = "generic"
+#: What LLVM 14 calls Zen 4.
+_WITHOUT_AVX512 = "znver3"
 _TRIPLE = "x86_64-unknown-linux-gnu"
 #: By PoCL's version: where the device structure keeps `char *llvm_target_triplet` and `char *llvm_cpu`, in bytes.
 _NAME_OFFSETS = {"3.0-rc2": (632, 640)}
@@ -42,6 +45,8 @@ _LEVELS = (
     ("x86-64-v3", "avx avx2 bmi1 bmi2 f16c fma abm movbe xsave"),
     ("x86-64-v4", "avx512f avx512bw avx512cd avx512dq avx512vl"),
 )
+HIGHEST_LEVEL = _LEVELS[-1][0]
+"""The x86-64 level with AVX-512."""
 _LIBRARY_ROOTS = ("/usr/lib", "/usr/lib64", "/lib64")
 
 #: Devices that were named here, by address: name given.
@@ -49,15 +54,16 @@ _named: dict[int, str] = {}
 
 
 def name_processor(device: Any) -> None:
-    """Give a PoCL device whose compiler does not know this processor the name of its x86-64 level.
+    """Give a PoCL device whose compiler does not know this processor, or all of it, the name of its x86-64 level.
 
     Does nothing where the name is another, where the layout is not recognised, and on other systems.
     """
     pointer = _name_pointer(device)
-    if pointer is None or _text_at(_word_at(pointer)) != _UNKNOWN:
+    found = "" if pointer is None else _text_at(_word_at(pointer))
+    if pointer is None or found not in (_UNKNOWN, _WITHOUT_AVX512):
         return
     name = level_of(processor_flags())
-    if name is None:
+    if name is None or (found == _WITHOUT_AVX512 and name != HIGHEST_LEVEL):
         return
     # As PoCL made its own: it may free it at the end.
     ctypes.c_void_p.from_address(pointer).value = _strdup(name)

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.device.faults import device_error, driver_errors
-from planner_core.device.pocl import name_given
+from planner_core.device.pocl import HIGHEST_LEVEL, name_given
 from planner_core.errors import DeviceError, DeviceMemoryError
 
 _INCLUDE = re.compile(r'^\s*#include\s+"([\w.]+)"\s*$')
@@ -31,6 +31,9 @@ _USABLE_SHARE = 0.9
 _BUILD_FAILURES = frozenset({-11, -15, -17, -43})
 #: What LLVM says where a signal, such as a Ctrl-C that others hear too, came while it wrote: it removes the file then.
 _LOST_FILE = "unable to rename temporary"
+NARROW_LANES = 8
+"""Floats side by side that kernels may be built for on every device."""
+_WIDE_LANES = 16
 #: Launches whose fate has not been looked at yet; their events hold memory of the driver.
 _MAX_LAUNCHED = 1024
 
@@ -122,8 +125,13 @@ class Device:
             self.n_compute_units = int(device.max_compute_units)
             self.memory_bytes = int(device.global_mem_size)
             self.max_buffer_bytes = int(device.max_mem_alloc_size)
+            n_native = int(device.native_vector_width_float)
         #: The processor that the driver was told to compile for, because it does not know this one; else None.
         self.compiled_for = name_given(device)
+        #: Floats side by side, at most, that kernels may be built for: what the processor has and the driver makes use
+        #: of. `planner_core.device.check` lowers it where that fails.
+        is_wide = kind == "cpu" and n_native >= _WIDE_LANES and self.compiled_for in (None, HIGHEST_LEVEL)
+        self.max_lanes = _WIDE_LANES if is_wide else NARROW_LANES
         #: What the driver raises, kept for when the interpreter ends: nothing can be imported any more by then.
         self.driver_error: type[Exception] = pyopencl.Error
         self.held_bytes = 0
@@ -316,11 +324,11 @@ class Device:
                 with driver_errors(f"{what}: {name}", self.label):
                     buffers[name] = self._output_buffer(array)
             yield buffers
+            for name, array in arrays.items():
+                if array.size:
+                    self._bring_back(f"{what}: {name}", buffers[name], array)
+            # Once for kernels and copies: each wait costs as much as fifteen thousand beams.
             self.finish(what)
-            with driver_errors(what, self.label):
-                for name, array in arrays.items():
-                    if array.size:
-                        self._bring_back(buffers[name], array)
         except BaseException:
             self._drain()  # kernels may still be writing to the arrays, which the caller is about to drop
             raise
@@ -338,18 +346,20 @@ class Device:
             )
         return self._keep(pyopencl.Buffer(self.context, flags, size=max(array.nbytes, 1)), array.nbytes)
 
-    def _bring_back(self, buffer: Buffer, array: NDArray[Any]) -> None:
+    def _bring_back(self, what: str, buffer: Buffer, into: NDArray[Any]) -> None:
+        """Queue what lets the host see a buffer; done when `finish` is."""
         import pyopencl
 
-        if self.kind != "cpu":
-            pyopencl.enqueue_copy(self.queue, array, buffer.handle)
-            return
-        # Mapping hands the memory over to the host; on a CPU nothing moves.
-        mapped, _ = pyopencl.enqueue_map_buffer(
-            self.queue, buffer.handle, pyopencl.map_flags.READ, 0, array.shape, array.dtype
-        )
-        mapped.base.release(self.queue)
-        self.queue.finish()
+        with driver_errors(what, self.label):
+            if self.kind != "cpu":
+                self.note_launch(what, pyopencl.enqueue_copy(self.queue, into, buffer.handle, is_blocking=False))
+                return
+            # Mapping hands the memory over to the host; on a CPU nothing moves.
+            mapped, event = pyopencl.enqueue_map_buffer(
+                self.queue, buffer.handle, pyopencl.map_flags.READ, 0, into.shape, into.dtype, is_blocking=False
+            )
+            self.note_launch(what, event)
+            mapped.base.release(self.queue)
 
     def _drain(self) -> None:
         """Wait until nothing runs any more, whatever became of it: an error is on its way already."""

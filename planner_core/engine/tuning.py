@@ -23,12 +23,12 @@ from planner_core.errors import RequirementError
 Shape = tuple[int, int, int]
 
 _SCHEMA = "tlsplan/tile-shape/1"
-#: Rows and columns of beams a tile and beams a packet, by kind of device. CPU: measured on PoCL 3.0 (AVX2),
-#: docs/howto/device.md. Others are unmeasured: a scalar packet lets a GPU's own lanes be the packet.
-_TILE_SHAPE = {"cpu": (8, 64, 8)}
-_DEFAULT_TILE_SHAPE = (4, 8, 1)
-#: Packet widths that any device may have. 16 is left out: PoCL 3.0 on LLVM 14 ends the whole process on float16.
-_LANES = (1, 2, 4, 8)
+#: Rows and columns of beams a tile and beams a packet, of processors by `Device.max_lanes`: measured on PoCL 3.0 with
+#: AVX2 and with AVX-512, docs/howto/device.md. Other devices are unmeasured: a scalar packet lets a GPU's own lanes be
+#: the packet.
+_CPU_SHAPE: dict[int, Shape] = {8: (8, 64, 8), 16: (16, 32, 16)}
+_DEFAULT_SHAPE: Shape = (4, 8, 1)
+_LANES = (1, 2, 4, 8, 16)
 #: Beams a tile at most: each holds eight bytes of a work-item's private memory.
 _MAX_BEAMS = 2048
 _given: ContextVar[Shape | None] = ContextVar("tile shape", default=None)
@@ -55,11 +55,17 @@ def shape_in_use(device: Device) -> ShapeInUse:
         return ShapeInUse(given, "given", "by the caller")
     file = shape_file(device)
     kept, why_not = (None, "there is no cache folder") if file is None else _read(file)
-    if kept is not None:
+    if kept is not None and kept[2] <= device.max_lanes:
         return ShapeInUse(kept, "measured", f"kept in {file}")
-    if device.kind in _TILE_SHAPE:
-        return ShapeInUse(_TILE_SHAPE[device.kind], "shipped", f"measured with PoCL 3.0 on AVX2; here {why_not}")
-    return ShapeInUse(_DEFAULT_TILE_SHAPE, "shipped", f"no shape was measured for a {device.kind} yet; here {why_not}")
+    if kept is not None:
+        why_not = f"packets of {kept[2]}, which {file} keeps, do not run (`tlsplan tune` measures anew)"
+    if device.kind == "cpu":
+        return ShapeInUse(_shipped(device), "shipped", f"measured with PoCL 3.0; here {why_not}")
+    return ShapeInUse(_shipped(device), "shipped", f"no shape was measured for a {device.kind} yet; here {why_not}")
+
+
+def _shipped(device: Device) -> Shape:
+    return _CPU_SHAPE[device.max_lanes] if device.kind == "cpu" else _DEFAULT_SHAPE
 
 
 @contextmanager
@@ -93,7 +99,7 @@ def is_possible(shape: Shape) -> bool:
 
 def shapes_to_try(device: Device) -> tuple[Shape, ...]:
     """Shapes worth measuring on a device, the shipped one first."""
-    lanes_to_try = (8, 4) if device.kind == "cpu" else (1, 2, 4)
+    lanes_to_try = tuple(n for n in (16, 8, 4) if n <= device.max_lanes) if device.kind == "cpu" else (1, 2, 4)
     # By what has been fast somewhere, so that the first few are worth a quick look.
     tiles = (
         (8, 64),
@@ -109,7 +115,7 @@ def shapes_to_try(device: Device) -> tuple[Shape, ...]:
         (4, 16),
         (4, 8),
     )
-    shipped = _TILE_SHAPE.get(device.kind, _DEFAULT_TILE_SHAPE)
+    shipped = _shipped(device)
     others = ((rows, columns, lanes) for lanes in lanes_to_try for rows, columns in tiles)
     return (shipped, *(shape for shape in others if is_possible(shape) and shape != shipped))
 

@@ -12,6 +12,7 @@ from planner_core import self_check
 from planner_core.device import Device, check
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.tuning import tile_shape
 from planner_core.model import ScanBatch
 
 
@@ -58,8 +59,11 @@ def test_the_device_here_is_found_right_and_asked_once(device: Device, monkeypat
         ("import os; os.abort()", "its driver crashes (abort)"),
     ],
 )
-def test_a_verdict_that_would_be_the_same_again_is_kept(device: Device, child, lines: str, problem: str) -> None:
+def test_a_verdict_that_would_be_the_same_again_is_kept(
+    device: Device, child, monkeypatch: pytest.MonkeyPatch, lines: str, problem: str
+) -> None:
     child(lines)
+    monkeypatch.setattr(device, "max_lanes", 8)
     for _ in range(2):
         check._kept_verdict.cache_clear()
         assert check.problem_of(device, 0) == problem
@@ -88,11 +92,36 @@ def test_what_may_be_bad_luck_refuses_the_device_and_is_not_kept(
     assert child.asked() == 2
 
 
+@pytest.mark.parametrize(
+    "wide_fails", ["sys.exit(print('wrong ranges') or 3)", "os.abort()", "os.kill(os.getpid(), 4)"]
+)
+def test_where_wide_packets_fail_narrow_ones_are_used(
+    device: Device, child, monkeypatch: pytest.MonkeyPatch, wide_fails: str
+) -> None:
+    child(f"import os, sys\nif sys.argv[3] == '16': {wide_fails}\nprint('all well')")
+    for times_asked in (2, 2):
+        check._kept_verdict.cache_clear()
+        monkeypatch.setattr(device, "max_lanes", 16)
+        assert check.problem_of(device, 0) == ""
+        assert device.max_lanes == 8
+        assert tile_shape(device)[2] == 8
+        assert child.asked() == times_asked
+
+
+def test_where_narrow_packets_fail_too_the_device_is_refused(
+    device: Device, child, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    child("import sys; print(f'wrong in {sys.argv[3]}'); sys.exit(3)")
+    monkeypatch.setattr(device, "max_lanes", 16)
+    assert check.problem_of(device, 0) == "wrong in 8"
+
+
 def test_a_child_without_end_is_ended_and_not_waited_for_again(
     device: Device, child, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     child("import time; time.sleep(600)")
     monkeypatch.setattr(check, "_TIME_LIMIT_S", 2.0)
+    monkeypatch.setattr(device, "max_lanes", 8)
     for _ in range(2):
         assert "within 2 s (`tlsplan doctor` tries again)" in check.problem_of(device, 0)
     assert child.asked() == 1
@@ -114,7 +143,17 @@ def test_without_a_place_to_keep_it_a_process_asks_once(
     assert child.asked() == 1
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", '{"schema": "tlsplan/device-check/1"}', '{"schema": "other"}'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "{",
+        "[]",
+        '{"schema": "tlsplan/device-check/2"}',
+        '{"schema": "tlsplan/device-check/2", "problem": "", "max_lanes": null}',
+        '{"schema": "other"}',
+    ],
+)
 def test_a_damaged_verdict_counts_as_none(device: Device, child, cache: Path, text: str) -> None:
     child("print('all well')")
     check.problem_of(device, 0)
@@ -165,7 +204,7 @@ def test_the_box_is_scanned_rightly_by_both_engines_and_wrong_ranges_are_found(m
 
 @pytest.mark.opencl
 def test_a_device_that_is_not_there_is_said_in_one_line(capfd: pytest.CaptureFixture[str]) -> None:
-    assert self_check.main("99", "no such device") == check.SAID
+    assert self_check.main("99", "no such device", "8") == check.SAID
     assert capfd.readouterr().out.count("\n") == 1
-    assert self_check.main("0", "another label") == check.SAID
+    assert self_check.main("0", "another label", "8") == check.SAID
     assert "expected another label" in capfd.readouterr().out

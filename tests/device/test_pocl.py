@@ -84,7 +84,7 @@ def test_an_unknown_processor_gets_the_name_of_its_level(
 @pytest.mark.parametrize(
     "unlike",
     [
-        {"name": b"znver3"},
+        {"name": b"znver2"},
         {"name": b"generics"},
         {"name": b""},
         {"triple": b"aarch64-unknown-linux-gnu"},
@@ -94,12 +94,26 @@ def test_an_unknown_processor_gets_the_name_of_its_level(
         {"version": "6.0"},
     ],
 )
-def test_nothing_is_written_where_the_layout_is_not_the_known_one(unlike: dict[str, object]) -> None:
+def test_nothing_is_written_where_the_layout_is_not_the_known_one(
+    monkeypatch: pytest.MonkeyPatch, unlike: dict[str, object]
+) -> None:
+    monkeypatch.setattr(pocl, "processor_flags", lambda: tuple(V4))
     device = Played(**unlike)
     before = device.memory
     pocl.name_processor(device)
     assert device.memory == before
     assert pocl.name_given(device) is None
+
+
+@pytest.mark.parametrize(("flags", "name"), [(V3, b"znver3"), (V4, b"x86-64-v4")])
+def test_a_zen_4_that_is_taken_for_a_zen_3_gets_its_wider_instructions(
+    monkeypatch: pytest.MonkeyPatch, flags: list[str], name: bytes
+) -> None:
+    monkeypatch.setattr(pocl, "processor_flags", lambda: tuple(flags))
+    device = Played(name=b"znver3")
+    pocl.name_processor(device)
+    assert device.name == name
+    assert pocl.name_given(device) == (None if name == b"znver3" else name.decode())
 
 
 @pytest.mark.parametrize(("what", "instead"), [("system", "Darwin"), ("system", "Windows"), ("machine", "aarch64")])

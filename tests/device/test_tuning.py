@@ -75,6 +75,17 @@ def test_a_fresh_process_reads_what_was_kept(device: Device) -> None:
     assert done.stdout.strip() == str(OTHER)
 
 
+def test_packets_that_are_too_wide_here_are_not_taken(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(device, "max_lanes", 16)
+    file = keep_shape(device, (4, 64, 16), {})
+    assert tile_shape(device) == (4, 64, 16)
+    monkeypatch.setattr(device, "max_lanes", 8)
+    used = shape_in_use(device)
+    assert (used.shape, used.origin) == ((8, 64, 8), "shipped")
+    assert f"packets of 16, which {file} keeps" in used.detail
+    assert all(lanes <= 8 for _, _, lanes in shapes_to_try(device))
+
+
 @pytest.mark.parametrize("part", ["name", "driver", "n_compute_units"])
 def test_another_device_or_driver_does_not_take_it(device: Device, monkeypatch: pytest.MonkeyPatch, part: str) -> None:
     keep_shape(device, OTHER, {})
@@ -188,7 +199,7 @@ def test_a_given_shape_goes_before_all_others_and_ends_with_its_block(device: De
         pass
 
 
-@given(st.integers(1, 20), st.integers(1, 80), st.sampled_from([1, 2, 4, 8]))
+@given(st.integers(1, 20), st.integers(1, 80), st.sampled_from([1, 2, 4, 8, 16]))
 def test_possible_shapes_are_those_whose_packets_come_in_eights(rows: int, columns: int, lanes: int) -> None:
     packets = rows * (columns / lanes)
     assert is_possible((rows, columns, lanes)) == (columns % lanes == 0 and packets % 8 == 0)

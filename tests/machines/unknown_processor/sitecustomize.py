@@ -1,7 +1,8 @@
 """A machine whose processor PoCL's compiler does not know: `PYTHONPATH=tests/machines/unknown_processor`.
 
-There PoCL calls it `generic`. Here that name is put in the place of the right one as soon as pyopencl is asked for
-platforms, before anything of ours sees a device. With UNAIDED=1 in the environment our remedy is taken away, too;
+There PoCL calls it `generic`, or what NAME in the environment says. Here that name is put in the place of the right
+one as soon as pyopencl is asked for platforms, before anything of ours sees a device. With UNAIDED=1 in the
+environment our remedy is taken away, too;
 with LEVEL=x86-64-v3 it is of that level, whatever this processor has.
 
 The place of the name is written out here once more: a test is no test of offsets that it reads from what it tests.
@@ -15,7 +16,7 @@ from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
 
 _NAME_OFFSET = 640
-_generic = ctypes.create_string_buffer(b"generic")
+_name = ctypes.create_string_buffer(os.environ.get("NAME", "generic").encode())
 
 
 class _Then(Loader):
@@ -50,7 +51,7 @@ def _forget_the_processor(pyopencl: ModuleType) -> None:
             for device in platform.get_devices() if "PoCL 3.0-rc2" in platform.version else ():
                 if device.int_ptr not in done:
                     done.add(device.int_ptr)
-                    ctypes.c_void_p.from_address(device.int_ptr + _NAME_OFFSET).value = ctypes.addressof(_generic)
+                    ctypes.c_void_p.from_address(device.int_ptr + _NAME_OFFSET).value = ctypes.addressof(_name)
         return platforms
 
     pyopencl.get_platforms = get_platforms
