@@ -3,7 +3,7 @@ import { t } from '../language/language.ts';
 import { duration, lengthWords } from '../panels/figures.ts';
 import { Figure, Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
-import { type Stop, stopsOf } from './route.ts';
+import { missesEntrance, type Stop, stopsOf } from './route.ts';
 
 export function RouteSection({ store }: { store: Store }) {
   const route = store.shownRoute.value;
@@ -16,6 +16,7 @@ export function RouteSection({ store }: { store: Store }) {
     );
   }
   const stops = stopsOf(route);
+  const nEntrances = Object.keys(store.reviewClient?.review.value?.entrances ?? {}).length;
   const at = stops.findIndex(({ station }) => station === store.stationId.value);
   const go = (stop: Stop | undefined): void => {
     if (stop === undefined) return;
@@ -36,6 +37,13 @@ export function RouteSection({ store }: { store: Store }) {
           />
         )}
       </dl>
+      {missesEntrance(store.draftRoute.value, nEntrances) && (
+        <p class="note">
+          {t(
+            'The entrance is on ground that this plan does not reach: the route begins wherever it is shortest. Plan again to begin there, or move the entrance.',
+          )}
+        </p>
+      )}
       <label class="check">
         <input
           type="checkbox"

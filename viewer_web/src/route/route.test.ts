@@ -1,7 +1,7 @@
 import { expect, test } from 'vitest';
 import type { PlanRoute } from '../load/plan-json.ts';
 import type { StageFloor } from '../load/stage.ts';
-import { segmentsOf, stopsOf } from './route.ts';
+import { missesEntrance, segmentsOf, stopsOf } from './route.ts';
 
 const FLOORS = [
   { id: 'F0', elevationM: 0 },
@@ -59,4 +59,11 @@ test('stops tell the way to each station', () => {
   expect(stops.map(({ from }) => from)).toEqual([null, 'S001', 'S002']);
   const unled = stopsOf({ ...ROUTE, legs: ROUTE.legs.slice(1) });
   expect(unled[0]).toMatchObject({ leg: null, lengthM: 0 });
+});
+
+test('a route of the draft that does not begin at its entrance is told from one that was given none', () => {
+  expect(missesEntrance(ROUTE, 1)).toBe(true);
+  expect(missesEntrance(ROUTE, 0)).toBe(false);
+  expect(missesEntrance({ ...ROUTE, start: [102, 50, 10] }, 1)).toBe(false);
+  expect(missesEntrance(null, 1)).toBe(false);
 });

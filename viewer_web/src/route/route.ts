@@ -46,6 +46,11 @@ function floorAt(heightM: number, floors: readonly StageFloor[]): string {
   return (below[below.length - 1] ?? floors[0])?.id ?? '';
 }
 
+/** Whether the entrance that the draft's route was to begin at is not on ground that the plan reaches; null: the route of the plan. */
+export function missesEntrance(draftRoute: PlanRoute | null, nEntrances: number): boolean {
+  return draftRoute !== null && nEntrances > 0 && draftRoute.start === null;
+}
+
 /** What is said of the way to a stop. */
 export interface Stop {
   readonly station: string;

@@ -6,6 +6,8 @@ export const ROUTE = {
   'Walking, setup and scans': 'Wege, Aufstellen und Scans',
   'Not reachable on foot': 'Zu Fuß nicht erreichbar',
   'No path inside the model leads there': 'Im Modell führt kein Weg dorthin',
+  'The entrance is on ground that this plan does not reach: the route begins wherever it is shortest. Plan again to begin there, or move the entrance.':
+    'Der Eingang liegt auf Boden, den dieser Plan nicht erreicht: Die Route beginnt, wo sie am kürzesten ist. Planen Sie neu, um dort zu beginnen, oder versetzen Sie den Eingang.',
   'Show route': 'Route zeigen',
   '‹ Previous': '‹ Zurück',
   '{n} stops': '{n} Halte',
