@@ -103,6 +103,7 @@ def passes(folder: Path) -> list[tuple[str, list[str], tuple[str, ...] | None]]:
     for form in ("cpu", "gpu"):
         plan.append((f"{form}, accesses and races", [form], (RACES,)))
         plan += [(f"{form}, unwritten memory full of {byte}", [form, "--poison", byte], None) for byte in POISONS]
+    plan.append(("cpu-16, accesses and races", ["cpu-16"], (RACES,)))
     for form in ("cpu-4", "gpu"):
         written = ["--tree", tree, "--poison", POISONS[0]]
         plan.append((f"{form}, uninitialised variables", [form, *written], (UNINITIALISED,)))

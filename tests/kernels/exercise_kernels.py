@@ -1,10 +1,10 @@
 """Every kernel once, through the library, on scenes of some dozens of triangles: what `check_kernels.py` has watched.
 
-    python tests/kernels/exercise_kernels.py cpu|cpu-4|gpu [--save-tree FILE | --tree FILE] [--poison BYTE]
+    python tests/kernels/exercise_kernels.py cpu|cpu-4|cpu-16|gpu [--save-tree FILE | --tree FILE] [--poison BYTE]
 
-`cpu` takes packets of eight, `cpu-4` of four; `gpu` takes the shape of tiles for GPUs and tells the library that it is
-on one. Prints JSON: the kernels that were
-launched, and a hash of all results, which must be the same however this is run.
+`cpu` takes packets of eight, `cpu-4` of four, `cpu-16` of sixteen; `gpu` takes the shape of tiles for GPUs and tells
+the library that it is on one. Prints JSON: the kernels that were launched, and a hash of all results, which must be
+the same however this is run.
 
 --save-tree  keep the tree that the kernels built
 --tree       take it from there: the checker's search for uninitialised values dies of the kernels that build it
@@ -38,7 +38,7 @@ from planner_core.select.network import Network
 from planner_core.select.problem import Constraint, cover_problem
 from planner_core.select.swap_walks import DeviceWalks, Terrain
 
-SHAPES = {"cpu": (4, 16, 8), "cpu-4": (4, 16, 4), "gpu": (4, 8, 1)}
+SHAPES = {"cpu": (4, 16, 8), "cpu-4": (4, 16, 4), "cpu-16": (4, 32, 16), "gpu": (4, 8, 1)}
 #: 112 triangles: more than a treelet; and 28, which are one treelet.
 N_BOXES, N_FEW_BOXES = 8, 1
 TREE_SIZES = ("n_triangles", "n_nodes", "n_blocks", "n_levels")
@@ -72,7 +72,7 @@ def room(n_boxes: int) -> Scene:
 def results(kind: str, *, with_tree: bool, save_tree: Path | None) -> list[Any]:
     """Everything that the library asks of kernels; without the kernels that build the tree if `with_tree` is False."""
     device = open_device()
-    device.kind = kind.removesuffix("-4")
+    device.kind = kind.partition("-")[0]
     scene = room(N_BOXES)
     patches = make_patches(scene, max_area_m2=0.5)
     # Offsets, no full turn, a number of rows and columns that fills no tile.
@@ -118,7 +118,7 @@ def evolved(kind: str, device: Device) -> list[Any]:
         GeneticSettings(**few, crossover="one-point", objective="coverage-at-most-n", n_stations=8, expected_active=1),
         GeneticSettings(**few, objective="eq9", gene_mutation_rate=0.5, distinct=True),
     )
-    lanes = {"cpu": 8, "cpu-4": 4, "gpu": 1}[kind]
+    lanes = {"cpu": 8, "cpu-4": 4, "cpu-16": 8, "gpu": 1}[kind]
     shape = on_device.SHAPES["cpu"]
     on_device.SHAPES["cpu"] = replace(shape, lanes=lanes)
     found = [select_genetic(problem, way, device=device, given=[np.arange(3)]) for way in ways]

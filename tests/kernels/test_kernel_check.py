@@ -7,6 +7,8 @@ from types import ModuleType
 
 import pytest
 
+from planner_core.device import Device
+
 
 @pytest.fixture(scope="module")
 def check() -> ModuleType:
@@ -27,12 +29,13 @@ def test_the_checker_reports_an_access_out_of_bounds_a_race_and_an_uninitialised
 
 @pytest.mark.slow
 def test_all_kernels_are_exercised_and_unwritten_memory_does_not_reach_the_results(
-    check: ModuleType, tmp_path: Path
+    check: ModuleType, device: Device, tmp_path: Path
 ) -> None:
     plain = check.run(["cpu"], flags=None, folder=tmp_path)
     assert plain.report == ""
     assert check.all_kernels() - plain.kernels == set()
-    for arguments in (["cpu", "--poison", "0xff"], ["cpu-4"], ["gpu", "--poison", "0xff"]):
+    widest = [["cpu-16", "--poison", "0xff"]] if device.max_lanes >= 16 else []
+    for arguments in (["cpu", "--poison", "0xff"], ["cpu-4"], *widest, ["gpu", "--poison", "0xff"]):
         assert check.run(arguments, flags=None, folder=tmp_path).results == plain.results, arguments
 
 
