@@ -89,12 +89,24 @@ test('what was done here since something was looked at is no conflict; what othe
   const { reviewClient, server, placeOf } = await openReviewClient();
   const revision = server.review.revision;
   void reviewClient.commit('first', [move(1)]);
-  expect(await reviewClient.commit('a drag that began before', [move(2)], revision)).toBe(true);
+  await reviewClient.settled();
+  expect(reviewClient.withOwnSince(revision)).toBe(revision + 1);
+  const since = reviewClient.withOwnSince(revision);
+  expect(await reviewClient.commit('a drag that began before', [move(2)], since)).toBe(true);
   expect(placeOf()).toEqual([2, 0, 1.3]);
   server.changeAs('Ben', move(5));
-  void reviewClient.commit('another', [move(3, 'S002')]);
-  expect(await reviewClient.commit('again', [move(4)], revision)).toBe(false);
+  await reviewClient.commit('another', [move(3, 'S002')]);
+  expect(reviewClient.withOwnSince(revision)).toBe(revision + 2);
+  expect(await reviewClient.commit('again', [move(4)], reviewClient.withOwnSince(revision))).toBe(false);
   expect(reviewClient.conflict.value?.words).toMatch(/^Ben changed station S001/);
+});
+
+test('what was decided elsewhere, as on a phone, meets what was done here since', async () => {
+  const { reviewClient, server } = await openReviewClient();
+  const { revision } = server.review;
+  expect(await reviewClient.commit('taken in', [move(1)], revision)).toBe(true);
+  expect(await reviewClient.commit('taken in again', [move(1)], revision)).toBe(false);
+  expect(reviewClient.conflict.value).not.toBeNull();
 });
 
 test('changes of different objects are no conflict', async () => {

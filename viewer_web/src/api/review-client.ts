@@ -97,7 +97,7 @@ export class ReviewClient {
   /** What was told of runs while they were asked for, of every question under way. */
   private readonly runNews = new Set<RunNews[]>();
   private queue: Promise<unknown> = Promise.resolve();
-  /** Revisions that were made here: who looked at the one before and did this himself knows of it. */
+  /** Revisions that were made here. */
   private readonly ownRevisions = new Set<number>();
   private stopListening: () => void = () => undefined;
   private readonly listen: typeof listenToEvents;
@@ -180,6 +180,11 @@ export class ReviewClient {
   /** All that was begun until now has been answered. */
   async settled(): Promise<void> {
     await this.queue;
+  }
+
+  /** The last revision that differs from an older one by nothing but what was done here: who did it knows of it. */
+  withOwnSince(revision: number): number {
+    return this.ownRevisions.has(revision + 1) ? this.withOwnSince(revision + 1) : revision;
   }
 
   undo(): Promise<boolean> {
@@ -305,8 +310,7 @@ export class ReviewClient {
     if (review === null || this.conflict.peek() !== null) return false;
     this.isBusy.value = true;
     try {
-      const revision = decidedAt === undefined ? review.revision : this.withOwnSince(decidedAt);
-      const basis = { revision, planSha256: this.session.peek()?.plan_sha256 ?? null };
+      const basis = { revision: decidedAt ?? review.revision, planSha256: this.session.peek()?.plan_sha256 ?? null };
       const outcome = await this.client.commit(basis, this.author.peek().trim() || UNNAMED, step.changes);
       if (outcome.kind === 'conflict') this.meet(step, outcome.answer, together);
       else this.take(step, outcome.answer.review, outcome.answer.undo, direction);
@@ -318,11 +322,6 @@ export class ReviewClient {
     } finally {
       this.isBusy.value = false;
     }
-  }
-
-  /** The last revision that differs from an older one by nothing but what was done here. */
-  private withOwnSince(revision: number): number {
-    return this.ownRevisions.has(revision + 1) ? this.withOwnSince(revision + 1) : revision;
   }
 
   private meet(step: Step, answer: ConflictAnswer, together: Together): void {

@@ -217,6 +217,16 @@ test('a lock that is on its way when the station is dragged holds', async () => 
   expect([movedTo(), store.editing.underWay.value]).toEqual([undefined, null]);
 });
 
+test('a drag that began before a change of one’s own was answered is no conflict with it', async () => {
+  answerGround(openGround('F0'));
+  void reviewClient.commit('move S001', [{ kind: 'move_station', station: 'S001', position_m: [1001, 2001, 1.3] }]);
+  pointer.onDown?.(at(0, 0));
+  pointer.onMove?.(at(3, 4));
+  pointer.onUp?.(at(3, 4), false);
+  await expect.poll(movedTo).toEqual([1003, 2004]);
+  expect(reviewClient.conflict.value).toBeNull();
+});
+
 test('steps by keys add up, stop where no tripod can stand, and are one change', async () => {
   answerGround(openGround('F0'));
   const station = stations.value[0];

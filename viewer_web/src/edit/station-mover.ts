@@ -231,10 +231,11 @@ export class StationMover {
         };
         changes.push(moveStation(id, pose));
       }
+      await reviewClient.settled();
       await reviewClient.commit(
         t('move {stations}', { stations: counted(changes.length, 'station') }),
         changes,
-        revision,
+        reviewClient.withOwnSince(revision),
       );
     } catch (error) {
       reviewClient.warn((error as Error).message);
@@ -389,7 +390,7 @@ export class StationMover {
       const isMoved = await reviewClient.commit(
         t('move {id}', { id: stationId }),
         [moveStation(stationId, pose)],
-        this.basisRevision,
+        reviewClient.withOwnSince(this.basisRevision),
         this.withTheirs(pose),
       );
       return isMoved ? { id: stationId, positionM: pose.position_m } : null;
