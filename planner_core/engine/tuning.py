@@ -28,6 +28,7 @@ _SCHEMA = "tlsplan/tile-shape/1"
 #: the packet.
 _CPU_SHAPE: dict[int, Shape] = {8: (8, 64, 8), 16: (16, 32, 16)}
 _DEFAULT_SHAPE: Shape = (4, 8, 1)
+#: Packet widths that kernels can be built for; a device takes those up to its `max_lanes`.
 _LANES = (1, 2, 4, 8, 16)
 #: Beams a tile at most: each holds eight bytes of a work-item's private memory.
 _MAX_BEAMS = 2048

@@ -28,6 +28,7 @@ from planner_core.engine.open3d import import_open3d
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.tuning import tile_shape
 from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource
+from planner_core.operating_system import processor_flags
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import directions, make_template
 from planner_core.scene.patches import make_patches
@@ -286,7 +287,7 @@ def processor() -> str:
     cpuinfo = Path("/proc/cpuinfo")
     pairs = (line.partition(":") for line in cpuinfo.read_text().splitlines()) if cpuinfo.exists() else ()
     said = {key.strip(): value.strip() for key, _, value in pairs}
-    flags = said.get("flags", "").split()
+    flags = processor_flags()
     lanes = 16 if "avx512f" in flags else 8 if "avx2" in flags else 4
     family = f"family {said.get('cpu family', '?')} model {said.get('model', '?')}"
     return f"{said.get('model name', platform.processor())} ({family}), {lanes} lanes"

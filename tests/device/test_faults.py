@@ -106,6 +106,17 @@ def test_a_kernel_aborted_while_the_tree_is_built_gives_no_tree(
 
 
 @pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
+def test_results_that_do_not_come_back_are_an_error(
+    engine: OpenCLEngine, monkeypatch: pytest.MonkeyPatch, call: Callable[[OpenCLEngine], object]
+) -> None:
+    real = pyopencl.enqueue_map_buffer
+    failed = SimpleNamespace(command_execution_status=-5)
+    monkeypatch.setattr(pyopencl, "enqueue_map_buffer", lambda *a, **k: (real(*a, **k)[0], failed))
+    with pytest.raises(DeviceError):
+        call(engine)
+
+
+@pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
 @pytest.mark.parametrize(
     ("target", "name"),
     [

@@ -296,3 +296,22 @@ def test_open3d_sees_the_same_from_afar(device: Device, shapes: SimpleNamespace,
     same = ours.range_m.ravel(), theirs.range_m.ravel()
     np.testing.assert_array_equal(np.isnan(same[0][apart]), np.isnan(same[1][apart]))
     np.testing.assert_allclose(same[0][apart], same[1][apart], rtol=2e-3)
+
+
+def test_a_beam_beside_a_needle_is_stopped_by_it_in_a_tile_and_alone_or_in_neither(
+    device: Device, shapes: SimpleNamespace
+) -> None:
+    """In parallel to its plane: the needle's own box and those that the walks meet are larger by pads of their own."""
+    corners = np.array([[0.7885, -1.5927, 0.1499], [0.7885, -0.9491, 0.3883], [0.7885, 4.7207, 2.9456]])
+    engine = engine_of(shapes.scene_of(corners, np.array([[0, 1, 2]], dtype=np.int32)), device)
+    beside_m = np.concatenate([-np.geomspace(1e-6, 1e-4, 40), np.geomspace(1e-6, 1e-4, 40)])
+    stations_m = np.column_stack([0.7885 + beside_m, np.full(80, 0.7794), np.full(80, 1.1917)])
+    template = BeamTemplate(np.radians(np.arange(360.0)), np.linspace(-0.46, -0.38, 33), 0.0, np.inf)
+    scans = engine.scan(template, stations_m).triangle.ravel()
+    beams = directions(template).astype(np.float32).reshape(-1, 3)
+    rays = np.concatenate(
+        [np.repeat(stations_m.astype(np.float32), len(beams), axis=0), np.tile(beams, (80, 1))], axis=1
+    )
+    hits = engine.cast_prepared(rays, range_max_m=np.inf).triangle
+    assert 0 < (scans == 0).sum() < scans.size
+    np.testing.assert_array_equal(hits, scans)
