@@ -129,7 +129,7 @@ def _devices() -> list[Finding]:
 
 
 def _device(info: DeviceInfo) -> Finding:
-    from planner_core.device import problem_of_device
+    from planner_core.device import open_device, problem_of_device
     from planner_core.device.choice import GET_ANOTHER
 
     subject = f"OpenCL device {info.index}"
@@ -142,7 +142,11 @@ def _device(info: DeviceInfo) -> Finding:
     problem = problem_of_device(info, anew=True)
     if problem:
         return Finding(subject, False, f"{detail}: {problem}", "" if info.problem else GET_ANOTHER, needed=False)
-    return Finding(subject, True, f"{detail}; its kernels run and give correct results")
+    device = open_device(str(info.index))
+    detail += "; its kernels run and give correct results"
+    if device.max_lanes < device.native_lanes:
+        detail += f" in packets of {device.max_lanes} beams; those of {device.native_lanes} fail, though they would fit"
+    return Finding(subject, True, detail)
 
 
 def _engine() -> list[Finding]:

@@ -128,10 +128,11 @@ class Device:
             n_native = int(device.native_vector_width_float)
         #: The processor that the driver was told to compile for, because it does not know this one; else None.
         self.compiled_for = name_given(device)
-        #: Floats side by side, at most, that kernels may be built for: what the processor has and the driver makes use
-        #: of. `planner_core.device.check` lowers it where that fails.
+        #: Floats side by side that the processor has and the driver makes use of.
         is_wide = kind == "cpu" and n_native >= _WIDE_LANES and self.compiled_for in (None, HIGHEST_LEVEL)
-        self.max_lanes = _WIDE_LANES if is_wide else NARROW_LANES
+        self.native_lanes = _WIDE_LANES if is_wide else NARROW_LANES
+        #: Those that kernels may be built for: `planner_core.device.check` lowers it where wider kernels fail.
+        self.max_lanes = self.native_lanes
         #: What the driver raises, kept for when the interpreter ends: nothing can be imported any more by then.
         self.driver_error: type[Exception] = pyopencl.Error
         self.held_bytes = 0
