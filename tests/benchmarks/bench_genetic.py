@@ -32,15 +32,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from stages import find_candidates, visible_from
 
 import scenes_synthetic
 from planner_core.coverage.coverage import floor_of_patch
-from planner_core.coverage.survey import make_survey, planned_floors, scope_of, visible_from
+from planner_core.coverage.survey import make_survey, planned_floors, scope_of
 from planner_core.device import Device, open_device
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.model import PlanSettings, Scene
 from planner_core.paper.genetic import GeneticSettings, select_genetic
-from planner_core.positions.grid import find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
 from planner_core.select.greedy import select_greedy

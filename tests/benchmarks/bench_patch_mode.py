@@ -28,6 +28,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from stages import find_candidates
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
@@ -36,7 +37,6 @@ from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.patch_mode import AUTO_PATCHES_BEAMS, PatchMode
 from planner_core.engine.patch_samples import places_of, sample_pattern, view_of
 from planner_core.model import BeamTemplate, Patches, PlanSettings, Scene
-from planner_core.positions.grid import find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
 

@@ -26,6 +26,7 @@ from typing import Any, TypeVar
 import numpy as np
 from planning_cases import Case, cases
 from planning_page import page
+from stages import find_positions, make_pool
 
 from planner_core.coverage.survey import make_survey, planned_floors
 from planner_core.engine.scan_engine import ScanEngine, device_of, open_engine
@@ -33,9 +34,9 @@ from planner_core.model import Candidates, Paper, Survey
 from planner_core.paper.pipeline import paper_settings, repair, searched, select_by_genes
 from planner_core.paper.point_distribution import PointDistribution
 from planner_core.planning.choose import selection_settings
-from planner_core.planning.pool import Pool, extended, make_pool
+from planner_core.planning.pool import Pool, extended
 from planner_core.planning.refine import WORK_SHARE, Refined, refine
-from planner_core.positions.allowed_positions import AllowedPositions, find_positions
+from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.large import LARGE_ENTRIES, select_large

@@ -23,15 +23,15 @@ from pathlib import Path
 
 import numpy as np
 from selection_report import machine, options_of, publish, timed
+from stages import find_candidates, visible_from
 
 import scenes_synthetic
 from planner_core.coverage.coverage import floor_of_patch
-from planner_core.coverage.survey import make_survey, planned_floors, scope_of, visible_from
+from planner_core.coverage.survey import make_survey, planned_floors, scope_of
 from planner_core.device import Device, open_device
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.model import PlanSettings, Proven, Scene
 from planner_core.paper.genetic import GeneticSettings, select_genetic
-from planner_core.positions.grid import find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import LoadOptions, load_scene
 from planner_core.select.check import check_coverage

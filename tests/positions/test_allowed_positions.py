@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stages import find_candidates, find_positions
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import KeepOut, PlanSettings, PriorStation, Scene, Site, Survey
-from planner_core.positions.allowed_positions import KINDS, AllowedPositions, find_positions, places_as_they_are
+from planner_core.positions.allowed_positions import KINDS, AllowedPositions, places_as_they_are
 from planner_core.positions.free_space import free_space
-from planner_core.positions.grid import find_candidates
 from planner_core.positions.local_site import local_site, mover_of
 from planner_core.positions.rooms import find_rooms
 from planner_core.scanner.load_scanner import load_scanner
