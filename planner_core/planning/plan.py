@@ -102,12 +102,10 @@ def plan_survey(
             special = settings.special_places
             places = find_positions(tripods, site, special_places=special, space=space, progress=progress)
         remarks = _bare_floors(survey, goals, places.candidates)
-    known = None
     with clock.stage("first plan"):
-        if not isinstance(method, Paper):
-            known = looked_from_few(survey, goals, scan_engine, places, progress)
-            if known is not None and isinstance(method, Proven) and settings.objective != Objective.COVERAGE:
-                tell_first_plan(survey, goals, scan_engine, places, known, method, progress)
+        known = None if isinstance(method, Paper) else looked_from_few(survey, goals, scan_engine, places, progress)
+        if known is not None and isinstance(method, Proven) and settings.objective != Objective.COVERAGE:
+            tell_first_plan(survey, goals, scan_engine, places, known, method, progress)
         places, known, thinned = as_memory_holds(places, known)
     # 4. What each spot sees, what of that meets what is asked, and which two could be registered with each other.
     with clock.stage("scan"):

@@ -9,14 +9,12 @@ from planner_core.coverage.survey import make_survey
 from planner_core.errors import RequirementError
 from planner_core.model import FieldTime, Objective, PlanSettings, Route, Site
 from planner_core.positions.free_space import free_space
+from planner_core.positions.local_site import ANYWHERE, Ends, ends_of
 from planner_core.positions.reach import Reach, reachability
 from planner_core.positions.walking import Walking
 from planner_core.route.field_time import field_time
 from planner_core.route.floors_passed import pieces_by_floor
 from planner_core.route.route import (
-    ANYWHERE,
-    Ends,
-    ends_of,
     ends_on_ground,
     in_visiting_order,
     plan_route,
