@@ -71,7 +71,10 @@ def evaluate_survey(
     *,
     progress: Progress = silent,
 ) -> Plan:
-    """Do the rest of `evaluate_stations`, for callers that scan with the same engine afterwards."""
+    """Do the rest of `evaluate_stations`, for callers that scan with the same engine afterwards.
+
+    survey : as in `planner_core.planning.plan.plan_survey`.
+    """
     _check_list(stations)
     clock = Stopwatch()
     with clock.stage("scope"):

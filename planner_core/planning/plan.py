@@ -86,7 +86,10 @@ def make_plan(
 def plan_survey(
     survey: Survey, settings: PlanSettings, scan_engine: ScanEngine, *, progress: Progress = silent
 ) -> Plan:
-    """Do the rest of `make_plan`, for callers that scan with the same engine afterwards."""
+    """Do the rest of `make_plan`, for callers that scan with the same engine afterwards.
+
+    survey : made with settings of the same scanner, scan mode and floors to plan.
+    """
     clock, method = Stopwatch(), settings.seeded_method
     with clock.stage("scope"):
         space = free_space(survey, progress=progress)

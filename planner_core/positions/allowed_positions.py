@@ -9,7 +9,6 @@ landings of stairs. They pass the same tests, see `planner_core.positions.admiss
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,11 +61,8 @@ class AllowedPositions:
 
     def allows(self, candidates: Candidates) -> BoolArray:
         """(N,) bool: whether the site, and the walk to them, lets stations stand at other candidates."""
-        found = _of_grid(candidates)
-        good = np.ones(candidates.floor.size, dtype=bool)
-        for why in _RULED_OUT_AS.values():
-            good &= ~why(self.site, self.reach, found)
-        return good
+        bad = _ruled_out(self.site, self.reach, _of_grid(candidates))
+        return np.asarray(~np.any(list(bad.values()), axis=0))
 
     def keeping(self, rows: Int64Array) -> AllowedPositions:
         """Keep candidates (K,), sorted rows with those of all prior stations among them."""
@@ -103,37 +99,16 @@ def _of_grid(candidates: Candidates) -> _Found:
     )
 
 
-def _is_kept_out(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
-    del reach
-    return site.in_zone(found.position_m[:, :2], found.floor)
-
-
-def _is_forbidden(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
-    del reach
-    return site.near_forbidden(found.position_m[:, :2], found.floor)
-
-
-def _is_out_of_scope(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
-    del reach
-    if site.scope is None:
-        return np.zeros(found.floor.size, dtype=bool)
-    ground_m = found.position_m.copy()
+def _ruled_out(site: LocalSite, reach: Reach, found: _Found) -> dict[str, BoolArray]:
+    """(N,) bool, positions that are no candidates on this site, by reason, in the order in which these are told."""
+    plan_m, ground_m = found.position_m[:, :2], found.position_m.copy()
     ground_m[:, 2] -= found.height_m
-    return ~site.scope.admits(ground_m)
-
-
-def _is_unreachable(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
-    del site
-    return ~reachable(reach, found.candidates(Tally()))
-
-
-#: Reasons of positions that are no candidates on this site, in the order in which they are looked at.
-_RULED_OUT_AS: dict[str, Callable[[LocalSite, Reach, _Found], BoolArray]] = {
-    "in a keep-out": _is_kept_out,
-    "at a forbidden position": _is_forbidden,
-    "out of scope": _is_out_of_scope,
-    "not reachable on foot": _is_unreachable,
-}
+    return {
+        "in a keep-out": site.in_zone(plan_m, found.floor),
+        "at a forbidden position": site.near_forbidden(plan_m, found.floor),
+        "out of scope": np.zeros(found.floor.size, bool) if site.scope is None else ~site.scope.admits(ground_m),
+        "not reachable on foot": ~reachable(reach, found.candidates(Tally())),
+    }
 
 
 def find_positions(
@@ -224,11 +199,11 @@ def _joined(parts: list[_Found]) -> _Found:
 
 def _allowed(found: _Found, site: LocalSite, reach: Reach, tally: Tally) -> _Found:
     """Leave out what the site or the walk to it rules out, and count it."""
-    for reason, why in _RULED_OUT_AS.items():
-        bad = why(site, reach, found)
-        tally.refuse(reason, int(np.count_nonzero(bad)))
-        found = found.take(~bad)
-    return found
+    left = np.ones(found.floor.size, dtype=bool)
+    for reason, bad in _ruled_out(site, reach, found).items():
+        tally.refuse(reason, int(np.count_nonzero(bad & left)))
+        left &= ~bad
+    return found.take(left)
 
 
 # ------------------------------------------------------------------------------------------ special places
@@ -281,7 +256,7 @@ def _prior(tripods: Tripods, site: LocalSite, reach: Reach) -> tuple[list[PriorP
     for station in site.prior:
         place = place_prior(tripods, station, reach.space)
         alone = _of_prior([place])
-        reasons = [reason for reason, why in _RULED_OUT_AS.items() if why(site, reach, alone)[0]]
+        reasons = [reason for reason, bad in _ruled_out(site, reach, alone).items() if bad[0]]
         if reasons and station.role == Role.KEPT:
             remarks.append(f"station {station.id} of the earlier plan is dropped: {', '.join(reasons)}")
             continue
