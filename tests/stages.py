@@ -63,7 +63,7 @@ def find_positions(
     survey: Survey, settings: PlanSettings, engine: ScanEngine, *, floors: _Floors = None, **options: Any
 ) -> AllowedPositions:
     tripods, site = tripods_of(survey, settings, engine, floors), local_site(survey, settings.site)
-    return allowed_positions.find_positions(tripods, site, special_places=settings.special_places, **options)
+    return allowed_positions.find_positions(tripods, site, **options)
 
 
 def goals_of(survey: Survey, settings: PlanSettings) -> Goals:

@@ -83,8 +83,7 @@ def evaluate_survey(
         goals = goals_of(survey, settings.requirements)
     with clock.stage("candidates"):
         tripods, site = Tripods(survey, settings, scan_engine), local_site(survey, settings.site)
-        special = settings.special_places
-        places = find_positions(tripods, site, special_places=special, space=space, progress=progress)
+        places = find_positions(tripods, site, space=space, progress=progress)
         listed, remarks = place_stations(tripods, stations, places.reach.space)
     with clock.stage("scan"):
         at = np.stack([station.position_m for station in listed])

@@ -161,9 +161,8 @@ def judge(
 
 def _candidates_of(plan: Plan, engine: ScanEngine) -> FloatArray:
     """(N, 3) candidates of the grid, found again."""
-    settings = plan.settings
-    tripods, site = Tripods(plan.survey, settings, engine), local_site(plan.survey, settings.site)
-    return find_positions(tripods, site, special_places=settings.special_places).candidates.position_m
+    tripods, site = Tripods(plan.survey, plan.settings, engine), local_site(plan.survey, plan.settings.site)
+    return find_positions(tripods, site).candidates.position_m
 
 
 def _area(told_m2: float, which: BoolArray, area_m2: float) -> JudgedFigure:

@@ -102,8 +102,7 @@ def plan_survey(
             starts = find_pool(tripods, method, seed=settings.seed, progress=progress)
             places = places_as_they_are(tripods, site, starts, space=space, progress=progress)
         else:
-            special = settings.special_places
-            places = find_positions(tripods, site, special_places=special, space=space, progress=progress)
+            places = find_positions(tripods, site, space=space, progress=progress)
         remarks = _bare_floors(survey, goals, places.candidates)
     with clock.stage("first plan"):
         known = None if isinstance(method, Paper) else looked_from_few(survey, goals, scan_engine, places, progress)

@@ -65,14 +65,15 @@ class Tally:
 
 
 class Tripods:
-    """A survey's tripod: how high it sets the scanner, and where on each floor it can stand.
+    """A survey's tripod: how high it sets the scanner, where to try it, and where on each floor it can stand.
 
-    Tests and ground of a floor are worked out when first asked for, and kept.
+    Its figures are those of `PlanSettings`. Tests and ground of a floor are worked out when first asked for, and kept.
     """
 
     def __init__(self, survey: Survey, settings: PlanSettings, engine: ScanEngine) -> None:
         self.survey, self.engine = survey, engine
         self.heights, self.grid_step_m, self.clearance_m = settings.heights, settings.grid_step_m, settings.clearance_m
+        self.special_places = settings.special_places
         self.ring_radius_m, self.n_ring_rays = settings.ground_ring_radius_m, settings.n_ground_ring_rays
         self._tests: dict[int, TripodTests] = {}
         self._ground: dict[int, GroundSurface] = {}

@@ -115,14 +115,12 @@ def find_positions(
     tripods: Tripods,
     site: LocalSite,
     *,
-    special_places: bool = True,
     space: FreeSpace | None = None,
     progress: Progress = silent,
 ) -> AllowedPositions:
     """Find candidates on the planned floors, and give the site's prior stations their rows.
 
-    `special_places` : doorways, middles of rooms and landings besides the grid. `space` is the survey's free space
-    without zones, where somebody has it.
+    `space` is the survey's free space without zones, where somebody has it.
 
     Raises
     ------
@@ -134,7 +132,7 @@ def find_positions(
     grid = find_candidates(tripods, progress=progress)
     tally = Tally(grid.n_tried, dict(grid.rejected))
     parts = [_of_grid(grid)]
-    if special_places:
+    if tripods.special_places:
         parts += _special(tripods, reach.space, grid, tally)
     found = _allowed(_joined(parts), site, reach, tally)
     order = np.lexsort((found.height_m, found.position_m[:, 0], found.position_m[:, 1], found.floor))

@@ -100,7 +100,7 @@ def ready(case: Case) -> Ready | None:
     survey = make_survey(scene, case.settings)
     engine = open_engine(survey.scene, survey.patches)
     tripods, site = Tripods(survey, case.settings, engine), local_site(survey, case.settings.site)
-    places = find_positions(tripods, site, special_places=case.settings.special_places)
+    places = find_positions(tripods, site)
     none, goals = np.zeros(0, dtype=np.int64), goals_of(survey, case.settings.requirements)
     pool = make_pool(survey, goals, engine, places.candidates, given=none, kept=none, linked=True)
     network = pool.network

@@ -158,8 +158,7 @@ def _scanned(
 ) -> Demand:
     """Look from all candidates and the plan's stations, as `planner_core.planning.evaluate` does."""
     tripods, site = Tripods(survey, settings, engine), local_site(survey, settings.site)
-    special = settings.special_places
-    candidates = find_positions(tripods, site, special_places=special, progress=progress).candidates
+    candidates = find_positions(tripods, site, progress=progress).candidates
     stations = [np.array(local_place(row["position"], survey.scene.offset_m)) for row in document["stations"]]
     # Those that are candidates themselves must not count twice.
     others = [at for at in stations if not (np.abs(candidates.position_m - at).max(axis=1) < _SAME_PLACE_M).any()]
