@@ -56,5 +56,5 @@ def test_options_of_the_proven_method_are_checked_as_they_are_read(option: tuple
 
 def test_the_search_has_the_plans_seed_unless_it_has_one_of_its_own() -> None:
     seeded = replace(PROVEN, seed=5)
-    assert seeded.seeded_method == Proven(seed=5)
+    assert seeded.seeded_method == Proven(work_limit=2, seed=5)
     assert replace(seeded, method=Proven(seed=0)).seeded_method == Proven(seed=0)
