@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
+from stages import surveyed_as
 
 from planner_core.coverage.levels import Observations, observations_meeting
+from planner_core.coverage.observe import observations_in_batches
 from planner_core.engine.patch_samples import sample_pattern
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
@@ -24,7 +26,6 @@ from planner_core.model import (
 )
 from planner_core.plan_folder.viewer_files import range_step_m
 from planner_core.progress import Progress, silent
-from planner_core.requirements.observations import observations_in_batches
 from planner_core.select.problem import Constraint
 
 #: Part of what counts of a patch that is enough of it to be seen: docs/method/coverage.md.
@@ -56,7 +57,15 @@ def observations_from(
     survey: Survey, settings: PlanSettings, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
 ) -> Observations:
     """How each of positions (N, 3), local frame, sees each patch: all at once."""
-    batches = list(observations_in_batches(survey, settings, engine, positions_m, progress=progress))
+    batches = list(
+        observations_in_batches(
+            surveyed_as(survey, settings),
+            engine,
+            positions_m,
+            noise=settings.requirements.limits_noise,
+            progress=progress,
+        )
+    )
     sizes = np.concatenate([np.zeros(1, dtype=np.int64), *(np.diff(batch.starts) for batch in batches)])
     none = np.zeros(0, dtype=np.float32)
     noise = [batch.noise_m for batch in batches if batch.noise_m is not None]

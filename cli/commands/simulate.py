@@ -51,6 +51,7 @@ def command(
     from planner_core.model import PlanSettings
     from planner_core.plan_folder.stations_csv import read_station_list
     from planner_core.planning.evaluate import place_stations
+    from planner_core.positions.admissibility import Tripods
     from planner_core.positions.free_space import free_space
     from planner_core.scanner import DEFAULT_SCANNER
     from planner_core.scanner.load_scanner import load_scanner
@@ -66,7 +67,7 @@ def command(
             scenes, settings, reading, reporter, engine=engine, device=device, listed_in="`tlsplan floors --json`"
         )
         space = free_space(survey, progress=reporter.show)
-        listed, remarks = place_stations(survey, settings, scan_engine, given, space)
+        listed, remarks = place_stations(Tripods(survey, settings, scan_engine), given, space)
         warnings = [*told, *remarks]
         reporter.warn(warnings)
         clouds = simulated_clouds(survey, settings, listed, scan_engine, progress=reporter.show)

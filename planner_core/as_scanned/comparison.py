@@ -248,7 +248,7 @@ def _elsewhere(live: LivePlan, match: Match, name: str) -> tuple[DraftStation, t
     if floor is None and match.planned is not None and float(np.linalg.norm(match.moved_m)) <= WITHIN_M:
         floor = match.planned.floor_id
     given = GivenStation(name, position_m, height_m, floor)
-    (station,), remarks = place_stations(live.survey, live.settings, live.engine, [given], live.reach.space)
+    (station,), remarks = place_stations(live.tripods, [given], live.reach.space)
     x, y, z = station.position_m.tolist()
     height = station.instrument_height_m
     return DraftStation(name, station.floor, (x, y, z), None if math.isnan(height) else height, fixed=True), remarks

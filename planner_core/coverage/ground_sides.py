@@ -15,7 +15,7 @@ class GroundSides:
 
     def __init__(self, survey: Survey) -> None:
         scene = survey.scene
-        floors = () if survey.ground_from_below else survey.floors
+        floors = () if survey.as_in_paper else survey.floors
         ground = np.unique(np.concatenate([np.zeros(0, np.int32), *(floor.ground_triangles for floor in floors)]))
         corners_m = scene.vertices_m[scene.triangles[ground]]
         upward = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])

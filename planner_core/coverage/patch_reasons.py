@@ -20,7 +20,6 @@ from planner_core.model import (
     Int32Array,
     Int64Array,
     Optics,
-    PlanSettings,
     PointLimits,
     SealedArea,
     Survey,
@@ -74,7 +73,6 @@ class Seen:
 
 def reasons_of_patches(
     survey: Survey,
-    settings: PlanSettings,
     engine: ScanEngine,
     seen: Seen,
     candidates_m: FloatArray,
@@ -105,7 +103,7 @@ def reasons_of_patches(
     left = np.flatnonzero(reason == COVERED)
     sample, of_sample = samples_of(unseen, left)
     samples, views_m = unseen.take(sample), viewpoints(candidates_m)
-    found = sight_reasons(survey, settings, asked, engine, samples, views_m)
+    found = sight_reasons(survey, asked, engine, samples, views_m)
     hidden = np.flatnonzero(found == COVERED)
     found[hidden] = _hidden_reasons(survey, engine, samples.take(hidden), views_m, candidates_m, sealed)
     reason[left] = found[of_sample]

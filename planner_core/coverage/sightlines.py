@@ -22,7 +22,6 @@ from planner_core.model import (
     FloatArray,
     Int64Array,
     Optics,
-    PlanSettings,
     PointLimits,
     Survey,
 )
@@ -59,7 +58,6 @@ def viewpoints(positions_m: FloatArray) -> FloatArray:
 
 def sight_reasons(
     survey: Survey,
-    settings: PlanSettings,
     asked: PointLimits,
     engine: ScanEngine,
     samples: Surfaces,
@@ -78,7 +76,7 @@ def sight_reasons(
         own, other = _plain_view(survey, engine, samples, sample, at_m)
         out[np.setdiff1d(sample[other], sample[own])] = IN_SOLIDS
         sample, at_m = sample[own], at_m[own]
-        fails, range_m = _failures(survey, settings, asked, samples.take(sample), at_m)
+        fails, range_m = _failures(survey, asked, samples.take(sample), at_m)
         # The view that fails by the fewest limits, of those the nearest.
         order = np.lexsort((range_m, fails.sum(axis=1), sample))
         seen, best = np.unique(sample[order], return_index=True)
@@ -145,9 +143,7 @@ class _Look:
     cosine: FloatArray
 
 
-def _failures(
-    survey: Survey, settings: PlanSettings, asked: PointLimits, samples: Surfaces, at_m: FloatArray
-) -> tuple[BoolArray, FloatArray]:
+def _failures(survey: Survey, asked: PointLimits, samples: Surfaces, at_m: FloatArray) -> tuple[BoolArray, FloatArray]:
     """(M, 5) bool: limits, as `_LIMITS`, that lines of sight fail; and their ranges (M,)."""
     to_m = samples.centroid_m - at_m
     range_m = np.sqrt((to_m * to_m).sum(axis=1))
@@ -165,7 +161,7 @@ def _failures(
     noisy = np.zeros(range_m.size, dtype=np.bool_)
     if asked.noise_m is not None:
         observations = Observations(np.array([0]), np.zeros(0, np.int32), 0, range_m, range_m, incidence)
-        noise_m = with_noise(observations, settings.scanner, reflectivity=settings.requirements.reflectivity).noise_m
+        noise_m = with_noise(observations, survey.scanner, reflectivity=survey.reflectivity).noise_m
         noisy = np.ones_like(noisy) if noise_m is None else ~(noise_m <= asked.noise_m)
     return np.column_stack([far, outside, oblique, sparse & ~steep, noisy]), range_m
 

@@ -1,4 +1,4 @@
-"""The problem made ready: floors found, patches numbered, the beams of a scan known.
+"""The problem made ready: floors found, patches numbered, the beams of a scan and the way of looking around known.
 
 Input a `Scene` and `PlanSettings`, output a `Survey`; every flow (plan, evaluate, simulate) begins here.
 """
@@ -45,25 +45,30 @@ def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = si
     check_extent(scene)
     progress(ProgressEvent("survey", 0, 2, "floors"))
     report = with_ground_picks(scene, find_floors(scene), settings.site.ground_picks)
-    planned_floors(report.floors, settings.requirements.floors)
+    planned = planned_floors(report.floors, settings.requirements.floors)
     progress(ProgressEvent("survey", 1, 2, "patches"))
     patches = make_patches(scene, max_area_m2=settings.max_patch_area_m2)
     progress(ProgressEvent("survey", 2, 2))
+    template = make_template(settings.scanner)
     return Survey(
         scene=scene,
         floors=report.floors,
         patches=patches,
         floor_of_triangle=report.floor_of_triangle,
-        template=make_template(settings.scanner),
+        template=template,
+        scanner=settings.scanner,
+        scan_mode=scan_mode_of(settings.scan_mode, template),
+        planned=planned,
+        reflectivity=settings.requirements.reflectivity,
         warnings=report.warnings,
-        ground_from_below=isinstance(settings.method, Paper),
+        as_in_paper=isinstance(settings.method, Paper),
     )
 
 
 def visible_from(
-    survey: Survey, settings: PlanSettings, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
+    survey: Survey, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
 ) -> Visibility:
-    """Patches that each of positions (N, 3), local frame, sees: by beams or by samples, as `settings.scan_mode` says.
+    """Patches that each of positions (N, 3), local frame, sees: by beams or by samples, as the survey's mode says.
 
     Patches count whole, however little is seen of them.
 
@@ -73,7 +78,7 @@ def visible_from(
         See `ScanEngine.visible_patches` and `PatchMode.visible_patches`.
     """
     only = survey.looked_at
-    if scan_mode_of(settings.scan_mode, survey.template) == ScanBy.BEAMS:
+    if survey.scan_mode == ScanBy.BEAMS:
         seen = engine.visible_patches(survey.template, positions_m, progress=progress)
         seen = seen if only is None else kept_rows(seen, only[seen.patch])
     else:

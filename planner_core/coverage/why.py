@@ -25,8 +25,8 @@ from planner_core.model import (
     Int64Array,
     Link,
     OwnPart,
-    PlanSettings,
     PointLimits,
+    Requirements,
     SealedArea,
     StationReason,
     Survey,
@@ -45,7 +45,7 @@ _STAGE = "reasons"
 
 def explain(
     survey: Survey,
-    settings: PlanSettings,
+    requirements: Requirements,
     engine: ScanEngine,
     *,
     candidates_m: FloatArray,
@@ -87,8 +87,7 @@ def explain(
     Covered is what at least `seen_from` stations see. All areas are sums of `survey.patches.area_m2`, and those of
     `unseen` add up to what is in scope and not covered.
     """
-    wanted = settings.requirements
-    at_least = wanted.seen_from if seen_from is None else seen_from
+    at_least = requirements.seen_from if seen_from is None else seen_from
     n_stations, n_candidates = times_seen(seen_by_stations), times_seen(seen_by_candidates)
     if achievable is None:
         achievable = (n_candidates >= at_least) | (n_stations >= at_least)
@@ -100,14 +99,14 @@ def explain(
     progress(ProgressEvent(_STAGE, 0, 3, "unseen"))
     unseen = surfaces_of(survey, np.flatnonzero(scope & ~covered).astype(np.int32))
     seen = Seen(n_candidates, achievable, covered, scope)
-    limits = wanted.asked if asked is None else asked
-    reason = reasons_of_patches(survey, settings, engine, seen, candidates_m, unseen, asked=limits, sealed=sealed)
+    limits = requirements.asked if asked is None else asked
+    reason = reasons_of_patches(survey, engine, seen, candidates_m, unseen, asked=limits, sealed=sealed)
     progress(ProgressEvent(_STAGE, 1, 3, "pieces"))
     why_unseen = reason[unseen.patch].astype(np.int64)
     surfaces, piece_of_patch = _unseen_surfaces(survey, unseen, why_unseen, candidates_m, seen_by_candidates)
     progress(ProgressEvent(_STAGE, 2, 3, "stations"))
     stations = _station_reasons(survey, station_ids, seen_by_stations, n_stations, needed, at_least)
-    counted = [k for k in links if k.overlap >= wanted.overlap and not k.strength < wanted.min_strength]
+    counted = [k for k in links if k.overlap >= requirements.overlap and not k.strength < requirements.min_strength]
     why = Why(
         stations=tuple(_linked(one, counted) for one in stations),
         curve=steepest_curve(seen_by_stations, station_ids, area_m2, scannable & scope, at_least),

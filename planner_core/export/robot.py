@@ -239,8 +239,7 @@ def _map_entry(mission: _Mission, occupancy: OccupancyMap) -> dict[str, Any]:
 
 def _waypoint(mission: _Mission, station: FieldStation) -> dict[str, Any]:
     heading_rad, heading_of = _heading(station.id, mission.ways)
-    settings, stand = mission.settings, mission.stands[station.id]
-    scan_s = settings.seconds_per_scan if settings.seconds_per_scan is not None else settings.scanner.seconds_per_scan
+    crew, stand = mission.settings.crew, mission.stands[station.id]
     return {
         "id": station.id,
         "order": station.number,
@@ -254,9 +253,9 @@ def _waypoint(mission: _Mission, station: FieldStation) -> dict[str, Any]:
         "instrument_height_m": round(station.instrument_height_m, 4),
         "sensor_m": mission.place(station.position_m),
         "site_ground_m": [round(float(value), 4) + 0.0 for value in station.site_ground_m],
-        "scan_s": scan_s,
-        "set_up_s": settings.set_up_s,
-        "wait_s": None if scan_s is None else scan_s + settings.set_up_s,
+        "scan_s": crew.scan_s,
+        "set_up_s": crew.set_up_s,
+        "wait_s": None if crew.scan_s is None else crew.scan_s + crew.set_up_s,
     }
 
 

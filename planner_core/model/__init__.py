@@ -25,7 +25,7 @@ from planner_core.model.choices import (
 )
 from planner_core.model.length_units import FOOT, LENGTH_UNITS, METRE, US_SURVEY_FOOT, LengthUnit
 from planner_core.model.methods import METHODS, F2Settings, Greedy, Method, Paper, Proven
-from planner_core.model.planning import Candidates, PlanSettings, Survey
+from planner_core.model.planning import Candidates, Crew, InstrumentHeights, PlanSettings, Survey
 from planner_core.model.registration import (
     FloorNetworks,
     Link,
@@ -87,6 +87,7 @@ __all__ = [
     "Candidates",
     "Comment",
     "Coverage",
+    "Crew",
     "CurveStep",
     "Doors",
     "Element",
@@ -102,6 +103,7 @@ __all__ = [
     "Glass",
     "Greedy",
     "GroundPick",
+    "InstrumentHeights",
     "Int32Array",
     "Int64Array",
     "JudgedFigure",

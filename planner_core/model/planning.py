@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from planner_core.errors import RequirementError
 from planner_core.model.arrays import BoolArray, FloatArray, Int32Array, Int64Array
 from planner_core.model.choices import Objective, OverlapMeasure, OverlapOf, Role, ScanBy, one_of
-from planner_core.model.methods import METHODS, Method, Paper, Proven
+from planner_core.model.methods import METHODS, Greedy, Method, Paper, Proven
 from planner_core.model.requirements import Requirements
 from planner_core.model.scans import BeamTemplate, Scanner
 from planner_core.model.scene import Floor, Patches, Scene
@@ -42,6 +42,37 @@ class Candidates:
             floor=self.floor[which],
             instrument_height_m=self.instrument_height_m[which],
         )
+
+
+@dataclass(frozen=True)
+class InstrumentHeights:
+    """How high above the ground the scanner may be, metres.
+
+    fixed_m : the only heights there are, lowest first: those given, or the one that crews set up; empty: any from
+    `low_m` to `high_m`, the scanner's range.
+    """
+
+    fixed_m: tuple[float, ...]
+    low_m: float
+    high_m: float
+    step_m: float
+
+    @property
+    def to_try_m(self) -> tuple[float, ...]:
+        """Heights of candidates, lowest first: the fixed ones, or the range in steps."""
+        if self.fixed_m:
+            return self.fixed_m
+        n_steps = math.floor((self.high_m - self.low_m) / self.step_m + 1e-9)
+        return tuple(self.low_m + self.step_m * step for step in range(n_steps + 1))
+
+
+@dataclass(frozen=True)
+class Crew:
+    """How fast a crew is. scan_s : None where nobody knows; set_up_s : a station, besides; walking_m_per_s."""
+
+    scan_s: float | None
+    set_up_s: float
+    walking_m_per_s: float
 
 
 @dataclass(frozen=True)
@@ -91,28 +122,43 @@ class PlanSettings:
         self._check_scanner()
 
     @property
-    def scanning_s(self) -> float | None:
-        """Seconds of one scan: as told, else as the scanner's mode says; None where nobody knows."""
-        return self.scanner.seconds_per_scan if self.seconds_per_scan is None else self.seconds_per_scan
+    def seeded_method(self) -> Method:
+        """The method with the plan's seed, heights and range where it has none of its own."""
+        if isinstance(self.method, Proven):
+            return replace(self.method, seed=self.seed) if self.method.seed is None else self.method
+        if isinstance(self.method, Greedy):
+            return self.method
+        spatial, genetic = self.method.spatial, self.method.genetic
+        one_height = len(self.heights.fixed_m) == 1
+        return replace(
+            self.method,
+            overlap_radius_m=self.method.overlap_radius_m or self.scanner.range_max_m,
+            spatial=replace(
+                spatial,
+                seed=self.seed if spatial.seed is None else spatial.seed,
+                fixed_height=one_height if spatial.fixed_height is None else spatial.fixed_height,
+            ),
+            genetic=replace(genetic, seed=self.seed if genetic.seed is None else genetic.seed),
+        )
 
     @property
-    def fixed_heights_m(self) -> tuple[float, ...]:
-        """Instrument heights, lowest first, where there are no others: those given, or the one that crews set up.
+    def crew(self) -> Crew:
+        """How fast the crew is; a scan takes as long as told, else as the scanner's mode says."""
+        scan_s = self.scanner.seconds_per_scan if self.seconds_per_scan is None else self.seconds_per_scan
+        return Crew(scan_s, self.set_up_s, self.walking_m_per_s)
 
-        Empty: any of the scanner's range.
-        """
-        usual_m = self.scanner.instrument_height_usual_m
+    @property
+    def heights(self) -> InstrumentHeights:
+        """Heights of the instrument."""
+        scanner = self.scanner
+        usual_m = scanner.instrument_height_usual_m
         usual = () if usual_m is None or isinstance(self.method, Paper) else (usual_m,)
-        return tuple(sorted(set(self.instrument_heights_m))) or usual
-
-    @property
-    def heights_to_try_m(self) -> tuple[float, ...]:
-        """Instrument heights of candidates, lowest first: the fixed ones, or the scanner's range in steps."""
-        if self.fixed_heights_m:
-            return self.fixed_heights_m
-        low, high = self.scanner.instrument_height_min_m, self.scanner.instrument_height_max_m
-        n_steps = math.floor((high - low) / self.height_step_m + 1e-9)
-        return tuple(low + self.height_step_m * step for step in range(n_steps + 1))
+        return InstrumentHeights(
+            fixed_m=tuple(sorted(set(self.instrument_heights_m))) or usual,
+            low_m=scanner.instrument_height_min_m,
+            high_m=scanner.instrument_height_max_m,
+            step_m=self.height_step_m,
+        )
 
     def _check_figures(self) -> None:
         for name in ("grid_step_m", "height_step_m", "max_patch_area_m2"):
@@ -131,7 +177,7 @@ class PlanSettings:
                     f"instrument height: got {height:g} m, expected more than 0 and at most "
                     f"{MAX_INSTRUMENT_HEIGHT_M:g} m above the ground; give e.g. 1.6"
                 )
-        for what, seconds in (("seconds per scan", self.scanning_s), ("set-up seconds", self.set_up_s)):
+        for what, seconds in (("seconds per scan", self.crew.scan_s), ("set-up seconds", self.set_up_s)):
             if seconds is not None and not (math.isfinite(seconds) and seconds >= 0):
                 raise RequirementError(f"{what}: got {seconds:g}, expected 0 or more; e.g. 60")
         if not (math.isfinite(self.walking_m_per_s) and self.walking_m_per_s > 0):
@@ -186,7 +232,7 @@ class PlanSettings:
                 f"{self.scanner.name}, expected one with a table of range noise; give a scanner file of your own with "
                 "range_noise, or noise 'any' (--max-noise any), range and incidence limited instead"
             )
-        if self.objective == Objective.TIME and self.scanning_s is None:
+        if self.objective == Objective.TIME and self.crew.scan_s is None:
             raise RequirementError(
                 f"seconds per scan: got none, and scanner {self.scanner.name!r} does not give them, expected them for "
                 "a plan of least time; give e.g. 120"
@@ -203,12 +249,26 @@ class Survey:
     floor_of_triangle: Int32Array
     """(T,) int32 into floors: the level whose coverage figure a triangle counts for; -1 none."""
     template: BeamTemplate
+    """The beams of one scan of `scanner`."""
+    scanner: Scanner
+    scan_mode: ScanBy
+    """How positions look around: by `BEAMS` or by `PATCHES`."""
+    planned: tuple[int, ...]
+    """Floors that are planned, as indices into `floors`."""
+    reflectivity: float = 0.8
+    """Of the surfaces, for range noise."""
     warnings: tuple[str, ...] = ()
     """One line each, for the user: warnings of finding the floors."""
     scope: SurveyScope | None = None
     """None: all of the building, see `planner_core.requirements.scope`."""
-    ground_from_below: bool = False
-    """Whether ground that is a single plane is seen from the room below, too, as in the method paper."""
+    as_in_paper: bool = False
+    """Whether patches are seen as in the method paper: whole or not at all, and ground that is a single plane from the
+    room below, too."""
+
+    @property
+    def counts_parts(self) -> bool:
+        """Whether it is counted how much of a patch is seen, which samples tell."""
+        return self.scan_mode == ScanBy.PATCHES and not self.as_in_paper
 
     @property
     def looked_at(self) -> BoolArray | None:

@@ -17,7 +17,7 @@ import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine, device_of
 from planner_core.errors import RequirementError
-from planner_core.model import Candidates, FloatArray, Int64Array, Paper, PlanSettings, Survey
+from planner_core.model import Candidates, FloatArray, Int64Array, Paper, Survey
 from planner_core.paper.genetic import select_genetic
 from planner_core.paper.overlap_repair import repair_overlap
 from planner_core.paper.point_distribution import PointDistribution
@@ -25,8 +25,8 @@ from planner_core.paper.random_starts import sample_at_random
 from planner_core.paper.search import search
 from planner_core.paper.search.station_fitness import StationFitness
 from planner_core.paper.search.thinning import best_apart, one_per_cell
-from planner_core.positions.grid import N_HALVINGS, find_candidates
-from planner_core.positions.ground_surface import GroundSurface
+from planner_core.positions.admissibility import Tally, Tripods
+from planner_core.positions.grid import N_HALVINGS, candidates_of, find_candidates
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.problem import CoverProblem
 
@@ -34,70 +34,38 @@ from planner_core.select.problem import CoverProblem
 MAX_SEARCH_BEAMS = 4_000_000
 
 
-def paper_settings(settings: PlanSettings) -> Paper:
-    """The plan's method `Paper`, with the plan's seed and heights where it has none of its own."""
-    paper = settings.method
-    assert isinstance(paper, Paper)  # `planner_core.planning.plan` asks
-    spatial, genetic = paper.spatial, paper.genetic
-    one_height = len(settings.instrument_heights_m) == 1
-    return replace(
-        paper,
-        spatial=replace(
-            spatial,
-            seed=settings.seed if spatial.seed is None else spatial.seed,
-            fixed_height=one_height if spatial.fixed_height is None else spatial.fixed_height,
-        ),
-        genetic=replace(genetic, seed=settings.seed if genetic.seed is None else genetic.seed),
-    )
+def find_pool(tripods: Tripods, paper: Paper, *, seed: int = 0, progress: Progress = silent) -> Candidates:
+    """Starts on each planned floor, improved floor by floor: what the genetic algorithm selects from.
 
-
-def find_pool(
-    survey: Survey,
-    settings: PlanSettings,
-    paper: Paper,
-    engine: ScanEngine,
-    *,
-    floors: tuple[int, ...],
-    progress: Progress = silent,
-) -> Candidates:
-    """Starts on each of `floors`, improved floor by floor: what the genetic algorithm selects from."""
+    seed : of random starts.
+    """
     if paper.starts == "random":
-        starts = sample_at_random(
-            survey, settings, engine, floors=floors, n_each=paper.n_random, seed=settings.seed, progress=progress
-        )
+        starts = sample_at_random(tripods, n_each=paper.n_random, seed=seed, progress=progress)
     else:
-        halvings = N_HALVINGS if paper.halve_grid else 0
-        starts = find_candidates(survey, settings, engine, floors=floors, n_halvings=halvings, progress=progress)
+        starts = find_candidates(tripods, n_halvings=N_HALVINGS if paper.halve_grid else 0, progress=progress)
     narrows = paper.thin_cell_m > 0 or paper.best_k > 0
     if not starts.floor.size or (paper.search == "none" and not narrows):
         return starts
-    _check_beams(survey, settings)
-    distribution = PointDistribution(survey.scene, survey.patches, engine, distance=paper.f2.distance)
+    survey = tripods.survey
+    _check_beams(survey)
+    distribution = PointDistribution(survey.scene, survey.patches, tripods.engine, distance=paper.f2.distance)
     if paper.search != "none":
-        starts = searched(survey, settings, paper, engine, distribution, starts, floors, progress)
+        starts = searched(tripods, paper, distribution, starts, progress)
     return _narrowed(survey, paper, distribution, starts, progress) if narrows else starts
 
 
 def searched(
-    survey: Survey,
-    settings: PlanSettings,
+    tripods: Tripods,
     paper: Paper,
-    engine: ScanEngine,
     distribution: PointDistribution,
     starts: Candidates,
-    floors: tuple[int, ...],
     progress: Progress = silent,
 ) -> Candidates:
     """Improved positions, beside their starts where the pool is of both."""
-    improved = [_improved(survey, settings, paper, engine, distribution, starts, index, progress) for index in floors]
-    pool = Candidates(
-        position_m=np.concatenate([place for place, _ in improved]),
-        floor=np.repeat(np.array(floors, dtype=np.int32), [len(place) for place, _ in improved]),
-        instrument_height_m=np.concatenate([height for _, height in improved]),
-        n_tried=starts.n_tried,
-        rejected=starts.rejected,
-    )
-    return _joined(starts, pool) if paper.pool == "both" else _joined(_none_of(starts), pool)
+    floors = tripods.survey.planned
+    improved = [(index, *_improved(tripods, paper, distribution, starts, index, progress)) for index in floors]
+    pool = replace(candidates_of(improved, Tally()), n_tried=starts.n_tried, rejected=starts.rejected)
+    return _joined(starts if paper.pool == "both" else starts.take(np.arange(0)), pool)
 
 
 def _narrowed(
@@ -122,31 +90,23 @@ def _narrowed(
                 )
             ]
         kept.append(np.sort(at))
-    rows = np.concatenate(kept)
-    return replace(
-        pool,
-        position_m=pool.position_m[rows],
-        floor=pool.floor[rows],
-        instrument_height_m=pool.instrument_height_m[rows],
-    )
+    return pool.take(np.concatenate(kept))
 
 
-def _check_beams(survey: Survey, settings: PlanSettings) -> None:
+def _check_beams(survey: Survey) -> None:
     """Refuse to search with a scanner of very many beams: F2 needs every one, some thousand times a start."""
     rows, columns = survey.template.shape
     if rows * columns > MAX_SEARCH_BEAMS:
         raise RequirementError(
-            f"scanner {settings.scanner.name}: got {rows * columns} beams a scan, expected at most {MAX_SEARCH_BEAMS} "
+            f"scanner {survey.scanner.name}: got {rows * columns} beams a scan, expected at most {MAX_SEARCH_BEAMS} "
             "for a spatial search, which casts all of them for every position it looks at; pass --search none or a "
             "coarser mode of the scanner"
         )
 
 
 def _improved(
-    survey: Survey,
-    settings: PlanSettings,
+    tripods: Tripods,
     paper: Paper,
-    engine: ScanEngine,
     distribution: PointDistribution,
     starts: Candidates,
     floor: int,
@@ -156,8 +116,8 @@ def _improved(
     starts_m = starts.position_m[starts.floor == floor]
     if not starts_m.size:
         return np.empty((0, 3)), np.empty(0)
-    fitness = StationFitness(survey, settings, engine, distribution, floor=floor, published_tests=paper.published_tests)
-    name = survey.floors[floor].name
+    fitness = StationFitness(tripods, distribution, floor=floor, published_tests=paper.published_tests)
+    name = tripods.survey.floors[floor].name
 
     def tell(event: ProgressEvent) -> None:
         progress(replace(event, note=f"{name}: {event.note}"))
@@ -165,17 +125,7 @@ def _improved(
     result = search(paper.search, starts_m, fitness, paper.spatial, bounds_m=fitness.bounds_m, progress=tell)
     # Agents that started at valid positions stood at one; lattice cells may have moved a start to where none can stand.
     position_m = result.position_m[result.found]
-    ground_m = GroundSurface(survey, survey.floors[floor]).below(position_m)
-    return position_m, position_m[:, 2] - ground_m
-
-
-def _none_of(candidates: Candidates) -> Candidates:
-    return replace(
-        candidates,
-        position_m=candidates.position_m[:0],
-        floor=candidates.floor[:0],
-        instrument_height_m=candidates.instrument_height_m[:0],
-    )
+    return position_m, position_m[:, 2] - tripods.ground(floor).below(position_m)
 
 
 def _joined(first: Candidates, second: Candidates) -> Candidates:
@@ -211,20 +161,19 @@ def shortfall(problem: CoverProblem, chosen: Int64Array) -> tuple[str, ...]:
 
 
 def repair(
-    settings: PlanSettings,
     paper: Paper,
+    required: float,
     candidates: Candidates,
     chosen: Int64Array,
     *,
     progress: Progress = silent,
 ) -> tuple[Int64Array, tuple[str, ...]]:
-    """Add candidates until the circles of all stations overlap as required and hang together floor by floor.
+    """Add candidates until the circles of all stations overlap as `required`, a fraction, and hang together by floor.
 
     Returns
     -------
     All stations (K,), the chosen ones first; and a line for the user about what the pool could not repair.
     """
-    required = settings.requirements.overlap
     if not paper.repair or not chosen.size:
         return chosen, ()
     if required >= 1.0:
@@ -233,7 +182,7 @@ def repair(
     done = repair_overlap(
         candidates.position_m[chosen],
         candidates.position_m[left],
-        radius_m=paper.overlap_radius_m or settings.scanner.range_max_m,
+        radius_m=paper.overlap_radius_m,
         required=required,
         station_floor=candidates.floor[chosen],
         pool_floor=candidates.floor[left],

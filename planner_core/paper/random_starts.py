@@ -1,6 +1,6 @@
 """Starting positions at random: spread over each floor and the scanner's heights, a tripod can stand at each.
 
-Input a `Survey` (local frame, metres) and `PlanSettings`, output `Candidates` in the order they were drawn. The regular
+Input the `Tripods` of a survey (local frame, metres), output `Candidates` in the order they were drawn. The regular
 sampling is `find_candidates` in `planner_core.positions.grid` with `n_halvings=0`.
 
 References
@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
-from planner_core.model import Candidates, FloatArray, PlanSettings, Survey
-from planner_core.positions.admissibility import Tally, TripodTests
+from planner_core.model import Candidates, FloatArray, InstrumentHeights
+from planner_core.positions.admissibility import Tally, Tripods
+from planner_core.positions.grid import candidates_of
 from planner_core.positions.ground_surface import GroundSurface
 from planner_core.progress import Progress, silent
 
@@ -25,19 +25,10 @@ _BLOCK = 512
 MAX_DRAWS_EACH = 200
 
 
-def sample_at_random(
-    survey: Survey,
-    settings: PlanSettings,
-    engine: ScanEngine,
-    *,
-    floors: tuple[int, ...],
-    n_each: int,
-    seed: int,
-    progress: Progress = silent,
-) -> Candidates:
-    """Draw admissible positions on each of `floors` (indices into survey.floors) until there are `n_each`.
+def sample_at_random(tripods: Tripods, *, n_each: int, seed: int, progress: Progress = silent) -> Candidates:
+    """Draw admissible positions on each planned floor until there are `n_each`.
 
-    Places are uniform over the floor's bounds; heights over the scanner's range, or among the heights of the settings.
+    Places are uniform over the floor's bounds; heights over the scanner's range, or among the fixed heights.
     Asking for more, or for other floors too, gives the same positions first. A floor with hardly any free ground gives
     fewer, see `MAX_DRAWS_EACH`.
 
@@ -49,26 +40,17 @@ def sample_at_random(
     if n_each < 0 or seed < 0:
         raise RequirementError(f"random starts: got n_each {n_each}, seed {seed}, expected 0 or more; e.g. 100 and 0")
     tally = Tally()
-    drawn = []
-    for index in floors:
-        tests = TripodTests(survey, settings, engine, survey.floors[index], tally=tally, progress=progress)
-        drawn.append(_on_floor(survey, settings, index, n_each, seed, tests))
-    sizes = [height.size for _, height in drawn]
-    return Candidates(
-        position_m=np.ascontiguousarray(np.concatenate([np.empty((0, 3)), *(place for place, _ in drawn)])),
-        floor=np.repeat(np.array(floors, dtype=np.int32), sizes),
-        instrument_height_m=np.concatenate([np.empty(0), *(height for _, height in drawn)]),
-        n_tried=tally.n_tried,
-        rejected=tally.rejected,
+    floors = tripods.survey.planned
+    return candidates_of(
+        [(index, *_on_floor(tripods, index, n_each, seed, tally, progress)) for index in floors], tally
     )
 
 
 def _on_floor(
-    survey: Survey, settings: PlanSettings, index: int, n_wanted: int, seed: int, tests: TripodTests
+    tripods: Tripods, index: int, n_wanted: int, seed: int, tally: Tally, progress: Progress
 ) -> tuple[FloatArray, FloatArray]:
     """Positions (N, 3) and instrument heights (N,) of one floor."""
-    floor = survey.floors[index]
-    surface = GroundSurface(survey, floor)
+    floor, surface = tripods.survey.floors[index], tripods.ground(index)
     stream = np.random.Generator(np.random.Philox(np.random.SeedSequence(seed, spawn_key=(index,))))
     position_m, height_m = np.empty((0, 3)), np.empty(0)
     left = MAX_DRAWS_EACH * n_wanted
@@ -77,12 +59,12 @@ def _on_floor(
         left -= u.shape[0]
         plan = floor.bounds_m[0] + u[:, :2] * (floor.bounds_m[1] - floor.bounds_m[0])
         ground = _some_ground(surface, plan, u[:, 2])
-        height = _heights_m(settings, u[:, 3])
+        height = _heights_m(tripods.heights, u[:, 3])
         position = np.column_stack([plan, ground + height])
-        kept = tests.keep(position, ground)
+        kept = tripods.tests(index).keep(position, ground, tally, progress)
         position_m = np.concatenate([position_m, position[kept]])
         height_m = np.concatenate([height_m, height[kept]])
-    tests.tally.refuse("more than asked for", max(0, height_m.size - n_wanted))
+    tally.refuse("more than asked for", max(0, height_m.size - n_wanted))
     return position_m[:n_wanted], height_m[:n_wanted]
 
 
@@ -94,10 +76,8 @@ def _some_ground(surface: GroundSurface, plan_m: FloatArray, u: FloatArray) -> F
     return np.where(np.isnan(ground_m), top_m, ground_m)
 
 
-def _heights_m(settings: PlanSettings, u: FloatArray) -> FloatArray:
+def _heights_m(heights: InstrumentHeights, u: FloatArray) -> FloatArray:
     """Heights of uniform numbers (N,) in [0, 1)."""
-    if settings.instrument_heights_m:
-        heights = np.array(sorted(set(settings.instrument_heights_m)))
-        return np.asarray(heights[np.floor(u * heights.size).astype(np.int64)])
-    low, high = settings.scanner.instrument_height_min_m, settings.scanner.instrument_height_max_m
-    return low + u * (high - low)
+    if heights.fixed_m:
+        return np.array(heights.fixed_m)[np.floor(u * len(heights.fixed_m)).astype(np.int64)]
+    return heights.low_m + u * (heights.high_m - heights.low_m)

@@ -19,7 +19,6 @@ import numpy as np
 from planner_core.coordinates.frame import site_frame
 from planner_core.coordinates.georeference import GeoreferenceSection
 from planner_core.documents import is_deeper, read_as
-from planner_core.engine.patch_mode import scan_mode_of
 from planner_core.errors import PlanFolderError
 from planner_core.model import (
     Doors,
@@ -262,7 +261,7 @@ def _requirements(plan: Plan) -> dict[str, Any]:
 
 def _settings(plan: Plan) -> dict[str, Any]:
     used = {
-        "scan_mode": scan_mode_of(plan.settings.scan_mode, plan.survey.template),
+        "scan_mode": plan.survey.scan_mode,
         "n_candidates": plan.n_candidates,
         "n_patches": plan.survey.patches.n_patches,
     }
@@ -333,8 +332,8 @@ def _losses(losses: tuple[Loss, ...], plan: Plan) -> dict[str, Any]:
 def _scope(plan: Plan) -> dict[str, Any]:
     """Areas in and out of scope, and of parts of which nothing is required."""
     survey, area_m2 = plan.survey, plan.survey.patches.area_m2
-    inside = required_of(survey, plan.settings)
-    obstacles = obstacles_of(survey, plan.settings)
+    inside = required_of(survey, plan.settings.requirements)
+    obstacles = obstacles_of(survey, plan.settings.requirements)
     outside = ~np.any([inside, *obstacles.values()], axis=0)
     return {
         "kind": Scope.ALL if survey.scope is None else survey.scope.kind,

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.coverage.levels import Observations, with_noise
-from planner_core.coverage.observe import looks_in_batches
+from planner_core.coverage.levels import Observations
+from planner_core.coverage.observe import observations_in_batches
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import REASONS, FloatArray, Int32Array, Loss, Plan, Scanner
 from planner_core.model.unseen import OUT_OF_SCOPE
@@ -150,7 +150,7 @@ def layer_files(plan: Plan, engine: ScanEngine, figures: LayerFigures | None = N
     Raises
     ------
     RequirementError, DeviceError
-        See `planner_core.coverage.observe.looks_in_batches`.
+        See `planner_core.coverage.observe.observations_in_batches`.
     """
     layers, n_patches = layers_of(plan.settings.scanner), plan.survey.patches.n_patches
     figures = figures or LayerFigures(layers, n_patches)
@@ -168,24 +168,20 @@ def layer_files(plan: Plan, engine: ScanEngine, figures: LayerFigures | None = N
 
 def _observations_of_stations(plan: Plan, engine: ScanEngine) -> Iterator[Observations]:
     """One station after the other."""
-    settings = plan.settings
     positions_m = np.array([station.position_m for station in plan.stations]).reshape(-1, 3)
-    for batch in looks_in_batches(plan.survey, settings.scan_mode, engine, positions_m):
+    noise = bool(plan.survey.scanner.range_noise)
+    for batch in observations_in_batches(plan.survey, engine, positions_m, noise=noise):
         for first, end in pairwise(batch.starts.tolist()):
             part = slice(first, end)
-            observations = Observations(
+            yield Observations(
                 starts=np.array([0, end - first], dtype=np.int64),
                 patch=batch.patch[part],
                 n_patches=batch.n_patches,
                 spacing_m=batch.spacing_m[part],
                 range_m=batch.range_m[part],
                 incidence_rad=batch.incidence_rad[part],
+                noise_m=None if batch.noise_m is None else batch.noise_m[part],
             )
-            if settings.scanner.range_noise:
-                observations = with_noise(
-                    observations, settings.scanner, reflectivity=settings.requirements.reflectivity
-                )
-            yield observations
 
 
 def _lost_by_station(plan: Plan) -> dict[str, bytes]:

@@ -16,21 +16,20 @@ An interrupt ends `proven` once it has a plan, and that plan is the choice. A li
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine, device_of
-from planner_core.model import BoolArray, Candidates, FloatArray, Objective, PlanSettings, Proven, Role, Survey
-from planner_core.paper.pipeline import paper_settings, repair, select_by_genes, shortfall
+from planner_core.model import BoolArray, Crew, FloatArray, Objective, Paper, PlanSettings, Proven, Role, Route
+from planner_core.paper.pipeline import repair, select_by_genes, shortfall
 from planner_core.planning.pool import Choice, Pool
 from planner_core.planning.refine import WORK_SHARE, refine
 from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.positions.walking import Walking
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.route.least_time import LeastTimeSettings, Walks, least_time
-from planner_core.route.route import ends_of, ends_on_ground, plan_route
+from planner_core.route.route import ends_on_ground, plan_route
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.large import select_by_size
 from planner_core.select.most_coverage import most_coverage
@@ -44,13 +43,6 @@ KEPT = "earlier stations kept"
 _HEARD = "interrupted: keeping the best plan so far; interrupt again to discard it"
 
 
-def selection_settings(settings: PlanSettings) -> Proven:
-    """The plan's method `Proven`, with the plan's seed where it has none of its own."""
-    proven = settings.method
-    assert isinstance(proven, Proven)  # `planner_core.planning.plan` asks
-    return replace(proven, seed=settings.seed) if proven.seed is None else proven
-
-
 def choose_greedily(pool: Pool, *, progress: Progress = silent) -> Choice:
     """Take one station after the other, each the one that adds most; given ones first."""
     chosen = tuple(select_greedy(pool.problem, given=pool.given, progress=progress).chosen)
@@ -58,13 +50,13 @@ def choose_greedily(pool: Pool, *, progress: Progress = silent) -> Choice:
     return Choice(pool, chosen, fewest, n_greedy=len(chosen), n_bounded=pool.n_free)
 
 
-def choose_by_paper(pool: Pool, settings: PlanSettings, engine: ScanEngine, *, progress: Progress = silent) -> Choice:
+def choose_by_paper(pool: Pool, paper: Paper, engine: ScanEngine, *, progress: Progress = silent) -> Choice:
     """Choose as the method paper does: select by genes, then add stations until their circles overlap as is asked."""
-    asked = paper_settings(settings)
-    problem = pool.problem if asked.count == "area" else pool.problem_of_patches()
-    chosen = select_by_genes(problem, asked, engine, progress=progress)
+    problem = pool.problem if paper.count == "area" else pool.problem_of_patches()
+    chosen = select_by_genes(problem, paper, engine, progress=progress)
     fewest = lower_bound(pool.problem, n_stations=chosen.size, progress=progress)
-    chosen, unrepaired = repair(settings, asked, pool.candidates, chosen, progress=progress)
+    overlap = pool.demand.goals.requirements.overlap
+    chosen, unrepaired = repair(paper, overlap, pool.candidates, chosen, progress=progress)
     return Choice(
         pool,
         tuple(chosen.tolist()),
@@ -77,25 +69,25 @@ def choose_by_paper(pool: Pool, settings: PlanSettings, engine: ScanEngine, *, p
 def choose(
     pool: Pool,
     places: AllowedPositions,
-    survey: Survey,
     settings: PlanSettings,
+    method: Proven,
     engine: ScanEngine,
     *,
     progress: Progress = silent,
 ) -> Choice:
-    """Choose by method `proven` for the objective of the settings."""
-    budget = _Budget(selection_settings(settings), time.monotonic())
+    """Choose by `method` for the objective of the settings."""
+    budget = _Budget(method, time.monotonic())
     begun = (*pool.given, *(int(row) for row in places.rows_of(Role.BEGUN)))
-    if settings.objective == Objective.COVERAGE:
-        return _most_covered(pool, settings, budget, engine, progress, begun=begun)
+    if settings.max_stations is not None:
+        return _most_covered(pool, settings.max_stations, budget, engine, progress, begun=begun)
     choice = _fewest(pool, budget, engine, progress, begun=begun)
     try:  # from here on there is a plan, whoever interrupts what
         if pool.kept:
             choice = _replanned(choice, budget, engine, progress)
         elif settings.refine and _goes_on(choice, budget):
-            choice = _refined(choice, places, survey, settings, engine, budget, progress)
+            choice = _refined(choice, places, engine, budget, progress)
         if settings.objective == Objective.TIME:
-            choice = _quickest(choice, places, survey, settings, budget, progress)
+            choice = _quickest(choice, places, settings.crew, settings.seed, budget, progress)
     except KeyboardInterrupt:
         _settle(progress, "select", INTERRUPTED)
         choice = replace(choice, why_stopped=INTERRUPTED)
@@ -190,17 +182,10 @@ def _replanned(choice: Choice, budget: _Budget, engine: ScanEngine, progress: Pr
 
 
 def _refined(
-    choice: Choice,
-    places: AllowedPositions,
-    survey: Survey,
-    settings: PlanSettings,
-    engine: ScanEngine,
-    budget: _Budget,
-    progress: Progress,
+    choice: Choice, places: AllowedPositions, engine: ScanEngine, budget: _Budget, progress: Progress
 ) -> Choice:
     work = replace(budget.left, work_limit=WORK_SHARE * budget.whole.work_limit, prove=False)
-    allowed: Callable[[Candidates], BoolArray] = places.allows
-    better = refine(choice.pool, choice.chosen, survey, settings, engine, work, allowed=allowed, progress=progress)
+    better = refine(choice.pool, choice.chosen, places, engine, work, progress=progress)
     _settle(progress, "refine", INTERRUPTED if better.interrupted else "")
     why_stopped = INTERRUPTED if better.interrupted else choice.why_stopped
     if len(better.chosen) == len(choice.chosen):
@@ -224,17 +209,12 @@ def _refined(
 
 # ------------------------------------------------------------------------------------------ other objectives
 def _quickest(
-    choice: Choice,
-    places: AllowedPositions,
-    survey: Survey,
-    settings: PlanSettings,
-    budget: _Budget,
-    progress: Progress,
+    choice: Choice, places: AllowedPositions, crew: Crew, seed: int, budget: _Budget, progress: Progress
 ) -> Choice:
     pool = choice.pool
     foot_m = pool.candidates.position_m.copy()
     foot_m[:, 2] -= pool.candidates.instrument_height_m
-    ends, _ = ends_on_ground(places.reach, ends_of(settings.site, survey.scene.offset_m))
+    ends, _ = ends_on_ground(places.reach, places.site.ends)
     stops: list[FloatArray] = [foot_m]
     start = end = None
     if ends.start_m is not None:
@@ -243,8 +223,8 @@ def _quickest(
     if ends.end_m is not None:
         end = sum(len(stop) for stop in stops)
         stops.append(ends.end_m[None])
-    scan_s = settings.scanning_s
-    assert scan_s is not None  # `PlanSettings` has looked
+    assert crew.scan_s is not None  # `PlanSettings` has looked
+    station_s = crew.scan_s + crew.set_up_s
     found = least_time(
         pool.problem,
         choice.chosen,
@@ -256,10 +236,10 @@ def _quickest(
             closed=ends.closed,
         ),
         LeastTimeSettings(
-            per_station_s=scan_s + settings.set_up_s,
-            walking_m_per_s=settings.walking_m_per_s,
+            per_station_s=station_s,
+            walking_m_per_s=crew.walking_m_per_s,
             n_kicks=LeastTimeSettings.n_kicks if _goes_on(choice, budget) else 0,
-            seed=settings.seed,
+            seed=seed,
         ),
         fewest=choice.lower_bound,
         given=pool.given,
@@ -268,9 +248,15 @@ def _quickest(
         progress=progress,
     )
     _settle(progress, "least time", INTERRUPTED if found.interrupted else "")
+
+    def field_s(chosen: tuple[int, ...]) -> tuple[int, float]:
+        """Legs that can't be walked, and seconds for all else."""
+        route, scanned = route_through(pool, chosen, places, seed=seed)
+        n_scans = int((~scanned).sum())
+        return route.n_unwalkable, n_scans * station_s + route.length_m / crew.walking_m_per_s
+
     # The search measures walks a little differently from the route that the crew gets, and that one counts.
-    before = _field_s(pool, choice.chosen, places, survey, settings, scan_s)
-    after = _field_s(pool, found.chosen, places, survey, settings, scan_s)
+    before, after = field_s(choice.chosen), field_s(found.chosen)
     chosen, (_, seconds) = (found.chosen, after) if after < before else (choice.chosen, before)
     return replace(
         choice,
@@ -282,10 +268,10 @@ def _quickest(
     )
 
 
-def _field_s(
-    pool: Pool, chosen: tuple[int, ...], places: AllowedPositions, survey: Survey, settings: PlanSettings, scan_s: float
-) -> tuple[int, float]:
-    """Legs that can't be walked, and seconds for all else, by the route through chosen rows."""
+def route_through(
+    pool: Pool, chosen: tuple[int, ...], places: AllowedPositions, *, seed: int, progress: Progress = silent
+) -> tuple[Route, BoolArray]:
+    """Find the route through chosen rows, and say which of them, (K,) bool, are scanned: nobody walks there."""
     rows = np.array(chosen, dtype=np.int64)
     scanned = np.isin(rows, places.rows_of(Role.SCANNED))
     at = pool.take(rows)
@@ -294,26 +280,20 @@ def _field_s(
         at.position_m,
         at.instrument_height_m,
         at.floor,
-        ends=ends_of(settings.site, survey.scene.offset_m),
+        ends=places.site.ends,
         scanned=scanned,
-        seed=settings.seed,
+        seed=seed,
+        progress=progress,
     )
-    stations_s = int((~scanned).sum()) * (scan_s + settings.set_up_s)
-    return route.n_unwalkable, stations_s + route.length_m / settings.walking_m_per_s
+    return route, scanned
 
 
 def _most_covered(
-    pool: Pool,
-    settings: PlanSettings,
-    budget: _Budget,
-    engine: ScanEngine,
-    progress: Progress,
-    *,
-    begun: tuple[int, ...],
+    pool: Pool, n_most: int, budget: _Budget, engine: ScanEngine, progress: Progress, *, begun: tuple[int, ...]
 ) -> Choice:
-    assert settings.max_stations is not None  # `PlanSettings` has looked
     # Of the pool's problem, in which stations that nobody can be registered with see nothing, what is asked of all.
-    overall = [pool.demand.goals.index(pool.demand.overall)]
+    goals = pool.demand.goals
+    overall = [goals.each.index(goals.overall)]
     problem = replace(
         pool.problem,
         counts_for=pool.problem.counts_for[overall],
@@ -323,11 +303,11 @@ def _most_covered(
     )
     found = most_coverage(
         problem,
-        settings.max_stations,
+        n_most,
         budget.left,
         network=pool.network,
         given=pool.given,
-        start=begun if len(pool.given) < len(begun) <= settings.max_stations else None,
+        start=begun if len(pool.given) < len(begun) <= n_most else None,
         device=device_of(engine),
         progress=pool.placing(progress),
     )

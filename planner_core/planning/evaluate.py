@@ -10,24 +10,25 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner_core.coverage.survey import make_survey, planned_floors
+from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import StationListError
 from planner_core.model import Plan, PlanSettings, PriorStation, Role, Route, Scene, Station, Survey, Visibility
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.judge import with_judgement
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
-from planner_core.positions.allowed_positions import find_positions
+from planner_core.positions.admissibility import Tripods
+from planner_core.positions.allowed_positions import AllowedPositions, find_positions
 from planner_core.positions.free_space import FreeSpace, free_space
+from planner_core.positions.local_site import local_site
 from planner_core.positions.prior_stations import place_prior
-from planner_core.positions.reach import Reach
 from planner_core.progress import Progress, silent
 from planner_core.requirements.demand import demand_of
 from planner_core.requirements.explain import explain
 from planner_core.requirements.figures import missed_in_words
-from planner_core.requirements.goals import nothing_to_spare
+from planner_core.requirements.goals import goals_of
 from planner_core.requirements.scope import with_scope
-from planner_core.route.route import Ends, ends_of, plan_route
+from planner_core.route.route import plan_route
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import cover_problem
 from planner_core.select.quick_bound import lower_bound
@@ -70,22 +71,24 @@ def evaluate_survey(
     *,
     progress: Progress = silent,
 ) -> Plan:
-    """Do the rest of `evaluate_stations`, for callers that scan with the same engine afterwards."""
+    """Do the rest of `evaluate_stations`, for callers that scan with the same engine afterwards.
+
+    survey : as in `planner_core.planning.plan.plan_survey`.
+    """
     _check_list(stations)
-    ends = ends_of(settings.site, survey.scene.offset_m)
     clock = Stopwatch()
-    floors = planned_floors(survey.floors, settings.requirements.floors)
     with clock.stage("scope"):
         space = free_space(survey, progress=progress)
-        survey = with_scope(survey, settings, scan_engine, space=space, progress=progress)
+        survey = with_scope(survey, settings.requirements, scan_engine, space=space, progress=progress)
+        goals = goals_of(survey, settings.requirements)
     with clock.stage("candidates"):
-        places = find_positions(survey, settings, scan_engine, floors=floors, space=space, progress=progress)
-        listed, remarks = place_stations(survey, settings, scan_engine, stations, places.reach.space)
+        tripods, site = Tripods(survey, settings, scan_engine), local_site(survey, settings.site)
+        places = find_positions(tripods, site, space=space, progress=progress)
+        listed, remarks = place_stations(tripods, stations, places.reach.space)
     with clock.stage("scan"):
         at = np.stack([station.position_m for station in listed])
-        demand = demand_of(
-            survey, settings, scan_engine, np.concatenate([places.candidates.position_m, at]), progress=progress
-        )
+        at_m = np.concatenate([places.candidates.position_m, at])
+        demand = demand_of(survey, goals, scan_engine, at_m, progress=progress)
         survey = demand.surveyed(survey)
         n_candidates = int(places.candidates.floor.size)
         of_candidates = demand.rows.take(list(range(n_candidates)))
@@ -105,14 +108,14 @@ def evaluate_survey(
             rows=rows,
             surroundings=Surroundings(places.candidates.position_m, of_candidates, places.reach),
             order_of_choice=tuple(range(len(listed))),
-            route=_route(survey, settings, places.reach, listed, ends, progress),
+            route=_route(survey, places, listed, settings.seed, progress),
             n_scans=len(listed),
             lower_bound=fewest,
             warnings=(
                 *survey.warnings,
                 *scan_engine.warnings,
                 *places.warnings,
-                *nothing_to_spare(survey, settings),
+                *goals.remarks,
                 *remarks,
                 *explain(survey, demand),
                 *_blind_stations(listed, rows.seen, survey),
@@ -124,38 +127,33 @@ def evaluate_survey(
 
 
 def _route(
-    survey: Survey,
-    settings: PlanSettings,
-    reach: Reach,
-    stations: tuple[Station, ...],
-    ends: Ends,
-    progress: Progress,
+    survey: Survey, places: AllowedPositions, stations: tuple[Station, ...], seed: int, progress: Progress
 ) -> Route:
     """Find the shortest walk through the stations, whatever their order in the list."""
     index = {floor.id: number for number, floor in enumerate(survey.floors)}
     return plan_route(
-        reach,
+        places.reach,
         np.stack([station.position_m for station in stations]),
         np.array([station.instrument_height_m for station in stations]),
         np.array([index[station.floor] for station in stations], dtype=np.int32),
-        ends=ends,
-        seed=settings.seed,
+        ends=places.site.ends,
+        seed=seed,
         progress=progress,
     )
 
 
 def place_stations(
-    survey: Survey, settings: PlanSettings, engine: ScanEngine, given: Sequence[GivenStation], space: FreeSpace
+    tripods: Tripods, given: Sequence[GivenStation], space: FreeSpace
 ) -> tuple[tuple[Station, ...], tuple[str, ...]]:
     """Bring given stations to the local frame, find their floors and heights, and say what is wrong with their places.
 
-    space : of `survey`, for stations on stairs and landings.
+    space : of the survey, for stations on stairs and landings.
     """
-    placed = [place_prior(survey, settings, engine, _as_prior(station), space=space) for station in given]
+    placed = [place_prior(tripods, _as_prior(station), space) for station in given]
     stations = tuple(
         Station(
             id=place.station.id,
-            floor=survey.floors[place.floor].id,
+            floor=tripods.survey.floors[place.floor].id,
             order=order,
             position_m=place.position_m,
             instrument_height_m=place.instrument_height_m,

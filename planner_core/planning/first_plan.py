@@ -12,12 +12,13 @@ import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine, device_of
 from planner_core.errors import RequirementError
-from planner_core.model import Candidates, Int64Array, Objective, Paper, PlanSettings, Proven, Role, Survey
-from planner_core.planning.choose import selection_settings
+from planner_core.model import Candidates, Int64Array, Proven, Role, Survey
 from planner_core.planning.pool import make_pool
 from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.progress import BestSoFar, Progress, ProgressEvent
-from planner_core.requirements.demand import Known, looked_from
+from planner_core.requirements.demand import Known
+from planner_core.requirements.goals import Goals
+from planner_core.requirements.look_around import look_around
 from planner_core.select.large import select_by_size
 from planner_core.select.proven import INTERRUPTED
 
@@ -33,49 +34,50 @@ _WORTH, _FEW = 3, 100
 
 
 def looked_from_few(
-    survey: Survey, settings: PlanSettings, engine: ScanEngine, places: AllowedPositions, progress: Progress
+    survey: Survey, goals: Goals, engine: ScanEngine, places: AllowedPositions, progress: Progress
 ) -> Known | None:
     """Look around from few candidates, far apart, with all special places and prior stations among them.
 
-    None where there are hardly more anyway. The method paper looks around from its own.
+    None where there are hardly more anyway.
     """
     n_candidates = places.candidates.floor.size
-    if isinstance(settings.method, Paper) or n_candidates <= _FEW:
+    if n_candidates <= _FEW:
         return None
     rows = np.union1d(_far_apart(places.candidates, _APART_M, most=_MOST), np.flatnonzero(places.kind > 0))
     if _WORTH * rows.size > n_candidates:
         return None
     at_m = places.candidates.position_m[rows]
-    return Known(rows, looked_from(survey, settings, engine, at_m, progress=_as_one_stage(progress)))
+    return Known(rows, look_around(survey, engine, at_m, goals, progress=_as_one_stage(progress)))
 
 
 def tell_first_plan(
     survey: Survey,
-    settings: PlanSettings,
+    goals: Goals,
     engine: ScanEngine,
     places: AllowedPositions,
     known: Known,
+    selection: Proven,
     progress: Progress,
 ) -> None:
     """Tell `progress` of stations that meet what is asked, as far as the few candidates of `known` see it.
 
-    Nothing is told where the plan begins with stations of an earlier one, or is not one of fewest stations.
+    Nothing is told where the plan begins with stations of an earlier one.
     """
-    earlier = places.rows_of(Role.KEPT, Role.BEGUN)
-    if not isinstance(settings.method, Proven) or settings.objective == Objective.COVERAGE or earlier.size:
+    if places.rows_of(Role.KEPT, Role.BEGUN).size:
         return
     few, all_of_them = places.candidates.take(known.row), np.arange(known.row.size)
     given = np.searchsorted(known.row, places.rows_of(Role.SCANNED, Role.LOCKED))
     none = np.empty(0, dtype=np.int64)
     try:
-        pool = make_pool(survey, settings, engine, few, given=given, kept=none, known=Known(all_of_them, known.looked))
+        known = Known(all_of_them, known.looked)
+        pool = make_pool(survey, goals, engine, few, given=given, kept=none, linked=True, known=known)
     except RequirementError:
         return  # what few candidates can't meet, all of them may; if they can't either, that is said then
     if not pool.rows.met.patch.size:
         return
     found = select_by_size(
         pool.problem,
-        replace(selection_settings(settings), work_limit=0.0, time_limit_s=None),
+        replace(selection, work_limit=0.0, time_limit_s=None),
         network=pool.network,
         given=pool.given,
         device=device_of(engine),

@@ -15,7 +15,6 @@ import numpy as np
 
 from planner_core.coverage.ground_sides import GroundSides
 from planner_core.coverage.levels import Observations, observations_meeting, with_noise
-from planner_core.coverage.survey import planned_floors
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.patch_mode import LEAST_RETURNS, expected_returns, in_view, spacing_at
 from planner_core.engine.patch_samples import View, view_of
@@ -38,11 +37,14 @@ from planner_core.model import (
     Plan,
     PlanSettings,
     PointLimits,
+    Requirements,
     Survey,
 )
+from planner_core.positions.admissibility import Tripods
 from planner_core.positions.allowed_positions import find_positions
+from planner_core.positions.local_site import local_site
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.requirements.goals import OVERALL, goals_of, required_of
+from planner_core.requirements.goals import Goals, goals_of
 from planner_core.scene.patches import patch_triangles
 
 #: A surface this much before a point, and this share of the range, does not hide it: Open3D's rays are float32.
@@ -136,8 +138,8 @@ def judge(
     if n_points < 100:
         raise RequirementError(f"judge: got {n_points} points, expected at least 100; 200000 say it to 0.1 %")
     survey, settings = plan.survey, plan.settings
-    points = _points(survey, settings, n_points, np.random.default_rng(seed))
-    look = _Look(survey, settings, points)
+    points = _points(survey, goals_of(survey, settings.requirements), n_points, np.random.default_rng(seed))
+    look = _Look(survey, settings.requirements, points)
     linking, met = look.from_all(np.stack([station.position_m for station in plan.stations]), progress)
     asked = settings.requirements
     covered = met >= asked.seen_from
@@ -159,8 +161,8 @@ def judge(
 
 def _candidates_of(plan: Plan, engine: ScanEngine) -> FloatArray:
     """(N, 3) candidates of the grid, found again."""
-    floors = planned_floors(plan.survey.floors, plan.settings.requirements.floors)
-    return find_positions(plan.survey, plan.settings, engine, floors=floors).candidates.position_m
+    tripods, site = Tripods(plan.survey, plan.settings, engine), local_site(plan.survey, plan.settings.site)
+    return find_positions(tripods, site).candidates.position_m
 
 
 def _area(told_m2: float, which: BoolArray, area_m2: float) -> JudgedFigure:
@@ -178,9 +180,9 @@ def _link(link: Link, plan: Plan, linking: BoolArray) -> JudgedLink:
     return JudgedLink(link.a, link.b, JudgedFigure(link.overlap, overlap, error))
 
 
-def _points(survey: Survey, settings: PlanSettings, n_points: int, rng: np.random.Generator) -> _Points:
+def _points(survey: Survey, goals: Goals, n_points: int, rng: np.random.Generator) -> _Points:
     """Points at even steps of area through all patches of which something may be required, at random places in each."""
-    wanted = np.flatnonzero(required_of(survey, settings))
+    wanted = np.flatnonzero(goals.patches)
     patch_m2 = replace(survey.patches, counted=None).area_m2
     sum_m2 = np.cumsum(patch_m2[wanted])
     step = (np.arange(n_points) + rng.random(n_points)) * (sum_m2[-1] / n_points)
@@ -191,7 +193,6 @@ def _points(survey: Survey, settings: PlanSettings, n_points: int, rng: np.rando
     edges = corners_m[:, 1:] - corners_m[:, :1]
     normal = np.cross(edges[:, 0], edges[:, 1])
     length = np.sqrt((normal * normal).sum(axis=1))
-    overall = next(goal for goal in goals_of(survey, settings) if goal.name == OVERALL and not goal.stated)
     return _Points(
         at_m=corners_m[:, 0] + u[:, None] * edges[:, 0] + v[:, None] * edges[:, 1],
         normal=normal / np.maximum(length, 1e-300)[:, None],
@@ -199,7 +200,7 @@ def _points(survey: Survey, settings: PlanSettings, n_points: int, rng: np.rando
         corners_m=corners_m,
         patch_m2=patch_m2[patch],
         returns=_returns(survey, patch),
-        overall=overall.patches[patch],
+        overall=goals.overall.patches[patch],
         area_m2=float(sum_m2[-1]),
     )
 
@@ -216,17 +217,17 @@ def _returns(survey: Survey, patch: Int64Array) -> BoolArray:
 class _Look:
     """Looks at points from positions, with limits as the overall requirement has them."""
 
-    def __init__(self, survey: Survey, settings: PlanSettings, points: _Points) -> None:
+    def __init__(self, survey: Survey, requirements: Requirements, points: _Points) -> None:
         self.engine = Open3DEngine(survey.scene, survey.patches)
         self._view: View = view_of(survey.template)
-        self._settings, self._points = settings, points
+        self._survey, self._requirements, self._points = survey, requirements, points
         self._sides = GroundSides(survey)
 
     def from_all(self, positions_m: FloatArray, progress: Progress) -> tuple[BoolArray, Int64Array]:
         """(S, N) bool, points that overlap counts for each position; (N,) positions that meet what is asked."""
         n_points = self._points.at_m.shape[0]
         linking = np.zeros((positions_m.shape[0], n_points), dtype=np.bool_)
-        all_seen = self._settings.requirements.overlap_of == OverlapOf.ALL_SEEN
+        all_seen = self._requirements.overlap_of == OverlapOf.ALL_SEEN
         met = np.zeros(n_points, dtype=np.int64)
         for row, position_m in enumerate(positions_m):
             rows = self._seen(position_m, np.arange(n_points))
@@ -284,7 +285,7 @@ class _Look:
 
     def _meets(self, position_m: FloatArray, rows: Int64Array) -> BoolArray:
         """(K,) bool: whether figures at points of rows (K,) meet the limits."""
-        asked: PointLimits = self._settings.requirements.asked
+        asked: PointLimits = self._requirements.asked
         away_m = self._points.at_m[rows] - position_m
         range_m = np.maximum(np.sqrt((away_m * away_m).sum(axis=1)), 1e-9)
         cosine = np.abs((away_m * self._points.normal[rows]).sum(axis=1)) / range_m
@@ -297,6 +298,5 @@ class _Look:
             incidence_rad=np.arccos(np.clip(cosine, 0.0, 1.0)).astype(np.float32),
         )
         if asked.noise_m is not None:
-            requirements = self._settings.requirements
-            observed = with_noise(observed, self._settings.scanner, reflectivity=requirements.reflectivity)
+            observed = with_noise(observed, self._survey.scanner, reflectivity=self._survey.reflectivity)
         return observations_meeting(observed, asked)

@@ -11,7 +11,7 @@ from itertools import count
 
 import numpy as np
 
-from planner_core.coverage.survey import make_survey, planned_floors
+from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import (
@@ -30,19 +30,21 @@ from planner_core.model import (
     Station,
     Survey,
 )
-from planner_core.paper.pipeline import find_pool, paper_settings
-from planner_core.planning.choose import choose, choose_by_paper, choose_greedily
+from planner_core.paper.pipeline import find_pool
+from planner_core.planning.choose import choose, choose_by_paper, choose_greedily, route_through
 from planner_core.planning.first_plan import as_memory_holds, looked_from_few, tell_first_plan
 from planner_core.planning.judge import with_judgement
 from planner_core.planning.pool import Choice, Pool, make_pool
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
+from planner_core.positions.admissibility import Tripods
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions, places_as_they_are
-from planner_core.positions.free_space import FreeSpace, free_space
+from planner_core.positions.free_space import free_space
+from planner_core.positions.local_site import local_site
 from planner_core.progress import Progress, silent
 from planner_core.requirements.explain import explain
-from planner_core.requirements.goals import nothing_to_spare, required_of
+from planner_core.requirements.goals import Goals, goals_of
 from planner_core.requirements.scope import with_scope
-from planner_core.route.route import ends_of, in_visiting_order, plan_route
+from planner_core.route.route import in_visiting_order
 from planner_core.select.check import check_coverage
 
 __all__ = ["make_plan", "make_survey", "plan_survey"]
@@ -84,108 +86,79 @@ def make_plan(
 def plan_survey(
     survey: Survey, settings: PlanSettings, scan_engine: ScanEngine, *, progress: Progress = silent
 ) -> Plan:
-    """Do the rest of `make_plan`, for callers that scan with the same engine afterwards."""
-    clock = Stopwatch()
-    floors = planned_floors(survey.floors, settings.requirements.floors)
+    """Do the rest of `make_plan`, for callers that scan with the same engine afterwards.
+
+    survey : made with settings of the same scanner, scan mode and floors to plan.
+    """
+    clock, method = Stopwatch(), settings.seeded_method
     with clock.stage("scope"):
         space = free_space(survey, progress=progress)
-        survey = with_scope(survey, settings, scan_engine, space=space, progress=progress)
+        survey = with_scope(survey, settings.requirements, scan_engine, space=space, progress=progress)
+        goals = goals_of(survey, settings.requirements)
     # 3. Where a tripod can stand, and be carried to.
     with clock.stage("candidates"):
-        places = _places(survey, settings, scan_engine, floors, space, progress)
-        bare = _bare_floors(survey, settings, places.candidates, floors)
+        tripods, site = Tripods(survey, settings, scan_engine), local_site(survey, settings.site)
+        if isinstance(method, Paper):
+            starts = find_pool(tripods, method, seed=settings.seed, progress=progress)
+            places = places_as_they_are(tripods, site, starts, space=space, progress=progress)
+        else:
+            places = find_positions(tripods, site, space=space, progress=progress)
+        remarks = _bare_floors(survey, goals, places.candidates)
     with clock.stage("first plan"):
-        known = looked_from_few(survey, settings, scan_engine, places, progress)
-        if known is not None:
-            tell_first_plan(survey, settings, scan_engine, places, known, progress)
+        known = None if isinstance(method, Paper) else looked_from_few(survey, goals, scan_engine, places, progress)
+        if known is not None and isinstance(method, Proven) and settings.objective != Objective.COVERAGE:
+            tell_first_plan(survey, goals, scan_engine, places, known, method, progress)
         places, known, thinned = as_memory_holds(places, known)
     # 4. What each spot sees, what of that meets what is asked, and which two could be registered with each other.
     with clock.stage("scan"):
-        given = places.rows_of(Role.SCANNED, Role.LOCKED)
-        kept = places.rows_of(Role.KEPT)
         pool = make_pool(
-            survey, settings, scan_engine, places.candidates, given=given, kept=kept, known=known, progress=progress
+            survey,
+            goals,
+            scan_engine,
+            places.candidates,
+            given=places.rows_of(Role.SCANNED, Role.LOCKED),
+            kept=places.rows_of(Role.KEPT),
+            linked=isinstance(method, Proven),
+            known=known,
+            progress=progress,
         )
-        _check_something_is_seen(pool, survey, settings)
-        survey = pool.demand.surveyed(survey)
+        _check_something_is_seen(pool)
     # 5. Few spots that see enough, and how few are possible.
     with clock.stage("select"):
-        choice = _choose(pool, places, survey, settings, scan_engine, progress)
-        if not isinstance(settings.method, Paper) and settings.objective != Objective.COVERAGE:
+        if isinstance(method, Proven):
+            choice = choose(pool, places, settings, method, scan_engine, progress=progress)
+        elif isinstance(method, Greedy):
+            choice = choose_greedily(pool, progress=progress)
+        else:
+            choice = choose_by_paper(pool, method, scan_engine, progress=progress)
+        if not isinstance(method, Paper) and settings.objective != Objective.COVERAGE:
             check_coverage(choice.pool.rows.met, pool.demand.area_m2, pool.constraints, choice.chosen)
     # 6. In which order to walk them, and what they are worth.
     with clock.stage("figures"):
-        plan = _described(
-            survey,
-            settings,
-            scan_engine,
-            places,
-            choice,
-            (*bare, *thinned, *places.warnings, *nothing_to_spare(survey, settings)),
-            progress,
-        )
+        remarks = (*remarks, *thinned, *places.warnings, *goals.remarks)
+        plan = _described(settings, scan_engine, places, choice, remarks, progress)
     return replace(plan, timings_s=clock.seconds)
 
 
-def _places(
-    survey: Survey,
-    settings: PlanSettings,
-    scan_engine: ScanEngine,
-    floors: tuple[int, ...],
-    space: FreeSpace,
-    progress: Progress,
-) -> AllowedPositions:
-    if not isinstance(settings.method, Paper):
-        return find_positions(survey, settings, scan_engine, floors=floors, space=space, progress=progress)
-    pool = find_pool(survey, settings, paper_settings(settings), scan_engine, floors=floors, progress=progress)
-    return places_as_they_are(survey, settings, pool, space=space, progress=progress)
-
-
-def _choose(
-    pool: Pool,
-    places: AllowedPositions,
-    survey: Survey,
-    settings: PlanSettings,
-    scan_engine: ScanEngine,
-    progress: Progress,
-) -> Choice:
-    if isinstance(settings.method, Proven):
-        return choose(pool, places, survey, settings, scan_engine, progress=progress)
-    if isinstance(settings.method, Greedy):
-        return choose_greedily(pool, progress=progress)
-    return choose_by_paper(pool, settings, scan_engine, progress=progress)
-
-
 def _described(
-    survey: Survey,
     settings: PlanSettings,
     scan_engine: ScanEngine,
     places: AllowedPositions,
     choice: Choice,
-    warnings: tuple[str, ...],
+    remarks: tuple[str, ...],
     progress: Progress,
 ) -> Plan:
     """Put the stations in the order of the walk, and work out their figures."""
     pool = choice.pool
-    rows = np.array(choice.chosen, dtype=np.int64)
-    scanned = np.isin(rows, places.rows_of(Role.SCANNED))
-    at = pool.take(rows)
-    route = plan_route(
-        places.reach,
-        at.position_m,
-        at.instrument_height_m,
-        at.floor,
-        ends=ends_of(settings.site, survey.scene.offset_m),
-        scanned=scanned,
-        seed=settings.seed,
-        progress=progress,
-    )
-    rows, scanned = rows[route.order], scanned[route.order]
+    route, scanned = route_through(pool, choice.chosen, places, seed=settings.seed, progress=progress)
+    rows, scanned = np.array(choice.chosen, dtype=np.int64)[route.order], scanned[route.order]
+    # The engine's warnings after scanning, which may add to them.
+    warnings = (*pool.survey.warnings, *scan_engine.warnings, *remarks)
     plan = describe_plan(
-        survey,
+        pool.survey,
         settings,
         scan_engine,
-        stations=_stations(survey, pool.take(rows), _names(places, rows, settings.site), scanned),
+        stations=_stations(pool.survey, pool.take(rows), _names(places, rows, settings.site), scanned),
         demand=pool.demand,
         rows=pool.rows.take(rows),
         surroundings=Surroundings(pool.candidates.position_m, pool.rows, places.reach),
@@ -193,8 +166,7 @@ def _described(
         route=in_visiting_order(route),
         n_scans=int((~scanned).sum()),
         lower_bound=choice.lower_bound,
-        # The engine's after scanning, which may add to them.
-        warnings=(*survey.warnings, *scan_engine.warnings, *warnings, *explain(survey, pool.demand), *choice.warnings),
+        warnings=(*warnings, *explain(pool.survey, pool.demand), *choice.warnings),
         progress=progress,
     )
     return replace(
@@ -232,23 +204,21 @@ def _stations(survey: Survey, at: Candidates, names: list[str], scanned: BoolArr
     )
 
 
-def _check_something_is_seen(pool: Pool, survey: Survey, settings: PlanSettings) -> None:
+def _check_something_is_seen(pool: Pool) -> None:
     """Refuse a scanner that sees nothing from anywhere: without stations every requirement would be met."""
     if not pool.rows.seen.patch.size:
-        low_m, high_m = survey.template.range_min_m, survey.template.range_max_m
+        low_m, high_m = pool.survey.template.range_min_m, pool.survey.template.range_max_m
         raise RequirementError(
-            f"scanner {settings.scanner.name}: no surface seen from any of {pool.n_candidates} valid tripod "
+            f"scanner {pool.survey.scanner.name}: no surface seen from any of {pool.n_candidates} valid tripod "
             f"positions, expected surfaces between {low_m:g} and {high_m:g} m; check its ranges (metres) and field of "
             "view"
         )
 
 
-def _bare_floors(
-    survey: Survey, settings: PlanSettings, candidates: Candidates, floors: tuple[int, ...]
-) -> tuple[str, ...]:
+def _bare_floors(survey: Survey, goals: Goals, candidates: Candidates) -> tuple[str, ...]:
     """Warnings about planned floors without candidates; where no floor has any, there is nothing to plan."""
-    required = survey.floor_of_triangle[survey.patches.triangle_of_patch[required_of(survey, settings)]]
-    bare = [survey.floors[i].name for i in floors if not (candidates.floor == i).any() and (required == i).any()]
+    required = survey.floor_of_triangle[survey.patches.triangle_of_patch[goals.patches]]
+    bare = [i for i in survey.planned if not (candidates.floor == i).any() and (required == i).any()]
     if not bare and candidates.floor.size:
         return ()
     reasons = ", ".join(f"{reason}: {n}" for reason, n in sorted(candidates.rejected.items(), key=lambda r: -r[1]))
@@ -258,7 +228,7 @@ def _bare_floors(
             "least one; use a finer grid step or less clearance"
         )
     return tuple(
-        f"floor {name!r} has no valid tripod position, it is seen from other floors only (refused: {reasons}); "
-        "use a finer grid step or less clearance"
-        for name in bare
+        f"floor {survey.floors[i].name!r} has no valid tripod position, it is seen from other floors only (refused: "
+        f"{reasons}); use a finer grid step or less clearance"
+        for i in bare
     )

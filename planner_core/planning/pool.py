@@ -1,6 +1,6 @@
 """The pool: all that stations are chosen from, with what each candidate sees and whom it can be registered with.
 
-Input candidates (local frame, metres), a `Survey` and settings, output a `Pool`; a pool grows by places off the grid.
+Input candidates (local frame, metres), a `Survey` and `Goals`, output a `Pool`; a pool grows by places off the grid.
 """
 
 from __future__ import annotations
@@ -18,8 +18,6 @@ from planner_core.model import (
     Int32Array,
     Int64Array,
     NetworkKind,
-    PlanSettings,
-    Proven,
     Survey,
 )
 from planner_core.network.candidate_links import CandidateLinks, candidate_links, network_of, parts_of
@@ -27,6 +25,7 @@ from planner_core.network.links import surface_of_patches
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.demand import Demand, Known, demand_of, rows_from
 from planner_core.requirements.figures import rows_of_overlap
+from planner_core.requirements.goals import Goals
 from planner_core.requirements.look_around import Rows
 from planner_core.select.network import Network
 from planner_core.select.problem import Constraint, CoverProblem, cover_problem
@@ -38,7 +37,8 @@ _MUCH_LARGER = 10
 
 @dataclass(frozen=True)
 class Pool:
-    """candidates, rows : N candidates and what they see. demand : what is asked; its own rows are of the first pool.
+    """survey : with patches that count as far as they are seen. candidates, rows : N candidates and what they see.
+    demand : what is asked; its own rows are of the first pool.
 
     constraints : those of the demand, of what the FIRST pool can achieve: places that come later change no requirement.
     links : between the candidates; None where no network is asked for. given, kept : rows of stations that are in every
@@ -46,6 +46,7 @@ class Pool:
     candidates that are not to be chosen, see `_not_needed`.
     """
 
+    survey: Survey
     candidates: Candidates
     demand: Demand
     rows: Rows
@@ -121,35 +122,37 @@ class Choice:
 
 def make_pool(
     survey: Survey,
-    settings: PlanSettings,
+    goals: Goals,
     engine: ScanEngine,
     candidates: Candidates,
     *,
     given: Int64Array,
     kept: Int64Array,
+    linked: bool,
     known: Known | None = None,
     progress: Progress = silent,
 ) -> Pool:
-    """Look around from all candidates but the `known` ones.
+    """Look around from all candidates but the `known` ones, and find whom each can be registered with, if `linked`.
 
     Raises
     ------
     RequirementError, DeviceError
         See `planner_core.requirements.demand.demand_of`.
     """
-    demand = demand_of(survey, settings, engine, candidates.position_m, known=known, progress=progress)
+    demand = demand_of(survey, goals, engine, candidates.position_m, known=known, progress=progress)
     survey = demand.surveyed(survey)
     n_met = times_seen(demand.rows.met)
     constraints = tuple(replace(t, part=t.part & (n_met >= t.seen_from)) for t in demand.constraints)
     pool = Pool(
+        survey=survey,
         candidates=candidates,
         demand=demand,
         rows=demand.rows,
         constraints=constraints,
-        links=_links(survey, settings, demand, demand.rows, progress) if isinstance(settings.method, Proven) else None,
+        links=_links(survey, demand, demand.rows, progress) if linked else None,
         given=tuple(given.tolist()),
         kept=tuple(kept.tolist()),
-        loops=settings.requirements.network == NetworkKind.REDUNDANT,
+        loops=goals.requirements.network == NetworkKind.REDUNDANT,
         barred=np.zeros(candidates.floor.size, dtype=bool),
     )
     if pool.links is None:
@@ -197,22 +200,14 @@ def _blinded(problem: CoverProblem, which: BoolArray) -> CoverProblem:
     )
 
 
-def extended(
-    pool: Pool,
-    more: Candidates,
-    survey: Survey,
-    settings: PlanSettings,
-    engine: ScanEngine,
-    *,
-    progress: Progress = silent,
-) -> Pool:
+def extended(pool: Pool, more: Candidates, engine: ScanEngine, *, progress: Progress = silent) -> Pool:
     """Add candidates behind those of the pool; nothing else that is asked changes."""
-    looked = rows_from(survey, settings, engine, more.position_m, pool.demand, progress=progress)
+    looked = rows_from(pool.survey, engine, more.position_m, pool.demand, progress=progress)
     seen = stacked_rows(pool.rows.seen, looked.seen)
     rows = Rows(seen, seen if pool.rows.met is pool.rows.seen else stacked_rows(pool.rows.met, looked.met))
     links = None
     if pool.links is not None:
-        found = _links(survey, settings, pool.demand, rows, progress)
+        found = _links(pool.survey, pool.demand, rows, progress)
         links = None if found is None else _within_parts(found, pool.links.part, pool.barred)
     return replace(
         pool,
@@ -238,10 +233,8 @@ def narrowed(pool: Pool, rows: Int64Array) -> Pool:
     )
 
 
-def _links(
-    survey: Survey, settings: PlanSettings, demand: Demand, rows: Rows, progress: Progress
-) -> CandidateLinks | None:
-    asked = settings.requirements
+def _links(survey: Survey, demand: Demand, rows: Rows, progress: Progress) -> CandidateLinks | None:
+    asked = demand.goals.requirements
     if asked.network == NetworkKind.NONE or asked.overlap <= 0:
         return None
     counted = rows_of_overlap(demand, rows, asked.overlap_of)

@@ -11,14 +11,14 @@ station less among them (`planner_core.select.proven`), and exchanges one statio
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine, device_of
-from planner_core.model import BoolArray, Candidates, PlanSettings, Proven, Survey
+from planner_core.model import Candidates, Proven
 from planner_core.planning.pool import Pool, extended, narrowed
+from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.positions.nearby import places_nearby
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.large import select_by_size
@@ -47,12 +47,10 @@ class Refined:
 def refine(
     pool: Pool,
     chosen: tuple[int, ...],
-    survey: Survey,
-    settings: PlanSettings,
+    places: AllowedPositions,
     engine: ScanEngine,
     selection: Proven,
     *,
-    allowed: Callable[[Candidates], BoolArray],
     progress: Progress = silent,
 ) -> Refined:
     """Look for better places off the grid.
@@ -61,8 +59,8 @@ def refine(
     ----------
     chosen
         Rows of the pool that meet what is asked, and hang together where that is asked.
-    allowed
-        (N,) bool for candidates: whether the site lets a station stand there.
+    places
+        Where the site lets stations stand.
     selection
         `work_limit` is how much work each round may do; `time_limit_s` is for all rounds, and their scans, together.
     progress
@@ -73,16 +71,12 @@ def refine(
         left = _left(selection, began_s)
         if left.time_limit_s == 0.0:
             break
-        shifts = _Shifts(
-            radii_m=tuple(share * settings.grid_step_m for share in circles),
-            rises_m=(rise * settings.height_step_m, -rise * settings.height_step_m),
-        )
         try:
             progress(ProgressEvent("refine", number, len(_CIRCLES), f"{len(chosen)} stations"))
-            more = _around(pool, chosen, shifts, survey, settings, engine, allowed=allowed, progress=progress)
+            more = _around(pool, chosen, places, circles, rise, progress)
             if not more.floor.size:
                 continue
-            wide = extended(pool, more, survey, settings, engine, progress=progress)
+            wide = extended(pool, more, engine, progress=progress)
             best, interrupted = _better(wide, chosen, left, engine, progress)
             pool, chosen = _without_unused(wide, best, n_first)
         except KeyboardInterrupt:
@@ -101,37 +95,25 @@ def _left(selection: Proven, began_s: float) -> Proven:
     return replace(selection, time_limit_s=max(0.0, selection.time_limit_s - (time.monotonic() - began_s)))
 
 
-@dataclass(frozen=True)
-class _Shifts:
-    """How far from a station to look: circles in plan, and steps up and down."""
-
-    radii_m: tuple[float, ...]
-    rises_m: tuple[float, ...]
-
-
 def _around(
     pool: Pool,
     chosen: tuple[int, ...],
-    shifts: _Shifts,
-    survey: Survey,
-    settings: PlanSettings,
-    engine: ScanEngine,
-    *,
-    allowed: Callable[[Candidates], BoolArray],
+    places: AllowedPositions,
+    circles: tuple[float, ...],
+    rise: float,
     progress: Progress,
 ) -> Candidates:
-    """Places around the chosen stations that may move, where a station may stand."""
+    """Places around the chosen stations that may move, where a station may stand; `circles` and `rise` in steps."""
     movable = np.array([c for c in chosen if c not in pool.given], dtype=np.int64)
+    rise_m = rise * places.tripods.heights.step_m
     around = places_nearby(
-        survey,
-        settings,
-        engine,
+        places.tripods,
         pool.take(movable),
-        radii_m=shifts.radii_m,
-        rises_m=shifts.rises_m,
+        radii_m=tuple(share * places.tripods.grid_step_m for share in circles),
+        rises_m=(rise_m, -rise_m),
         progress=progress,
     )
-    return around.take(allowed(around))
+    return around.take(places.allows(around))
 
 
 def _better(

@@ -48,7 +48,6 @@ from planner_core.requirements.figures import (
     rows_of_quality,
     times_met,
 )
-from planner_core.requirements.goals import required_of
 from planner_core.requirements.look_around import Rows
 from planner_core.route.field_time import field_time
 from planner_core.route.route import route_warnings
@@ -118,10 +117,9 @@ def describe_plan(
     Covered is what meets the limits asked of all, from as many stations as they ask for.
     """
     area_m2 = survey.patches.area_m2
-    scope = demand.overall.patches
-    counted = required_of(survey, settings)
-    floor = np.where(counted, floor_of_patch(survey.patches, survey.floor_of_triangle), -1).astype(np.int32)
-    asked = settings.requirements
+    asked, scope = demand.goals.requirements, demand.goals.overall.patches
+    of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
+    floor = np.where(demand.goals.patches, of_patch, -1).astype(np.int32)
     n_met = times_met(demand, rows)[0]
     seen = n_met >= asked.seen_from
     achievable = demand.times_met[0] >= asked.seen_from
@@ -152,15 +150,15 @@ def describe_plan(
         engine=f"{engine.name}: {engine.device}",
         requirements=part_results(demand, rows),
         losses=losses_of(demand, rows),
-        qualities=demand.qualities,
+        qualities=demand.goals.qualities,
         times_met=np.minimum(demand.times_met, _MOST_TIMES_MET).astype(np.uint8),
         registration=registration,
         route=route,
-        field_time=field_time(settings, n_scans=n_scans, walk_m=route.length_m),
+        field_time=field_time(settings.crew, n_scans=n_scans, walk_m=route.length_m),
         sealed=sealed,
         why=explain(
             survey,
-            settings,
+            asked,
             engine,
             candidates_m=surroundings.candidate_m,
             seen_by_candidates=rows_of_quality(demand, surroundings.rows),

@@ -17,12 +17,13 @@ directions at three heights, since a table or a railing is lower than the sensor
 from __future__ import annotations
 
 from copy import copy
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, FloatArray, Floor, PlanSettings, RayHits, Scope, Survey
-from planner_core.positions.ground_surface import grid_on_ground
+from planner_core.positions.ground_surface import GroundSurface, grid_on_ground
 from planner_core.progress import Progress, ProgressEvent, silent
 
 #: Room for the hand and the instrument's carrying handle.
@@ -50,12 +51,12 @@ _ENCLOSURE_DIRECTIONS = 16
 _UP, _DOWN = np.array([[0.0, 0.0, 1.0]]), np.array([[0.0, 0.0, -1.0]])
 
 
+@dataclass
 class Tally:
     """How many positions were tried, and why some were refused."""
 
-    def __init__(self) -> None:
-        self.n_tried = 0
-        self.rejected: dict[str, int] = {}
+    n_tried: int = 0
+    rejected: dict[str, int] = field(default_factory=dict)
 
     def refuse(self, reason: str, number: int) -> None:
         """Count positions refused for `reason`."""
@@ -63,32 +64,50 @@ class Tally:
             self.rejected[reason] = self.rejected.get(reason, 0) + number
 
 
+class Tripods:
+    """A survey's tripod: how high it sets the scanner, where to try it, and where on each floor it can stand.
+
+    Its figures are those of `PlanSettings`. Tests and ground of a floor are worked out when first asked for, and kept.
+    """
+
+    def __init__(self, survey: Survey, settings: PlanSettings, engine: ScanEngine) -> None:
+        self.survey, self.engine = survey, engine
+        self.heights, self.grid_step_m, self.clearance_m = settings.heights, settings.grid_step_m, settings.clearance_m
+        self.special_places = settings.special_places
+        self.ring_radius_m, self.n_ring_rays = settings.ground_ring_radius_m, settings.n_ground_ring_rays
+        self._tests: dict[int, TripodTests] = {}
+        self._ground: dict[int, GroundSurface] = {}
+
+    def tests(self, floor: int) -> TripodTests:
+        """Return the tests on a floor, by its index."""
+        if floor not in self._tests:
+            self._tests[floor] = TripodTests(self, self.survey.floors[floor])
+        return self._tests[floor]
+
+    def ground(self, floor: int) -> GroundSurface:
+        """Return the ground of a floor, by its index."""
+        if floor not in self._ground:
+            self._ground[floor] = GroundSurface(self.survey, self.survey.floors[floor])
+        return self._ground[floor]
+
+
 class TripodTests:
-    """The tests on one floor of a survey, and a tally of what they refused.
+    """The tests on one floor of a survey.
 
     A floor that is open for the most part (no roof in the model) is taken as it is; of any other, what lies under open
     sky is outside.
     """
 
-    def __init__(
-        self,
-        survey: Survey,
-        settings: PlanSettings,
-        engine: ScanEngine,
-        floor: Floor,
-        *,
-        tally: Tally | None = None,
-        progress: Progress = silent,
-    ) -> None:
-        self.tally = Tally() if tally is None else tally
-        self._settings, self._engine, self._floor, self._progress = settings, engine, floor, progress
+    def __init__(self, tripods: Tripods, floor: Floor) -> None:
+        self._tripods, self._engine, self._floor = tripods, tripods.engine, floor
+        scene = tripods.survey.scene
         # Axis by axis: along rows NumPy takes 25 times as long.
-        extent_m = [np.ptp(along) for along in survey.scene.vertices_m.T]
+        extent_m = [np.ptp(along) for along in scene.vertices_m.T]
         self._reach_m = float(np.linalg.norm(extent_m)) + 1.0  # longer than any line through the scene
-        self._is_ground = np.zeros(survey.scene.n_triangles + 1, dtype=bool)  # the last entry is the miss, -1
+        self._is_ground = np.zeros(scene.n_triangles + 1, dtype=bool)  # the last entry is the miss, -1
         self._is_ground[floor.ground_triangles] = True
         self._has_slab = floor.ground_triangles.size > 0
-        self._mostly_covered = self._has_slab and self._is_mostly_covered(survey)
+        self._mostly_covered = self._has_slab and self._is_mostly_covered()
 
     def with_ground(self, floor: Floor) -> TripodTests:
         """Return the same tests where the ground triangles of `floor` are the ground."""
@@ -97,21 +116,25 @@ class TripodTests:
         other._is_ground[floor.ground_triangles] = True
         return other
 
-    def keep(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
+    def keep(
+        self, position_m: FloatArray, ground_m: FloatArray, tally: Tally, progress: Progress = silent
+    ) -> BoolArray:
         """(N,) bool: where a tripod can stand, of positions (N, 3) over ground at heights (N,); told to the tally.
 
         A position without ground has NaN for its height.
         """
         kept = ~np.isnan(ground_m)
-        self.tally.n_tried += kept.size
-        self.tally.refuse(NO_GROUND, int(np.count_nonzero(~kept)))
-        kept[kept], reasons = self.reject(position_m[kept], ground_m[kept])
+        tally.n_tried += kept.size
+        tally.refuse(NO_GROUND, int(np.count_nonzero(~kept)))
+        kept[kept], reasons = self.reject(position_m[kept], ground_m[kept], progress)
         for reason, number in reasons.items():
-            self.tally.refuse(reason, number)
+            tally.refuse(reason, number)
         return kept
 
-    def reject(self, position_m: FloatArray, ground_m: FloatArray) -> tuple[BoolArray, dict[str, int]]:
-        """Test positions (N, 3) over ground at heights (N,), without a word to the tally.
+    def reject(
+        self, position_m: FloatArray, ground_m: FloatArray, progress: Progress = silent
+    ) -> tuple[BoolArray, dict[str, int]]:
+        """Test positions (N, 3) over ground at heights (N,).
 
         Returns
         -------
@@ -133,7 +156,7 @@ class TripodTests:
             kept[bad] = False
             if bad.size:
                 reasons[reason] = int(bad.size)
-            self._progress(ProgressEvent("candidates", number + 1, len(tests), self._floor.name))
+            progress(ProgressEvent("candidates", number + 1, len(tests), self._floor.name))
         return kept, reasons
 
     # Each takes positions (K, 3) and ground heights (K,), gives (K,) bool, True = refused.
@@ -145,7 +168,7 @@ class TripodTests:
         return ~self._stands(position_m, position_m[:, 2] - ground_m, _SLACK_M)
 
     def _lacks_ring(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
-        ring = _circle(self._settings.n_ground_ring_rays) * self._settings.ground_ring_radius_m
+        ring = _circle(self._tripods.n_ring_rays) * self._tripods.ring_radius_m
         feet = (position_m[:, None, :] + ring).reshape(-1, 3)
         height = np.repeat(position_m[:, 2] - ground_m, ring.shape[0])
         stands = self._stands(feet, height, MAX_STEP_M)
@@ -159,7 +182,7 @@ class TripodTests:
             low = np.minimum(SHIN_M, height)
             level[:, 2] = ground_m + low + share * (height - low)
             left = np.flatnonzero(~bad)
-            bad[left] = self._hits_any(level[left], _circle(_BODY_DIRECTIONS), self._settings.clearance_m)
+            bad[left] = self._hits_any(level[left], _circle(_BODY_DIRECTIONS), self._tripods.clearance_m)
         return bad
 
     def _is_outside(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
@@ -168,12 +191,13 @@ class TripodTests:
             hits = self._cast(position_m, _circle(_ENCLOSURE_DIRECTIONS), self._reach_m)
             ends = np.isfinite(hits.range_m).reshape(-1, _ENCLOSURE_DIRECTIONS)
             return np.asarray(ends.mean(axis=1) < _ENCLOSED_SHARE)
-        if not self._mostly_covered or self._settings.requirements.scope == Scope.EXTERIOR:
+        scope = self._tripods.survey.scope
+        if not self._mostly_covered or (scope is not None and scope.kind == Scope.EXTERIOR):
             return np.zeros(position_m.shape[0], dtype=bool)
         return ~self._hits_any(position_m, _UP, self._reach_m)
 
-    def _is_mostly_covered(self, survey: Survey) -> bool:
-        plan_m, ground_m, _ = grid_on_ground(survey, self._floor, self._settings.grid_step_m)
+    def _is_mostly_covered(self) -> bool:
+        plan_m, ground_m, _ = grid_on_ground(self._tripods.survey, self._floor, self._tripods.grid_step_m)
         if not ground_m.size:
             return False
         over = np.column_stack([plan_m, ground_m + _SLACK_M])

@@ -1,7 +1,7 @@
 """Allowed positions: everywhere a station of the plan may stand on real ground, those given beforehand among them.
 
-Input a `Survey` (local frame, metres) and `PlanSettings` with their `Site`, output `AllowedPositions`: candidates that
-a tripod can be carried to, as rows of one array, and which of these rows are given.
+Input the `Tripods` of a survey (local frame, metres) and its site, output `AllowedPositions`: candidates that a tripod
+can be carried to, as rows of one array, and which of these rows are given.
 
 Besides the grid there are candidates where surveyors like to stand: in doorways, in the middle of rooms and on the
 landings of stairs. They pass the same tests, see `planner_core.positions.admissibility`.
@@ -9,19 +9,17 @@ landings of stairs. They pass the same tests, see `planner_core.positions.admiss
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import BoolArray, Candidates, FloatArray, Int32Array, Int64Array, PlanSettings, Role, Survey
-from planner_core.positions.admissibility import Tally, TripodTests
+from planner_core.model import BoolArray, Candidates, FloatArray, Int32Array, Int64Array, Role, Survey
+from planner_core.positions.admissibility import Tally, Tripods
 from planner_core.positions.doorways import centre_in_doorways
 from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.grid import at_heights, find_candidates, is_near
 from planner_core.positions.landings import find_landings
-from planner_core.positions.local_site import LocalSite, local_site
+from planner_core.positions.local_site import LocalSite
 from planner_core.positions.prior_stations import PriorPosition, place_prior, with_ground_around
 from planner_core.positions.reach import Reach, reachability, reachable
 from planner_core.positions.rooms import find_rooms
@@ -53,6 +51,7 @@ class AllowedPositions:
     that have a row; of kept stations that are no candidates any more a warning tells. warnings : one line each.
     """
 
+    tripods: Tripods
     candidates: Candidates
     kind: np.ndarray[tuple[int], np.dtype[np.int8]]
     reach: Reach
@@ -62,11 +61,8 @@ class AllowedPositions:
 
     def allows(self, candidates: Candidates) -> BoolArray:
         """(N,) bool: whether the site, and the walk to them, lets stations stand at other candidates."""
-        found = _of_grid(candidates)
-        good = np.ones(candidates.floor.size, dtype=bool)
-        for why in _RULED_OUT_AS.values():
-            good &= ~why(self.site, self.reach, found)
-        return good
+        bad = _ruled_out(self.site, self.reach, _of_grid(candidates))
+        return np.asarray(~np.any(list(bad.values()), axis=0))
 
     def keeping(self, rows: Int64Array) -> AllowedPositions:
         """Keep candidates (K,), sorted rows with those of all prior stations among them."""
@@ -103,88 +99,59 @@ def _of_grid(candidates: Candidates) -> _Found:
     )
 
 
-def _is_kept_out(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
-    del reach
-    return site.in_zone(found.position_m[:, :2], found.floor)
-
-
-def _is_forbidden(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
-    del reach
-    return site.near_forbidden(found.position_m[:, :2], found.floor)
-
-
-def _is_out_of_scope(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
-    del reach
-    if site.scope is None:
-        return np.zeros(found.floor.size, dtype=bool)
-    ground_m = found.position_m.copy()
+def _ruled_out(site: LocalSite, reach: Reach, found: _Found) -> dict[str, BoolArray]:
+    """(N,) bool, positions that are no candidates on this site, by reason, in the order in which these are told."""
+    plan_m, ground_m = found.position_m[:, :2], found.position_m.copy()
     ground_m[:, 2] -= found.height_m
-    return ~site.scope.admits(ground_m)
-
-
-def _is_unreachable(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
-    del site
-    return ~reachable(reach, found.candidates(Tally()))
-
-
-#: Reasons of positions that are no candidates on this site, in the order in which they are looked at.
-_RULED_OUT_AS: dict[str, Callable[[LocalSite, Reach, _Found], BoolArray]] = {
-    "in a keep-out": _is_kept_out,
-    "at a forbidden position": _is_forbidden,
-    "out of scope": _is_out_of_scope,
-    "not reachable on foot": _is_unreachable,
-}
+    return {
+        "in a keep-out": site.in_zone(plan_m, found.floor),
+        "at a forbidden position": site.near_forbidden(plan_m, found.floor),
+        "out of scope": np.zeros(found.floor.size, bool) if site.scope is None else ~site.scope.admits(ground_m),
+        "not reachable on foot": ~reachable(reach, found.candidates(Tally())),
+    }
 
 
 def find_positions(
-    survey: Survey,
-    settings: PlanSettings,
-    engine: ScanEngine,
+    tripods: Tripods,
+    site: LocalSite,
     *,
-    floors: tuple[int, ...],
     space: FreeSpace | None = None,
     progress: Progress = silent,
 ) -> AllowedPositions:
-    """Find candidates on `floors` (indices into survey.floors), and give the site's prior stations their rows.
+    """Find candidates on the planned floors, and give the site's prior stations their rows.
 
     `space` is the survey's free space without zones, where somebody has it.
 
     Raises
     ------
     RequirementError
-        A site that does not fit the building: floors that are not there, entrances off the ground; see `local_site` and
+        A site that does not fit the building: zones on floors that are not there, entrances off the ground, see
         `reachability`.
     """
-    site = local_site(survey, settings.site)
-    space = free_space(survey, site.mover, zones=site.zones, known=space, progress=progress)
-    reach = reachability(survey, space, site.entrances_m)
-    tally = Tally()
-    grid = find_candidates(survey, settings, engine, floors=floors, progress=progress)
-    tally.n_tried += grid.n_tried
-    for reason, number in grid.rejected.items():
-        tally.refuse(reason, number)
+    reach = _reach(tripods.survey, site, space, progress)
+    grid = find_candidates(tripods, progress=progress)
+    tally = Tally(grid.n_tried, dict(grid.rejected))
     parts = [_of_grid(grid)]
-    if settings.special_places:
-        parts += _special(survey, settings, engine, space, grid, floors, tally)
+    if tripods.special_places:
+        parts += _special(tripods, reach.space, grid, tally)
     found = _allowed(_joined(parts), site, reach, tally)
     order = np.lexsort((found.height_m, found.position_m[:, 0], found.position_m[:, 1], found.floor))
     found = found.take(order)
-    prior, remarks = _prior(survey, settings, engine, site, reach)
-    rows = tuple(PriorRow(found.floor.size + i, place) for i, place in enumerate(prior))
-    found = _joined([found, _of_prior(prior)])
+    placed, remarks = _prior(tripods, site, reach)
     return AllowedPositions(
-        candidates=found.candidates(tally),
-        kind=found.kind.astype(np.int8),
+        tripods=tripods,
+        candidates=_joined([found, _of_prior(placed)]).candidates(tally),
+        kind=np.append(found.kind, np.full(len(placed), KINDS.index("prior"))).astype(np.int8),
         reach=reach,
         site=site,
-        prior=rows,
-        warnings=(*remarks, *_sealed_lines(survey, reach)),
+        prior=tuple(PriorRow(found.floor.size + i, place) for i, place in enumerate(placed)),
+        warnings=(*remarks, *_sealed_lines(tripods.survey, reach)),
     )
 
 
 def places_as_they_are(
-    survey: Survey,
-    settings: PlanSettings,
+    tripods: Tripods,
+    site: LocalSite,
     candidates: Candidates,
     *,
     space: FreeSpace | None = None,
@@ -200,20 +167,23 @@ def places_as_they_are(
     RequirementError
         As `find_positions`.
     """
-    site = local_site(survey, settings.site)
-    space = free_space(survey, site.mover, zones=site.zones, known=space, progress=progress)
-    reach = reachability(survey, space, site.entrances_m)
-    tally = Tally()
-    tally.n_tried, tally.rejected = candidates.n_tried, dict(candidates.rejected)
+    reach = _reach(tripods.survey, site, space, progress)
+    tally = Tally(candidates.n_tried, dict(candidates.rejected))
     found = _allowed(_of_grid(candidates), site, reach, tally)
     return AllowedPositions(
+        tripods=tripods,
         candidates=found.candidates(tally),
         kind=found.kind.astype(np.int8),
         reach=reach,
         site=site,
         prior=(),
-        warnings=_sealed_lines(survey, reach),
+        warnings=_sealed_lines(tripods.survey, reach),
     )
+
+
+def _reach(survey: Survey, site: LocalSite, space: FreeSpace | None, progress: Progress) -> Reach:
+    space = free_space(survey, site.mover, zones=site.zones, known=space, progress=progress)
+    return reachability(survey, space, site.entrances_m)
 
 
 def _joined(parts: list[_Found]) -> _Found:
@@ -227,29 +197,21 @@ def _joined(parts: list[_Found]) -> _Found:
 
 def _allowed(found: _Found, site: LocalSite, reach: Reach, tally: Tally) -> _Found:
     """Leave out what the site or the walk to it rules out, and count it."""
-    for reason, why in _RULED_OUT_AS.items():
-        bad = why(site, reach, found)
-        tally.refuse(reason, int(np.count_nonzero(bad)))
-        found = found.take(~bad)
-    return found
+    left = np.ones(found.floor.size, dtype=bool)
+    for reason, bad in _ruled_out(site, reach, found).items():
+        tally.refuse(reason, int(np.count_nonzero(bad & left)))
+        left &= ~bad
+    return found.take(left)
 
 
 # ------------------------------------------------------------------------------------------ special places
-def _special(
-    survey: Survey,
-    settings: PlanSettings,
-    engine: ScanEngine,
-    space: FreeSpace,
-    grid: Candidates,
-    floors: tuple[int, ...],
-    tally: Tally,
-) -> list[_Found]:
+def _special(tripods: Tripods, space: FreeSpace, grid: Candidates, tally: Tally) -> list[_Found]:
     """Doorways, middles of rooms and landings at which a tripod can stand and no candidate of the grid does."""
-    landing = find_landings(space, ring_radius_m=settings.ground_ring_radius_m, apart_m=settings.grid_step_m)
+    landing = find_landings(space, ring_radius_m=tripods.ring_radius_m, apart_m=tripods.grid_step_m)
     parts = []
-    for index in floors:
+    for index in tripods.survey.planned:
         rooms = find_rooms(space, index)
-        doorway_m = _on_ground(space, centre_in_doorways(engine, space.position_m(rooms.doorway)))
+        doorway_m = _on_ground(space, centre_in_doorways(tripods.engine, space.position_m(rooms.doorway)))
         ground_m = np.concatenate(
             [doorway_m, space.position_m(rooms.centre), space.position_m(landing[space.floor[landing] == index])]
         )
@@ -257,14 +219,16 @@ def _special(
         kind = np.repeat(_SPECIAL, [len(doorway_m), rooms.centre.size, n_landings])
         new = ~is_near(ground_m[:, :2], grid.position_m[grid.floor == index][:, :2], _NEAR_M)
         ground_m, kind = ground_m[new], kind[new]
-        floor = survey.floors[index]
-        tests = TripodTests(survey, settings, engine, floor, tally=tally)
-        tests = tests.with_ground(with_ground_around(survey, floor, ground_m))
+        floor = with_ground_around(tripods.survey, tripods.survey.floors[index], ground_m)
+        tests = tripods.tests(index).with_ground(floor)
         for number in np.unique(kind).tolist():
             at = ground_m[kind == number]
-            position, height = at_heights(settings.heights_to_try_m, at[:, :2], at[:, 2], tests)
-            n = height.size
-            parts.append(_Found(position, np.full(n, index, np.int32), height, np.full(n, number, np.int32)))
+            position, ground, height = at_heights(tripods.heights.to_try_m, at[:, :2], at[:, 2])
+            kept = tests.keep(position, ground, tally)
+            n = np.count_nonzero(kept)
+            parts.append(
+                _Found(position[kept], np.full(n, index, np.int32), height[kept], np.full(n, number, np.int32))
+            )
     return parts
 
 
@@ -280,21 +244,17 @@ def _on_ground(space: FreeSpace, place_m: FloatArray) -> FloatArray:
 
 
 # ------------------------------------------------------------------------------------------ prior stations
-def _prior(
-    survey: Survey, settings: PlanSettings, engine: ScanEngine, site: LocalSite, reach: Reach
-) -> tuple[list[PriorPosition], tuple[str, ...]]:
+def _prior(tripods: Tripods, site: LocalSite, reach: Reach) -> tuple[list[PriorPosition], tuple[str, ...]]:
     """Places of prior stations, and what is odd about them.
 
     One that is only kept from an earlier plan, or begun with, is dropped where no other station may stand: in a
     keep-out, at a forbidden position, or where nobody walks.
     """
     placed, remarks = [], []
-    for station in settings.site.prior:
-        if station.role == Role.FORBIDDEN:
-            continue
-        place = place_prior(survey, settings, engine, station, space=reach.space)
+    for station in site.prior:
+        place = place_prior(tripods, station, reach.space)
         alone = _of_prior([place])
-        reasons = [reason for reason, why in _RULED_OUT_AS.items() if why(site, reach, alone)[0]]
+        reasons = [reason for reason, bad in _ruled_out(site, reach, alone).items() if bad[0]]
         if reasons and station.role == Role.KEPT:
             remarks.append(f"station {station.id} of the earlier plan is dropped: {', '.join(reasons)}")
             continue

@@ -1,6 +1,6 @@
 """Candidates: positions on a grid over each floor at which a tripod can stand, nobody having chosen any yet.
 
-Input a `Survey` (local frame, metres) and `PlanSettings`, output `Candidates` ordered by floor, y, x, height.
+Input the `Tripods` of a survey (local frame, metres), output `Candidates` ordered by floor, y, x, height.
 
 The grid is centred on the floor's bounds, so that moving or turning the building by quarters moves it along. A regular
 grid passes by rooms that are hardly wider than a tripod with its clearance, and no plan sees a room without candidates.
@@ -16,9 +16,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import BoolArray, Candidates, FloatArray, Floor, PlanSettings, Survey
-from planner_core.positions.admissibility import NO_GROUND, Tally, TripodTests
+from planner_core.model import BoolArray, Candidates, FloatArray
+from planner_core.positions.admissibility import NO_GROUND, Tally, Tripods
 from planner_core.positions.ground_surface import grid_on_ground
 from planner_core.positions.rounding import as_written_m
 from planner_core.progress import Progress, silent
@@ -27,69 +26,62 @@ from planner_core.progress import Progress, silent
 N_HALVINGS = 2
 
 
-def find_candidates(
-    survey: Survey,
-    settings: PlanSettings,
-    engine: ScanEngine,
-    *,
-    floors: tuple[int, ...],
-    n_halvings: int = N_HALVINGS,
-    progress: Progress = silent,
-) -> Candidates:
-    """Find the admissible positions of the grid on `floors` (indices into survey.floors).
+def find_candidates(tripods: Tripods, *, n_halvings: int = N_HALVINGS, progress: Progress = silent) -> Candidates:
+    """Find the admissible positions of the grid on the planned floors.
 
     The grid is halved `n_halvings` times where nothing is found; 0 is the paper's uniform matrix (section 3.4).
     `n_tried` counts grid points over the floors' bounds times heights; `rejected` those that are no candidates, by
     reason, see `planner_core.positions.admissibility`.
     """
     tally = Tally()
-    on_floor = []
-    for floor in (survey.floors[index] for index in floors):
-        tests = TripodTests(survey, settings, engine, floor, tally=tally, progress=progress)
-        on_floor.append(_on_floor(survey, settings, floor, n_halvings, tests))
-    sizes = [height.size for _, height in on_floor]
+    on_floor = [(index, *_on_floor(tripods, index, n_halvings, tally, progress)) for index in tripods.survey.planned]
+    return candidates_of(on_floor, tally)
+
+
+def candidates_of(on_floor: list[tuple[int, FloatArray, FloatArray]], tally: Tally) -> Candidates:
+    """Join positions (N, 3) and instrument heights (N,) of floors, by index."""
     return Candidates(
-        position_m=np.ascontiguousarray(np.concatenate([np.empty((0, 3)), *(place for place, _ in on_floor)])),
-        floor=np.repeat(np.array(floors, dtype=np.int32), sizes),
-        instrument_height_m=np.concatenate([np.empty(0), *(height for _, height in on_floor)]),
+        position_m=np.ascontiguousarray(np.concatenate([np.empty((0, 3)), *(place for _, place, _ in on_floor)])),
+        floor=np.concatenate([np.empty(0, np.int32), *(np.full(len(z), i, np.int32) for i, _, z in on_floor)]),
+        instrument_height_m=np.concatenate([np.empty(0), *(height for _, _, height in on_floor)]),
         n_tried=tally.n_tried,
         rejected=tally.rejected,
     )
 
 
 def _on_floor(
-    survey: Survey, settings: PlanSettings, floor: Floor, n_halvings: int, tests: TripodTests
+    tripods: Tripods, index: int, n_halvings: int, tally: Tally, progress: Progress
 ) -> tuple[FloatArray, FloatArray]:
     """Positions (N, 3) and instrument heights (N,) of one floor, ordered by y, x, height."""
+    step_m, heights_m, tests = tripods.grid_step_m, tripods.heights.to_try_m, tripods.tests(index)
     # Two spots on either side of a wall are at least twice the clearance apart: a candidate nearer is in the same room.
-    reach_m = min(settings.grid_step_m, 2.0 * settings.clearance_m or 0.5 * settings.grid_step_m)
-    heights_m = settings.heights_to_try_m
+    reach_m = min(step_m, 2.0 * tripods.clearance_m or 0.5 * step_m)
     position_m, height_m = np.empty((0, 3)), np.empty(0)
     for halving in range(n_halvings + 1):
-        plan_m, ground_m, n_bare = grid_on_ground(survey, floor, settings.grid_step_m / 2**halving)
+        plan_m, ground_m, n_bare = grid_on_ground(tripods.survey, tripods.survey.floors[index], step_m / 2**halving)
         if halving == 0:
-            tests.tally.n_tried += n_bare * len(heights_m)
-            tests.tally.refuse(NO_GROUND, n_bare * len(heights_m))
+            tally.n_tried += n_bare * len(heights_m)
+            tally.refuse(NO_GROUND, n_bare * len(heights_m))
         far = ~is_near(plan_m, position_m[:, :2], reach_m)
-        position, height = at_heights(heights_m, plan_m[far], ground_m[far], tests)
-        position_m = np.concatenate([position_m, position])
-        height_m = np.concatenate([height_m, height])
+        position, ground, height = at_heights(heights_m, plan_m[far], ground_m[far])
+        kept = tests.keep(position, ground, tally, progress)
+        position_m = np.concatenate([position_m, position[kept]])
+        height_m = np.concatenate([height_m, height[kept]])
     order = np.lexsort((height_m, position_m[:, 0], position_m[:, 1]))
     return position_m[order], height_m[order]
 
 
 def at_heights(
-    heights_m: tuple[float, ...], plan_m: FloatArray, ground_m: FloatArray, tests: TripodTests
-) -> tuple[FloatArray, FloatArray]:
-    """Positions (K, 3) and heights (K,) at which a tripod can stand, over places (N, 2) with grounds (N,).
+    heights_m: tuple[float, ...], plan_m: FloatArray, ground_m: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Positions (K, 3), grounds and heights (K,): every height over every place (N, 2) with its ground (N,).
 
-    Every height is tried over every place. Places and heights have as many digits as plan.json keeps.
+    Places and heights have as many digits as plan.json keeps.
     """
     height = np.tile(as_written_m(np.array(heights_m)), ground_m.size)
     ground = np.repeat(ground_m, len(heights_m))
     position = as_written_m(np.column_stack([np.repeat(plan_m, len(heights_m), axis=0), ground + height]))
-    kept = tests.keep(position, ground)
-    return position[kept], height[kept]
+    return position, ground, height
 
 
 def is_near(plan_m: FloatArray, taken_m: FloatArray, reach_m: float) -> BoolArray:

@@ -1,4 +1,4 @@
-"""The site in the building's own terms: a `Site` (scene frame, floors by name) as mover, zones and entrances.
+"""The site in the building's own terms: a `Site` (scene frame, floors by name) as mover, zones, entrances and ends.
 
 Input a `Survey` and its `Site`, output what `free_space` and `reachability` take: local frame, floors by index.
 """
@@ -6,6 +6,7 @@ Input a `Survey` and its `Site`, output what `free_space` and `reachability` tak
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,15 +38,32 @@ class Forbidden:
     radius_m: float
 
 
+class Ends(NamedTuple):
+    """Where the walk begins and ends: places (3,) on the ground, local frame, or None for wherever it is shortest."""
+
+    start_m: FloatArray | None = None
+    end_m: FloatArray | None = None
+    closed: bool = False
+
+
+#: The walk begins and ends where that makes it shortest.
+ANYWHERE = Ends()
+
+
 @dataclass(frozen=True)
 class LocalSite:
-    """zones : a zone a floor for areas of all floors. entrances_m : (K, 3) local, or None where none are given."""
+    """zones : a zone a floor for areas of all floors. entrances_m : (K, 3) local, or None where none are given.
+
+    prior : stations given beforehand, in the scene frame, in the order of the site.
+    """
 
     mover: Mover
     zones: tuple[Zone, ...]
     entrances_m: FloatArray | None
     forbidden: tuple[Forbidden, ...]
     scope: SurveyScope | None = None
+    ends: Ends = ANYWHERE
+    prior: tuple[PriorStation, ...] = ()
 
     def in_zone(self, plan_m: FloatArray, floor: Int32Array) -> BoolArray:
         """(N,) bool: whether zones keep places (N, 2) on floors (N,) free of stations."""
@@ -75,7 +93,16 @@ def local_site(survey: Survey, site: Site) -> LocalSite:
         entrances_m=entrances_m if site.entrances_m else None,
         forbidden=tuple(_forbidden(survey, place) for place in site.prior if place.role == Role.FORBIDDEN),
         scope=survey.scope,
+        ends=ends_of(site, survey.scene.offset_m),
+        prior=tuple(station for station in site.prior if station.role != Role.FORBIDDEN),
     )
+
+
+def ends_of(site: Site, offset_m: FloatArray) -> Ends:
+    """Ends of the walk as the site says: from its start, else its first entrance. offset_m : `Scene.offset_m`."""
+    start = site.start_m or (site.entrances_m[0] if site.entrances_m else None)
+    local = [None if place is None else np.asarray(place, np.float64) - offset_m for place in (start, site.end_m)]
+    return Ends(local[0], local[1], site.returns)
 
 
 def mover_of(site: Site) -> Mover:

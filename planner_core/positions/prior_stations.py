@@ -10,11 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import FloatArray, Floor, Int32Array, PlanSettings, PriorStation, Survey
-from planner_core.positions.admissibility import TripodTests
+from planner_core.model import FloatArray, Floor, Int32Array, PriorStation, Survey
+from planner_core.positions.admissibility import Tripods
 from planner_core.positions.free_space import FreeSpace
-from planner_core.positions.ground_surface import GroundSurface
 from planner_core.positions.local_site import floors_in_words, index_of_floor
 from planner_core.positions.rounding import local_of_written_m
 
@@ -35,21 +33,15 @@ class PriorPosition:
     remarks: tuple[str, ...]
 
 
-def place_prior(
-    survey: Survey,
-    settings: PlanSettings,
-    engine: ScanEngine,
-    station: PriorStation,
-    *,
-    space: FreeSpace | None = None,
-) -> PriorPosition:
-    """Bring a station to the local frame, and find its floor and height; with `space`, also on stairs and landings."""
+def place_prior(tripods: Tripods, station: PriorStation, space: FreeSpace) -> PriorPosition:
+    """Bring a station to the local frame, and find its floor and height, on stairs and landings of `space`, too."""
+    survey = tripods.survey
     position_m = local_of_written_m(station.position_m, survey.scene.offset_m)
     index, remarks = _floor_of(survey, station, position_m)
     floor = survey.floors[index]
-    below_m = GroundSurface(survey, floor).below(position_m[None])[0]
+    below_m = tripods.ground(index).below(position_m[None])[0]
     ground_m = floor.elevation_m if np.isnan(below_m) else float(below_m)
-    landing_m = None if space is None else _landing_below(space, position_m)
+    landing_m = _landing_below(space, position_m)
     if landing_m is not None and landing_m > ground_m:
         ground_m = landing_m
         floor = with_ground_around(survey, floor, np.array([[*position_m[:2], ground_m]]))
@@ -62,8 +54,7 @@ def place_prior(
                 f"{height_m:.3f} m above the ground of {floor.name!r}"
             )
         height_m = float(told_m)
-    tests = TripodTests(survey, settings, engine, survey.floors[index]).with_ground(floor)
-    _, reasons = tests.reject(position_m[None], np.array([ground_m]))
+    _, reasons = tripods.tests(index).with_ground(floor).reject(position_m[None], np.array([ground_m]))
     remarks += [f"station {station.id}: no valid tripod position on {floor.name!r} ({reason})" for reason in reasons]
     return PriorPosition(station, position_m, index, height_m, tuple(remarks))
 

@@ -1,6 +1,6 @@
 """Demand: all that is asked, as one problem of covering patches. What positions see, by every quality that is asked.
 
-A `Survey`, settings, an open engine, positions -> `Demand`: a copy of the patches for each distinct `PointLimits`, a
+A `Survey`, its `Goals`, an open engine, positions -> `Demand`: a copy of the patches for each distinct `PointLimits`, a
 quality, stacked. Patch p of quality q is number q P + p; a position's row has it where the position meets q on p by
 itself.
 """
@@ -20,36 +20,28 @@ from planner_core.model import (
     FloatArray,
     Int32Array,
     Int64Array,
-    PlanSettings,
-    PointLimits,
     Survey,
     UInt8Array,
 )
 from planner_core.progress import Progress, silent
-from planner_core.requirements.goals import OVERALL, Goal, goals_of
-from planner_core.requirements.look_around import Asked, Looked, Rows, look_around, merged
+from planner_core.requirements.goals import Goal, Goals
+from planner_core.requirements.look_around import Looked, Rows, look_around, merged
 from planner_core.requirements.wording import area_in_words, figure_in_words, limits_in_words, name_of
 from planner_core.select.problem import Constraint
-
-#: Numbers of stacked patches are int32.
-_MOST_STACKED = 2**31 - 1
-#: A target has a byte for each.
-_MOST_TARGET_BYTES = 2**32
 
 
 @dataclass(frozen=True)
 class Demand:
     """All that is asked, and how far positions can meet it.
 
-    qualities : what is asked of all comes first. targets : one a goal, over the stacked patches. area_m2 : (Q P,).
-    times_met : (Q, P) int32, positions that meet each quality. needed : for each quality, by the name of each limit,
-    (P,) float32: the least figure at positions that meet all its other limits; inf where they have none that is known,
-    NaN where there are no such positions. counted : (P,) uint8, see `Patches`.
+    constraints : one a goal, over the stacked patches. area_m2 : (Q P,). times_met : (Q, P) int32, positions that meet
+    each quality. needed : for each quality, by the name of each limit, (P,) float32: the least figure at positions that
+    meet all its other limits; inf where they have none that is known, NaN where there are no such positions.
+    counted : (P,) uint8, see `Patches`.
     """
 
     n_patches: int
-    goals: tuple[Goal, ...]
-    qualities: tuple[PointLimits, ...]
+    goals: Goals
     rows: Rows
     constraints: tuple[Constraint, ...]
     area_m2: FloatArray
@@ -63,13 +55,8 @@ class Demand:
 
     def achievable(self, goal: Goal) -> BoolArray:
         """(P,) bool, patches of the goal that as many positions as it asks for can meet."""
-        enough: BoolArray = self.times_met[self.qualities.index(goal.asked)] >= goal.seen_from
+        enough: BoolArray = self.times_met[self.goals.quality_of(goal)] >= goal.seen_from
         return goal.patches & enough
-
-    @property
-    def overall(self) -> Goal:
-        """The goal of all that is planned."""
-        return next(goal for goal in self.goals if goal.name == OVERALL and not goal.stated)
 
 
 @dataclass(frozen=True)
@@ -82,7 +69,7 @@ class Known:
 
 def demand_of(
     survey: Survey,
-    settings: PlanSettings,
+    goals: Goals,
     engine: ScanEngine,
     positions_m: FloatArray,
     *,
@@ -92,36 +79,34 @@ def demand_of(
     """Look from each of positions (N, 3), local frame, and say which patches meet what is asked.
 
     Without any limit, constraints are one per floor and one over all. `known` positions, of the same survey and
-    settings, are not looked around from again.
+    goals, are not looked around from again.
 
     Raises
     ------
     RequirementError
-        What is asked can't be had from any position, see `check_possible`; else as `goals_of`, `observations_from`.
+        What is asked can't be had from any position, see `check_possible`; else as `observations_in_batches`.
     DeviceError
         The device fails.
     """
-    goals, qualities, asked = _asked(survey, settings)
     if known is None:
-        looked = look_around(survey, settings, engine, positions_m, asked, notes_needed=True, progress=progress)
+        looked = look_around(survey, engine, positions_m, goals, progress=progress)
     else:
         looked, new = known.looked, np.setdiff1d(np.arange(positions_m.shape[0]), known.row)
         if new.size or (np.diff(known.row) < 0).any():  # all of them, but in another order
-            found = look_around(survey, settings, engine, positions_m[new], asked, notes_needed=True, progress=progress)
+            found = look_around(survey, engine, positions_m[new], goals, progress=progress)
             looked = merged(looked, found, np.argsort(np.concatenate([known.row, new])))
     counted = survey.patches.counted
     if counted is None:
         counted = looked.counted(survey, engine, positions_m)
     rows = looked.rows_of(counted)
-    n_patches = survey.patches.n_patches
+    n_patches, n_qualities = survey.patches.n_patches, len(goals.qualities)
     demand = Demand(
         n_patches=n_patches,
         goals=goals,
-        qualities=qualities,
         rows=rows,
-        constraints=tuple(_constraint(goal, qualities) for goal in goals),
-        area_m2=np.tile(replace(survey.patches, counted=counted).area_m2, len(qualities)),
-        times_met=times_seen(rows.met).reshape(len(qualities), n_patches),
+        constraints=tuple(_constraint(goals, goal) for goal in goals.each),
+        area_m2=np.tile(replace(survey.patches, counted=counted).area_m2, n_qualities),
+        times_met=times_seen(rows.met).reshape(n_qualities, n_patches),
         needed=looked.needed,
         counted=counted,
     )
@@ -129,50 +114,12 @@ def demand_of(
     return demand
 
 
-def looked_from(
-    survey: Survey, settings: PlanSettings, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
-) -> Looked:
-    """What positions (N, 3) see of what is asked, for `Known`."""
-    _, _, asked = _asked(survey, settings)
-    return look_around(survey, settings, engine, positions_m, asked, notes_needed=True, progress=progress)
-
-
-def _asked(survey: Survey, settings: PlanSettings) -> tuple[tuple[Goal, ...], tuple[PointLimits, ...], Asked]:
-    goals = goals_of(survey, settings)
-    qualities = qualities_of(goals)
-    _check_size(len(goals), len(qualities), survey.patches.n_patches)
-    return goals, qualities, Asked.over(goals, qualities)
-
-
 def rows_from(
-    survey: Survey,
-    settings: PlanSettings,
-    engine: ScanEngine,
-    positions_m: FloatArray,
-    demand: Demand,
-    *,
-    progress: Progress = silent,
+    survey: Survey, engine: ScanEngine, positions_m: FloatArray, demand: Demand, *, progress: Progress = silent
 ) -> Rows:
     """What further positions (N, 3) see, by the qualities of `demand`: for places that are not among its own."""
-    asked = Asked.over(demand.goals, demand.qualities)
-    looked = look_around(survey, settings, engine, positions_m, asked, notes_needed=False, progress=progress)
+    looked = look_around(survey, engine, positions_m, demand.goals, notes_needed=False, progress=progress)
     return looked.rows_of(demand.counted)
-
-
-def _check_size(n_goals: int, n_qualities: int, n_patches: int) -> None:
-    """Refuse more stacked patches than have a number, or targets over them that memory would not hold."""
-    n_stacked = n_qualities * n_patches
-    if n_stacked > _MOST_STACKED or n_goals * n_stacked > _MOST_TARGET_BYTES:
-        raise RequirementError(
-            f"requirements: got {n_goals} with {n_qualities} different sets of limits on {n_patches} patches, expected "
-            "fewer, which memory holds; use the same limits for several requirements, or take larger patches"
-        )
-
-
-def qualities_of(goals: tuple[Goal, ...]) -> tuple[PointLimits, ...]:
-    """Distinct limits of the goals: those asked of all first, the others as they come."""
-    overall = next(goal for goal in goals if goal.name == OVERALL and not goal.stated)
-    return tuple(dict.fromkeys((overall.asked, *(goal.asked for goal in goals))))
 
 
 def check_possible(demand: Demand) -> None:
@@ -186,11 +133,11 @@ def check_possible(demand: Demand) -> None:
         Naming the requirement and the limit to ease.
     """
     seen = times_seen(demand.rows.seen) > 0
-    overall = demand.overall
+    overall = demand.goals.overall
     # Where nothing is seen at all, something other than requirements is wrong.
     if (overall.patches & seen).any() and not demand.achievable(overall).any():
         raise RequirementError(_impossible(demand, overall, seen))
-    for goal in demand.goals:
+    for goal in demand.goals.each:
         if goal.stated and not demand.achievable(goal).any():
             raise RequirementError(_impossible(demand, goal, seen))
 
@@ -204,7 +151,7 @@ def _impossible(demand: Demand, goal: Goal, seen: BoolArray) -> str:
     what = f"requirement {goal.name!r}: got nothing of its {of}{' with ' + limits if limits else ''}"
     if not seen.any():
         return f"{what}, as none of it is seen from any of {n_positions} positions; check where stations may stand"
-    met = demand.times_met[demand.qualities.index(goal.asked)]
+    met = demand.times_met[demand.goals.quality_of(goal)]
     if (goal.patches & (met > 0)).any():
         most = int(met[goal.patches].max())
         return f"{what} from more than {most} of {n_positions} positions, expected some; require {most} stations"
@@ -214,7 +161,7 @@ def _impossible(demand: Demand, goal: Goal, seen: BoolArray) -> str:
 
 
 def _ease(demand: Demand, goal: Goal, seen: BoolArray, limit: str) -> str:
-    figures = demand.needed[demand.qualities.index(goal.asked)][limit][seen]
+    figures = demand.needed[demand.goals.quality_of(goal)][limit][seen]
     known = figures[np.isfinite(figures)]
     name = name_of(limit)
     return name if known.size == 0 else f"{name}, the best is {figure_in_words(limit, float(known.min()))}"
@@ -223,15 +170,15 @@ def _ease(demand: Demand, goal: Goal, seen: BoolArray, limit: str) -> str:
 def blamed(demand: Demand, goal: Goal, patches: BoolArray) -> str | None:
     """Name of the limit of `goal` without which the most area of `patches`, (P,) bool, would meet the rest; or None."""
     area_m2 = demand.area_m2[: demand.n_patches]
-    needed = demand.needed[demand.qualities.index(goal.asked)]
+    needed = demand.needed[demand.goals.quality_of(goal)]
     admits = {limit: float(area_m2[patches & ~np.isnan(least)].sum()) for limit, least in needed.items()}
     best = max(admits, key=lambda limit: admits[limit], default=None)
     return best if best is not None and admits[best] > 0 else None
 
 
-def _constraint(goal: Goal, qualities: tuple[PointLimits, ...]) -> Constraint:
-    if len(qualities) == 1:
+def _constraint(goals: Goals, goal: Goal) -> Constraint:
+    if len(goals.qualities) == 1:
         return Constraint(goal.patches, goal.coverage, goal.seen_from)
-    part = np.zeros((len(qualities), goal.patches.size), dtype=np.bool_)
-    part[qualities.index(goal.asked)] = goal.patches
+    part = np.zeros((len(goals.qualities), goal.patches.size), dtype=np.bool_)
+    part[goals.quality_of(goal)] = goal.patches
     return Constraint(part.reshape(-1), goal.coverage, goal.seen_from)

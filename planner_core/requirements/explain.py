@@ -41,7 +41,7 @@ def explain(survey: Survey, demand: Demand) -> tuple[str, ...]:
     """Lines on each requirement that is impossible in part: a summary, then its elements by area, largest first."""
     lines: list[str] = []
     found = shortfalls(survey, demand)
-    for goal in demand.goals:
+    for goal in demand.goals.each:
         own = sorted((each for each in found if each.goal == goal.name), key=lambda each: -each.area_m2)
         if own:
             area_m2 = sum(each.area_m2 for each in own)
@@ -66,8 +66,8 @@ def shortfalls(survey: Survey, demand: Demand) -> tuple[Shortfall, ...]:
     of_triangle = survey.scene.element_of_triangle.astype(np.int64) * (len(survey.floors) + 1)
     of_patch = np.repeat(of_triangle + survey.floor_of_triangle + 1, np.diff(survey.patches.first_patch))
     found: list[Shortfall] = []
-    for goal in _widest(demand.goals):
-        met = demand.times_met[demand.qualities.index(goal.asked)] > 0
+    for goal in _widest(demand.goals.each):
+        met = demand.times_met[demand.goals.quality_of(goal)] > 0
         missed = goal.patches & seen & ~demand.achievable(goal)
         found.extend(_of_goal(survey, demand, goal, missed & met, of_patch, few=True))
         found.extend(_of_goal(survey, demand, goal, missed & ~met, of_patch, few=False))
@@ -101,7 +101,7 @@ def _of_goal(
         limit = "seen_from" if few else blamed(demand, goal, patches) or ""
         least, greatest = np.nan, np.nan
         if limit and not few:
-            figures = demand.needed[demand.qualities.index(goal.asked)][limit][patches]
+            figures = demand.needed[demand.goals.quality_of(goal)][limit][patches]
             figures = figures[np.isfinite(figures)]
             least, greatest = (figures.min(), figures.max()) if figures.size else (np.nan, np.nan)
         element, floor = divmod(int(number), len(survey.floors) + 1)

@@ -19,17 +19,17 @@ from planner_core.requirements.wording import area_in_words, limits_in_words
 
 def times_met(demand: Demand, rows: Rows) -> Int32Array:
     """(Q, P) int32, stations that meet each quality on each patch; quality 0 is what is asked of all."""
-    return times_seen(rows.met).reshape(len(demand.qualities), demand.n_patches)
+    return times_seen(rows.met).reshape(len(demand.goals.qualities), demand.n_patches)
 
 
 def part_results(demand: Demand, rows: Rows) -> tuple[PartResult, ...]:
-    """One result a goal, in the order of `Demand.goals`; what is not achievable does not count as covered."""
+    """One result a goal, in the order of `Goals.each`; what is not achievable does not count as covered."""
     area_m2 = demand.area_m2[: demand.n_patches]
     met = times_met(demand, rows)
     results = []
-    for goal in demand.goals:
+    for goal in demand.goals.each:
         achievable = demand.achievable(goal)
-        covered = achievable & (met[demand.qualities.index(goal.asked)] >= goal.seen_from)
+        covered = achievable & (met[demand.goals.quality_of(goal)] >= goal.seen_from)
         results.append(
             PartResult(
                 name=goal.name,
@@ -45,12 +45,12 @@ def part_results(demand: Demand, rows: Rows) -> tuple[PartResult, ...]:
 
 
 def losses_of(demand: Demand, rows: Rows) -> tuple[tuple[Loss, ...], ...]:
-    """For each row, a loss a goal in the order of `Demand.goals`: what only it, or it among too few, meets as asked."""
+    """For each row, a loss a goal in the order of `Goals.each`: what only it, or it among too few, meets as asked."""
     area_m2, met = demand.area_m2[: demand.n_patches], times_met(demand, rows)
-    of_quality = [rows_of_quality(demand, rows, quality) for quality in range(len(demand.qualities))]
+    of_quality = [rows_of_quality(demand, rows, quality) for quality in range(len(demand.goals.qualities))]
     losses: list[list[Loss]] = [[] for _ in range(rows.seen.n_positions)]
-    for goal, result in zip(demand.goals, part_results(demand, rows), strict=True):
-        quality = demand.qualities.index(goal.asked)
+    for goal, result in zip(demand.goals.each, part_results(demand, rows), strict=True):
+        quality = demand.goals.quality_of(goal)
         needed = demand.achievable(goal) & (met[quality] == goal.seen_from)
         for row, of_station in enumerate(losses):
             patch = of_quality[quality].row(row)
@@ -77,7 +77,7 @@ def missed_in_words(results: tuple[PartResult, ...]) -> tuple[str, ...]:
 
 def rows_of_quality(demand: Demand, rows: Rows, quality: int = 0) -> Visibility:
     """Patches on which each position meets one quality: what it covers of all that is planned, by default."""
-    if len(demand.qualities) == 1:
+    if len(demand.goals.qualities) == 1:
         return rows.met
     low, high = quality * demand.n_patches, (quality + 1) * demand.n_patches
     kept = (rows.met.patch >= low) & (rows.met.patch < high)
@@ -92,7 +92,7 @@ def rows_of_overlap(demand: Demand, rows: Rows, of: OverlapOf) -> Visibility:
 
 def coverage_curve(demand: Demand, rows: Rows) -> tuple[float, ...]:
     """Covered fraction of what is achievable of all that is planned, after the first row, the first two, and so on."""
-    goal = demand.overall
+    goal = demand.goals.overall
     area_m2 = demand.area_m2[: demand.n_patches]
     counted = demand.achievable(goal)
     total = float(area_m2[counted].sum())

@@ -1,11 +1,12 @@
 """Goals: each thing that is asked, with the patches it is asked of. Overall, by floor, by part.
 
-A `Survey` and `Requirements` -> goals; frames: zones and heights are of the scene frame, metres.
+A `Survey` and `Requirements` -> `Goals`; frames: zones and heights are of the scene frame, metres.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -14,12 +15,10 @@ from planner_core.coverage.survey import planned_floors, scope_of
 from planner_core.errors import RequirementError
 from planner_core.model import (
     BoolArray,
-    FloatArray,
     Floor,
     PartRequirement,
-    PlanSettings,
     PointLimits,
-    Scene,
+    Requirements,
     Scope,
     Survey,
 )
@@ -30,9 +29,12 @@ from planner_core.scene.patterns import elements_named, known_classes
 #: Name of what is asked of everything that is planned.
 OVERALL = "overall"
 
-
 #: Classes of which nothing is required where nobody says otherwise: furniture hides, and is moved.
 NO_COVER = ("IfcFurnishingElement",)
+#: Numbers of stacked patches are int32.
+_MOST_STACKED = 2**31 - 1
+#: A target has a byte for each.
+_MOST_TARGET_BYTES = 2**32
 
 
 @dataclass(frozen=True)
@@ -47,20 +49,62 @@ class Goal:
     stated: bool = False
 
 
-def required_of(survey: Survey, settings: PlanSettings) -> BoolArray:
+@dataclass(frozen=True)
+class Goals:
+    """All that is required of a survey.
+
+    each : one goal a planned floor, one for all that is planned, then the parts in their order. patches : (P,) bool,
+    those that something may be required of. remarks : a line for each class that need not be covered and of which the
+    building has nothing, as where it is misspelt.
+    """
+
+    requirements: Requirements
+    each: tuple[Goal, ...]
+    patches: BoolArray
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def overall(self) -> Goal:
+        """The goal of all that is planned."""
+        return next(goal for goal in self.each if goal.name == OVERALL and not goal.stated)
+
+    @cached_property
+    def qualities(self) -> tuple[PointLimits, ...]:
+        """Distinct limits of the goals: those asked of all first, the others as they come."""
+        return tuple(dict.fromkeys((self.overall.asked, *(goal.asked for goal in self.each))))
+
+    def quality_of(self, goal: Goal) -> int:
+        """Number of the goal's limits among the `qualities`."""
+        return self.qualities.index(goal.asked)
+
+    @cached_property
+    def wanted(self) -> tuple[BoolArray | None, ...]:
+        """Of each quality the patches, (P,) bool, that a goal asks it of; None: all, for what is asked of all."""
+        others = [
+            np.any([goal.patches for goal in self.each if goal.asked == asked], axis=0) for asked in self.qualities[1:]
+        ]
+        return (None, *others)
+
+    @property
+    def plain(self) -> bool:
+        """Whether seeing a patch is all that is asked."""
+        return self.qualities == (PointLimits(),)
+
+
+def required_of(survey: Survey, requirements: Requirements) -> BoolArray:
     """(P,) bool: patches that something may be required of: those in scope that are more than obstacles."""
-    return wanted_of(survey, settings) if survey.scope is None else survey.scope.in_scope
+    return wanted_of(survey, requirements) if survey.scope is None else survey.scope.in_scope
 
 
-def wanted_of(survey: Survey, settings: PlanSettings) -> BoolArray:
+def wanted_of(survey: Survey, requirements: Requirements) -> BoolArray:
     """(P,) bool: patches that are more than obstacles, in scope or not."""
     wanted = np.ones(survey.patches.n_patches, dtype=np.bool_)
-    for patches in obstacles_of(survey, settings).values():
+    for patches in obstacles_of(survey, requirements).values():
         wanted &= ~patches
     return wanted
 
 
-def obstacles_of(survey: Survey, settings: PlanSettings) -> dict[str, BoolArray]:
+def obstacles_of(survey: Survey, requirements: Requirements) -> dict[str, BoolArray]:
     """Patches (P,) bool of each part of which nothing is required, by its name; none where the building lacks them.
 
     Raises
@@ -68,34 +112,20 @@ def obstacles_of(survey: Survey, settings: PlanSettings) -> dict[str, BoolArray]
     RequirementError
         Floors that are not there; zones beside the building.
     """
-    spared = [part for part in settings.requirements.parts if part.coverage == 0]
+    spared = [part for part in requirements.parts if part.coverage == 0]
     if not spared:
         return {}
     of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
-    planned = planned_floors(survey.floors, settings.requirements.floors)
     out = {}
     for part in spared:
-        floors = _floors_of(survey, part, planned)
-        patches = _of_classes(survey, part, needed=False) & _in_zone(survey.scene, part, _centroids_of(survey, part))
+        floors = _floors_of(survey, part)
+        patches = _of_classes(survey, part, needed=False) & _in_zone(survey, part)
         out[part.name] = patches & np.isin(of_patch, np.array(floors, dtype=np.int32)) if floors else patches
     return out
 
 
-def nothing_to_spare(survey: Survey, settings: PlanSettings) -> tuple[str, ...]:
-    """A line for each class that need not be covered and of which the building has nothing, as where it is misspelt."""
-    elements = survey.scene.elements
-    return tuple(
-        f"requirement {part.name!r}: the building has nothing of {pattern!r}, which need not be covered, expected "
-        f"{known_classes(elements, pattern)}"
-        for part in settings.requirements.parts
-        if part.coverage == 0
-        for pattern in part.classes
-        if pattern not in NO_COVER and not elements_named(elements, pattern).any()
-    )
-
-
-def goals_of(survey: Survey, settings: PlanSettings) -> tuple[Goal, ...]:
-    """Goals of a plan: one a planned floor, one for all that is planned, then the parts in their order.
+def goals_of(survey: Survey, requirements: Requirements) -> Goals:
+    """Goals of a plan.
 
     A part that is one whole floor stands in that floor's place. Patches out of scope, and those of parts of which
     nothing is required, are in none.
@@ -103,13 +133,12 @@ def goals_of(survey: Survey, settings: PlanSettings) -> tuple[Goal, ...]:
     Raises
     ------
     RequirementError
-        Floors that are not there or not planned; classes, zones or heights of which the building has nothing.
+        Floors that are not there or not planned; classes, zones or heights of which the building has nothing; more of
+        them than memory holds.
     """
-    wanted = settings.requirements
-    planned = planned_floors(survey.floors, wanted.floors)
-    required = required_of(survey, settings)
+    required = required_of(survey, requirements)
     of_patch = np.where(required, floor_of_patch(survey.patches, survey.floor_of_triangle), -1).astype(np.int32)
-    scope = scope_of(of_patch, planned, len(survey.floors)) & required
+    scope = scope_of(of_patch, survey.planned, len(survey.floors)) & required
     if not scope.any():
         raise RequirementError(
             "requirements: got no surface of which anything is required, expected some; see scope, floors, and classes "
@@ -117,10 +146,10 @@ def goals_of(survey: Survey, settings: PlanSettings) -> tuple[Goal, ...]:
         )
     by_floor: dict[int, Goal] = {}
     others: list[Goal] = []
-    for part in (each for each in wanted.parts if each.coverage > 0):
-        floors = _floors_of(survey, part, planned)
+    for part in (each for each in requirements.parts if each.coverage > 0):
+        floors = _floors_of(survey, part)
         patches = scope if not floors else np.isin(of_patch, np.array(floors, dtype=np.int32))
-        patches = patches & _of_classes(survey, part) & _in_zone(survey.scene, part, _centroids_of(survey, part))
+        patches = patches & _of_classes(survey, part) & _in_zone(survey, part)
         if not patches.any():
             raise RequirementError(
                 f"requirement {part.name!r}: got no surface{_where(survey)}, expected some; its floors, classes, zone "
@@ -136,19 +165,41 @@ def goals_of(survey: Survey, settings: PlanSettings) -> tuple[Goal, ...]:
             by_floor[floors[0]] = goal
         else:
             others.append(goal)
-    for index in planned:
-        default = Goal(
-            _floor_name(survey.floors, index), wanted.coverage, wanted.asked, wanted.seen_from, of_patch == index
-        )
-        by_floor.setdefault(index, default)
-    overall = Goal(OVERALL, wanted.coverage, wanted.asked, wanted.seen_from, scope)
-    goals = (*(by_floor[index] for index in planned), overall, *others)
+    all_of = requirements.coverage, requirements.asked, requirements.seen_from
+    for index in survey.planned:
+        by_floor.setdefault(index, Goal(_floor_name(survey.floors, index), *all_of, of_patch == index))
+    goals = (*(by_floor[index] for index in survey.planned), Goal(OVERALL, *all_of, scope), *others)
     names = [goal.name for goal in goals]
     if twice := [name for name in names if names.count(name) > 1]:
         raise RequirementError(
             f"requirement {twice[0]!r}: got the name of another requirement, expected a unique one; rename it"
         )
-    return goals
+    found = Goals(requirements, goals, required, _nothing_to_spare(survey, requirements))
+    _check_size(found)
+    return found
+
+
+def _nothing_to_spare(survey: Survey, requirements: Requirements) -> tuple[str, ...]:
+    elements = survey.scene.elements
+    return tuple(
+        f"requirement {part.name!r}: the building has nothing of {pattern!r}, which need not be covered, expected "
+        f"{known_classes(elements, pattern)}"
+        for part in requirements.parts
+        if part.coverage == 0
+        for pattern in part.classes
+        if pattern not in NO_COVER and not elements_named(elements, pattern).any()
+    )
+
+
+def _check_size(goals: Goals) -> None:
+    """Refuse more stacked patches than have a number, or targets over them that memory would not hold."""
+    n_goals, n_qualities, n_patches = len(goals.each), len(goals.qualities), goals.patches.size
+    n_stacked = n_qualities * n_patches
+    if n_stacked > _MOST_STACKED or n_goals * n_stacked > _MOST_TARGET_BYTES:
+        raise RequirementError(
+            f"requirements: got {n_goals} with {n_qualities} different sets of limits on {n_patches} patches, expected "
+            "fewer, which memory holds; use the same limits for several requirements, or take larger patches"
+        )
 
 
 def _where(survey: Survey) -> str:
@@ -161,7 +212,7 @@ def _floor_name(floors: tuple[Floor, ...], index: int) -> str:
     return name if [floor.name for floor in floors].count(name) == 1 else f"{name} ({floors[index].id})"
 
 
-def _floors_of(survey: Survey, part: PartRequirement, planned: tuple[int, ...]) -> tuple[int, ...]:
+def _floors_of(survey: Survey, part: PartRequirement) -> tuple[int, ...]:
     """Indices of the floors that a part names; none where it names none."""
     if not part.floors:
         return ()
@@ -169,7 +220,7 @@ def _floors_of(survey: Survey, part: PartRequirement, planned: tuple[int, ...]) 
         floors = planned_floors(survey.floors, part.floors)
     except RequirementError as error:
         raise RequirementError(f"requirement {part.name!r}: {error}") from error
-    if left_out := [survey.floors[index].name for index in floors if index not in planned]:
+    if left_out := [survey.floors[index].name for index in floors if index not in survey.planned]:
         raise RequirementError(
             f"requirement {part.name!r}: got floor {left_out[0]!r}, which is not planned, expected a planned one; "
             "plan it too or leave this requirement out"
@@ -198,26 +249,17 @@ def _of_classes(survey: Survey, part: PartRequirement, *, needed: bool = True) -
     return on_element
 
 
-def _centroids_of(survey: Survey, part: PartRequirement) -> FloatArray | None:
-    """(P, 3), scene frame; None where the part needs none."""
-    if not (part.zone or part.heights_m):
-        return None
-    middle: FloatArray = patch_triangles(survey.scene, survey.patches).mean(axis=1) + survey.scene.offset_m
-    return middle
-
-
-def _in_zone(scene: Scene, part: PartRequirement, centroids_m: FloatArray | None) -> BoolArray | np.bool_:
+def _in_zone(survey: Survey, part: PartRequirement) -> BoolArray | np.bool_:
     """(P,) bool, patches with their centroid over the part's zone and between its heights, ends included."""
     inside: BoolArray | np.bool_ = np.True_
-    if centroids_m is None:
+    if not (part.zone or part.heights_m):
         return inside
+    centroids_m = patch_triangles(survey.scene, survey.patches).mean(axis=1) + survey.scene.offset_m
     if part.zone:
         inside = over_polygon(centroids_m[:, :2], np.array(part.zone, dtype=np.float64))
         if not inside.any():
-            low, high = (
-                (scene.vertices_m + scene.offset_m).min(axis=0),
-                (scene.vertices_m + scene.offset_m).max(axis=0),
-            )
+            vertices_m = survey.scene.vertices_m + survey.scene.offset_m
+            low, high = vertices_m.min(axis=0), vertices_m.max(axis=0)
             raise RequirementError(
                 f"requirement {part.name!r}: got a zone with nothing in it, expected one over the building, "
                 f"x {low[0]:.2f} to {high[0]:.2f} m, y {low[1]:.2f} to {high[1]:.2f} m; give the building's own "

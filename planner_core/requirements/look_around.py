@@ -1,7 +1,7 @@
 """Looking around from positions: which patches each sees, which it meets the limits on, and how much of each.
 
-A `Survey`, settings, an open engine, positions (N, 3) in the local frame, metres -> `Looked`, and from it `Rows` once
-it is known how much of each patch counts, see `planner_core.coverage.counted`.
+A `Survey`, `Goals`, an open engine, positions (N, 3) in the local frame, metres -> `Looked`, and from it `Rows` once it
+is known how much of each patch counts, see `planner_core.coverage.counted`.
 """
 
 from __future__ import annotations
@@ -14,27 +14,22 @@ from planner_core.coverage.counted import WHOLE, most_counted, sees_enough, shar
 from planner_core.coverage.coverage import kept_rows, stacked_rows, take_rows, taken_along
 from planner_core.coverage.cut_patches import shares_of_cut_patches
 from planner_core.coverage.levels import Observations, observations_meeting
+from planner_core.coverage.observe import observations_in_batches
 from planner_core.coverage.survey import visible_from
-from planner_core.engine.patch_mode import scan_mode_of
 from planner_core.engine.patch_samples import UInt32Array
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
-    BoolArray,
     Float32Array,
     FloatArray,
     Int32Array,
     Int64Array,
-    Paper,
-    PlanSettings,
     PointLimits,
-    ScanBy,
     Survey,
     UInt8Array,
     Visibility,
 )
-from planner_core.progress import Progress
-from planner_core.requirements.goals import Goal
-from planner_core.requirements.observations import observations_in_batches
+from planner_core.progress import Progress, silent
+from planner_core.requirements.goals import Goals
 
 
 @dataclass(frozen=True)
@@ -48,27 +43,6 @@ class Rows:
         """Rows of some positions, in the order given."""
         seen = take_rows(self.seen, rows)
         return Rows(seen, seen if self.met is self.seen else take_rows(self.met, rows))
-
-
-@dataclass(frozen=True)
-class Asked:
-    """What is looked for. wanted : for each quality, (P,) bool, patches that a goal asks it of; None: all."""
-
-    qualities: tuple[PointLimits, ...]
-    wanted: tuple[BoolArray | None, ...]
-
-    @classmethod
-    def over(cls, goals: tuple[Goal, ...], qualities: tuple[PointLimits, ...]) -> Asked:
-        """Look for all of what is asked of all, and of other qualities for what their goals are about."""
-        wanted: list[BoolArray | None] = [None]
-        for asked in qualities[1:]:
-            wanted.append(np.any([goal.patches for goal in goals if goal.asked == asked], axis=0))
-        return cls(qualities, tuple(wanted))
-
-    @property
-    def plain(self) -> bool:
-        """Whether seeing a patch is all that is asked."""
-        return self.qualities == (PointLimits(),)
 
 
 @dataclass(frozen=True)
@@ -126,34 +100,27 @@ class Looked:
 
 def look_around(
     survey: Survey,
-    settings: PlanSettings,
     engine: ScanEngine,
     positions_m: FloatArray,
-    asked: Asked,
+    goals: Goals,
     *,
-    notes_needed: bool,
-    progress: Progress,
+    notes_needed: bool = True,
+    progress: Progress = silent,
 ) -> Looked:
     """Look from each of positions (N, 3). Where the survey knows what counts, only enough of a patch is seen at all."""
     n_patches = survey.patches.n_patches
     needed = tuple(
         {name: np.full(n_patches, np.nan, dtype=np.float32) for name in limits_of(each) if notes_needed}
-        for each in asked.qualities
+        for each in goals.qualities
     )
-    by_parts = counts_parts(survey, settings)
-    if not by_parts and asked.plain:
-        seen = visible_from(survey, settings, engine, positions_m, progress=progress)
+    if goals.plain and not survey.counts_parts:
+        seen = visible_from(survey, engine, positions_m, progress=progress)
         return Looked(Rows(seen, seen), None, needed)
-    found = _Found(asked, n_patches, needed, keeps_parts=by_parts and survey.patches.counted is None)
-    for observations in observations_in_batches(survey, settings, engine, positions_m, progress=progress):
+    found = _Found(goals, n_patches, needed, keeps_parts=survey.counts_parts and survey.patches.counted is None)
+    noise = goals.requirements.limits_noise
+    for observations in observations_in_batches(survey, engine, positions_m, noise=noise, progress=progress):
         found.add(observations)
     return found.looked()
-
-
-def counts_parts(survey: Survey, settings: PlanSettings) -> bool:
-    """Whether it is counted how much of a patch is seen: by samples, but for the method paper, which counts patches."""
-    by_samples = scan_mode_of(settings.scan_mode, survey.template) == ScanBy.PATCHES
-    return by_samples and not isinstance(settings.method, Paper)
 
 
 def limits_of(asked: PointLimits) -> tuple[str, ...]:
@@ -189,9 +156,9 @@ class _Found:
     """What was seen until now."""
 
     def __init__(
-        self, asked: Asked, n_patches: int, needed: tuple[dict[str, Float32Array], ...], *, keeps_parts: bool
+        self, goals: Goals, n_patches: int, needed: tuple[dict[str, Float32Array], ...], *, keeps_parts: bool
     ) -> None:
-        self._asked, self._needed, self._n_patches = asked, needed, n_patches
+        self._goals, self._needed, self._n_patches = goals, needed, n_patches
         self._seen, self._met = _Pieces(), _Pieces()
         self._any = [np.zeros(n_patches, dtype=np.uint32) for _ in range(2)] if keeps_parts else []
 
@@ -202,7 +169,7 @@ class _Found:
         self._seen.add(np.diff(observations.starts), observations.patch, share)
         if part is not None:
             np.bitwise_or.at(self._any[0], observations.patch, part)
-        if self._asked.plain:
+        if self._goals.plain:
             return
         kept, quality = self._stacked(observations)
         row_of_sight = np.repeat(np.arange(observations.starts.size - 1), np.diff(observations.starts))
@@ -211,25 +178,25 @@ class _Found:
         self._met.add(sizes, patch, share if part is None else share[kept])
         if part is not None:
             np.bitwise_or.at(self._any[1], observations.patch[kept], part[kept])
-        for asked, least in zip(self._asked.qualities, self._needed, strict=True):
+        for asked, least in zip(self._goals.qualities, self._needed, strict=True):
             _note_needed(observations, asked, least)
 
     def looked(self) -> Looked:
         """All of it; the pieces are gone then."""
         seen, share = self._seen.joined(self._n_patches)
-        if self._asked.plain:
+        if self._goals.plain:
             met, met_share = seen, share
         else:
-            met, met_share = self._met.joined(self._n_patches * len(self._asked.qualities))
+            met, met_share = self._met.joined(self._n_patches * len(self._goals.qualities))
         parts = None
         if self._any:
-            parts = Parts(share, met_share, self._any[0], self._any[0] if self._asked.plain else self._any[1])
+            parts = Parts(share, met_share, self._any[0], self._any[0] if self._goals.plain else self._any[1])
         return Looked(Rows(seen, met), parts, self._needed)
 
     def _stacked(self, observations: Observations) -> tuple[Int64Array, Int64Array]:
         """Numbers of observations that meet a quality, row by row, and of the quality."""
         numbers, qualities = [], []
-        for quality, (asked, wanted) in enumerate(zip(self._asked.qualities, self._asked.wanted, strict=True)):
+        for quality, (asked, wanted) in enumerate(zip(self._goals.qualities, self._goals.wanted, strict=True)):
             kept = observations_meeting(observations, asked)
             if wanted is not None:
                 kept &= wanted[observations.patch]

@@ -20,7 +20,7 @@ from planner_core.model import (
     FloatArray,
     Int32Array,
     Int64Array,
-    PlanSettings,
+    Requirements,
     Scope,
     Survey,
     SurveyScope,
@@ -84,7 +84,7 @@ class Places:
 
 def with_scope(
     survey: Survey,
-    settings: PlanSettings,
+    requirements: Requirements,
     engine: ScanEngine,
     *,
     space: FreeSpace | None = None,
@@ -99,8 +99,7 @@ def with_scope(
     RequirementError
         Interior or exterior was asked for, and there is none.
     """
-    asked = settings.requirements.scope
-    wanted = wanted_of(survey, settings)
+    asked, wanted = requirements.scope, wanted_of(survey, requirements)
     if asked == Scope.ALL:
         return _scoped(survey, asked, wanted, None)
     progress(ProgressEvent("scope", 0, 2, "indoors and outdoors"))

@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int32Array, Leg, Route, Site
+from planner_core.model import BoolArray, FloatArray, Int32Array, Leg, Route
+from planner_core.positions.local_site import ANYWHERE, Ends
 from planner_core.positions.reach import ARM_M, Reach, stand_nodes
 from planner_core.positions.walking import Walking
 from planner_core.progress import Progress, ProgressEvent, silent
@@ -24,25 +24,6 @@ _END_M = 1.0
 _END_HEIGHT_M = 0.6
 #: So many are named in a note; the rest is counted.
 _MAX_NAMED = 6
-
-
-class Ends(NamedTuple):
-    """Where the walk begins and ends: places (3,) on the ground, local frame, or None for wherever it is shortest."""
-
-    start_m: FloatArray | None = None
-    end_m: FloatArray | None = None
-    closed: bool = False
-
-
-#: The walk begins and ends where that makes it shortest.
-ANYWHERE = Ends()
-
-
-def ends_of(site: Site, offset_m: FloatArray) -> Ends:
-    """Ends of the walk as the site says: from its start, else its first entrance. offset_m : `Scene.offset_m`."""
-    start = site.start_m or (site.entrances_m[0] if site.entrances_m else None)
-    local = [None if place is None else np.asarray(place, np.float64) - offset_m for place in (start, site.end_m)]
-    return Ends(local[0], local[1], site.returns)
 
 
 def plan_route(
@@ -64,7 +45,7 @@ def plan_route(
     position_m, instrument_height_m, floor
         (N, 3), (N,) and (N,) of the sensors, as in `Candidates`; NaN for a height that is not known.
     ends
-        See `ends_of`. A place that is not on ground that the crew reaches is left out, and a note says so.
+        A place that is not on ground that the crew reaches is left out, and a note says so.
     scanned
         (N,) bool, stations whose scans exist: nobody walks there, and nobody misses them in the walk.
 

@@ -19,8 +19,7 @@ from bench_planning import ready
 from planning_cases import Case, cases
 
 from planner_core.engine.scan_engine import device_of
-from planner_core.model import ScanBy
-from planner_core.planning.choose import selection_settings
+from planner_core.model import Proven, ScanBy
 from planner_core.requirements.look_around import Looked
 from planner_core.select.large import LARGE_ENTRIES, select_large
 from planner_core.select.proven import ProvenSelection, select
@@ -46,7 +45,9 @@ def planned(case: Case) -> ProvenSelection | None:
         return None
     problem = on.pool.problem
     search = select_large if problem.row.size > LARGE_ENTRIES else select
-    limit = replace(selection_settings(case.settings), work_limit=case.work)
+    method = case.settings.seeded_method
+    assert isinstance(method, Proven)
+    limit = replace(method, work_limit=case.work)
     return search(problem, limit, network=on.network, device=device_of(on.engine))
 
 

@@ -35,11 +35,12 @@ import numpy as np
 
 import scenes_synthetic
 from planner_core.coverage.coverage import floor_of_patch
-from planner_core.coverage.survey import make_survey, planned_floors, scope_of, visible_from
+from planner_core.coverage.survey import make_survey, scope_of, visible_from
 from planner_core.device import Device, open_device
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.model import PlanSettings, Scene
 from planner_core.paper.genetic import GeneticSettings, select_genetic
+from planner_core.positions.admissibility import Tripods
 from planner_core.positions.grid import find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
@@ -80,9 +81,9 @@ def task(name: str, scene: Scene, heights_m: tuple[float, ...], device: Device) 
     settings = PlanSettings(scanner=scanner, instrument_heights_m=heights_m)
     survey = make_survey(scene, settings)
     engine = OpenCLEngine(scene, survey.patches, device)
-    floors = planned_floors(survey.floors, ())
-    candidates = find_candidates(survey, settings, engine, floors=floors)
-    visibility = visible_from(survey, settings, engine, candidates.position_m)
+    floors = survey.planned
+    candidates = find_candidates(Tripods(survey, settings, engine))
+    visibility = visible_from(survey, engine, candidates.position_m)
     of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
     scope = scope_of(of_patch, floors, len(survey.floors))
     parts = (*(of_patch == index for index in floors), scope)

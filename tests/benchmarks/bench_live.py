@@ -27,7 +27,6 @@ from fastapi import FastAPI
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.patch_mode import scan_mode_of
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Greedy, PlanSettings, Requirements, Review
 from planner_core.plan_folder.plan_json import plan_text
@@ -191,7 +190,7 @@ def measure(scene: str, scanner: str, folder: Path, n_drags: int) -> Row:
     return Row(
         scene=scene,
         scanner=scanner,
-        mode=scan_mode_of(live.settings.scan_mode, live.survey.template),
+        mode=live.survey.scan_mode,
         n_stations=len(live.draft.stations),
         n_patches=live.survey.patches.n_patches,
         n_triangles=live.survey.scene.n_triangles,

@@ -36,6 +36,7 @@ from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.patch_mode import AUTO_PATCHES_BEAMS, PatchMode
 from planner_core.engine.patch_samples import places_of, sample_pattern, view_of
 from planner_core.model import BeamTemplate, Patches, PlanSettings, Scene
+from planner_core.positions.admissibility import Tripods
 from planner_core.positions.grid import find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
@@ -87,7 +88,7 @@ def site_of(name: str, scene: Scene, n_stations: int) -> Site:
     settings = PlanSettings(scanner=load_scanner("hdl-64e"), grid_step_m=1.0, instrument_heights_m=(1.7,))
     survey = make_survey(scene, settings)
     engine = OpenCLEngine(scene, survey.patches, open_device())
-    found = find_candidates(survey, settings, engine, floors=tuple(range(len(survey.floors)))).position_m
+    found = find_candidates(Tripods(survey, settings, engine)).position_m
     at = np.unique(np.linspace(0, len(found) - 1, n_stations).astype(int))
     return Site(name, scene, survey.patches, engine, found[at])
 

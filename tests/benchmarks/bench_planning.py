@@ -27,15 +27,17 @@ import numpy as np
 from planning_cases import Case, cases
 from planning_page import page
 
-from planner_core.coverage.survey import make_survey, planned_floors
+from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, device_of, open_engine
-from planner_core.model import Candidates, Paper, Survey
-from planner_core.paper.pipeline import paper_settings, repair, searched, select_by_genes
+from planner_core.model import Candidates, Paper, Proven, Survey
+from planner_core.paper.pipeline import repair, searched, select_by_genes
 from planner_core.paper.point_distribution import PointDistribution
-from planner_core.planning.choose import selection_settings
 from planner_core.planning.pool import Pool, extended, make_pool
 from planner_core.planning.refine import WORK_SHARE, Refined, refine
+from planner_core.positions.admissibility import Tripods
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions
+from planner_core.positions.local_site import local_site
+from planner_core.requirements.goals import goals_of
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.large import LARGE_ENTRIES, select_large
@@ -83,7 +85,6 @@ class Ready:
     case: Case
     survey: Survey
     engine: ScanEngine
-    floors: tuple[int, ...]
     places: AllowedPositions
     pool: Pool
     whole: CoverProblem
@@ -98,14 +99,14 @@ def ready(case: Case) -> Ready | None:
         return None
     survey = make_survey(scene, case.settings)
     engine = open_engine(survey.scene, survey.patches)
-    floors = planned_floors(survey.floors, case.settings.requirements.floors)
-    places = find_positions(survey, case.settings, engine, floors=floors)
-    none = np.zeros(0, dtype=np.int64)
-    pool = make_pool(survey, case.settings, engine, places.candidates, given=none, kept=none)
+    tripods, site = Tripods(survey, case.settings, engine), local_site(survey, case.settings.site)
+    places = find_positions(tripods, site)
+    none, goals = np.zeros(0, dtype=np.int64), goals_of(survey, case.settings.requirements)
+    pool = make_pool(survey, goals, engine, places.candidates, given=none, kept=none, linked=True)
     network = pool.network
     assert network is not None, "these cases all ask for a network"
     parts = int(np.unique(network.part[~pool.barred]).size)
-    return Ready(case, survey, engine, floors, places, pool, whole_problem(pool), network, parts)
+    return Ready(case, survey, engine, places, pool, whole_problem(pool), network, parts)
 
 
 def whole_problem(pool: Pool) -> CoverProblem:
@@ -147,7 +148,8 @@ def judged(on: Ready, chosen: Sequence[int], cpu_s: float, wall_s: float, *, lat
 def rivals(on: Ready) -> dict[str, Found]:
     """Greedy selection alone and repaired, and the paper's selection and repair."""
     pool, problem, within, settings = on.pool, on.whole, on.pool.problem, on.case.settings
-    paper = paper_settings(replace(settings, method=Paper(search="none")))
+    paper = replace(settings, method=Paper(search="none")).seeded_method
+    assert isinstance(paper, Paper)
 
     def repaired(chosen: Sequence[int], by: Paper) -> list[int]:
         return with_circles(on, by, pool.candidates, chosen)
@@ -170,21 +172,23 @@ def rivals(on: Ready) -> dict[str, Found]:
 
 def with_circles(on: Ready, paper: Paper, candidates: Candidates, chosen: Sequence[int]) -> list[int]:
     """A set and what the method paper's repair adds to it."""
-    rows = repair(on.case.settings, paper, candidates, np.array(chosen, dtype=np.int64))[0]
+    overlap = on.case.settings.requirements.overlap
+    rows = repair(paper, overlap, candidates, np.array(chosen, dtype=np.int64))[0]
     return [int(row) for row in rows]
 
 
 def paper_with_search(on: Ready) -> Found:
     """The paper's whole method: annealing from every candidate, selection from these and what it found, repair."""
     settings, pool = on.case.settings, on.pool
-    paper = paper_settings(replace(settings, method=Paper(pool="both")))
+    paper = replace(settings, method=Paper(pool="both")).seeded_method
+    assert isinstance(paper, Paper)
 
     def searched_through() -> tuple[Pool, list[int]]:
         distribution = PointDistribution(on.survey.scene, on.survey.patches, on.engine, distance=paper.f2.distance)
-        both = searched(on.survey, settings, paper, on.engine, distribution, pool.candidates, on.floors)
+        both = searched(on.places.tripods, paper, distribution, pool.candidates)
         starts = set(map(tuple, pool.candidates.position_m.tolist()))
         new = [row for row, place in enumerate(both.position_m.tolist()) if tuple(place) not in starts]
-        wide = extended(pool, both.take(np.array(new, dtype=np.int64)), on.survey, settings, on.engine)
+        wide = extended(pool, both.take(np.array(new, dtype=np.int64)), on.engine)
         chosen = select_by_genes(whole_problem(wide), paper, on.engine).tolist()
         return wide, with_circles(on, paper, wide.candidates, chosen)
 
@@ -194,7 +198,8 @@ def paper_with_search(on: Ready) -> Found:
 
 def ours(on: Ready) -> dict[str, Found]:
     """Stations that cover, that hang together, and that left the grid besides."""
-    settings = selection_settings(on.case.settings)
+    settings = on.case.settings.seeded_method
+    assert isinstance(settings, Proven)
     device = device_of(on.engine)
 
     def of(network: Network | None) -> Found:
@@ -226,8 +231,10 @@ def proven(found: Found, selection: ProvenSelection) -> Found:
 
 def refined(on: Ready, chosen: tuple[int, ...]) -> Refined:
     """Leave the grid as `planner_core.planning.choose` does."""
-    work = replace(selection_settings(on.case.settings), work_limit=WORK_SHARE * on.case.work, prove=False)
-    return refine(on.pool, chosen, on.survey, on.case.settings, on.engine, work, allowed=on.places.allows)
+    method = on.case.settings.seeded_method
+    assert isinstance(method, Proven)
+    work = replace(method, work_limit=WORK_SHARE * on.case.work, prove=False)
+    return refine(on.pool, chosen, on.places, on.engine, work)
 
 
 def broken_promises(case: Case, found: dict[str, Found]) -> list[str]:

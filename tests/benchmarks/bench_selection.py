@@ -26,11 +26,12 @@ from selection_report import machine, options_of, publish, timed
 
 import scenes_synthetic
 from planner_core.coverage.coverage import floor_of_patch
-from planner_core.coverage.survey import make_survey, planned_floors, scope_of, visible_from
+from planner_core.coverage.survey import make_survey, scope_of, visible_from
 from planner_core.device import Device, open_device
 from planner_core.engine.opencl import OpenCLEngine
-from planner_core.model import PlanSettings, Proven, Scene
+from planner_core.model import PlanSettings, Proven, Requirements, Scene
 from planner_core.paper.genetic import GeneticSettings, select_genetic
+from planner_core.positions.admissibility import Tripods
 from planner_core.positions.grid import find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import LoadOptions, load_scene
@@ -82,12 +83,17 @@ def ifc(name: str) -> Scene | None:
 def task(name: str, scene: Scene, device: Device, *, grid_m: float, floors: tuple[str, ...] = ()) -> Task:
     """What every candidate sees, and the check of a set by patches and areas."""
     scanner = replace(load_scanner("hdl-64e"), range_max_m=RANGE_MAX_M)
-    settings = PlanSettings(scanner=scanner, instrument_heights_m=(HEIGHT_M,), grid_step_m=grid_m)
+    settings = PlanSettings(
+        scanner=scanner,
+        requirements=Requirements(floors=floors),
+        instrument_heights_m=(HEIGHT_M,),
+        grid_step_m=grid_m,
+    )
     survey = make_survey(scene, settings)
     engine = OpenCLEngine(scene, survey.patches, device)
-    planned = planned_floors(survey.floors, floors)
-    candidates = find_candidates(survey, settings, engine, floors=planned)
-    visibility = visible_from(survey, settings, engine, candidates.position_m)
+    planned = survey.planned
+    candidates = find_candidates(Tripods(survey, settings, engine))
+    visibility = visible_from(survey, engine, candidates.position_m)
     of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
     parts = (*(of_patch == index for index in planned), scope_of(of_patch, planned, len(survey.floors)))
     constraints = tuple(Constraint(part, COVERAGE) for part in parts)

@@ -19,6 +19,7 @@ from planner_core.model import (
     PointLimits,
     Requirements,
     Room,
+    ScanBy,
     Scanner,
     Scene,
     SceneSource,
@@ -83,7 +84,8 @@ class World:
         patch = np.concatenate([np.zeros(0, np.int32), *rows])
         scope = options.pop("scope", np.ones(self.seen.n_patches, dtype=bool))
         return explain(
-            self.survey, self.settings, self.engine, candidates_m=self.candidates_m, seen_by_candidates=self.seen,
+            self.survey, self.settings.requirements, self.engine, candidates_m=self.candidates_m,
+            seen_by_candidates=self.seen,
             station_ids=[f"S{i}" for i in stations], seen_by_stations=Visibility(starts, patch, self.seen.n_patches),
             scope=scope, **options,
         )  # fmt: skip
@@ -111,7 +113,8 @@ def world(boxes, candidates_m, *, rooms=(), scan=None, asked=None, seen_from=1, 
     scan = scan or scanner()
     patches = make_patches(scene, max_area_m2=patch_m2)
     floor = Floor("F0", "Ground", 0.0, 10.0, np.array([2, 3], np.int32), np.array([[0.0, 0], [4, 3]]), "slab")
-    survey = Survey(scene, (floor,), patches, np.zeros(scene.n_triangles, np.int32), make_template(scan))
+    on_floor, template = np.zeros(scene.n_triangles, np.int32), make_template(scan)
+    survey = Survey(scene, (floor,), patches, on_floor, template, scan, ScanBy.BEAMS, (0,))
     settings = PlanSettings(scanner=scan, requirements=Requirements(asked=asked or PointLimits(), seen_from=seen_from))
     engine = open_engine(scene, patches, engine="open3d")
     at = np.asarray(candidates_m, dtype=np.float64)

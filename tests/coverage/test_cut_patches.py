@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stages import visible_from
 
 import scenes_synthetic
 from planner_core.coverage.cut_patches import points_of, shares_of_cut_patches
-from planner_core.coverage.survey import make_survey, visible_from
+from planner_core.coverage.survey import make_survey
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.patch_samples import places_of
 from planner_core.engine.scan_engine import open_engine

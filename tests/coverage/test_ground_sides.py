@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stages import visible_from
 
-from planner_core.coverage.observe import looks_in_batches
-from planner_core.coverage.survey import make_survey, visible_from
+from planner_core.coverage.observe import observations_in_batches
+from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Floor, Paper, PlanSettings, ScanBy, Scanner, Scene, Survey
 from planner_core.plan_folder.stations_csv import GivenStation
@@ -61,19 +62,22 @@ def test_ground_is_seen_from_above_alone(mode: ScanBy, engine_name: str, turned:
     upper = np.isin(survey.patches.triangle_of_patch, survey.floors[1].ground_triangles)
     settings = replace(SETTINGS, scan_mode=mode)
     at = np.concatenate([middle_m(scene, 1.5), middle_m(scene, 4.5)])
-    for seen in (visible_from(survey, settings, engine, at), next(looks_in_batches(survey, mode, engine, at))):
+    for seen in (
+        visible_from(survey, settings, engine, at),
+        next(observations_in_batches(replace(survey, scan_mode=mode), engine, at)),
+    ):
         below, above = np.split(seen.patch, seen.starts[1:-1])
         assert not upper[below].any()
         assert upper[above].sum() > 0.3 * upper.sum()
         assert below.size > 100  # walls and its own ground
-    both = replace(survey, ground_from_below=True)
+    both = replace(survey, as_in_paper=True)
     assert upper[visible_from(both, settings, engine, at[:1]).patch].any()
 
 
 def test_the_method_paper_counts_what_is_reached_from_either_side() -> None:
     scene = house(turned=False)
-    assert not make_survey(scene, SETTINGS).ground_from_below
-    assert make_survey(scene, replace(SETTINGS, method=Paper())).ground_from_below
+    assert not make_survey(scene, SETTINGS).as_in_paper
+    assert make_survey(scene, replace(SETTINGS, method=Paper())).as_in_paper
 
 
 def test_the_judge_says_the_same() -> None:

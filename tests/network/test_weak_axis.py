@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stages import visible_from
 
-from planner_core.coverage.survey import make_survey, visible_from
+from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import PlanSettings, Visibility, WeakMotion
 from planner_core.network.links import SharedSurface, overlap_links, surface_of_patches

@@ -5,17 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.sparse.csgraph import connected_components
+from stages import tripods_of
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import Paper, PlanSettings, Requirements, Survey
+from planner_core.model import Candidates, Paper, PlanSettings, Requirements, Survey
 from planner_core.model.genetic import GeneticSettings
 from planner_core.model.options import method_of
 from planner_core.model.spatial_search import SearchSettings
 from planner_core.paper.overlap_repair import station_overlaps
-from planner_core.paper.pipeline import find_pool, paper_settings
+from planner_core.paper.pipeline import find_pool
 from planner_core.paper.point_distribution import PointDistribution
 from planner_core.planning.plan import plan_survey
 from planner_core.positions.ground_surface import GroundSurface
@@ -35,6 +36,12 @@ SETTINGS = PlanSettings(
 def opened(scene: str, settings: PlanSettings = SETTINGS) -> tuple[Survey, ScanEngine]:
     survey = make_survey(scenes_synthetic.build(scene).scene, settings)
     return survey, open_engine(survey.scene, survey.patches)
+
+
+def pool_of(survey: Survey, settings: PlanSettings, engine: ScanEngine) -> Candidates:
+    paper = settings.seeded_method
+    assert isinstance(paper, Paper)
+    return find_pool(tripods_of(survey, settings, engine), paper, seed=settings.seed)
 
 
 @pytest.mark.parametrize(
@@ -71,9 +78,9 @@ def test_repair_brings_every_circle_to_the_required_overlap() -> None:
 def test_improved_positions_are_better_than_their_starts_and_admissible() -> None:
     survey, engine = opened("l-room")
     none = replace(SETTINGS, method=Paper(search="none"))
-    starts = find_pool(survey, none, paper_settings(none), engine, floors=(0,))
+    starts = pool_of(survey, none, engine)
     only = replace(SETTINGS, method=replace(SHORT, pool="improved", search="ls"))
-    improved = find_pool(survey, only, paper_settings(only), engine, floors=(0,))
+    improved = pool_of(survey, only, engine)
     judge = PointDistribution(survey.scene, survey.patches, engine)
     before = judge.of(survey.template, starts.position_m).f2_m2
     after = judge.of(survey.template, improved.position_m).f2_m2
@@ -83,7 +90,7 @@ def test_improved_positions_are_better_than_their_starts_and_admissible() -> Non
     np.testing.assert_allclose(improved.position_m[:, 2] - ground_m, improved.instrument_height_m)
     assert ((improved.instrument_height_m > 0.9) & (improved.instrument_height_m < 1.6)).all()
     both = replace(SETTINGS, method=replace(SHORT, search="ls"))
-    pool = find_pool(survey, both, paper_settings(both), engine, floors=(0,))
+    pool = pool_of(survey, both, engine)
     rows = {tuple(row) for row in pool.position_m}
     assert len(rows) == len(pool.position_m)
     assert rows == {tuple(row) for row in np.concatenate([starts.position_m, improved.position_m])}
@@ -95,7 +102,7 @@ def test_random_starts_follow_the_seed() -> None:
     def drawn(seed: int) -> list[list[float]]:
         paper = Paper(starts="random", n_random=9, search="none")
         settings = replace(SETTINGS, seed=seed, method=paper)
-        return find_pool(survey, settings, paper_settings(settings), engine, floors=(0,)).position_m.tolist()
+        return pool_of(survey, settings, engine).position_m.tolist()
 
     assert len(drawn(1)) == 9
     assert drawn(1) == drawn(1) != drawn(2)
@@ -106,7 +113,7 @@ def test_the_pool_is_narrowed_to_the_best_by_f2() -> None:
 
     def pool(**options: object) -> np.ndarray:
         settings = replace(SETTINGS, method=Paper(search="none", **options))
-        return find_pool(survey, settings, paper_settings(settings), engine, floors=(0,)).position_m
+        return pool_of(survey, settings, engine).position_m
 
     whole, judge = pool(), PointDistribution(survey.scene, survey.patches, engine)
     f2 = judge.of(survey.template, whole).f2_m2
@@ -127,10 +134,7 @@ def test_starts_without_halving_lie_on_the_grid_alone() -> None:
     settings = replace(SETTINGS, grid_step_m=2.0, method=Paper(search="none"))
     survey, engine = opened("corridor-comb", settings)
     plain = replace(settings, method=Paper(search="none", halve_grid=False))
-    halved, whole = (
-        {tuple(row) for row in find_pool(survey, one, paper_settings(one), engine, floors=(0,)).position_m}
-        for one in (settings, plain)
-    )
+    halved, whole = ({tuple(row) for row in pool_of(survey, one, engine).position_m} for one in (settings, plain))
     assert whole < halved
     x = np.array(sorted(whole))[:, 0]
     np.testing.assert_allclose((x - x[0]) / 2.0, np.rint((x - x[0]) / 2.0), atol=1e-9)
@@ -146,7 +150,7 @@ def test_equation_9_counts_patches_where_told() -> None:
         )
         plan = plan_survey(survey, replace(settings, method=method), engine)
         chosen[count] = np.array([station.position_m for station in plan.stations])
-    pool = find_pool(survey, settings, paper_settings(settings), engine, floors=(0,)).position_m
+    pool = pool_of(survey, settings, engine).position_m
     seen = engine.visible_patches(survey.template, pool)
     counts, areas = np.diff(seen.starts), [survey.patches.area_m2[seen.row(k)].sum() for k in range(len(pool))]
     assert len(chosen["area"]) == len(chosen["patches"]) == 1
@@ -176,17 +180,17 @@ def test_options_of_the_pipeline_are_checked_as_they_are_read(option: tuple[str,
 
 def test_searches_have_the_plans_seed_and_its_one_height_unless_they_have_their_own() -> None:
     told = replace(SETTINGS, seed=5, instrument_heights_m=(1.5,))
-    paper = paper_settings(told)
+    paper = told.seeded_method
     assert (paper.spatial.seed, paper.spatial.fixed_height, paper.genetic.seed) == (5, True, 5)
     own = Paper(spatial=SearchSettings(seed=0, fixed_height=False), genetic=GeneticSettings(seed=1))
-    assert paper_settings(replace(told, method=own)) == own
+    assert replace(told, method=own).seeded_method == replace(own, overlap_radius_m=SETTINGS.scanner.range_max_m)
 
 
 def test_a_search_with_very_many_beams_is_refused_before_it_takes_days() -> None:
     settings = replace(SETTINGS, scanner=load_scanner("rtc360"))
     survey, engine = opened("box", settings)
     with pytest.raises(RequirementError, match="expected at most 4000000 for a spatial search"):
-        find_pool(survey, settings, paper_settings(settings), engine, floors=(0,))
+        pool_of(survey, settings, engine)
 
 
 def test_greedy_has_no_options() -> None:

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stages import find_candidates, tripods_of
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import PlanSettings, Scene
 from planner_core.paper.published_tests import stands_by_published_tests
-from planner_core.positions.grid import find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 
@@ -44,7 +44,7 @@ def stands(scene: Scene, positions, engine: str, settings: PlanSettings = SETTIN
     survey = make_survey(scene, settings)
     scan_engine = open_engine(scene, survey.patches, engine=engine)
     place = np.array(positions, dtype=float).reshape(-1, 3)
-    return stands_by_published_tests(survey, survey.floors[0], settings, scan_engine, place).tolist()
+    return stands_by_published_tests(tripods_of(survey, settings, scan_engine), 0, place).tolist()
 
 
 def test_in_an_empty_room_walls_keep_their_distance_along_the_axes(engine) -> None:
@@ -81,10 +81,10 @@ def test_four_rays_miss_what_stands_diagonally_and_ours_do_not(engine) -> None:
 def test_of_a_floor_without_slab_nothing_stands(engine) -> None:
     scene = scenes_synthetic.build("without-slabs").scene
     survey = make_survey(scene, SETTINGS)
-    floor = next(floor for floor in survey.floors if floor.ground_triangles.size == 0)
+    index, floor = next((i, floor) for i, floor in enumerate(survey.floors) if floor.ground_triangles.size == 0)
     scan_engine = open_engine(scene, survey.patches, engine=engine)
     place = np.array([[*floor.bounds_m.mean(axis=0), floor.elevation_m + 1.5]])
-    assert not stands_by_published_tests(survey, floor, SETTINGS, scan_engine, place).any()
+    assert not stands_by_published_tests(tripods_of(survey, SETTINGS, scan_engine), index, place).any()
 
 
 def test_what_passes_ours_passes_the_papers(engine) -> None:
@@ -93,8 +93,8 @@ def test_what_passes_ours_passes_the_papers(engine) -> None:
     settings = replace(SETTINGS, grid_step_m=0.45)
     survey = make_survey(scene, settings)
     scan_engine = open_engine(scene, survey.patches, engine=engine)
-    for index, floor in enumerate(survey.floors):
+    for index in range(len(survey.floors)):
         ours = find_candidates(survey, settings, scan_engine, floors=(index,), n_halvings=0).position_m
-        theirs = stands_by_published_tests(survey, floor, settings, scan_engine, ours)
+        theirs = stands_by_published_tests(tripods_of(survey, settings, scan_engine), index, ours)
         assert len(ours) > 50
         assert theirs.mean() > 0.98, ours[~theirs]

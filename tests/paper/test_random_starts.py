@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.stats import chisquare, kstest
+from stages import find_candidates, tripod_tests, tripods_of
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
@@ -12,8 +13,6 @@ from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import PlanSettings, Scene, Survey
 from planner_core.paper.random_starts import sample_at_random
-from planner_core.positions.admissibility import TripodTests
-from planner_core.positions.grid import find_candidates
 from planner_core.positions.ground_surface import GroundSurface
 from planner_core.scanner.load_scanner import load_scanner
 
@@ -37,7 +36,7 @@ def house() -> tuple[Survey, ScanEngine]:
 
 def test_they_are_spread_evenly_over_free_ground_and_heights(box) -> None:
     """A room of 6 x 4 m: free is what is 0.4 m from the walls; heights are 0.5 to 2 m."""
-    found = sample_at_random(*box[:1], SETTINGS, box[1], floors=(0,), n_each=2000, seed=1)
+    found = sample_at_random(tripods_of(box[0], SETTINGS, box[1]), n_each=2000, seed=1)
     assert found.floor.size == 2000
     low, high = np.array([0.4, 0.4]), np.array([5.6, 3.6])
     share = (found.position_m[:, :2] - low) / (high - low)
@@ -51,28 +50,28 @@ def test_they_are_spread_evenly_over_free_ground_and_heights(box) -> None:
 
 def test_a_tripod_can_stand_at_all_of_them(house) -> None:
     survey, engine = house
-    found = sample_at_random(survey, SETTINGS, engine, floors=(0, 1), n_each=150, seed=3)
+    found = sample_at_random(tripods_of(survey, SETTINGS, engine), n_each=150, seed=3)
     for index in (0, 1):
         floor, place = survey.floors[index], found.position_m[found.floor == index]
         assert len(place) == 150
         ground = GroundSurface(survey, floor).below(place)
         np.testing.assert_allclose(place[:, 2] - ground, found.instrument_height_m[found.floor == index], atol=1e-6)
-        assert TripodTests(survey, SETTINGS, engine, floor).keep(place, ground).all()
+        assert tripod_tests(survey, SETTINGS, engine, floor).reject(place, ground)[0].all()
     assert found.n_tried == found.floor.size + sum(found.rejected.values())
 
 
 def test_asking_for_more_or_other_floors_gives_the_same_ones_first(house) -> None:
     survey, engine = house
-    few = sample_at_random(survey, SETTINGS, engine, floors=(1,), n_each=20, seed=3).position_m
-    more = sample_at_random(survey, SETTINGS, engine, floors=(0, 1), n_each=400, seed=3)
+    few = sample_at_random(tripods_of(survey, SETTINGS, engine, (1,)), n_each=20, seed=3).position_m
+    more = sample_at_random(tripods_of(survey, SETTINGS, engine), n_each=400, seed=3)
     np.testing.assert_array_equal(more.position_m[more.floor == 1][:20], few)
-    other = sample_at_random(survey, SETTINGS, engine, floors=(1,), n_each=20, seed=4).position_m
+    other = sample_at_random(tripods_of(survey, SETTINGS, engine, (1,)), n_each=20, seed=4).position_m
     assert (few != other).all(axis=1).all()
 
 
 def test_given_heights_are_drawn_among(box) -> None:
     settings = replace(SETTINGS, instrument_heights_m=(1.2, 1.6))
-    found = sample_at_random(box[0], settings, box[1], floors=(0,), n_each=300, seed=2)
+    found = sample_at_random(tripods_of(box[0], settings, box[1], (0,)), n_each=300, seed=2)
     values, counted = np.unique(found.instrument_height_m, return_counts=True)
     assert values.tolist() == [1.2, 1.6]
     assert chisquare(counted).pvalue > 1e-3, counted
@@ -80,14 +79,14 @@ def test_given_heights_are_drawn_among(box) -> None:
 
 def test_a_floor_without_free_ground_gives_fewer_and_ends(box) -> None:
     crowded = replace(SETTINGS, clearance_m=3.0)  # the room is 4 m wide
-    found = sample_at_random(box[0], crowded, box[1], floors=(0,), n_each=5, seed=2)
+    found = sample_at_random(tripods_of(box[0], crowded, box[1], (0,)), n_each=5, seed=2)
     assert found.position_m.shape == (0, 3) and found.n_tried == 1000 == sum(found.rejected.values())
 
 
 def test_counts_below_zero_are_refused(box) -> None:
     for n_each, seed in ((-1, 0), (1, -1)):
         with pytest.raises(RequirementError, match="random starts"):
-            sample_at_random(box[0], SETTINGS, box[1], floors=(0,), n_each=n_each, seed=seed)
+            sample_at_random(tripods_of(box[0], SETTINGS, box[1], (0,)), n_each=n_each, seed=seed)
 
 
 def test_the_plain_matrix_is_the_grid_without_its_halvings(box) -> None:

@@ -28,7 +28,7 @@ def odd_plan(plan: Plan, request: pytest.FixtureRequest) -> Plan:
         azimuth_offset_rad=tuple(np.deg2rad(np.arange(40) % 5 - 2.0)),
         inverted=request.param,
     )
-    survey = replace(plan.survey, template=make_template(scanner))
+    survey = replace(plan.survey, template=make_template(scanner), scanner=scanner)
     return replace(plan, survey=survey, settings=replace(plan.settings, scanner=scanner))
 
 

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from planner_core.engine.patch_mode import scan_mode_of
 from planner_core.errors import PlanFolderError
 from planner_core.model import (
     Greedy,
@@ -185,7 +186,8 @@ any_settings = st.builds(fitting, **ANY_SETTINGS)
 
 def document_of(plan: Plan, told: PlanSettings) -> dict[str, Any]:
     """What a reader of the file gets."""
-    read: dict[str, Any] = json.loads(plan_text(replace(plan, settings=told)))
+    survey = replace(plan.survey, scan_mode=scan_mode_of(told.scan_mode, plan.survey.template))
+    read: dict[str, Any] = json.loads(plan_text(replace(plan, survey=survey, settings=told)))
     return read
 
 

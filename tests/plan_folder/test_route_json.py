@@ -13,8 +13,9 @@ from planner_core.model import FieldTime, Plan, SealedArea
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.route_json import sealed_document
 from planner_core.positions.free_space import free_space
+from planner_core.positions.local_site import Ends
 from planner_core.positions.reach import reachability
-from planner_core.route.route import Ends, plan_route
+from planner_core.route.route import plan_route
 
 SCHEMA_FILE = Path(__file__).parents[2] / "docs" / "formats" / "plan.schema.json"
 

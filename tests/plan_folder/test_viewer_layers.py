@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from oracles import best_figures, joint_spacing_m, observations_from
+from stages import surveyed_as
 
 from planner_core.coverage.levels import with_noise
 from planner_core.engine.scan_engine import ScanEngine, open_engine
@@ -39,7 +40,8 @@ def noisy(plan: Plan) -> Plan:
     table = tuple((r, rho, float(sigma_m(np.float64(r), np.float64(rho)))) for r, rho in rows)
     scanner = replace(plan.settings.scanner, range_noise=table)
     asked = replace(plan.settings.requirements, reflectivity=RHO)
-    return replace(plan, settings=replace(plan.settings, scanner=scanner, requirements=asked))
+    settings = replace(plan.settings, scanner=scanner, requirements=asked)
+    return replace(plan, survey=surveyed_as(plan.survey, settings), settings=settings)
 
 
 @pytest.fixture(scope="module")
@@ -160,7 +162,8 @@ def test_patches_seen_are_read_back_from_their_bits(data: st.DataObject) -> None
 
 def test_layers_by_samples_are_those_of_the_metrics_over_all_stations(noisy: Plan) -> None:
     engine = open_engine(noisy.survey.scene, noisy.survey.patches, engine="open3d")
-    told = replace(noisy, settings=replace(noisy.settings, scan_mode="patches"))
+    settings = replace(noisy.settings, scan_mode="patches")
+    told = replace(noisy, survey=surveyed_as(noisy.survey, settings), settings=settings)
     positions_m = np.stack([station.position_m for station in told.stations])
     observations = observations_from(told.survey, told.settings, engine, positions_m)
     observations = with_noise(observations, told.settings.scanner, reflectivity=RHO)

@@ -39,7 +39,7 @@ def told(plan: Plan, survey: Survey, engine: ScanEngine) -> Plan:
     ids = [station.id for station in plan.stations]
     why = explain(
         with_rooms,
-        plan.settings,
+        plan.settings.requirements,
         engine,
         candidates_m=candidates_m,
         seen_by_candidates=engine.visible_patches(survey.template, candidates_m),

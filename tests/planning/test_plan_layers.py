@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from oracles import observations_from, times_meeting
+from stages import find_positions
 
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import REASONS, PartRequirement, Plan, PlanSettings, PointLimits, Requirements
 from planner_core.plan_folder.viewer_layers import layer_files
-from planner_core.positions.allowed_positions import find_positions
 
 LIMITS = (PointLimits(range_m=3.0), PointLimits(incidence_rad=0.9))
 

@@ -7,11 +7,10 @@ from itertools import combinations
 import networkx as nx
 import numpy as np
 import pytest
+from stages import find_positions, make_pool
 
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Plan, PlanSettings, Requirements
-from planner_core.planning.pool import make_pool
-from planner_core.positions.allowed_positions import find_positions
 from planner_core.select.greedy import select_greedy
 
 Planned = Callable[[str, PlanSettings], Plan]

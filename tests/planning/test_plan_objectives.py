@@ -7,13 +7,13 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from stages import find_positions
 from tlsplan import inputs
 from tlsplan.options import MethodOptions, PriorStations
 
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import Greedy, Paper, Plan, PlanSettings, PriorStation, Proven, Requirements, Site
-from planner_core.positions.allowed_positions import find_positions
 
 Planned = Callable[[str, PlanSettings], Plan]
 

@@ -10,13 +10,13 @@ from typing import Any
 import networkx as nx
 import numpy as np
 import pytest
+from stages import find_positions, make_pool
 
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Plan, PlanSettings, PointLimits, Proven, Requirements
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
-from planner_core.planning.pool import Pool, make_pool
-from planner_core.positions.allowed_positions import find_positions
+from planner_core.planning.pool import Pool
 
 Planned = Callable[[str, PlanSettings], Plan]
 #: Of 5 m that the scanner reaches: candidates are still linked, by fewer links.

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import open3d as o3d
 import pytest
+from stages import find_candidates
 
 import scenes_synthetic
 from planner_core.engine.scan_engine import open_engine
@@ -17,7 +18,6 @@ from planner_core.model import Greedy, Plan, PlanSettings, Requirements, Scene
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.plan import make_plan
-from planner_core.positions.grid import find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.patches import patch_triangles

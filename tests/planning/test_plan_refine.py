@@ -9,11 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stages import find_positions
 
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Plan, PlanSettings, PriorStation, Site
-from planner_core.positions.admissibility import TripodTests
-from planner_core.positions.allowed_positions import find_positions
 
 Planned = Callable[[str, PlanSettings], Plan]
 SCENES = ("l-room", "doors-open", "corridor-comb")
@@ -55,7 +54,7 @@ def test_stations_off_the_grid_stand_where_any_tripod_may(
     at_m = np.stack([s.position_m for s in moved])
     height_m = np.array([s.instrument_height_m for s in moved])
     ground_m = at_m[:, 2] - height_m
-    kept, reasons = TripodTests(survey, settings, engine, survey.floors[0]).reject(at_m, ground_m)
+    kept, reasons = places.tripods.tests(0).reject(at_m, ground_m)
     assert not reasons
     assert len(kept) == len(moved) or np.asarray(kept).all()
     assert ground_m == pytest.approx(0.0, abs=1e-6)

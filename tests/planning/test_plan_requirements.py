@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from stages import find_positions
 from tlsplan import inputs
 from tlsplan.options import Asking
 
@@ -15,7 +16,6 @@ from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import FloatArray, PartRequirement, Plan, PlanSettings, PointLimits, Proven, Requirements, Scope
 from planner_core.planning.plan import make_plan
-from planner_core.positions.allowed_positions import find_positions
 from planner_core.scene.patches import patch_triangles
 
 Planned = Callable[[str, PlanSettings], Plan]

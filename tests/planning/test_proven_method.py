@@ -11,7 +11,6 @@ from planner_core.errors import RequirementError
 from planner_core.model import Greedy, PlanSettings, Proven, Requirements
 from planner_core.model.options import method_of
 from planner_core.plan_folder.plan_json import plan_document
-from planner_core.planning.choose import selection_settings
 from planner_core.planning.plan import plan_survey
 from planner_core.scanner.load_scanner import load_scanner
 
@@ -57,5 +56,5 @@ def test_options_of_the_proven_method_are_checked_as_they_are_read(option: tuple
 
 def test_the_search_has_the_plans_seed_unless_it_has_one_of_its_own() -> None:
     seeded = replace(PROVEN, seed=5)
-    assert selection_settings(seeded).seed == 5
-    assert selection_settings(replace(seeded, method=Proven(seed=0))).seed == 0
+    assert seeded.seeded_method == Proven(work_limit=2, seed=5)
+    assert replace(seeded, method=Proven(seed=0)).seeded_method == Proven(seed=0)

@@ -6,10 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from stages import visible_from
 from tlsplan import summary
 
 import scenes_synthetic
-from planner_core.coverage.survey import make_survey, visible_from
+from planner_core.coverage.observe import observations_in_batches
+from planner_core.coverage.survey import make_survey
 from planner_core.engine.patch_mode import AUTO_PATCHES_BEAMS, mode_that_counts_parts, scan_mode_of
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
@@ -18,7 +20,6 @@ from planner_core.plan_folder.plan_json import plan_document
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_survey
 from planner_core.planning.plan import plan_survey
-from planner_core.requirements.observations import observations_in_batches
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import make_template
 from planner_core.scene.load import load_scene
@@ -92,7 +93,7 @@ def test_plans_by_patches_and_by_beams_take_about_as_many_stations_and_say_which
     engine = open_engine(scene, survey.patches)
     plans = {}
     for mode in ("patches", "beams"):
-        plans[mode] = plan_survey(survey, replace(settings, scan_mode=mode), engine)
+        plans[mode] = plan_survey(replace(survey, scan_mode=mode), settings, engine)
         document = json.loads(json.dumps(plan_document(plans[mode])))
         assert document["settings"]["scan_mode"] == mode
         assert mode in json.loads(SCHEMA.read_text())["$defs"]["SettingsSection"]["properties"]["scan_mode"]["enum"]
@@ -115,7 +116,9 @@ def test_a_given_list_is_worth_less_by_parts_of_patches_than_by_beams(scene: Sce
     middle = (survey.floors[0].bounds_m.mean(axis=0), survey.floors[0].elevation_m + 1.5)
     given = [GivenStation("A", np.array([*middle[0], middle[1]]) + scene.offset_m, None, None)]
     worth = {
-        mode: evaluate_survey(survey, replace(settings, scan_mode=mode), given, engine) for mode in ("patches", "beams")
+        mode: evaluate_survey(replace(survey, scan_mode=mode), settings, given, engine)
+        for mode in ScanBy
+        if mode != "auto"
     }
     a, b = (worth[mode].coverage for mode in ("patches", "beams"))
     # Beams count every patch whole that they meet.
@@ -126,5 +129,5 @@ def test_a_given_list_is_worth_less_by_parts_of_patches_than_by_beams(scene: Sce
     own = visible_from(counting, settings, engine, at)
     assert own.patch.size > 0
     assert counting.patches.counted is not None
-    (seen,) = observations_in_batches(counting, settings, engine, at)
+    (seen,) = observations_in_batches(counting, engine, at)
     assert counting.patches.area_m2[seen.patch].sum() == pytest.approx(worth["patches"].stations[0].covered_area_m2)

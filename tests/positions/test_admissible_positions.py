@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stages import find_candidates
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Element, PlanSettings, Scene
-from planner_core.positions.grid import find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), grid_step_m=0.5, instrument_heights_m=(1.5,))
@@ -80,9 +80,9 @@ def test_sensor_under_something_needs_headroom(engine):
 
 def test_heights_default_to_the_scanners_range_in_steps(engine):
     del engine
-    heights = replace(SETTINGS, instrument_heights_m=(), height_step_m=0.4).heights_to_try_m
+    heights = replace(SETTINGS, instrument_heights_m=(), height_step_m=0.4).heights.to_try_m
     np.testing.assert_allclose(heights, [0.5, 0.9, 1.3, 1.7])
-    assert replace(SETTINGS, instrument_heights_m=(1.6, 1.2, 1.6)).heights_to_try_m == (1.2, 1.6)
+    assert replace(SETTINGS, instrument_heights_m=(1.6, 1.2, 1.6)).heights.to_try_m == (1.2, 1.6)
 
 
 def test_grid_moves_and_turns_with_the_building(engine):

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stages import find_candidates, find_positions, tripods_of
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import KeepOut, PlanSettings, PriorStation, Scene, Site, Survey
-from planner_core.positions.allowed_positions import KINDS, AllowedPositions, find_positions, places_as_they_are
+from planner_core.positions.allowed_positions import KINDS, AllowedPositions, places_as_they_are
 from planner_core.positions.free_space import free_space
-from planner_core.positions.grid import find_candidates
 from planner_core.positions.local_site import local_site, mover_of
 from planner_core.positions.rooms import find_rooms
 from planner_core.scanner.load_scanner import load_scanner
@@ -330,7 +330,7 @@ def test_candidates_of_others_are_left_out_where_the_site_lets_nobody_stand(room
         keep_out=(KeepOut(((4.0, -1.0), (4.6, -1.0), (4.6, 5.0), (4.0, 5.0)), name="the door"),),
         prior=(station("X", 1.0, 1.0, 1.5, "forbidden", radius_m=0.8),),
     )
-    places = places_as_they_are(survey, replace(SETTINGS, site=site), grid)
+    places = places_as_they_are(tripods_of(survey, SETTINGS, engine), local_site(survey, site), grid)
     x, y = grid.position_m[:, 0], grid.position_m[:, 1]
     stays = (x < 4.0) & (np.hypot(x - 1.0, y - 1.0) > 0.8)
     assert 0 < np.count_nonzero(stays) < grid.floor.size
@@ -348,7 +348,7 @@ def test_candidates_of_others_are_left_out_where_the_site_lets_nobody_stand(room
 
 def test_candidates_of_others_stay_as_they_are_without_a_site(rooms: tuple[Survey, ScanEngine]) -> None:
     grid = find_candidates(rooms[0], SETTINGS, rooms[1], floors=(0,))
-    places = places_as_they_are(rooms[0], SETTINGS, grid)
+    places = places_as_they_are(tripods_of(*rooms[:1], SETTINGS, rooms[1]), local_site(rooms[0], Site()), grid)
     assert places.candidates.position_m.tobytes() == grid.position_m.tobytes()
     assert places.candidates.rejected == grid.rejected
     assert places.warnings == ()

@@ -1,11 +1,11 @@
 """Both engines admit the same spots of real buildings, whose planes lie in line with the grid and flush with floors."""
 
 import pytest
+from stages import find_candidates
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import PlanSettings
-from planner_core.positions.grid import find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 
 

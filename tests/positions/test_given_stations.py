@@ -5,13 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stages import find_positions
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import PlanSettings, PointLimits, Requirements, Scene, Survey
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_survey, place_stations
-from planner_core.positions.allowed_positions import KINDS, AllowedPositions, find_positions
+from planner_core.positions.allowed_positions import KINDS, AllowedPositions
 from planner_core.scanner.load_scanner import load_scanner
 
 SETTINGS = PlanSettings(
@@ -46,31 +47,31 @@ def given_at(
 def test_nothing_is_odd_about_any_place_where_a_plan_may_put_stations(
     stairs: tuple[Survey, ScanEngine, AllowedPositions], floor: str | None
 ) -> None:
-    survey, engine, places = stairs
+    survey, _, places = stairs
     rows = np.concatenate([np.flatnonzero(places.kind == kind)[:4] for kind in range(len(KINDS) - 1)])
     assert {KINDS[kind] for kind in places.kind[rows]} >= {"grid", "doorway", "landing"}
     heights_m = places.candidates.instrument_height_m
     given = [given_at(survey, places, row, floor=floor, height_m=float(heights_m[row])) for row in rows.tolist()]
-    stations, remarks = place_stations(survey, SETTINGS, engine, given, places.reach.space)
+    stations, remarks = place_stations(places.tripods, given, places.reach.space)
     assert remarks == ()
     assert [station.order for station in stations] == list(range(1, rows.size + 1))
     np.testing.assert_allclose([s.position_m for s in stations], places.candidates.position_m[rows], atol=1e-9)
     unknown = [replace(one, instrument_height_m=None) for one in given]
-    found, _ = place_stations(survey, SETTINGS, engine, unknown, places.reach.space)
+    found, _ = place_stations(places.tripods, unknown, places.reach.space)
     np.testing.assert_allclose([station.instrument_height_m for station in found], heights_m[rows], atol=1e-6)
 
 
 def test_what_is_odd_about_given_stations_is_said_line_by_line(
     stairs: tuple[Survey, ScanEngine, AllowedPositions],
 ) -> None:
-    survey, engine, places = stairs
+    _, _, places = stairs
     given = [
         GivenStation("wall", np.array([4.1, 3.0, 1.5]) + MOVED_M, None, "F0"),
         GivenStation("high", np.array([6.0, 2.0, 1.5]) + MOVED_M, 1.8, None),
         GivenStation("attic", np.array([6.0, 2.0, 1.5]) + MOVED_M, None, "attic"),
         GivenStation("far", np.array([60.0, 2.0, 1.5]) + MOVED_M, None, None),
     ]
-    stations, remarks = place_stations(survey, SETTINGS, engine, given, places.reach.space)
+    stations, remarks = place_stations(places.tripods, given, places.reach.space)
     said = {name: [line for line in remarks if line.startswith(f"station {name}: ")] for name in ("high", "attic")}
     assert [line.partition(": ")[2] for line in said["high"]] == [
         "instrument height 1.800 m is given, but the sensor is 1.500 m above the ground of 'Level 1'"

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from stages import find_positions
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import FloatArray, GroundPick, PlanSettings, Scene, Site, Storey
-from planner_core.positions.allowed_positions import find_positions
 from planner_core.positions.ground_picks import with_ground_picks
 from planner_core.requirements.read import requirements_from
 from planner_core.scanner.load_scanner import load_scanner

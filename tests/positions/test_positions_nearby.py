@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stages import tripod_tests, tripods_of
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import Candidates, PlanSettings, Survey
-from planner_core.positions.admissibility import TripodTests
+from planner_core.positions.admissibility import Tally
 from planner_core.positions.ground_surface import GroundSurface
 from planner_core.positions.nearby import N_DIRECTIONS, places_nearby
 from planner_core.scanner.load_scanner import load_scanner
@@ -35,7 +36,9 @@ def standing(position_m: list[tuple[float, float, float]]) -> Candidates:
 
 
 def test_in_the_middle_of_a_room_all_of_them_can_be_stood_at(box) -> None:
-    found = places_nearby(*box[:1], SETTINGS, box[1], standing([(3, 2, 1.2)]), radii_m=(0.25, 0.5), rises_m=(0.3, -0.3))
+    found = places_nearby(
+        tripods_of(*box[:1], SETTINGS, box[1]), standing([(3, 2, 1.2)]), radii_m=(0.25, 0.5), rises_m=(0.3, -0.3)
+    )
     away = np.linalg.norm(found.position_m[:, :2] - [3, 2], axis=1)
     np.testing.assert_allclose(np.sort(away), [0] * 2 + [0.25] * N_DIRECTIONS + [0.5] * N_DIRECTIONS, atol=1e-4)
     np.testing.assert_allclose(np.sort(found.position_m[away < 0.1, 2]), [0.9, 1.5])
@@ -46,7 +49,7 @@ def test_in_the_middle_of_a_room_all_of_them_can_be_stood_at(box) -> None:
 
 def test_they_have_as_many_digits_as_files_keep_of_them(box) -> None:
     odd = standing([(3.0 + 1 / 7, 2.0 - 1 / 9, 1.2 + 1 / 3)])
-    found = places_nearby(*box[:1], SETTINGS, box[1], odd, radii_m=(1 / 3,), rises_m=(1 / 7,))
+    found = places_nearby(tripods_of(*box[:1], SETTINGS, box[1]), odd, radii_m=(1 / 3,), rises_m=(1 / 7,))
     assert found.floor.size == N_DIRECTIONS + 1
     for place in (*found.position_m.ravel().tolist(), *found.instrument_height_m.tolist()):
         assert float(f"{place:.4f}") == place
@@ -54,7 +57,7 @@ def test_they_have_as_many_digits_as_files_keep_of_them(box) -> None:
 
 def test_walls_and_the_tripods_own_heights_limit_them(box) -> None:
     near_wall = places_nearby(
-        *box[:1], SETTINGS, box[1], standing([(0.5, 2, 1.9)]), radii_m=(0.3,), rises_m=(0.4, -0.4)
+        tripods_of(*box[:1], SETTINGS, box[1]), standing([(0.5, 2, 1.9)]), radii_m=(0.3,), rises_m=(0.4, -0.4)
     )
     assert near_wall.position_m[:, 0].min() >= 0.4 - 0.002
     assert near_wall.instrument_height_m.max() <= SETTINGS.scanner.instrument_height_max_m
@@ -65,7 +68,7 @@ def test_walls_and_the_tripods_own_heights_limit_them(box) -> None:
 
 def test_a_height_that_the_user_fixed_is_kept(box) -> None:
     fixed = replace(SETTINGS, instrument_heights_m=(1.7,))
-    found = places_nearby(box[0], fixed, box[1], standing([(3, 2, 1.7)]), radii_m=(0.25,), rises_m=(0.2,))
+    found = places_nearby(tripods_of(box[0], fixed, box[1]), standing([(3, 2, 1.7)]), radii_m=(0.25,), rises_m=(0.2,))
     np.testing.assert_allclose(found.instrument_height_m, 1.7)
     assert found.floor.size == N_DIRECTIONS
 
@@ -78,7 +81,7 @@ def test_on_several_floors_each_stays_on_its_own_and_the_order_is_that_of_the_st
         plan = np.mean(floor.bounds_m, axis=0) + np.array([[x, y] for x in np.arange(-2, 2, 0.5) for y in (-1, 1.0)])
         z = ground.below(np.column_stack([plan, np.full(len(plan), floor.elevation_m + 0.5)]))
         position = np.column_stack([plan, z + 1.5])[~np.isnan(z)]
-        kept = TripodTests(survey, SETTINGS, engine, floor).keep(position, z[~np.isnan(z)])
+        kept = tripod_tests(survey, SETTINGS, engine, floor).keep(position, z[~np.isnan(z)], Tally())
         places += [(index, place) for place in position[kept][:2]]
     places = places[::-1]
     near = Candidates(
@@ -87,7 +90,7 @@ def test_on_several_floors_each_stays_on_its_own_and_the_order_is_that_of_the_st
         np.full(len(places), 1.5),
         n_tried=0,
     )
-    found = places_nearby(survey, SETTINGS, engine, near, radii_m=(0.25,), rises_m=())
+    found = places_nearby(tripods_of(survey, SETTINGS, engine), near, radii_m=(0.25,), rises_m=())
     source = np.argmin(np.linalg.norm(found.position_m[:, None] - near.position_m, axis=2), axis=1)
     assert (np.diff(source) >= 0).all() and np.unique(source).size == len(places)
     np.testing.assert_array_equal(found.floor, near.floor[source])

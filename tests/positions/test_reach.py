@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from stages import find_candidates
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
@@ -11,7 +12,6 @@ from planner_core.errors import RequirementError
 from planner_core.model import Candidates, Element, PlanSettings, Scene, Survey
 from planner_core.positions.carrier import Mover, Zone
 from planner_core.positions.free_space import free_space
-from planner_core.positions.grid import find_candidates
 from planner_core.positions.outlines import over_polygon
 from planner_core.positions.reach import Reach, reachability, reachable, stand_nodes
 from planner_core.scanner.load_scanner import load_scanner

@@ -15,6 +15,7 @@ from planner_core.model import (
     LoadReport,
     PlanSettings,
     Requirements,
+    ScanBy,
     Scene,
     SceneSource,
     Survey,
@@ -83,6 +84,9 @@ def box() -> SimpleNamespace:
         patches=patches,
         floor_of_triangle=np.array([1, 1, 1, 1, 1, 1, 0, 0, 0, 0, -1, -1], dtype=np.int32),
         template=template(),
+        scanner=load_scanner("hdl-64e"),
+        scan_mode=ScanBy.PATCHES,
+        planned=(0, 1),
     )
     grid = np.stack(np.meshgrid([1.0, 4.0, 7.0], [1.0, 2.0, 3.0], indexing="ij"), axis=-1).reshape(-1, 2)
     return SimpleNamespace(

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from oracles import enough_of, observations_from
+from stages import demand_of, looked_from, rows_from
 
 import scenes_synthetic
 from planner_core.coverage.counted import observed_enough
@@ -14,7 +15,7 @@ from planner_core.coverage.levels import observations_meeting
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import PartRequirement, PlanSettings, PointLimits, Requirements, Survey
-from planner_core.requirements.demand import Known, demand_of, looked_from, rows_from
+from planner_core.requirements.demand import Known
 from planner_core.scanner.load_scanner import load_scanner
 
 SETTINGS = PlanSettings(
@@ -57,7 +58,7 @@ def test_rows_areas_and_looks_later_on_are_those_of_plain_loops(
     demand = demand_of(survey, settings, engine, at)
     observations = observations_from(survey, settings, engine, at)
     assert demand.counted is not None
-    enough = enough_of(observations, demand.counted, demand.qualities)
+    enough = enough_of(observations, demand.counted, demand.goals.qualities)
     # Samples and points of their own say the same of what is cut, but for their coarseness.
     cut = enough.by_samples < 255
     assert 0.02 < cut.mean() < 0.5
@@ -68,14 +69,14 @@ def test_rows_areas_and_looks_later_on_are_those_of_plain_loops(
     assert 0 < (~enough.seen).sum() < 0.5 * enough.seen.size
     assert demand.rows.seen.patch.tolist() == observations.patch[enough.seen].tolist()
     # Whatever one position meets, one sees enough of.
-    meets = np.any([observations_meeting(observations, each) for each in demand.qualities], axis=0)
+    meets = np.any([observations_meeting(observations, each) for each in demand.goals.qualities], axis=0)
     assert set(np.unique(demand.rows.met.patch % survey.patches.n_patches)) == set(observations.patch[meets])
     n_met = sum(int(met.sum()) for met in enough.met)
     assert demand.rows.met.patch.size == n_met
     counting = demand.surveyed(survey)
     area_m2 = survey.patches.area_m2 * demand.counted / 255
     np.testing.assert_allclose(counting.patches.area_m2, area_m2)
-    np.testing.assert_allclose(demand.area_m2.reshape(len(demand.qualities), -1)[-1], area_m2)
+    np.testing.assert_allclose(demand.area_m2.reshape(len(demand.goals.qualities), -1)[-1], area_m2)
     later = observations_from(counting, settings, engine, at)
     assert later.patch.tolist() == demand.rows.seen.patch.tolist()
     assert observed_enough(observations, demand.counted).starts.tolist() == later.starts.tolist()

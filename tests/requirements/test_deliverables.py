@@ -143,7 +143,7 @@ def test_what_nobody_names_is_the_survey_of_a_crew_or_the_robot_of_the_paper(pre
     assert (found.requirements.deliverable or "none", found.scanner.name) == (deliverable, scanner)
     of_library = settings(method=Paper()) if preset else settings()
     assert (of_library.requirements, of_library.scanner) == (found.requirements, found.scanner)
-    assert found.fixed_heights_m == (() if preset else (1.7,))
+    assert found.heights.fixed_m == (() if preset else (1.7,))
 
 
 @pytest.mark.parametrize("name", ["loa60", "", 3, "survey\nplease", ["survey"], "x" * 999])

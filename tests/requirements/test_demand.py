@@ -9,14 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracles import enough_of, floor_constraints, observations_from
+from stages import demand_of, looked_from, rows_from, surveyed_as, visible_from
 
 from planner_core.coverage.coverage import floor_of_patch, times_seen
 from planner_core.coverage.levels import Observations
-from planner_core.coverage.survey import scope_of, visible_from
+from planner_core.coverage.observe import observations_in_batches
+from planner_core.coverage.survey import scope_of
 from planner_core.errors import RequirementError
 from planner_core.model import Paper, PartRequirement, PartResult, PointLimits, Requirements, Visibility
 from planner_core.requirements import demand as demands
-from planner_core.requirements.demand import demand_of, rows_from
+from planner_core.requirements import goals as goals_module
 from planner_core.requirements.figures import (
     coverage_curve,
     missed_in_words,
@@ -24,8 +26,8 @@ from planner_core.requirements.figures import (
     rows_of_quality,
     times_met,
 )
-from planner_core.requirements.look_around import Asked, Rows, _Found, limits_of
-from planner_core.requirements.observations import observations_in_batches
+from planner_core.requirements.goals import Goal, Goals
+from planner_core.requirements.look_around import Rows, _Found, limits_of
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.patches import patch_triangles
 from planner_core.select.problem import cover_problem
@@ -99,13 +101,13 @@ def test_known_positions_are_not_looked_around_from_again(
     wanted = settings_of(scan_mode="patches", **MIXED)
     whole = demand_of(box.survey, wanted, box.engine, box.positions_m)
     row = np.array([6, 0, 3])
-    known = demands.Known(row, demands.looked_from(box.survey, wanted, box.engine, box.positions_m[row]))
+    known = demands.Known(row, looked_from(box.survey, wanted, box.engine, box.positions_m[row]))
     looked: list[int] = []
     look = demands.look_around
 
-    def noting(survey, settings, engine, positions_m, *rest, **how):
+    def noting(survey, engine, positions_m, *rest, **how):
         looked.append(len(positions_m))
-        return look(survey, settings, engine, positions_m, *rest, **how)
+        return look(survey, engine, positions_m, *rest, **how)
 
     monkeypatch.setattr(demands, "look_around", noting)
     again = demand_of(box.survey, wanted, box.engine, box.positions_m, known=known)
@@ -150,18 +152,18 @@ def test_spacing_on_the_walls_of_a_box_is_range_times_step_over_cosine(box: Simp
 def test_stacked_rows_hold_what_meets_each_quality(mixed: SimpleNamespace, box: SimpleNamespace) -> None:
     demand, observations = mixed.demand, mixed.observations
     n_patches = box.survey.patches.n_patches
-    assert demand.qualities == (
+    assert demand.goals.qualities == (
         PointLimits(spacing_m=0.05, range_m=5.0),
         PointLimits(),
         PointLimits(incidence_rad=0.9),
         PointLimits(range_m=4.0),
     )
-    enough = enough_of(observations, demand.counted, demand.qualities, wanted_of_mixed(box))
+    enough = enough_of(observations, demand.counted, demand.goals.qualities, wanted_of_mixed(box))
     for position in range(len(box.positions_m)):
         entries = range(int(observations.starts[position]), int(observations.starts[position + 1]))
         expected = [
             quality * n_patches + observations.patch[entry]
-            for quality in range(len(demand.qualities))
+            for quality in range(len(demand.goals.qualities))
             for entry in entries
             if enough.met[quality][entry]
         ]
@@ -173,14 +175,14 @@ def test_stacked_rows_hold_what_meets_each_quality(mixed: SimpleNamespace, box: 
 
 def test_targets_are_the_goals_in_their_quality(mixed: SimpleNamespace, box: SimpleNamespace) -> None:
     demand = mixed.demand
-    names = [goal.name for goal in demand.goals]
+    names = [goal.name for goal in demand.goals.each]
     assert names == ["West", "East", "overall", "walls", "slab", "north"]
     assert [constraint.fraction for constraint in demand.constraints] == [0.95, 0.85, 0.95, 0.9, 0.8, 0.7]
     assert [constraint.seen_from for constraint in demand.constraints] == [1, 3, 1, 2, 1, 1]
     elements = {"West": [3, 4], "East": [0, 1, 2], "overall": range(6), "walls": range(4), "slab": [4], "north": [0]}
     quality = {"West": 0, "East": 1, "overall": 0, "walls": 2, "slab": 3, "north": 3}
-    for goal, constraint in zip(demand.goals, demand.constraints, strict=True):
-        part = constraint.part.reshape(len(demand.qualities), -1)
+    for goal, constraint in zip(demand.goals.each, demand.constraints, strict=True):
+        part = constraint.part.reshape(len(demand.goals.qualities), -1)
         expected = np.isin(box.element_of_patch, list(elements[goal.name]))
         np.testing.assert_array_equal(part[quality[goal.name]], expected, err_msg=goal.name)
         assert not np.delete(part, quality[goal.name], axis=0).any(), goal.name
@@ -195,8 +197,8 @@ def test_results_are_those_of_a_recount_over_sights(
     demand, observations = mixed.demand, mixed.observations
     results = part_results(demand, demand.rows.take(chosen))
     area = demand.surveyed(box.survey).patches.area_m2
-    enough = enough_of(observations, demand.counted, demand.qualities, wanted_of_mixed(box)).seen
-    for goal, result in zip(demand.goals, results, strict=True):
+    enough = enough_of(observations, demand.counted, demand.goals.qualities, wanted_of_mixed(box)).seen
+    for goal, result in zip(demand.goals.each, results, strict=True):
         by_all, by_chosen = np.zeros(len(area), dtype=int), np.zeros(len(area), dtype=int)
         for position in range(len(box.positions_m)):
             for entry in range(int(observations.starts[position]), int(observations.starts[position + 1])):
@@ -228,7 +230,7 @@ def test_what_is_missed_is_said_with_its_figures_rounded_down() -> None:
 def test_selection_agrees_with_results_on_what_is_achievable_and_met(mixed: SimpleNamespace) -> None:
     demand = mixed.demand
     problem = cover_problem(demand.rows.met, demand.area_m2, demand.constraints)
-    assert problem.seen_from.tolist() == [goal.seen_from for goal in demand.goals]
+    assert problem.seen_from.tolist() == [goal.seen_from for goal in demand.goals.each]
     everybody = part_results(demand, demand.rows.take(np.arange(problem.n_candidates)))
     for required, least, result in zip(problem.required, problem.least, everybody, strict=True):
         ticks = result.required * result.achievable_area_m2 * 1e9
@@ -293,9 +295,8 @@ def test_sights_do_not_depend_on_how_positions_are_split(
     module = "planner_core.coverage.observe"
     monkeypatch.setattr(f"{module}._BATCH_OBSERVATIONS", 1)
     monkeypatch.setattr(f"{module}._FIRST_BATCH", 2)
-    assert [s.starts.size - 1 for s in observations_in_batches(box.survey, wanted, box.engine, box.positions_m)][
-        :2
-    ] == [2, 1]
+    batches = observations_in_batches(surveyed_as(box.survey, wanted), box.engine, box.positions_m, noise=True)
+    assert [batch.starts.size - 1 for batch in batches][:2] == [2, 1]
     split = observations_from(box.survey, wanted, box.engine, box.positions_m)
     for name in ("starts", "patch", "spacing_m", "range_m", "incidence_rad", "noise_m"):
         one, other = getattr(whole, name), getattr(split, name)
@@ -358,9 +359,9 @@ def test_more_stacked_patches_than_have_room_are_refused(
 ) -> None:
     """Six goals of four qualities: 4 times as many patches, 24 times for the targets."""
     n_patches = box.survey.patches.n_patches
-    monkeypatch.setattr(demands, limit, (most + 1) * n_patches)
+    monkeypatch.setattr(goals_module, limit, (most + 1) * n_patches)
     demand_of(box.survey, settings_of(**MIXED), box.engine, box.positions_m[:5])
-    monkeypatch.setattr(demands, limit, (most + 1) * n_patches - 1)
+    monkeypatch.setattr(goals_module, limit, (most + 1) * n_patches - 1)
     with pytest.raises(
         RequirementError, match=r"got 6 with 4 different sets of limits on 1792 patches.*use the same limits"
     ):
@@ -390,7 +391,11 @@ def test_needed_figures_and_stacked_rows_are_those_of_plain_loops(seed: int) -> 
     needed = tuple(
         {name: np.full(n_patches, np.nan, dtype=np.float32) for name in limits_of(asked)} for asked in qualities
     )
-    found = _Found(Asked(qualities, (None, counted)), n_patches, needed, keeps_parts=False)
+    goals = (
+        Goal("overall", 0.9, qualities[0], 1, np.ones(n_patches, dtype=np.bool_)),
+        Goal("part", 0.9, qualities[1], 1, counted, stated=True),
+    )
+    found = _Found(Goals(Requirements(), goals, counted), n_patches, needed, keeps_parts=False)
     found.add(observations)
     rows_found = found.looked().rows
     assert rows_found.seen.patch.tolist() == observations.patch.tolist()

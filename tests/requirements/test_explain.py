@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from oracles import observations_from
+from stages import demand_of
 
 from planner_core.model import PartRequirement, PointLimits, Requirements
-from planner_core.requirements.demand import demand_of
 from planner_core.requirements.explain import explain, shortfalls
 from planner_core.scanner.load_scanner import load_scanner
 
@@ -130,7 +130,7 @@ def test_a_floor_nobody_named_that_can_not_be_had_is_explained_and_no_error(
 ) -> None:
     far = replace(box.survey, floor_of_triangle=np.array([0, 0, 0, 0, 1, 1, 0, 0, 0, 0, -1, -1], dtype=np.int32))
     demand = demand_of(far, settings_of(asked=PointLimits(range_m=5.0)), box.engine, west)
-    assert not demand.achievable(demand.goals[1]).any()
+    assert not demand.achievable(demand.goals.each[1]).any()
     assert any("East wall (IfcWallStandardCase, East): 10.0 m2, range" in line for line in explain(far, demand))
 
 

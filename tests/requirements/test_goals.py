@@ -5,15 +5,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from stages import goals_of
 
 from planner_core.errors import RequirementError
 from planner_core.model import PartRequirement, PointLimits, Requirements
-from planner_core.requirements.goals import OVERALL, goals_of, nothing_to_spare, obstacles_of
+from planner_core.requirements.goals import OVERALL, obstacles_of
 from planner_core.scene.patches import patch_triangles
 
 
 def part_of(box: SimpleNamespace, settings_of, **named: object) -> np.ndarray:
-    goals = goals_of(box.survey, settings_of(parts=(PartRequirement("part", **named),)))
+    goals = goals_of(box.survey, settings_of(parts=(PartRequirement("part", **named),))).each
     return next(goal for goal in goals if goal.name == "part").patches
 
 
@@ -58,7 +59,7 @@ def test_a_zone_is_given_in_the_coordinates_of_the_source(box: SimpleNamespace, 
 
 def test_a_part_without_floors_keeps_to_what_is_planned(box: SimpleNamespace, settings_of) -> None:
     wanted = settings_of(floors=("West",), parts=(PartRequirement("walls", classes=("IfcWall*",)),))
-    goals = {goal.name: goal for goal in goals_of(box.survey, wanted)}
+    goals = {goal.name: goal for goal in goals_of(box.survey, wanted).each}
     assert list(goals) == ["West", OVERALL, "walls"]
     np.testing.assert_array_equal(goals["walls"].patches, box.element_of_patch == 3)
     np.testing.assert_array_equal(goals[OVERALL].patches, np.isin(box.element_of_patch, [3, 4]))
@@ -70,7 +71,7 @@ def test_a_part_that_is_one_floor_takes_its_place(box: SimpleNamespace, settings
         PartRequirement("both", 0.6, floors=("F0", "F1")),
         PartRequirement("its walls", 0.7, floors=("West",), classes=("IfcWall",)),
     )
-    goals = goals_of(box.survey, settings_of(coverage=0.9, parts=parts))
+    goals = goals_of(box.survey, settings_of(coverage=0.9, parts=parts)).each
     assert [(goal.name, goal.coverage, goal.stated) for goal in goals] == [
         ("West", 0.9, False),
         ("upstairs", 0.5, True),
@@ -85,7 +86,7 @@ def test_a_part_that_is_one_floor_takes_its_place(box: SimpleNamespace, settings
 
 def test_floors_of_one_name_are_told_apart(box: SimpleNamespace, settings_of) -> None:
     twins = replace(box.survey, floors=tuple(replace(floor, name="Level") for floor in box.survey.floors))
-    assert [goal.name for goal in goals_of(twins, settings_of())] == ["Level (F0)", "Level (F1)", OVERALL]
+    assert [goal.name for goal in goals_of(twins, settings_of()).each] == ["Level (F0)", "Level (F1)", OVERALL]
 
 
 @pytest.mark.parametrize(
@@ -139,7 +140,7 @@ def test_of_parts_with_coverage_none_nothing_is_required(box, settings_of) -> No
         PartRequirement("walls", 0.9, classes=("IfcWall*",)),
     )
     settings = settings_of(parts=parts)
-    goals = {goal.name: goal.patches for goal in goals_of(box.survey, settings)}
+    goals = {goal.name: goal.patches for goal in goals_of(box.survey, settings).each}
     assert set(goals) == {"West", "East", "overall", "walls"}
     area_m2 = box.survey.patches.area_m2
     east = box.element_of_patch == 2
@@ -147,7 +148,7 @@ def test_of_parts_with_coverage_none_nothing_is_required(box, settings_of) -> No
     for patches in goals.values():
         assert not (patches & east).any()
     assert area_m2[goals["overall"]].sum() == pytest.approx(2 * (8 * 4 + 8 * 2.5 + 4 * 2.5) - 4.0 * 2.5)
-    obstacles = obstacles_of(box.survey, settings)
+    obstacles = obstacles_of(box.survey, settings.requirements)
     assert list(obstacles) == ["no standard walls", "not there"]
     assert (obstacles["no standard walls"] == east).all()
     assert not obstacles["not there"].any()
@@ -155,7 +156,7 @@ def test_of_parts_with_coverage_none_nothing_is_required(box, settings_of) -> No
 
 def test_a_misspelt_class_that_need_not_be_covered_is_told(box, settings_of) -> None:
     parts = tuple(PartRequirement(name, 0.0, classes=(name,)) for name in ("IfcWal", "IfcFurnishingElement", "IfcSlab"))
-    (line,) = nothing_to_spare(box.survey, settings_of(parts=parts))
+    (line,) = goals_of(box.survey, settings_of(parts=parts)).remarks
     assert line == (
         "requirement 'IfcWal': the building has nothing of 'IfcWal', which need not be covered, expected IfcWall"
     )

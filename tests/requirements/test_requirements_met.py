@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from stages import demand_of
 
 from planner_core.model import Proven
-from planner_core.requirements.demand import demand_of
 from planner_core.requirements.figures import part_results
 from planner_core.requirements.read import requirements_from
 from planner_core.select.greedy import select_greedy

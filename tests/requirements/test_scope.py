@@ -67,7 +67,7 @@ def scoped(boxes, scope: str = "auto", *, open3d: bool = False):
     asked = settings(scope)
     survey = make_survey(scene_of(boxes), asked)
     engine = Open3DEngine(survey.scene, survey.patches) if open3d else open_engine(survey.scene, survey.patches)
-    return with_scope(survey, asked, engine)
+    return with_scope(survey, asked.requirements, engine)
 
 
 def area_m2(survey, patches) -> float:
@@ -216,8 +216,8 @@ def test_plan_json_says_the_scope_and_planning_or_evaluating_again_agrees() -> N
     assert obstacle["area_m2"] == pytest.approx(2 * 0.64 + 4 * 0.8 * 0.7)
     assert told["in_scope_area_m2"] + told["out_of_scope_area_m2"] + obstacle["area_m2"] == pytest.approx(area.sum())
     assert document["coverage"]["total_area_m2"] == pytest.approx(told["in_scope_area_m2"])
-    assert (plan.times_seen[~required_of(plan.survey, asked)] == 0).all()
-    assert (plan.why.reason_of_patch == OUT_OF_SCOPE).sum() == (~required_of(plan.survey, asked)).sum()
+    assert (plan.times_seen[~required_of(plan.survey, asked.requirements)] == 0).all()
+    assert (plan.why.reason_of_patch == OUT_OF_SCOPE).sum() == (~required_of(plan.survey, asked.requirements)).sum()
     np.testing.assert_array_equal(plan.required, plan.why.reason_of_patch != OUT_OF_SCOPE)
     document["scene"]["file"] = "house.ifc"  # a scene from memory has no name
     again = settings_of(document)
@@ -240,17 +240,17 @@ def test_a_building_of_obstacles_alone_is_refused_in_words(scope: str) -> None:
     asked = replace(asked, requirements=replace(asked.requirements, parts=(everything,)))
     survey = make_survey(scene_of(HOUSE), asked)
     with pytest.raises(RequirementError, match=f"scope {scope}: got no surface of it, expected some"):
-        with_scope(survey, asked, open_engine(survey.scene, survey.patches))
+        with_scope(survey, asked.requirements, open_engine(survey.scene, survey.patches))
 
 
 def test_patches_that_stand_for_their_block_lose_next_to_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = settings("interior")
     survey = make_survey(scenes_synthetic.build("house").scene, asked)
     engine = open_engine(survey.scene, survey.patches)
-    by_blocks = with_scope(survey, asked, engine).scope
+    by_blocks = with_scope(survey, asked.requirements, engine).scope
     # Of blocks of one patch each, all are asked.
     monkeypatch.setattr("planner_core.requirements.scope._blocks", lambda surfaces: np.arange(surfaces.patch.size))
-    one_by_one = with_scope(survey, asked, engine).scope
+    one_by_one = with_scope(survey, asked.requirements, engine).scope
     assert by_blocks is not None
     assert one_by_one is not None
     assert not (by_blocks.in_scope & ~one_by_one.in_scope).any()

@@ -9,14 +9,12 @@ from planner_core.coverage.survey import make_survey
 from planner_core.errors import RequirementError
 from planner_core.model import FieldTime, Objective, PlanSettings, Route, Site
 from planner_core.positions.free_space import free_space
+from planner_core.positions.local_site import ANYWHERE, Ends, ends_of
 from planner_core.positions.reach import Reach, reachability
 from planner_core.positions.walking import Walking
 from planner_core.route.field_time import field_time
 from planner_core.route.floors_passed import pieces_by_floor
 from planner_core.route.route import (
-    ANYWHERE,
-    Ends,
-    ends_of,
     ends_on_ground,
     in_visiting_order,
     plan_route,
@@ -207,17 +205,17 @@ def test_sealed_areas_are_the_rooms_nobody_can_walk_into() -> None:
 def test_field_time_is_the_sum_of_its_parts() -> None:
     scanner = dataclasses.replace(SCANNER, seconds_per_scan=90.0)
     settings = PlanSettings(scanner=scanner, set_up_s=45.0, walking_m_per_s=0.75)
-    found = field_time(settings, n_scans=12, walk_m=150.0)
+    found = field_time(settings.crew, n_scans=12, walk_m=150.0)
     assert found == FieldTime(1080.0, 540.0, 200.0)
     assert found.total_s == 1820.0
     told = dataclasses.replace(settings, seconds_per_scan=10.0)
-    assert field_time(told, n_scans=12, walk_m=0.0).scanning_s == 120.0
+    assert field_time(told.crew, n_scans=12, walk_m=0.0).scanning_s == 120.0
 
 
 def test_time_of_scanning_is_unknown_where_nobody_tells_how_long_a_scan_takes() -> None:
     silent = dataclasses.replace(SCANNER, seconds_per_scan=None)
     settings = PlanSettings(scanner=silent)
-    found = field_time(settings, n_scans=3, walk_m=10.0)
+    found = field_time(settings.crew, n_scans=3, walk_m=10.0)
     assert (found.scanning_s, found.set_up_s, found.walking_s, found.total_s) == (None, 180.0, 10.0, None)
     with pytest.raises(RequirementError, match="seconds per scan: got none"):
         dataclasses.replace(settings, objective=Objective.TIME)

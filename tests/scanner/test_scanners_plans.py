@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stages import visible_from
 
 import scenes_synthetic
-from planner_core.coverage.survey import make_survey, visible_from
-from planner_core.engine.patch_mode import scan_mode_of
+from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Greedy, PlanSettings, Requirements, Scene
 from planner_core.planning.plan import plan_survey
@@ -41,7 +41,7 @@ def settings_of(name: str, *, patch_m2: float = 0.1) -> PlanSettings:
 def test_a_survey_scanner_plans_a_room_in_its_default_mode(name: str, scene: Scene) -> None:
     settings = settings_of(name)
     survey = make_survey(scene, settings)
-    assert scan_mode_of(settings.scan_mode, survey.template) == "patches"
+    assert survey.scan_mode == "patches"
     plan = plan_survey(survey, settings, open_engine(scene, survey.patches))
     assert plan.stations
     assert plan.coverage.meets(0.9)

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import pytest
 from oracles import floor_constraints
+from stages import find_candidates, visible_from
 
 from planner_core.coverage.coverage import floor_of_patch
-from planner_core.coverage.survey import make_survey, planned_floors, scope_of, visible_from
+from planner_core.coverage.survey import make_survey, planned_floors, scope_of
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import PlanSettings, Proven
-from planner_core.positions.grid import find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.select.check import check_coverage
 from planner_core.select.greedy import select_greedy

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import BoolArray, Candidates, FloatArray, Floor, PlanSettings, ScanBy, Scanner, Scene, Survey
 from planner_core.plan_folder.section_view import CUT_HEIGHT_M, section_lines
+from planner_core.positions.admissibility import Tripods
 from planner_core.positions.grid import N_HALVINGS, find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 
@@ -44,9 +46,14 @@ class Level:
         """The level's ground."""
         return self.survey.floors[self.index]
 
+    @cached_property
+    def tripods(self) -> Tripods:
+        """Where tripods can stand."""
+        return Tripods(self.survey, self.settings, self.engine)
+
     def candidates(self, *, n_halvings: int = N_HALVINGS) -> Candidates:
         """Admissible positions of the uniform grid, halved where it found nothing; not so with `n_halvings` 0."""
-        return find_candidates(self.survey, self.settings, self.engine, floors=(self.index,), n_halvings=n_halvings)
+        return find_candidates(self.tripods, n_halvings=n_halvings)
 
     def walls_m(self) -> FloatArray:
         """(N, 2, 2) what a cut at 1.2 m above the ground meets."""
@@ -83,7 +90,7 @@ def open_level(
         max_patch_area_m2=max_patch_area_m2,
         scan_mode=ScanBy.BEAMS,
     )
-    survey = make_survey(built, settings)
+    survey = replace(make_survey(built, settings), planned=(floor,))
     engine = open_engine(survey.scene, survey.patches)
     bench.warn(engine.warnings)
     return Level(survey, settings, engine, floor, used.n_azimuths)

@@ -25,7 +25,7 @@ UNITS = {"squared": "m2", "euclidean": "m"}
 def fitness_of(level: Level, *, distance: str = "squared") -> StationFitness:
     """Return what searches on the level are guided by; it counts its scans."""
     distribution = PointDistribution(level.survey.scene, level.survey.patches, level.engine, distance=distance)
-    return StationFitness(level.survey, level.settings, level.engine, distribution, floor=level.index)
+    return StationFitness(level.tripods, distribution, floor=level.index)
 
 
 def sees_nothing(level: Level, *, distance: str = "squared") -> float:

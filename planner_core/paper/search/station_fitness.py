@@ -11,12 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import BoolArray, FloatArray, Int64Array, PlanSettings, Survey
+from planner_core.model import BoolArray, FloatArray, InstrumentHeights, Int64Array
 from planner_core.paper.point_distribution import PointDistribution
 from planner_core.paper.published_tests import stands_by_published_tests
-from planner_core.positions.admissibility import MAX_STEP_M, TripodTests
-from planner_core.positions.ground_surface import GroundSurface
+from planner_core.positions.admissibility import MAX_STEP_M, Tripods
 
 #: Heights of grids are sums of steps: the last one may exceed the limit by rounding.
 _HEIGHT_SLACK_M = 1e-6
@@ -41,22 +39,14 @@ class StationFitness:
     """
 
     def __init__(
-        self,
-        survey: Survey,
-        settings: PlanSettings,
-        engine: ScanEngine,
-        distribution: PointDistribution,
-        *,
-        floor: int,
-        published_tests: bool = False,
+        self, tripods: Tripods, distribution: PointDistribution, *, floor: int, published_tests: bool = False
     ) -> None:
-        self._survey, self._settings, self._engine = survey, settings, engine
+        self._tripods, self._floor = tripods, floor
         self._distribution, self._published_tests = distribution, published_tests
-        self._floor = survey.floors[floor]
-        self._ground = GroundSurface(survey, self._floor)
-        self._tests = TripodTests(survey, settings, engine, self._floor)
-        self.height_limits_m = height_limits_m(settings)
-        self.bounds_m: FloatArray = np.column_stack([self._floor.bounds_m, self._levels_m()])
+        self._ground = tripods.ground(floor)
+        self.height_limits_m = low, high = height_limits_m(tripods.heights)
+        levels_m = [self._ground.low_m + low, self._ground.high_m + high]
+        self.bounds_m: FloatArray = np.column_stack([tripods.survey.floors[floor].bounds_m, levels_m])
         self.n_scans = 0
 
     def evaluate(self, positions_m: FloatArray) -> tuple[BoolArray, Int64Array, FloatArray]:
@@ -64,7 +54,7 @@ class StationFitness:
         valid = self.is_valid(positions_m)
         f1, f2_m2 = np.zeros(valid.size, dtype=np.int64), np.full(valid.size, np.inf)
         if valid.any():
-            found = self._distribution.of(self._survey.template, positions_m[valid])
+            found = self._distribution.of(self._tripods.survey.template, positions_m[valid])
             f1[valid], f2_m2[valid] = found.n_patches, found.f2_m2
             self.n_scans += int(np.count_nonzero(valid))
         return valid, f1, f2_m2
@@ -82,18 +72,13 @@ class StationFitness:
 
     def _stands(self, positions_m: FloatArray, ground_m: FloatArray) -> BoolArray:
         if self._published_tests:
-            return stands_by_published_tests(self._survey, self._floor, self._settings, self._engine, positions_m)
-        return self._tests.keep(positions_m, ground_m)
-
-    def _levels_m(self) -> FloatArray:
-        low, high = self.height_limits_m
-        return np.array([self._ground.low_m + low, self._ground.high_m + high])
+            return stands_by_published_tests(self._tripods, self._floor, positions_m)
+        return self._tripods.tests(self._floor).reject(positions_m, ground_m)[0]
 
 
-def height_limits_m(settings: PlanSettings) -> tuple[float, float]:
+def height_limits_m(heights: InstrumentHeights) -> tuple[float, float]:
     """Least and greatest instrument height: of those given, or the scanner's range."""
-    given = settings.instrument_heights_m
-    if not given:
-        return settings.scanner.instrument_height_min_m, settings.scanner.instrument_height_max_m
-    low, high = min(given), max(given)
+    if not heights.fixed_m:
+        return heights.low_m, heights.high_m
+    low, high = heights.fixed_m[0], heights.fixed_m[-1]
     return (low, high) if low < high else (low - MAX_STEP_M, high + MAX_STEP_M)

@@ -30,7 +30,8 @@ from planner_core.planning.live.preview import Preview, Standing, coverages, dif
 from planner_core.planning.live.tally import Parts, Tally, changed, covered_area_m2, figure_of, parts_of
 from planner_core.planning.live.tripod_positions import GroundMap, TripodPosition, TripodPositions
 from planner_core.planning.live.unseen import LeftSurface, left_surfaces
-from planner_core.positions.local_site import floor_named
+from planner_core.positions.admissibility import Tripods
+from planner_core.positions.local_site import ends_of, floor_named, local_site
 from planner_core.positions.reach import Reach
 from planner_core.progress import Progress, silent
 from planner_core.requirements.demand import Demand
@@ -38,7 +39,7 @@ from planner_core.requirements.figures import losses_of, rows_of_quality
 from planner_core.requirements.goals import Goal
 from planner_core.requirements.look_around import Rows
 from planner_core.route.field_time import field_time
-from planner_core.route.route import ends_of, plan_route
+from planner_core.route.route import plan_route
 from planner_core.scanner.template import preview_template, window_template
 
 #: Standings that are remembered: the draft's, the one without the station that is dragged, and those before them.
@@ -100,8 +101,8 @@ class LivePlan:
         self._engine, self._demand, self._reach = engine, demand, reach
         self._area_m2 = survey.patches.area_m2
         self._achievable = demand.times_met[0] >= settings.requirements.seen_from
-        self._parts: Parts = parts_of(survey, settings, demand)
-        self._looker = Looker(survey, settings, engine, demand.qualities)
+        self._parts: Parts = parts_of(survey, demand)
+        self._looker = Looker(survey, engine, demand.goals.qualities)
         self.draft = _draft_of(document, survey)
         asked = settings.requirements
         self._pairs = PairFinder(
@@ -112,13 +113,15 @@ class LivePlan:
             measure=asked.overlap_measure,
             of=asked.overlap_of,
         )
-        self._tripod_positions = TripodPositions(survey, settings, engine, reach, height_m=self._usual_height_m())
+        self.tripods = Tripods(survey, settings, engine)
+        site = local_site(survey, settings.site)
+        self._tripod_positions = TripodPositions(self.tripods, site, reach, height_m=self._usual_height_m())
         self._standings: OrderedDict[tuple[DraftStation, ...], Standing] = OrderedDict()
 
     @property
     def goals(self) -> tuple[Goal, ...]:
         """What is asked, in the order of plan.json's results and of `Preview.goals`."""
-        return self._demand.goals
+        return self._demand.goals.each
 
     @property
     def engine(self) -> ScanEngine:
@@ -169,7 +172,7 @@ class LivePlan:
             progress=progress,
         )
         n_scans = int((~scanned).sum())
-        return Walk(route, field_time(self.settings, n_scans=n_scans, walk_m=route.length_m))
+        return Walk(route, field_time(self.settings.crew, n_scans=n_scans, walk_m=route.length_m))
 
     # ------------------------------------------------------------------------------------------ previews
     def preview(
@@ -293,7 +296,7 @@ class LivePlan:
 
     # ------------------------------------------------------------------------------------------ inside
     def _rows(self, draft: Draft) -> Rows:
-        return rows_of(self._standing(draft).tally.looks, self._demand.n_patches, len(self._demand.qualities))
+        return rows_of(self._standing(draft).tally.looks, self._demand.n_patches, len(self._demand.goals.qualities))
 
     def _standing(self, draft: Draft) -> Standing:
         known = self._standings.get(draft.stations)
@@ -303,7 +306,7 @@ class LivePlan:
         # Those of other drafts are held anyway, also where they are too many for the looker to remember.
         held = {look.position_m: look for standing in self._standings.values() for look in standing.tally.looks}
         looks = [held.get(station.position_m) or self._looker.look(station.position_m) for station in draft.stations]
-        tally = Tally(looks, n_patches=self._demand.n_patches, n_qualities=len(self._demand.qualities))
+        tally = Tally(looks, n_patches=self._demand.n_patches, n_qualities=len(self._demand.goals.qualities))
         found = Standing(
             draft=draft,
             tally=tally,
@@ -321,7 +324,7 @@ class LivePlan:
     def _usual_height_m(self) -> float:
         """Instrument height that maps of the ground are made for: the plan's median, else the tripod's lowest."""
         heights = [each.instrument_height_m for each in self.draft.stations if each.instrument_height_m is not None]
-        lowest = self.settings.heights_to_try_m[0]
+        lowest = self.settings.heights.to_try_m[0]
         return float(np.median(heights)) if heights else lowest
 
 

@@ -1,7 +1,7 @@
 """Looks: what one position sees of every patch and how, kept by the exact position, so that nothing is scanned twice.
 
-A `Survey`, settings, an open engine and a position in the local frame, metres -> `Look`. The observations are those of
-`planner_core.requirements.observations`; which of them meet what is asked is decided here once a look.
+A `Survey`, an open engine and a position in the local frame, metres -> `Look`. The observations are those of
+`planner_core.coverage.observe`; which of them meet what is asked is decided here once a look.
 """
 
 from __future__ import annotations
@@ -11,14 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.coverage.levels import (
-    Observations,
-    observations_meeting,
-    with_noise,
-)
+from planner_core.coverage.levels import Observations, observations_meeting
 from planner_core.coverage.observe import observing
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import Int32Array, PlanSettings, PointLimits, Survey, Visibility
+from planner_core.model import Int32Array, PointLimits, Survey, Visibility
 from planner_core.progress import silent
 from planner_core.requirements.look_around import Rows
 
@@ -57,14 +53,13 @@ class Looker:
     def __init__(
         self,
         survey: Survey,
-        settings: PlanSettings,
         engine: ScanEngine,
         qualities: tuple[PointLimits, ...],
         *,
         kept_bytes: int = KEPT_BYTES,
     ) -> None:
-        self._settings, self._qualities = settings, qualities
-        self._observations_at = observing(survey, settings.scan_mode, engine)
+        self._qualities = qualities
+        self._observations_at = observing(survey, engine, noise=bool(survey.scanner.range_noise))
         self._kept: OrderedDict[tuple[float, float, float], Look] = OrderedDict()
         self._kept_bytes, self._n_bytes = kept_bytes, 0
         self.n_scans = 0
@@ -87,10 +82,6 @@ class Looker:
     def _scan(self, position_m: tuple[float, float, float]) -> Look:
         self.n_scans += 1
         observations = self._observations_at(np.array([position_m], dtype=np.float64), silent)
-        if self._settings.scanner.range_noise:
-            observations = with_noise(
-                observations, self._settings.scanner, reflectivity=self._settings.requirements.reflectivity
-            )
         met = tuple(
             observations.patch
             if asked == PointLimits()

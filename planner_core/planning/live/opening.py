@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.coverage.survey import make_survey, planned_floors
+from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import PlanFolderError
 from planner_core.model import PlanSettings, Survey, UInt8Array, Visibility
@@ -22,13 +22,14 @@ from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.plan_folder.plan_settings import ScenePaths, find_scene, load_options_of, settings_of
 from planner_core.planning.live.draft import local_place
 from planner_core.planning.live.live_plan import LivePlan
+from planner_core.positions.admissibility import Tripods
 from planner_core.positions.allowed_positions import find_positions
 from planner_core.positions.free_space import free_space
 from planner_core.positions.local_site import local_site
 from planner_core.positions.reach import reachability
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.requirements.demand import Demand, demand_of, qualities_of
-from planner_core.requirements.goals import goals_of
+from planner_core.requirements.demand import Demand, demand_of
+from planner_core.requirements.goals import Goals, goals_of
 from planner_core.requirements.look_around import Rows
 from planner_core.requirements.scope import with_scope
 from planner_core.scene.load import load_scene
@@ -78,7 +79,7 @@ def open_live(
     scan_engine = open_engine(survey.scene, survey.patches, engine=engine, device=device)
     progress(ProgressEvent(STAGE, 2, _N_STEPS, "finding walkable floor"))
     walkable = free_space(survey, progress=progress)
-    survey = with_scope(survey, settings, scan_engine, space=walkable, progress=progress)
+    survey = with_scope(survey, settings.requirements, scan_engine, space=walkable, progress=progress)
     site = local_site(survey, settings.site)
     space = free_space(survey, site.mover, zones=site.zones, known=walkable, progress=progress)
     reach = reachability(survey, space, site.entrances_m)
@@ -115,25 +116,23 @@ def _demand(
     engine: ScanEngine,
     progress: Progress,
 ) -> Demand:
-    goals = goals_of(survey, settings)
-    qualities = qualities_of(goals)
+    goals = goals_of(survey, settings.requirements)
     n_patches = survey.patches.n_patches
     path = plan_folder / "viewer" / "achievable.u8"
     if path.is_file():
-        times_met = _read_bytes(path, (len(qualities), n_patches), "one each quality and patch").astype(np.int32)
+        times_met = _read_bytes(path, (len(goals.qualities), n_patches), "one each quality and patch").astype(np.int32)
         counting = path.with_name("counted.u8")
         counted = _read_bytes(counting, (n_patches,), "one each patch") if counting.is_file() else None
     else:
-        found = _scanned(document, survey, settings, engine, progress)
+        found = _scanned(document, survey, settings, goals, engine, progress)
         times_met, counted = found.times_met, found.counted
     none = Visibility(np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32), n_patches)
     return Demand(
         n_patches=n_patches,
         goals=goals,
-        qualities=qualities,
         rows=Rows(none, none),
         constraints=(),
-        area_m2=np.tile(replace(survey.patches, counted=counted).area_m2, len(qualities)),
+        area_m2=np.tile(replace(survey.patches, counted=counted).area_m2, len(goals.qualities)),
         times_met=times_met,
         needed=(),
         counted=counted,
@@ -150,13 +149,18 @@ def _read_bytes(path: Path, shape: tuple[int, ...], what: str) -> UInt8Array:
 
 
 def _scanned(
-    document: dict[str, Any], survey: Survey, settings: PlanSettings, engine: ScanEngine, progress: Progress
+    document: dict[str, Any],
+    survey: Survey,
+    settings: PlanSettings,
+    goals: Goals,
+    engine: ScanEngine,
+    progress: Progress,
 ) -> Demand:
     """Look from all candidates and the plan's stations, as `planner_core.planning.evaluate` does."""
-    floors = planned_floors(survey.floors, settings.requirements.floors)
-    candidates = find_positions(survey, settings, engine, floors=floors, progress=progress).candidates
+    tripods, site = Tripods(survey, settings, engine), local_site(survey, settings.site)
+    candidates = find_positions(tripods, site, progress=progress).candidates
     stations = [np.array(local_place(row["position"], survey.scene.offset_m)) for row in document["stations"]]
     # Those that are candidates themselves must not count twice.
     others = [at for at in stations if not (np.abs(candidates.position_m - at).max(axis=1) < _SAME_PLACE_M).any()]
     at_m = np.concatenate([candidates.position_m, np.array(others).reshape(-1, 3)])
-    return demand_of(survey, settings, engine, at_m, progress=progress)
+    return demand_of(survey, goals, engine, at_m, progress=progress)

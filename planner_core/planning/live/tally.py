@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.coverage.coverage import floor_of_patch
-from planner_core.model import BoolArray, Coverage, FloatArray, Int32Array, PlanSettings, Survey
+from planner_core.model import BoolArray, Coverage, FloatArray, Int32Array, Survey
 from planner_core.planning.live.looks import Look
 from planner_core.requirements.demand import Demand
-from planner_core.requirements.goals import required_of
 
 #: What figures of a layer are worked out from: float32 as in `Observations`, or float64 where they are sums.
 _Figures: TypeAlias = NDArray[np.floating[Any]]
@@ -58,12 +57,11 @@ class Parts:
         return (self.overall, *self.floors, *self.goals)
 
 
-def parts_of(survey: Survey, settings: PlanSettings, demand: Demand) -> Parts:
+def parts_of(survey: Survey, demand: Demand) -> Parts:
     """Cut the building up as the figures of a plan are: the sums are those of `planner_core.planning.results`."""
-    asked, area_m2 = settings.requirements, demand.area_m2[: demand.n_patches]
-    counted = required_of(survey, settings)
-    floor = np.where(counted, floor_of_patch(survey.patches, survey.floor_of_triangle), -1)
-    scope = demand.overall.patches
+    goals, area_m2 = demand.goals, demand.area_m2[: demand.n_patches]
+    asked, scope = goals.requirements, goals.overall.patches
+    floor = np.where(goals.patches, floor_of_patch(survey.patches, survey.floor_of_triangle), -1)
     achievable = demand.times_met[0] >= asked.seen_from
 
     def part(patches: BoolArray, counted: BoolArray, quality: int, seen_from: int) -> Part:
@@ -76,8 +74,7 @@ def parts_of(survey: Survey, settings: PlanSettings, demand: Demand) -> Parts:
             for index in range(len(survey.floors))
         ),
         goals=tuple(
-            part(goal.patches, demand.achievable(goal), demand.qualities.index(goal.asked), goal.seen_from)
-            for goal in demand.goals
+            part(goal.patches, demand.achievable(goal), goals.quality_of(goal), goal.seen_from) for goal in goals.each
         ),
     )
 

@@ -1,6 +1,6 @@
 """Tripod positions: where a station may be dragged to. A map of each floor, and the nearest valid position.
 
-Input a `Survey` (local frame, metres), settings, an engine and a `Reach`; output a `GroundMap` per floor and
+Input the `Tripods` of a survey (local frame, metres), its site and a `Reach`; output a `GroundMap` per floor and
 `TripodPosition`s. The tests are those of candidates (`planner_core.positions.admissibility`) and of the way there, so
 that whatever a station is dragged to could have been a candidate. A map holds their outcome at one height; a position
 is tested where it is.
@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, FloatArray, PlanSettings, Site, Survey
+from planner_core.model import BoolArray, FloatArray, Site
 from planner_core.planning.live.draft import Draft, Place, rounded_place
 from planner_core.planning.live.ground_cells import GroundCells
-from planner_core.positions.admissibility import NO_GROUND, TripodTests
+from planner_core.positions.admissibility import NO_GROUND, Tripods, TripodTests
 from planner_core.positions.local_site import LocalSite, floor_named, local_site
 from planner_core.positions.reach import Footing, Reach
 
@@ -73,13 +72,10 @@ class TripodPositions:
     height_m : the instrument height that maps are made for.
     """
 
-    def __init__(
-        self, survey: Survey, settings: PlanSettings, engine: ScanEngine, reach: Reach, *, height_m: float
-    ) -> None:
-        self._survey, self._settings, self._engine = survey, settings, engine
+    def __init__(self, tripods: Tripods, site: LocalSite, reach: Reach, *, height_m: float) -> None:
+        self._survey, self._tripods, self._site = tripods.survey, tripods, site
         self._reach, self._height_m = reach, height_m
         self._footing = Footing(reach)
-        self._site = local_site(survey, settings.site)
         self._floors: dict[int, _Floor] = {}
         self._free: dict[tuple[int, object, object], tuple[FloatArray, BoolArray, cKDTree]] = {}
 
@@ -136,9 +132,8 @@ class TripodPositions:
         return rounded_place(place_m + _up(height_m), self._survey.scene.offset_m)
 
     def _wrong_height(self, height_m: float) -> str:
-        scanner, fixed = self._settings.scanner, self._settings.instrument_heights_m
-        low_m = min(scanner.instrument_height_min_m, *fixed) if fixed else scanner.instrument_height_min_m
-        high_m = max(scanner.instrument_height_max_m, *fixed) if fixed else scanner.instrument_height_max_m
+        heights = self._tripods.heights
+        low_m, high_m = min((heights.low_m, *heights.fixed_m)), max((heights.high_m, *heights.fixed_m))
         if low_m - _SLACK_M <= height_m <= high_m + _SLACK_M:
             return ""
         return f"the tripod puts the instrument {low_m:g} to {high_m:g} m above the ground, not {height_m:g} m"
@@ -188,7 +183,7 @@ class TripodPositions:
     def _floor(self, index: int) -> _Floor:
         """Return a floor, tested."""
         if index not in self._floors:
-            tests = TripodTests(self._survey, self._settings, self._engine, self._survey.floors[index])
+            tests = self._tripods.tests(index)
             cells = GroundCells(self._survey, self._reach, index)
             floor = _Floor(cells, tests, np.full(cells.number.size, NOTHING, dtype=np.uint8))
             floor.value[self._footing.nodes(cells.place_m) >= 0] = WALKABLE

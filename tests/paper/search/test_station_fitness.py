@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stages import find_candidates, tripods_of
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
@@ -12,7 +13,6 @@ from planner_core.model import Element, PlanSettings, Scene
 from planner_core.paper.point_distribution import PointDistribution
 from planner_core.paper.search import SearchSettings, search
 from planner_core.paper.search.station_fitness import StationFitness, height_limits_m
-from planner_core.positions.grid import find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 
 HDL = load_scanner("hdl-64e")
@@ -28,7 +28,9 @@ class Opened:
         self.distribution = PointDistribution(scene, self.survey.patches, self.engine)
 
     def fitness(self, floor: int = 0, **options) -> StationFitness:
-        return StationFitness(self.survey, self.settings, self.engine, self.distribution, floor=floor, **options)
+        return StationFitness(
+            tripods_of(self.survey, self.settings, self.engine), self.distribution, floor=floor, **options
+        )
 
     def candidates(self, floor: int = 0) -> np.ndarray:
         return find_candidates(self.survey, self.settings, self.engine, floors=(floor,), n_halvings=0).position_m
@@ -104,9 +106,9 @@ def test_the_published_tests_can_decide_instead(rooms) -> None:
 
 def test_heights_are_the_scanners_or_those_given() -> None:
     low, high = HDL.instrument_height_min_m, HDL.instrument_height_max_m
-    assert height_limits_m(SETTINGS) == (low, high)
-    assert height_limits_m(replace(SETTINGS, instrument_heights_m=(1.6, 1.2))) == (1.2, 1.6)
-    least, most = height_limits_m(replace(SETTINGS, instrument_heights_m=(1.5,)))
+    assert height_limits_m(SETTINGS.heights) == (low, high)
+    assert height_limits_m(replace(SETTINGS, instrument_heights_m=(1.6, 1.2)).heights) == (1.2, 1.6)
+    least, most = height_limits_m(replace(SETTINGS, instrument_heights_m=(1.5,)).heights)
     assert least < 1.5 < most and most - least <= 0.31
 
 

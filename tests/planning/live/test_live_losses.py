@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from oracles import observations_from
+from stages import goals_of
 
 from planner_core.coverage.levels import with_noise
 from planner_core.engine.scan_engine import open_engine
@@ -19,7 +20,6 @@ from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.planning.live.opening import open_live
-from planner_core.requirements.goals import goals_of
 
 Planned = Callable[[str, PlanSettings], tuple[Path, Plan]]
 #: Within 9 m, dull surfaces the noisier: of what sends back 0.1 to 1.
@@ -100,7 +100,7 @@ def test_patches_are_lost_that_others_see_too_coarsely_or_too_noisily(
     row = np.repeat(np.arange(at_m.shape[0]), np.diff(observations.starts))
     n_seen = np.bincount(observations.patch, minlength=n_patches)
     n_badly = {"overall": 0, "quiet walls": 0}
-    for index, goal in enumerate(goals_of(survey, noisy)):
+    for index, goal in enumerate(goals_of(survey, noisy).each):
         meets = np.ones(row.size, dtype=bool)
         if goal.asked.spacing_m is not None:
             meets &= observations.spacing_m <= goal.asked.spacing_m

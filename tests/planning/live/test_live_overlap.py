@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from stages import rows_from
 
 from planner_core.engine.scan_engine import open_engine
 from planner_core.network.links import overlap_links, surface_of_patches
 from planner_core.planning.live.draft import Draft
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.planning.live.opening import open_live
-from planner_core.requirements.demand import rows_from
 from planner_core.requirements.figures import rows_of_overlap
 
 WAYS = [(measure, of) for measure in ("smaller-share", "jaccard") for of in ("all-seen", "seen-as-required")]

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from oracles import observations_from
+from stages import visible_from
 
-from planner_core.coverage.survey import visible_from
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import Plan, PlanSettings, PointLimits
@@ -187,7 +187,7 @@ def test_walk_begins_at_the_entrance_of_the_review(house: LivePlan) -> None:
 
 def test_looks_of_a_draft_are_held_where_few_can_be_remembered(house_folder: Path) -> None:
     live = open_live(house_folder)
-    live._looker = Looker(live.survey, live.settings, live._engine, live._demand.qualities, kept_bytes=1)
+    live._looker = Looker(live.survey, live._engine, live._demand.goals.qualities, kept_bytes=1)
     station = live.draft.stations[0]
     for x in (0.2, 0.3):
         live.preview(live.draft, station.id, "F0", somewhere(live, 0, x, 0.5), 1.5)
@@ -208,7 +208,7 @@ def test_links_are_those_of_a_plan_bit_by_bit(house: LivePlan) -> None:
 def test_links_are_the_same_from_either_end(house: LivePlan) -> None:
     survey = house.survey
     engine = open_engine(survey.scene, survey.patches)
-    looker = Looker(survey, house.settings, engine, (PointLimits(),))
+    looker = Looker(survey, engine, (PointLimits(),))
     stations = [(each.id, looker.look(each.position_m)) for each in house.draft.stations]
     none_known = np.zeros(survey.patches.n_patches, dtype=bool)
     forth = PairFinder(survey, survey.patches.area_m2, none_known, min_overlap=0.05).links(stations)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stages import find_positions, tripod_tests
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
@@ -20,8 +21,8 @@ from planner_core.planning.live.tripod_positions import (
     TripodPosition,
     TripodPositions,
 )
-from planner_core.positions.admissibility import TripodTests
-from planner_core.positions.allowed_positions import KINDS, find_positions
+from planner_core.positions.admissibility import Tally
+from planner_core.positions.allowed_positions import KINDS
 from planner_core.positions.free_space import free_space
 from planner_core.positions.ground_surface import GroundSurface
 from planner_core.positions.reach import reachability
@@ -63,7 +64,7 @@ def test_dragged_stations_stay_where_tripods_can_stand(house: LivePlan) -> None:
     survey, settings = house.survey, house.settings
     engine = open_engine(survey.scene, survey.patches)
     floor = survey.floors[0]
-    surface, tests = GroundSurface(survey, floor), TripodTests(survey, settings, engine, floor)
+    surface, tests = GroundSurface(survey, floor), tripod_tests(survey, settings, engine, floor)
     random = np.random.default_rng(2)
     n_moved = 0
     for plan_m in random.uniform(floor.bounds_m[0] - 1.0, floor.bounds_m[1] + 1.0, (60, 2)):
@@ -95,7 +96,7 @@ def test_map_shows_what_the_tests_say_of_its_cells(house: LivePlan) -> None:
         ground_m = surface.below(np.column_stack([plan_m, np.full(row.size, surface.high_m + 0.1)]))
         on_floor = np.isfinite(ground_m)  # landings are no ground of the floor itself
         position_m = np.column_stack([plan_m, ground_m + 1.5])[on_floor]
-        kept = TripodTests(survey, settings, engine, floor).keep(position_m, ground_m[on_floor])
+        kept = tripod_tests(survey, settings, engine, floor).keep(position_m, ground_m[on_floor], Tally())
         value = ground.values[row, column][on_floor]
         assert kept.sum() > 200
         np.testing.assert_array_equal(value == ADMISSIBLE, kept)
@@ -185,7 +186,7 @@ def test_stations_on_landings_can_be_dragged_on_them(small: PlanSettings) -> Non
     places = find_positions(survey, small, engine, floors=(0,))
     landing = np.flatnonzero(places.kind == KINDS.index("landing"))
     assert landing.size > 0
-    spots = TripodPositions(survey, small, engine, places.reach, height_m=1.5)
+    spots = TripodPositions(places.tripods, places.site, places.reach, height_m=1.5)
     for x, y, z in places.candidates.position_m[landing].tolist():
         assert z == pytest.approx(2.5)
         spot = spots.nearest("F0", (x + 0.03, y - 0.03), Draft(()), height_m=1.5, sensor_z_m=z)
