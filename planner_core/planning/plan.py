@@ -90,14 +90,16 @@ def plan_survey(
 
     survey : made with settings of the same scanner, scan mode and floors to plan.
     """
-    clock, method = Stopwatch(), settings.seeded_method
+    clock = Stopwatch()
+    method = settings.seeded_method
     with clock.stage("scope"):
         space = free_space(survey, progress=progress)
         survey = with_scope(survey, settings.requirements, scan_engine, space=space, progress=progress)
         goals = goals_of(survey, settings.requirements)
     # 3. Where a tripod can stand, and be carried to.
     with clock.stage("candidates"):
-        tripods, site = Tripods(survey, settings, scan_engine), local_site(survey, settings.site)
+        tripods = Tripods(survey, settings, scan_engine)
+        site = local_site(survey, settings.site)
         if isinstance(method, Paper):
             starts = find_pool(tripods, method, seed=settings.seed, progress=progress)
             places = places_as_they_are(tripods, site, starts, space=space, progress=progress)
