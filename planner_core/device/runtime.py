@@ -236,6 +236,34 @@ class Device:
                 buffers[name] = self._keep(pyopencl.Buffer(self.context, flags, hostbuf=source), array.nbytes)
         return buffers
 
+    @contextmanager
+    def inputs(self, what: str, arrays: Mapping[str, NDArray[Any]]) -> Iterator[dict[str, Buffer]]:
+        """Buffers that kernels only read and that ARE the arrays (on a CPU) or copies of them (elsewhere).
+
+        Fresh memory for a copy costs a system call every few kilobytes: with 300 000 rays a sixth of all. Kernels must be
+        done before this is left, as they are after `outputs` or `finish`; nothing may write to the arrays meanwhile.
+        """
+        import pyopencl
+
+        buffers: dict[str, Buffer] = {}
+        try:
+            if self.kind == "cpu" and all(array.size for array in arrays.values()):
+                self.reserve(what, {name: array.nbytes for name, array in arrays.items()})
+                flags = pyopencl.mem_flags.READ_ONLY | pyopencl.mem_flags.USE_HOST_PTR
+                for name, array in arrays.items():
+                    with driver_errors(f"{what}: {name}", self.label):
+                        source = np.ascontiguousarray(array)
+                        buffers[name] = self._keep(pyopencl.Buffer(self.context, flags, hostbuf=source), array.nbytes)
+            else:
+                buffers = self.upload(what, arrays)
+            yield buffers
+        except BaseException:
+            self._drain()  # kernels may still be reading the arrays, which the caller is about to drop
+            raise
+        finally:
+            for buffer in buffers.values():
+                buffer.release()
+
     def allocate(self, what: str, n_bytes: int) -> Buffer:
         """Take uninitialised memory."""
         import pyopencl
