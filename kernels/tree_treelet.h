@@ -6,7 +6,8 @@
  * Algorithm  Sweep: units sorted by centroid along each axis; every split of each order is tried. Its cost is the sum over
  *            both sides of area times the number of blocks that the side's triangles need (tree_cost.h has the area).
  * Units      A triangle is a unit, and so is every treelet when it is finished: treelets of treelets reach up to the root.
- *            A unit that is a treelet has bit UNIT in the choices of its root.
+ *            A unit that is a treelet has bit UNIT in the choices of its root; until it is built anew bit PENDING, too, and
+ *            its level.
  * Layout     units (T) float8: at first the box of every leaf of the binary tree, low.xyz0 high.xyz0. A finished treelet
  *            needs those of its leaves no longer: its box takes the place of its first leaf's, its costs (tree_cost.h) that
  *            of its last leaf's. Other names: see tree_merge.cl.
@@ -18,6 +19,7 @@
 /* 8 times 8 triangles are one full node. A split is kept as the bits of a ulong: not more than 64. A power of two. */
 #define TREELET 64
 #define UNIT 0x80000000u
+#define PENDING 0x40000000u
 
 #define TREE_ARGUMENTS int n_triangles, global int *halves, global uint *choices, global float8 *units
 #define TREE n_triangles, halves, choices, units

@@ -63,7 +63,7 @@ class Program:
 
     def __init__(self, device: Device, built: Any, title: str) -> None:
         self._device, self._built, self._title = device, built, title
-        self._kernels: dict[str, Any] = {}
+        self._kernels: dict[tuple[str, tuple[np.dtype[Any] | None, ...]], Any] = {}
 
     def run(self, kernel: str, global_size: tuple[int, ...], *arguments: object) -> None:
         """Queue a kernel over `global_size` work-items. Arguments: `Buffer`s and NumPy scalars or vectors.
@@ -85,12 +85,22 @@ class Program:
         device = self._device
         what = f"kernel {kernel} of {self._title}"
         local_size = (1,) * len(global_size) if device.kind == "cpu" else None
+        # Told the types beforehand, pyopencl need not find out, number by number, what each is not: that took more than
+        # half of a launch.
+        key = (kernel, tuple(map(_type_of_argument, arguments)))
         with driver_errors(what, device.label):
-            if kernel not in self._kernels:
-                self._kernels[kernel] = pyopencl.Kernel(self._built, kernel)
-            launch = self._kernels[kernel]
+            launch = self._kernels.get(key)
+            if launch is None:
+                launch = self._kernels[key] = pyopencl.Kernel(self._built, kernel)
+                launch.set_arg_types(key[1])
             launch.set_args(*(item.handle if isinstance(item, Buffer) else item for item in arguments))
             device.note_launch(what, pyopencl.enqueue_nd_range_kernel(device.queue, launch, global_size, local_size))
+
+
+def _type_of_argument(item: Any) -> np.dtype[Any] | None:
+    if isinstance(item, Buffer):
+        return None
+    return item.dtype if isinstance(item, np.generic) else np.dtype((np.void, item.nbytes))
 
 
 class _Context:
@@ -240,8 +250,8 @@ class Device:
     def inputs(self, what: str, arrays: Mapping[str, NDArray[Any]]) -> Iterator[dict[str, Buffer]]:
         """Buffers that kernels only read and that ARE the arrays (on a CPU) or copies of them (elsewhere).
 
-        Fresh memory for a copy costs a system call every few kilobytes: with 300 000 rays a sixth of all. Kernels must be
-        done before this is left, as they are after `outputs` or `finish`; nothing may write to the arrays meanwhile.
+        A copy to fresh memory takes as much as a fifth of the time that casting its rays does. Kernels must be done
+        before this is left, as they are after `outputs` or `finish`; nothing may write to the arrays meanwhile.
         """
         import pyopencl
 
