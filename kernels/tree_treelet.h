@@ -25,7 +25,7 @@
 #define TREE n_triangles, halves, choices, units
 
 typedef struct {
-    float4 low[TREELET], high[TREELET]; /* boxes of the units */
+    float8 box[TREELET];                /* of the units: low, -high, so that a union is one minimum */
     float weight[TREELET];              /* their triangles */
     int unit[TREELET];                  /* their numbers in the binary tree */
     int inner[TREELET];                 /* inner nodes above them, the treelet's root first */
@@ -49,8 +49,7 @@ static inline void add_unit(Treelet *treelet, TREE_ARGUMENTS, int id)
 {
     const int n = treelet->count++;
     const float8 box = units[first_leaf(TREE, id)];
-    treelet->low[n] = box.lo;
-    treelet->high[n] = box.hi;
+    treelet->box[n] = (float8)(box.lo, -box.hi);
     treelet->weight[n] = id < n_triangles ? 1.0f : units[last_leaf(TREE, id)].s7;
     treelet->unit[n] = id;
 }
@@ -79,14 +78,14 @@ static inline void gather_treelet(Treelet *treelet, TREE_ARGUMENTS, int root)
 static inline void sort_treelet(Treelet *treelet)
 {
     const int n = treelet->count, packs = (n + 7) / 8;
-    float4 origin = treelet->low[0] + treelet->high[0];
+    float4 origin = treelet->box[0].lo - treelet->box[0].hi;
     for (int i = 1; i < n; ++i) {
-        const float4 centre = treelet->low[i] + treelet->high[i];
+        const float4 centre = treelet->box[i].lo - treelet->box[i].hi;
         origin = LEAST(centre, origin);
     }
     int8 keys[3][TREELET / 8];
     for (int i = 0; i < 8 * packs; ++i) {
-        const float4 at = i < n ? treelet->low[i] + treelet->high[i] - origin : (float4)(INFINITY);
+        const float4 at = i < n ? treelet->box[i].lo - treelet->box[i].hi - origin : (float4)(INFINITY);
         const int4 key = (as_int4(at) & ~(TREELET - 1)) | i;
         ((int *)keys[0])[i] = key.x;
         ((int *)keys[1])[i] = key.y;
@@ -106,37 +105,44 @@ static inline void sort_treelet(Treelet *treelet)
 
 static inline float blocks_of(float n_triangles) { return (float)(((int)n_triangles + WIDTH - 1) / WIDTH); }
 
+/* Half the area of a box (low, -high), as `met_area`. */
+static inline float met_area8(float8 box)
+{
+    const float4 d = BEAM_WIDTH - (box.lo + box.hi);
+    return d.x * d.y + (d.x + d.y) * d.z;
+}
+
 /* The cheapest split of the n units from `first` on: returns how many go left along *axis. Ties: the lower axis, then
- * the smaller left side. */
+ * the smaller left side. The three axes side by side, since each step waits for the one before it; and no branch, which
+ * would be a guess. */
 static inline int find_split(const Treelet *treelet, int first, int n, int *axis)
 {
-    float best = INFINITY;
-    int left = 1;
-    *axis = 0;
-    for (int a = 0; a < 3; ++a) {
-        const uchar *sorted = treelet->sorted[a] + first;
-        float right_cost[TREELET];
-        float4 low = INFINITY, high = -INFINITY;
-        float weight = 0.0f;
-        for (int i = n - 1; i > 0; --i) {
-            const int k = sorted[i];
-            weight += treelet->weight[k];
-            low = LEAST(treelet->low[k], low);
-            high = MOST(treelet->high[k], high);
-            right_cost[i] = met_area(low, high) * blocks_of(weight);
-        }
-        low = INFINITY, high = -INFINITY;
-        weight = 0.0f;
-        for (int i = 1; i < n; ++i) {
-            const int k = sorted[i - 1];
-            weight += treelet->weight[k];
-            low = LEAST(treelet->low[k], low);
-            high = MOST(treelet->high[k], high);
-            const float cost = met_area(low, high) * blocks_of(weight) + right_cost[i];
-            if (cost < best) best = cost, left = i, *axis = a;
+    float right_cost[TREELET][4];
+    float8 box[3] = {INFINITY, INFINITY, INFINITY};
+    float weight[3] = {0.0f, 0.0f, 0.0f}, best[3] = {INFINITY, INFINITY, INFINITY};
+    int left[3] = {1, 1, 1};
+    for (int i = n - 1; i > 0; --i) {
+        for (int a = 0; a < 3; ++a) {
+            const int k = treelet->sorted[a][first + i];
+            weight[a] += treelet->weight[k];
+            box[a] = LEAST(treelet->box[k], box[a]);
+            right_cost[i][a] = met_area8(box[a]) * blocks_of(weight[a]);
         }
     }
-    return left;
+    for (int a = 0; a < 3; ++a) box[a] = INFINITY, weight[a] = 0.0f;
+    for (int i = 1; i < n; ++i) {
+        for (int a = 0; a < 3; ++a) {
+            const int k = treelet->sorted[a][first + i - 1];
+            weight[a] += treelet->weight[k];
+            box[a] = LEAST(treelet->box[k], box[a]);
+            const float cost = met_area8(box[a]) * blocks_of(weight[a]) + right_cost[i][a];
+            left[a] = cost < best[a] ? i : left[a];
+            best[a] = LEAST(cost, best[a]);
+        }
+    }
+    *axis = best[1] < best[0] ? 1 : 0;
+    *axis = best[2] < best[*axis] ? 2 : *axis;
+    return left[*axis];
 }
 
 /* Bring the first `left` units along `axis` to the front of the other two orders, which stay sorted on both sides. */
@@ -194,7 +200,7 @@ static inline int split_treelet(Treelet *treelet, int (*parts)[2])
 static inline float8 unit_cost(const Treelet *treelet, TREE_ARGUMENTS, int k)
 {
     if (treelet->unit[k] >= n_triangles) return units[last_leaf(TREE, treelet->unit[k])];
-    return triangle_cost(met_area(treelet->low[k], treelet->high[k]));
+    return triangle_cost(met_area8(treelet->box[k]));
 }
 
 /* Build the treelet below inner node `root` anew, and make it a unit. Its inner nodes keep their numbers, the root among
@@ -205,25 +211,21 @@ static inline void finish_treelet(TREE_ARGUMENTS, int root)
     gather_treelet(&treelet, TREE, root);
     sort_treelet(&treelet);
     int parts[TREELET][2];
-    float4 low[TREELET], high[TREELET];
-    float8 cost[TREELET];
+    float8 box[TREELET], cost[TREELET];
     for (int k = split_treelet(&treelet, parts) - 1; k >= 0; --k) {
         const int node = treelet.inner[k];
-        float4 part_low[2], part_high[2];
-        float8 part_cost[2];
+        float8 part_box[2], part_cost[2];
         for (int side = 0; side < 2; ++side) {
             const int part = parts[k][side];
-            part_low[side] = part >= 0 ? low[part] : treelet.low[~part];
-            part_high[side] = part >= 0 ? high[part] : treelet.high[~part];
+            part_box[side] = part >= 0 ? box[part] : treelet.box[~part];
             part_cost[side] = part >= 0 ? cost[part] : unit_cost(&treelet, TREE, ~part);
             halves[2 * node + side] = part >= 0 ? n_triangles + treelet.inner[part] : treelet.unit[~part];
         }
-        low[k] = LEAST(part_low[0], part_low[1]);
-        high[k] = MOST(part_high[0], part_high[1]);
-        choices[node] = join_costs(&cost[k], part_cost[0], part_cost[1], met_area(low[k], high[k]));
+        box[k] = LEAST(part_box[0], part_box[1]);
+        choices[node] = join_costs(&cost[k], part_cost[0], part_cost[1], met_area8(box[k]));
     }
     choices[root] |= UNIT;
-    units[first_leaf(TREE, n_triangles + root)] = (float8)(low[0], high[0]);
+    units[first_leaf(TREE, n_triangles + root)] = (float8)(box[0].lo, -box[0].hi);
     units[last_leaf(TREE, n_triangles + root)] = cost[0];
 }
 
