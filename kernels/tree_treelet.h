@@ -26,7 +26,7 @@
 
 typedef struct {
     float8 box[TREELET];                /* of the units: low, -high, so that a union is one minimum */
-    float weight[TREELET];              /* their triangles */
+    int weight[TREELET];                /* their triangles */
     int unit[TREELET];                  /* their numbers in the binary tree */
     int inner[TREELET];                 /* inner nodes above them, the treelet's root first */
     uchar sorted[3][TREELET];           /* units along each axis; a node owns the same range of all three */
@@ -50,7 +50,7 @@ static inline void add_unit(Treelet *treelet, TREE_ARGUMENTS, int id)
     const int n = treelet->count++;
     const float8 box = units[first_leaf(TREE, id)];
     treelet->box[n] = (float8)(box.lo, -box.hi);
-    treelet->weight[n] = id < n_triangles ? 1.0f : units[last_leaf(TREE, id)].s7;
+    treelet->weight[n] = id < n_triangles ? 1 : (int)units[last_leaf(TREE, id)].s7;
     treelet->unit[n] = id;
 }
 
@@ -103,8 +103,6 @@ static inline void sort_treelet(Treelet *treelet)
     }
 }
 
-static inline float blocks_of(float n_triangles) { return (float)(((int)n_triangles + WIDTH - 1) / WIDTH); }
-
 /* Half the area of a box (low, -high), as `met_area`. */
 static inline float met_area8(float8 box)
 {
@@ -112,37 +110,52 @@ static inline float met_area8(float8 box)
     return d.x * d.y + (d.x + d.y) * d.z;
 }
 
+/* One side of a split, as it grows along an axis. */
+typedef struct {
+    float8 box;
+    int weight;
+} Side;
+
+/* Add a unit; returns what the side costs. */
+static inline float grow(Side *side, const Treelet *treelet, int k)
+{
+    side->weight += treelet->weight[k];
+    side->box = LEAST(treelet->box[k], side->box);
+    return met_area8(side->box) * (float)((side->weight + WIDTH - 1) / WIDTH);
+}
+
+/* Keep a split if it is cheaper. No branch: it would be a guess. */
+static inline void keep_split(float *best, int *left, float cost, int i)
+{
+    const int cheaper = -(cost < *best);
+    *left = (i & cheaper) | (*left & ~cheaper);
+    *best = LEAST(cost, *best);
+}
+
 /* The cheapest split of the n units from `first` on: returns how many go left along *axis. Ties: the lower axis, then
- * the smaller left side. The three axes side by side, since each step waits for the one before it; and no branch, which
- * would be a guess. */
+ * the smaller left side. The three axes side by side, since each step waits for the one before it. */
 static inline int find_split(const Treelet *treelet, int first, int n, int *axis)
 {
-    float right_cost[TREELET][4];
-    float8 box[3] = {INFINITY, INFINITY, INFINITY};
-    float weight[3] = {0.0f, 0.0f, 0.0f}, best[3] = {INFINITY, INFINITY, INFINITY};
-    int left[3] = {1, 1, 1};
+    const uchar *xs = treelet->sorted[0] + first, *ys = treelet->sorted[1] + first, *zs = treelet->sorted[2] + first;
+    float right_x[TREELET], right_y[TREELET], right_z[TREELET];
+    Side x = {INFINITY, 0}, y = {INFINITY, 0}, z = {INFINITY, 0};
     for (int i = n - 1; i > 0; --i) {
-        for (int a = 0; a < 3; ++a) {
-            const int k = treelet->sorted[a][first + i];
-            weight[a] += treelet->weight[k];
-            box[a] = LEAST(treelet->box[k], box[a]);
-            right_cost[i][a] = met_area8(box[a]) * blocks_of(weight[a]);
-        }
+        right_x[i] = grow(&x, treelet, xs[i]);
+        right_y[i] = grow(&y, treelet, ys[i]);
+        right_z[i] = grow(&z, treelet, zs[i]);
     }
-    for (int a = 0; a < 3; ++a) box[a] = INFINITY, weight[a] = 0.0f;
+    x.box = y.box = z.box = INFINITY;
+    x.weight = y.weight = z.weight = 0;
+    float best_x = INFINITY, best_y = INFINITY, best_z = INFINITY;
+    int left_x = 1, left_y = 1, left_z = 1;
     for (int i = 1; i < n; ++i) {
-        for (int a = 0; a < 3; ++a) {
-            const int k = treelet->sorted[a][first + i - 1];
-            weight[a] += treelet->weight[k];
-            box[a] = LEAST(treelet->box[k], box[a]);
-            const float cost = met_area8(box[a]) * blocks_of(weight[a]) + right_cost[i][a];
-            left[a] = cost < best[a] ? i : left[a];
-            best[a] = LEAST(cost, best[a]);
-        }
+        keep_split(&best_x, &left_x, grow(&x, treelet, xs[i - 1]) + right_x[i], i);
+        keep_split(&best_y, &left_y, grow(&y, treelet, ys[i - 1]) + right_y[i], i);
+        keep_split(&best_z, &left_z, grow(&z, treelet, zs[i - 1]) + right_z[i], i);
     }
-    *axis = best[1] < best[0] ? 1 : 0;
-    *axis = best[2] < best[*axis] ? 2 : *axis;
-    return left[*axis];
+    const bool is_y = best_y < best_x, is_z = best_z < (is_y ? best_y : best_x);
+    *axis = is_z ? 2 : is_y;
+    return is_z ? left_z : is_y ? left_y : left_x;
 }
 
 /* Bring the first `left` units along `axis` to the front of the other two orders, which stay sorted on both sides. */
