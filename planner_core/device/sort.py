@@ -15,7 +15,7 @@ _MAX_CHUNKS = {"cpu": 256}
 _DEFAULT_MAX_CHUNKS = 8192
 #: Elements a chunk at least: below it, summing the chunks' counts costs more than it saves.
 _MIN_CHUNK = 256
-#: Bits a pass, by kind of device: a chunk holds 2^bits counters in registers or cache. 9 sort a Morton code in 6 passes.
+#: Bits a pass, by kind of device: a chunk holds 2^bits counters in registers or cache. With 9 a Morton code takes six.
 _DIGIT_BITS = {"cpu": 9}
 _DEFAULT_DIGIT_BITS = 4
 

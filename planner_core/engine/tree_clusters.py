@@ -54,10 +54,13 @@ def cluster_triangles(device: Device, vertices: Buffer, corners: Buffer, n_trian
     order, free_order, free_keys, free_keys_too = _sort_along_curve(device, leaves, mesh, n_chunks)
     stride = n_triangles + 2 * _PAD
     now, then = (
-        tuple(device.allocate("clusters", size) for size in (24 * stride, 4 * n_triangles, 4 * n_triangles))
+        tuple(
+            device.allocate("clusters", size, is_filled=True)
+            for size in (24 * stride, 4 * n_triangles, 4 * n_triangles)
+        )
         for _ in range(2)
     )
-    units = device.allocate("units of treelets", 32 * n_triangles)
+    units = device.allocate("units of treelets", 32 * n_triangles, is_filled=True)
     leaves.run("make_leaves", (n_chunks,), *mesh, order, now[0], np.int32(stride), *now[1:], units)
     binary = Binary(
         order=order,
@@ -75,8 +78,8 @@ def _sort_along_curve(
 ) -> tuple[Buffer, Buffer, Buffer, Buffer]:
     """Order of the triangles, (T,) int32; then buffers of 4, 8 and 8 bytes a triangle that are free again."""
     n = int(mesh[2])
-    keys, spare_keys = (device.allocate("Morton codes", 8 * n) for _ in range(2))
-    order, spare_order = (device.allocate("order of triangles", 4 * n) for _ in range(2))
+    keys, spare_keys = (device.allocate("Morton codes", 8 * n, is_filled=True) for _ in range(2))
+    order, spare_order = (device.allocate("order of triangles", 4 * n, is_filled=True) for _ in range(2))
     bounds, grid = device.allocate("bounds of chunks", 32 * n_chunks), device.allocate("grid", 16)
     leaves.run("bound_centroids", (n_chunks,), *mesh, bounds)
     leaves.run("join_bounds", (1,), bounds, np.int32(n_chunks), grid)
@@ -92,7 +95,7 @@ def _merge_all(
     n_triangles = binary.n_triangles
     program = device.program("tree_merge.cl", {"LANES": _LANES.get(device.kind, 1), "PAD": _PAD})
     tree = (np.int32(n_triangles), binary.halves, binary.choices, binary.spare[3])
-    nearest = device.allocate("nearest clusters", 4 * n_triangles)
+    nearest = device.allocate("nearest clusters", 4 * n_triangles, is_filled=True)
     counts = device.allocate("counts of chunks", 8 * (chunk_count(device, n_triangles) + 1))
     totals = np.empty(2, dtype=np.int32)
     n, n_nodes, coarse, late = n_triangles, 0, _COARSE, n_triangles // _LATE_SHARE

@@ -17,7 +17,6 @@ from planner_core.engine.tree_clusters import Binary
 from planner_core.model import Scene
 from planner_core.scene.patches import squared_edges
 
-
 #: Levels of no more nodes than this are walked by one work-item, in one launch.
 _FEW = {"cpu": 1024}
 _DEFAULT_FEW = 32
@@ -67,7 +66,7 @@ def widen(
         "edges": 12 * binary.n_triangles,
     }
     device.reserve("tree", sizes)
-    arrays = {name: device.allocate("tree", size) for name, size in sizes.items()}
+    arrays = {name: device.allocate("tree", size, is_filled=True) for name, size in sizes.items()}
     normals = arrays["edges"]  # something to hand over where normals are not read
     if not float64:
         measured = {"normals": round_surfaces(scene).normal, "edges": squared_edges(scene.vertices_m[scene.triangles])}
@@ -90,7 +89,7 @@ def _write_nodes(
     device: Device, program: Program, binary: Binary, outline: Outline, block_box: Buffer, arrays: dict[str, Buffer]
 ) -> None:
     """From the lowest level up, since a node's box is the union of its children's; small levels several at once."""
-    node_box = device.allocate("boxes of nodes", 32 * outline.n_nodes)
+    node_box = device.allocate("boxes of nodes", 32 * outline.n_nodes, is_filled=True)
     few = _FEW.get(device.kind, _DEFAULT_FEW)
     levels = list(outline.levels)
     while levels:
