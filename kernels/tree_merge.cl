@@ -10,8 +10,8 @@
  * Treelets   What is clustered is split anew, 64 units at a time (tree_treelet.h): when two clusters together have more, each
  *            of them becomes one unit of the next level. That is noted in a root's choices, and done when all clusters are
  *            merged: a level's treelets share nothing, so that they are one launch.
- * Launches   While there are many clusters a round is four launches and a count that the host waits for. The last few
- *            thousand take dozens of rounds of little work: one work-item does them in one launch.
+ * Launches   While there are many clusters a round is four launches and a count that the host waits for. The last some
+ *            thousands take dozens of rounds of little work: one work-item does them in one launch.
  * Indices    Leaf i of the binary tree is triangle order[i]; inner node k has the number n_triangles + k and the halves
  *            halves[2 k], halves[2 k + 1]; a node's number is greater than those of its halves until it is built anew.
  *            Clusters: boxes (6, stride), see tree_clusters.h; id (n), number in the binary tree; size (n), level times 128

@@ -21,7 +21,7 @@ _RADIUS, _LATE_RADIUS, _LATE_SHARE = 8, 16, 8
 _LANES = {"cpu": 8}
 _PAD = 32
 #: No more clusters than this are merged by one work-item, in one launch: dozens of rounds of little work.
-_FEW = {"cpu": 4096}
+_FEW = {"cpu": 16384}
 _DEFAULT_FEW = 64
 #: Last bits of a distance that do not count: 1/64 of it.
 _COARSE = 17
