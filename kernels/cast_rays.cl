@@ -5,12 +5,16 @@
  *            The triangle test is that of the tiles (block.h), in the same order of operations: same beam, same bits.
  *
  *            A walk waits for memory and for its own last step most of the time, so that a processor that looks ahead
- *            (a CPU) takes several at once, a step each in turn: their waits overlap.
+ *            (a CPU) takes a wave of them at once: all that are at a node meet their nodes, then all that are at a block
+ *            meet their blocks, then each goes on to its next child, or makes room for the next ray. Waits overlap, and
+ *            a loop over nodes alone has no branch that the processor could guess wrong.
  *
  * Define         meaning                                              example
  * LANES          1 here: a packet is one ray                          -DLANES=1
- * RAYS           rays a work-item                                     -DRAYS=64
- * WALKS          how many of them are under way at once               -DWALKS=4
+ * RAYS           rays a work-item                                     -DRAYS=256
+ * WALKS          how many of them are under way at once               -DWALKS=32
+ * PAIRS          1: children of two nodes are sorted side by side;    -DPAIRS=1
+ *                for devices that take 16 lanes
  * STACK          see tree.h
  */
 #include "block.h"
@@ -55,6 +59,9 @@ static inline float8 along(float8 box, float inverse, float from)
 {
     _Pragma("OPENCL FP_CONTRACT ON") return box * inverse - from;
 }
+
+/* Number of a walk of the wave; of a wave of one, what the compiler knows. */
+#define WALK(number) (WALKS == 1 ? 0 : (number))
 
 /* One ray on its way through the tree. */
 typedef struct {
@@ -105,11 +112,10 @@ static inline bool next_child(Walk *walk, global const int *children)
     return true;
 }
 
-/* Meet a node and go on to its nearest child; false where the walk is at its end. */
-static inline bool meet_node(Walk *walk, global const float *boxes, global const int *children)
+/* Keys of the stack of the children that a walk at a node meets; -1 for the others. */
+static inline int8 met_children(const Walk *walk, global const float *boxes)
 {
-    const int node = walk->child;
-    global const float *b = boxes + (size_t)node * (6 * NODE_CHILDREN);
+    global const float *b = boxes + (size_t)walk->child * (6 * NODE_CHILDREN);
     const Slab x = walk->x, y = walk->y, z = walk->z;
     const float8 ex = along(LOAD8(b + walk->in_x), x.in, x.from_in), lx = along(LOAD8(b + walk->out_x), x.out, x.from_out);
     const float8 ey = along(LOAD8(b + walk->in_y), y.in, y.from_in), ly = along(LOAD8(b + walk->out_y), y.out, y.from_out);
@@ -117,10 +123,47 @@ static inline bool meet_node(Walk *walk, global const float *boxes, global const
     const float8 exy = MOST(ex, ey), ez0 = MOST(ez, 0.0f), enter = MOST(exy, ez0);
     const float8 lxy = LEAST(lx, ly), leave = LEAST(lxy, lz);
     const int8 keep = (enter <= leave) & (enter <= walk->far);
-    const int nearest = push_farther(&walk->stack, node, keep, enter);
-    if (nearest == NO_CHILD) return next_child(walk, children);
-    walk->child = children[node * NODE_CHILDREN + (nearest & 7)];
-    return true;
+    return PICK(keep, named_keys(enter), (int8)(-1));
+}
+
+#if PAIRS
+/* As sort8, both halves by themselves. */
+static inline int16 sort8_twice(int16 x)
+{
+#define EXCHANGE_TWICE(swapped, upper)                                                                                \
+    do {                                                                                                              \
+        const int16 other = swapped, greater = MOST(x, other), smaller = LEAST(x, other);                             \
+        x = PICK((int16)((int8)upper, (int8)upper), smaller, greater);                                                \
+    } while (0)
+    EXCHANGE_TWICE(x.s1032547698badcfe, (0, -1, -1, 0, 0, -1, -1, 0));
+    EXCHANGE_TWICE(x.s23016745ab89efcd, (0, 0, -1, -1, -1, -1, 0, 0));
+    EXCHANGE_TWICE(x.s1032547698badcfe, (0, -1, 0, -1, -1, 0, -1, 0));
+    EXCHANGE_TWICE(x.s45670123cdef89ab, (0, 0, 0, 0, -1, -1, -1, -1));
+    EXCHANGE_TWICE(x.s23016745ab89efcd, (0, 0, -1, -1, 0, 0, -1, -1));
+    EXCHANGE_TWICE(x.s1032547698badcfe, (0, -1, 0, -1, 0, -1, 0, -1));
+#undef EXCHANGE_TWICE
+    return x;
+}
+#endif
+
+/* Meet the nodes that n walks are at: what they meet of them goes onto their stacks. */
+static inline void meet_nodes(Walk *walks, const int *named, int n, global const float *boxes)
+{
+    int i = 0;
+#if PAIRS
+    for (; i + 1 < n; i += 2) {
+        Walk *a = &walks[named[i]], *b = &walks[named[i + 1]];
+        const int8 met_a = met_children(a, boxes), met_b = met_children(b, boxes);
+        const int16 sorted = sort8_twice((int16)(met_a, met_b));
+        push_sorted(&a->stack, a->child, met_a >= 0, sorted.lo);
+        push_sorted(&b->stack, b->child, met_b >= 0, sorted.hi);
+    }
+#endif
+    for (; i < n; ++i) {
+        Walk *walk = &walks[WALK(named[i])];
+        const int8 met = met_children(walk, boxes);
+        push_sorted(&walk->stack, walk->child, met >= 0, sort8(met));
+    }
 }
 
 /* Keep a hit if it is nearer, or as near on a lower triangle. */
@@ -195,30 +238,34 @@ kernel void cast_rays(global const float *boxes, global const int *children, glo
     const int first = get_global_id(0) * RAYS, end = LEAST(first + RAYS, n_rays);
     const float best = (1.0f / range_max) * 0.99999f, far = NEAR_SLACK / best;
     Walk walks[WALKS];
-    int next = first, under_way = 0;
-    while (under_way < WALKS && next < end) start_walk(&walks[under_way++], rays, next++, best, far, scene_sphere);
-    while (under_way > 0) {
-        for (int k = 0; k < under_way; ++k) {
-            Walk *walk = &walks[k];
-            bool goes_on;
-            if (walk->child >= 0) {
-                goes_on = meet_node(walk, boxes, children);
-            } else {
-                meet_block(walk, geometry, triangles);
-                goes_on = next_child(walk, children);
-            }
-            if (goes_on) {
-                fetch_ahead(walk->child, boxes, geometry, children, triangles);
-                continue;
-            }
-            const float range = 1.0f / walk->best;
-            const bool hit = walk->found >= 0 && range <= range_max;
-            range_out[walk->ray] = hit ? range : NAN;
-            triangle_out[walk->ray] = hit ? walk->found : -1;
-            if (next < end)
+    int at_node[WALKS], at_block[WALKS], under_way[WALKS];
+    int next = first, n_nodes = 0, n_blocks = 0;
+    for (; n_nodes < WALKS && next < end; ++n_nodes) {
+        start_walk(&walks[n_nodes], rays, next++, best, far, scene_sphere);
+        at_node[n_nodes] = n_nodes;
+    }
+    while (n_nodes + n_blocks > 0) {
+        meet_nodes(walks, at_node, n_nodes, boxes);
+        for (int i = 0; i < n_blocks; ++i) meet_block(&walks[WALK(at_block[i])], geometry, triangles);
+        const int n = n_nodes + n_blocks;
+        for (int i = 0; i < n_nodes; ++i) under_way[i] = at_node[i];
+        for (int i = 0; i < n_blocks; ++i) under_way[n_nodes + i] = at_block[i];
+        n_nodes = 0, n_blocks = 0;
+        for (int i = 0; i < n; ++i) {
+            Walk *walk = &walks[WALK(under_way[i])];
+            if (!next_child(walk, children)) {
+                const float range = 1.0f / walk->best;
+                const bool hit = walk->found >= 0 && range <= range_max;
+                range_out[walk->ray] = hit ? range : NAN;
+                triangle_out[walk->ray] = hit ? walk->found : -1;
+                if (next == end) continue;
                 start_walk(walk, rays, next++, best, far, scene_sphere);
-            else
-                walks[k--] = walks[--under_way];
+            }
+            fetch_ahead(walk->child, boxes, geometry, children, triangles);
+            at_node[n_nodes] = at_block[n_blocks] = under_way[i];
+            const bool is_block = walk->child < 0;
+            n_nodes += !is_block;
+            n_blocks += is_block;
         }
     }
 }

@@ -68,14 +68,6 @@ static inline int8 sort8(int8 x)
     return x;
 }
 
-/* Smallest lane. */
-static inline int least8(int8 x)
-{
-    const int4 least4 = LEAST(x.lo, x.hi);
-    const int2 least2 = LEAST(least4.lo, least4.hi);
-    return LEAST(least2.x, least2.y);
-}
-
 /* Minus the number of lanes in a mask. */
 static inline int minus_count8(int8 mask)
 {
@@ -89,13 +81,19 @@ static inline int8 named_keys(float8 key)
     return (as_int8(key) & ~7) | (int8)(0, 1, 2, 3, 4, 5, 6, 7);
 }
 
+/* Push children by their keys in order, greatest first; those not `kept` come last. `from` is what they are found by. */
+static inline void push_sorted(Stack *stack, int from, int8 kept, int8 sorted)
+{
+    STORE8I(sorted, stack->key + stack->size);
+    STORE8I((int8)(from), stack->from + stack->size);
+    stack->size -= minus_count8(kept);
+}
+
 /* Push the children in `keep`, nearer ones higher. Equal keys: the lower lane is nearer, always the same one. No branch
- * depends on the data: a processor's wrong guess costs as much as all of this. `from` is what the child is found by. */
+ * depends on the data: a processor's wrong guess costs as much as all of this. */
 static inline void push_children(Stack *stack, int from, int8 keep, float8 key)
 {
-    STORE8I(sort8(PICK(keep, named_keys(key), (int8)(-1))), stack->key + stack->size);
-    STORE8I((int8)(from), stack->from + stack->size);
-    stack->size -= minus_count8(keep);
+    push_sorted(stack, from, keep, sort8(PICK(keep, named_keys(key), (int8)(-1))));
 }
 
 /* Take the nearest child off a stack of nodes; NO_CHILD where it is empty. */
@@ -104,19 +102,6 @@ static inline int pop_child(Stack *stack, global const int *children)
     if (stack->size == 0) return NO_CHILD;
     const int at = --stack->size;
     return children[stack->from[at] * NODE_CHILDREN + (stack->key[at] & 7)];
-}
-
-/* The same but for the nearest, whose key is returned, or NO_CHILD where none is kept: it is found by itself, so that the
- * walk can go on while the rest is still being sorted. */
-static inline int push_farther(Stack *stack, int from, int8 keep, float8 key)
-{
-    const int8 named = named_keys(key);
-    const int nearest = least8(PICK(keep, named, (int8)(NO_CHILD)));
-    const int before = stack->size;
-    push_children(stack, from, keep, key);
-    const int rest = stack->size - 1;
-    stack->size = MOST(rest, before);
-    return nearest;
 }
 
 #endif

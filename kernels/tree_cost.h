@@ -50,36 +50,54 @@ static inline float8 triangle_cost(float area)
     return cost;
 }
 
-/* Costs of two clusters' union, whose area is given; returns the choices. Ties: a block before a node, the fewest places,
- * the smallest left share. */
-static inline uint join_costs(float8 *joint, float8 left8, float8 right8, float area)
+/* Lanes moved up by one; infinity comes after them. */
+static inline float8 up_one(float8 x)
 {
-    const float *left = (const float *)&left8, *right = (const float *)&right8;
-    float *cost = (float *)joint;
-    uint choices = 0;
-    float divided[WIDTH + 1]; /* least cost in at most s places with at least one for each half */
-    for (int s = 2; s <= WIDTH; ++s) {
-        float best = left[0] + right[s - 2];
-        uint share = 1;
-        for (int k = 2; k < s; ++k) {
-            const float other = left[k - 1] + right[s - k - 1];
-            if (other < best) best = other, share = k;
-        }
-        divided[s] = best;
-        choices |= share << (3 * s - 5);
-    }
-    const float count = left[WIDTH - 1] + right[WIDTH - 1];
-    const float as_node = NODE_COST * area + divided[WIDTH];
+    float8 y = x.s00123456;
+    y.s0 = INFINITY;
+    return y;
+}
+
+/* Costs of two clusters' union, whose area is given; returns the choices. Ties: a block before a node, the fewest places,
+ * the smallest left share. All numbers of places s = 1 .. 8 at once, lane s - 1. */
+static inline uint join_costs(float8 *joint, float8 left, float8 right, float area)
+{
+    /* Least cost in at most s places with at least one for each half; the left one gets `share` of them. */
+    float8 shifted = up_one(right), divided = left.s0 + shifted;
+    int8 share = 1;
+#define TRY_SHARE(k, cost)                                                                                            \
+    do {                                                                                                              \
+        shifted = up_one(shifted);                                                                                    \
+        const float8 other = cost + shifted;                                                                          \
+        share = PICK(other < divided, (int8)(k), share);                                                              \
+        divided = LEAST(other, divided);                                                                              \
+    } while (0)
+    TRY_SHARE(2, left.s1);
+    TRY_SHARE(3, left.s2);
+    TRY_SHARE(4, left.s3);
+    TRY_SHARE(5, left.s4);
+    TRY_SHARE(6, left.s5);
+    TRY_SHARE(7, left.s6);
+#undef TRY_SHARE
+    const float count = left.s7 + right.s7;
+    const float as_node = NODE_COST * area + divided.s7;
     const float as_block = count <= (float)WIDTH ? BLOCK_COST * area : INFINITY;
-    if (as_block <= as_node) choices |= 1;
-    cost[0] = LEAST(as_block, as_node);
-    for (int s = 2; s < WIDTH; ++s) {
-        const bool divide = divided[s] < cost[s - 2];
-        cost[s - 1] = divide ? divided[s] : cost[s - 2];
-        if (!divide) choices &= ~(7u << (3 * s - 5));
-    }
-    cost[WIDTH - 1] = count;
-    return choices;
+    /* Least of all with no more places: prefix minima in three steps. */
+    float8 least = divided;
+    least.s0 = LEAST(as_block, as_node);
+    const float8 one = up_one(least), of_two = LEAST(one, least);
+    const float8 two = of_two.s00012345, of_four = LEAST(two, of_two);
+    const float8 four = of_four.s00000123, all = LEAST(four, of_four);
+    /* Where one place less costs no more, nothing is divided; into eight places always. */
+    int8 bits = share << (int8)(0, 1, 4, 7, 10, 13, 16, 19);
+    bits = PICK(divided < up_one(all), bits, (int8)(0));
+    bits.s7 = share.s7 << 19;
+    bits.s0 = as_block <= as_node;
+    const int4 half4 = bits.lo | bits.hi;
+    const int2 half2 = half4.lo | half4.hi;
+    *joint = all;
+    joint->s7 = count;
+    return (uint)(half2.x | half2.y);
 }
 
 #endif

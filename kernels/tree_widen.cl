@@ -11,6 +11,9 @@
  */
 #include "chunks.h"
 #include "tree_cost.h"
+
+/* Levels a launch at most; more take one more launch. */
+#define MAX_LEVELS 62
 #if FLOAT64
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
 #endif
@@ -49,9 +52,6 @@ static inline int open_node(int *found, BINARY_ARGUMENTS, int root)
     return count;
 }
 
-/* nodes (1) written: the root. NDRange (1). */
-kernel void list_root(int n_triangles, global int *nodes) { nodes[0] = 2 * n_triangles - 2; }
-
 /* counts (n_chunks + 1, 2) written from row 1 on: children that are nodes, that are blocks, of nodes [first, first + n). */
 kernel void count_children(BINARY_ARGUMENTS, global const int *nodes, int first, int n, global int *counts)
 {
@@ -73,6 +73,24 @@ kernel void count_children(BINARY_ARGUMENTS, global const int *nodes, int first,
 
 DEFINE_SUM_COUNTS
 
+/* Children of nodes [first, end): nodes are written from *node on, blocks from *block on, which are moved on. */
+static inline void list_run(BINARY_ARGUMENTS, global int *nodes, int first, int end, global int *first_child,
+                            global int *blocks, int *node, int *block)
+{
+    for (int i = first; i < end; ++i) {
+        int found[WIDTH];
+        const int count = open_node(found, BINARY, nodes[i]);
+        first_child[2 * i] = *node;
+        first_child[2 * i + 1] = *block;
+        for (int j = 0; j < count; ++j) {
+            if (is_block(BINARY, found[j]))
+                blocks[(*block)++] = found[j];
+            else
+                nodes[(*node)++] = found[j];
+        }
+    }
+}
+
 /* nodes from next_node on and blocks from next_block on written: the children of nodes [first, first + n); first_child
  * (N, 2) written: of each of these its first child that is a node, that is a block. counts: summed. */
 kernel void list_children(BINARY_ARGUMENTS, global int *nodes, int first, int n, global const int *counts, int next_node,
@@ -80,19 +98,25 @@ kernel void list_children(BINARY_ARGUMENTS, global int *nodes, int first, int n,
 {
     const int chunk = get_global_id(0), n_chunks = get_global_size(0);
     int node = next_node + counts[2 * chunk + 2], block = next_block + counts[2 * chunk + 3];
-    const int end = first + first_of(chunk + 1, n_chunks, n);
-    for (int i = first + first_of(chunk, n_chunks, n); i < end; ++i) {
-        int found[WIDTH];
-        const int count = open_node(found, BINARY, nodes[i]);
-        first_child[2 * i] = node;
-        first_child[2 * i + 1] = block;
-        for (int j = 0; j < count; ++j) {
-            if (is_block(BINARY, found[j]))
-                blocks[block++] = found[j];
-            else
-                nodes[node++] = found[j];
-        }
+    list_run(BINARY, nodes, first + first_of(chunk, n_chunks, n), first + first_of(chunk + 1, n_chunks, n), first_child,
+             blocks, &node, &block);
+}
+
+/* The same for one level after the other, as long as they have at most `few` nodes; node 0 is the root. NDRange (1).
+ * levels (2 + MAX_LEVELS) written: how many levels, the blocks so far, and the nodes of the level after each. */
+kernel void list_levels(BINARY_ARGUMENTS, global int *nodes, int first, int n, int next_block, int few,
+                        global int *first_child, global int *blocks, global int *levels)
+{
+    int level = 0, node = first + n, block = next_block;
+    if (first == 0) nodes[0] = 2 * n_triangles - 2;
+    for (; n > 0 && n <= few && level < MAX_LEVELS; ++level) {
+        list_run(BINARY, nodes, first, first + n, first_child, blocks, &node, &block);
+        first += n;
+        n = node - first;
+        levels[2 + level] = n;
     }
+    levels[0] = level;
+    levels[1] = block;
 }
 
 #if FLOAT64
@@ -178,15 +202,16 @@ kernel void fill_blocks(global const float *vertices, global const int *corners,
     }
 }
 
-/* boxes (N, 6, 8), children (N, 8) and node_box (N, 2) (low, high) of nodes [first, first + n) written: one level, after all
- * below it. */
+/* boxes (N, 6, 8), children (N, 8) and node_box (N, 2) (low, high) of nodes [first, first + n) written: of one level, after
+ * all below it; or of several, by one work-item. */
 kernel void write_nodes(BINARY_ARGUMENTS, global const int *nodes, int first, int n, global const int *first_child,
                         global const float4 *block_box, global float4 *node_box, global float *boxes,
                         global int *children)
 {
     const int chunk = get_global_id(0), n_chunks = get_global_size(0);
     const int end = first + first_of(chunk + 1, n_chunks, n);
-    for (int i = first + first_of(chunk, n_chunks, n); i < end; ++i) {
+    /* from the last one up: children have higher numbers */
+    for (int i = end - 1; i >= first + first_of(chunk, n_chunks, n); --i) {
         int found[WIDTH];
         const int count = open_node(found, BINARY, nodes[i]);
         int node = first_child[2 * i], block = first_child[2 * i + 1];

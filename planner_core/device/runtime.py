@@ -34,6 +34,10 @@ _LOST_FILE = "unable to rename temporary"
 NARROW_LANES = 8
 """Floats side by side that kernels may be built for on every device."""
 _WIDE_LANES = 16
+#: NumPy asks for large pages from here on.
+_LARGE_BYTES = 4 * 2**20
+#: Bytes; the largest vector type of OpenCL.
+_ALIGNMENT = 128
 #: Launches whose fate has not been looked at yet; their events hold memory of the driver.
 _MAX_LAUNCHED = 1024
 
@@ -41,8 +45,9 @@ _MAX_LAUNCHED = 1024
 class Buffer:
     """Device memory. `n_bytes` counts against the device until `release` or the end of its life."""
 
-    def __init__(self, device: Device, handle: Any, n_bytes: int) -> None:
+    def __init__(self, device: Device, handle: Any, n_bytes: int, memory: NDArray[np.uint8] | None = None) -> None:
         self._device, self.handle, self.n_bytes = device, handle, n_bytes
+        self._memory = memory  # where it is of ours: kernels in the queue may use it after `release`
 
     def release(self) -> None:
         """Give the memory back; a second call does nothing."""
@@ -50,6 +55,9 @@ class Buffer:
             return
         handle, self.handle = self.handle, None
         self._device.held_bytes -= self.n_bytes
+        if self._memory is not None:
+            self._device.outlived.append(self._memory)
+            self._memory = None
         # A lost device refuses even this; its memory is gone with it, and the error that said so is on its way.
         with suppress(self._device.driver_error):
             handle.release()
@@ -63,7 +71,7 @@ class Program:
 
     def __init__(self, device: Device, built: Any, title: str) -> None:
         self._device, self._built, self._title = device, built, title
-        self._kernels: dict[str, Any] = {}
+        self._kernels: dict[tuple[str, tuple[np.dtype[Any] | None, ...]], Any] = {}
 
     def run(self, kernel: str, global_size: tuple[int, ...], *arguments: object) -> None:
         """Queue a kernel over `global_size` work-items. Arguments: `Buffer`s and NumPy scalars or vectors.
@@ -85,12 +93,22 @@ class Program:
         device = self._device
         what = f"kernel {kernel} of {self._title}"
         local_size = (1,) * len(global_size) if device.kind == "cpu" else None
+        # Told the types beforehand, pyopencl need not find out, number by number, what each is not: that took more than
+        # half of a launch.
+        key = (kernel, tuple(map(_type_of_argument, arguments)))
         with driver_errors(what, device.label):
-            if kernel not in self._kernels:
-                self._kernels[kernel] = pyopencl.Kernel(self._built, kernel)
-            launch = self._kernels[kernel]
+            launch = self._kernels.get(key)
+            if launch is None:
+                launch = self._kernels[key] = pyopencl.Kernel(self._built, kernel)
+                launch.set_arg_types(key[1])
             launch.set_args(*(item.handle if isinstance(item, Buffer) else item for item in arguments))
             device.note_launch(what, pyopencl.enqueue_nd_range_kernel(device.queue, launch, global_size, local_size))
+
+
+def _type_of_argument(item: Any) -> np.dtype[Any] | None:
+    if isinstance(item, Buffer):
+        return None
+    return item.dtype if isinstance(item, np.generic) else np.dtype((np.void, item.nbytes))
 
 
 class _Context:
@@ -136,6 +154,8 @@ class Device:
         #: What the driver raises, kept for when the interpreter ends: nothing can be imported any more by then.
         self.driver_error: type[Exception] = pyopencl.Error
         self.held_bytes = 0
+        #: Memory of ours whose buffer was released: it goes when nothing runs any more.
+        self.outlived: list[NDArray[np.uint8]] = []
         self._launched: list[tuple[str, Any]] = []
         self._programs: dict[tuple[str, tuple[str, ...]], Program] = {}
 
@@ -237,14 +257,49 @@ class Device:
                 buffers[name] = self._keep(pyopencl.Buffer(self.context, flags, hostbuf=source), array.nbytes)
         return buffers
 
-    def allocate(self, what: str, n_bytes: int) -> Buffer:
-        """Take uninitialised memory."""
+    @contextmanager
+    def inputs(self, what: str, arrays: Mapping[str, NDArray[Any]]) -> Iterator[dict[str, Buffer]]:
+        """Buffers that kernels only read and that ARE the arrays (on a CPU) or copies of them (elsewhere).
+
+        A copy to fresh memory takes as much as a fifth of the time that casting its rays does. Kernels must be done
+        before this is left, as they are after `outputs` or `finish`; nothing may write to the arrays meanwhile.
+        """
+        import pyopencl
+
+        buffers: dict[str, Buffer] = {}
+        try:
+            if self.kind == "cpu" and all(array.size for array in arrays.values()):
+                self.reserve(what, {name: array.nbytes for name, array in arrays.items()})
+                flags = pyopencl.mem_flags.READ_ONLY | pyopencl.mem_flags.USE_HOST_PTR
+                for name, array in arrays.items():
+                    with driver_errors(f"{what}: {name}", self.label):
+                        source = np.ascontiguousarray(array)
+                        buffers[name] = self._keep(pyopencl.Buffer(self.context, flags, hostbuf=source), array.nbytes)
+            else:
+                buffers = self.upload(what, arrays)
+            yield buffers
+        except BaseException:
+            self._drain()  # kernels may still be reading the arrays, which the caller is about to drop
+            raise
+        finally:
+            for buffer in buffers.values():
+                buffer.release()
+
+    def allocate(self, what: str, n_bytes: int, *, is_filled: bool = False) -> Buffer:
+        """Take uninitialised memory. `is_filled`: kernels write all of it, so that large pages do a CPU good."""
         import pyopencl
 
         self.reserve(what, {what: n_bytes})
+        flags, memory = pyopencl.mem_flags.READ_WRITE, None
+        if is_filled and self.kind == "cpu" and n_bytes >= _LARGE_BYTES:
+            with suppress(MemoryError):  # the driver tells of it, below
+                memory = _large_pages(n_bytes)
         with driver_errors(what, self.label):
-            handle = pyopencl.Buffer(self.context, pyopencl.mem_flags.READ_WRITE, size=max(n_bytes, 1))
-        return self._keep(handle, n_bytes)
+            if memory is None:
+                handle = pyopencl.Buffer(self.context, flags, size=max(n_bytes, 1))
+            else:
+                handle = pyopencl.Buffer(self.context, flags | pyopencl.mem_flags.USE_HOST_PTR, hostbuf=memory)
+        return self._keep(handle, n_bytes, memory)
 
     def zero(self, buffer: Buffer, n_bytes: int) -> None:
         """Queue filling the first bytes of a buffer with zero."""
@@ -285,6 +340,7 @@ class Device:
             # A kernel's own failure tells more than that of the queue, which it may have brought down.
             self._look_at(launched)
             raise
+        self.outlived.clear()
         self._look_at(launched)
 
     def _abandon_context(self) -> None:
@@ -367,10 +423,24 @@ class Device:
         self._launched.clear()
         with suppress(self.driver_error):
             self.queue.finish()
+            self.outlived.clear()
 
-    def _keep(self, handle: Any, n_bytes: int) -> Buffer:
+    def _keep(self, handle: Any, n_bytes: int, memory: NDArray[np.uint8] | None = None) -> Buffer:
         self.held_bytes += n_bytes
-        return Buffer(self, handle, n_bytes)
+        return Buffer(self, handle, n_bytes, memory)
+
+    def __del__(self) -> None:
+        if self.__dict__.get("outlived"):
+            self._drain()
+
+
+def _large_pages(n_bytes: int) -> NDArray[np.uint8]:
+    """Memory aligned as a driver's own. NumPy asks for large pages, which take the operating system a fraction of the
+    time where they are new: a fifth of building a tree of millions of triangles went into small ones.
+    """
+    memory = np.empty(n_bytes + _ALIGNMENT, dtype=np.uint8)
+    start = -memory.ctypes.data % _ALIGNMENT
+    return memory[start : start + n_bytes]
 
 
 @cache

@@ -33,10 +33,9 @@ from planner_core.model import (
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scanner.template import Band, bands
 
-#: Free rays a work-item and how many of those it has under way at once. A CPU looks ahead into the next steps of
-#: several walks; other devices, unmeasured, have work-items for that. Measured: docs/method/scan-engine.md.
-_RAYS = {"cpu": (64, 4)}
-_RAYS_FETCHING = (64, 8)
+#: Free rays a work-item and how many of those it has under way at once, a wave. A CPU looks ahead into the next steps
+#: of several walks; other devices, unmeasured, have work-items for that. Measured: docs/method/scan-engine.md.
+_RAYS = {"cpu": (256, 32)}
 #: Trees larger than this don't fit into a processor's caches: the walk then asks for memory ahead.
 _CACHED_BYTES = 16 * 2**20
 
@@ -91,7 +90,8 @@ class OpenCLEngine:
     ) -> RayHits:
         """See `ScanEngine.cast_rays`."""
         origins, unit = check_rays(origins_m, directions, range_max_m)
-        rays = np.concatenate([origins, unit], axis=1).astype(np.float32)
+        rays = np.empty((len(origins), 6), dtype=np.float32)
+        rays[:, :3], rays[:, 3:] = origins, unit
         if not through_glass:
             return self.cast_prepared(rays, range_max_m=range_max_m)
         hits = self._cast(self.tree, rays, range_max_m)
@@ -106,11 +106,11 @@ class OpenCLEngine:
         triangle = np.empty(rays.shape[0], dtype=np.int32)
         if rays.shape[0] == 0:
             return RayHits(range_m=range_m, triangle=triangle)
-        walk = _walk_of(tree)
-        per_item, walks = _RAYS_FETCHING if walk["PREFETCH"] else _RAYS.get(self._on.kind, (1, 1))
-        program = self._on.program("cast_rays.cl", {"LANES": 1, "RAYS": per_item, "WALKS": walks, **walk})
-        queries = self._on.upload("rays", {"rays": rays})
-        with self._on.outputs("hits", {"range": range_m, "triangle": triangle}) as out:
+        per_item, walks = _RAYS.get(self._on.kind, (1, 1))
+        wave = {"RAYS": per_item, "WALKS": walks, "PAIRS": int(self._on.max_lanes >= 16)}
+        program = self._on.program("cast_rays.cl", {"LANES": 1, **wave, **_walk_of(tree)})
+        hits = {"range": range_m, "triangle": triangle}
+        with self._on.inputs("rays", {"rays": rays}) as queries, self._on.outputs("hits", hits) as out:
             program.run(
                 "cast_rays",
                 (-(-rays.shape[0] // per_item),),

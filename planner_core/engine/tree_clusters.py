@@ -20,6 +20,9 @@ _RADIUS, _LATE_RADIUS, _LATE_SHARE = 8, 16, 8
 #: Clusters that look for neighbours side by side.
 _LANES = {"cpu": 8}
 _PAD = 32
+#: No more clusters than this are merged by one work-item, in one launch: dozens of rounds of little work.
+_FEW = {"cpu": 16384}
+_DEFAULT_FEW = 64
 #: Last bits of a distance that do not count: 1/64 of it.
 _COARSE = 17
 #: A round that merges less than this share of the clusters is followed by one with coarser distances, up to none at
@@ -51,10 +54,13 @@ def cluster_triangles(device: Device, vertices: Buffer, corners: Buffer, n_trian
     order, free_order, free_keys, free_keys_too = _sort_along_curve(device, leaves, mesh, n_chunks)
     stride = n_triangles + 2 * _PAD
     now, then = (
-        tuple(device.allocate("clusters", size) for size in (24 * stride, 4 * n_triangles, 4 * n_triangles))
+        tuple(
+            device.allocate("clusters", size, is_filled=True)
+            for size in (24 * stride, 4 * n_triangles, 4 * n_triangles)
+        )
         for _ in range(2)
     )
-    units = device.allocate("units of treelets", 32 * n_triangles)
+    units = device.allocate("units of treelets", 32 * n_triangles, is_filled=True)
     leaves.run("make_leaves", (n_chunks,), *mesh, order, now[0], np.int32(stride), *now[1:], units)
     binary = Binary(
         order=order,
@@ -72,8 +78,8 @@ def _sort_along_curve(
 ) -> tuple[Buffer, Buffer, Buffer, Buffer]:
     """Order of the triangles, (T,) int32; then buffers of 4, 8 and 8 bytes a triangle that are free again."""
     n = int(mesh[2])
-    keys, spare_keys = (device.allocate("Morton codes", 8 * n) for _ in range(2))
-    order, spare_order = (device.allocate("order of triangles", 4 * n) for _ in range(2))
+    keys, spare_keys = (device.allocate("Morton codes", 8 * n, is_filled=True) for _ in range(2))
+    order, spare_order = (device.allocate("order of triangles", 4 * n, is_filled=True) for _ in range(2))
     bounds, grid = device.allocate("bounds of chunks", 32 * n_chunks), device.allocate("grid", 16)
     leaves.run("bound_centroids", (n_chunks,), *mesh, bounds)
     leaves.run("join_bounds", (1,), bounds, np.int32(n_chunks), grid)
@@ -89,13 +95,13 @@ def _merge_all(
     n_triangles = binary.n_triangles
     program = device.program("tree_merge.cl", {"LANES": _LANES.get(device.kind, 1), "PAD": _PAD})
     tree = (np.int32(n_triangles), binary.halves, binary.choices, binary.spare[3])
-    nearest = device.allocate("nearest clusters", 4 * n_triangles)
+    nearest = device.allocate("nearest clusters", 4 * n_triangles, is_filled=True)
     counts = device.allocate("counts of chunks", 8 * (chunk_count(device, n_triangles) + 1))
     totals = np.empty(2, dtype=np.int32)
-    n, n_nodes, coarse = n_triangles, 0, _COARSE
-    while n > 1:
+    n, n_nodes, coarse, late = n_triangles, 0, _COARSE, n_triangles // _LATE_SHARE
+    while n > _FEW.get(device.kind, _DEFAULT_FEW):
         n_chunks, size = chunk_count(device, n), np.int32(n)
-        radius = _RADIUS if n * _LATE_SHARE > n_triangles else _LATE_RADIUS
+        radius = _RADIUS if n > late else _LATE_RADIUS
         program.run("find_nearest", (n_chunks,), now[0], stride, size, np.int32(radius), np.int32(coarse), nearest)
         program.run("count_merges", (n_chunks,), nearest, size, counts)
         program.run("sum_counts", (1,), counts, np.int32(n_chunks))
@@ -106,5 +112,10 @@ def _merge_all(
         n_nodes += merged
         coarse = min(coarse + _COARSER_BY, _COARSEST) if merged * _SLOW_SHARE < n else _COARSE
         now, then = then, now
-    if n_triangles > 1:
-        program.run("finish_root", (1,), *tree)
+    radii = tuple(np.int32(value) for value in (_RADIUS, _LATE_RADIUS, late))
+    distances = tuple(np.int32(value) for value in (coarse, _COARSE, _COARSER_BY, _COARSEST, _SLOW_SHARE))
+    clusters = (*now, stride, np.int32(n), nearest, np.int32(n_nodes), *then)
+    program.run("merge_rest", (1,), *tree, *clusters, *radii, *distances, counts)
+    device.read(counts, totals)
+    for level in range(int(totals[0])):
+        program.run("build_treelets", (chunk_count(device, n_triangles),), *tree, np.int32(level))

@@ -17,6 +17,12 @@ from planner_core.engine.tree_clusters import Binary
 from planner_core.model import Scene
 from planner_core.scene.patches import squared_edges
 
+#: Levels of no more nodes than this are walked by one work-item, in one launch.
+_FEW = {"cpu": 1024}
+_DEFAULT_FEW = 32
+#: Numbers of the table that `list_levels` writes.
+_TABLE = 64
+
 
 @dataclass(frozen=True)
 class Outline:
@@ -60,7 +66,7 @@ def widen(
         "edges": 12 * binary.n_triangles,
     }
     device.reserve("tree", sizes)
-    arrays = {name: device.allocate("tree", size) for name, size in sizes.items()}
+    arrays = {name: device.allocate("tree", size, is_filled=True) for name, size in sizes.items()}
     normals = arrays["edges"]  # something to hand over where normals are not read
     if not float64:
         measured = {"normals": round_surfaces(scene).normal, "edges": squared_edges(scene.vertices_m[scene.triangles])}
@@ -82,12 +88,18 @@ def widen(
 def _write_nodes(
     device: Device, program: Program, binary: Binary, outline: Outline, block_box: Buffer, arrays: dict[str, Buffer]
 ) -> None:
-    """Level by level from the lowest up, since a node's box is the union of its children's."""
-    node_box = device.allocate("boxes of nodes", 32 * outline.n_nodes)
-    for first, count in reversed(outline.levels):
+    """From the lowest level up, since a node's box is the union of its children's; small levels several at once."""
+    node_box = device.allocate("boxes of nodes", 32 * outline.n_nodes, is_filled=True)
+    few = _FEW.get(device.kind, _DEFAULT_FEW)
+    levels = list(outline.levels)
+    while levels:
+        first, count = levels.pop()
+        n_chunks = chunk_count(device, count)
+        while levels and count + levels[-1][1] <= few:
+            first, count, n_chunks = levels[-1][0], count + levels.pop()[1], 1
         program.run(
             "write_nodes",
-            (chunk_count(device, count),),
+            (n_chunks,),
             *(*_binary_arguments(binary), outline.nodes, np.int32(first), np.int32(count)),
             *(outline.first_child, block_box, node_box, arrays["boxes"], arrays["children"]),
         )
@@ -98,22 +110,32 @@ def _binary_arguments(binary: Binary) -> tuple[Buffer, Buffer, np.int32]:
 
 
 def _outline(device: Device, program: Program, binary: Binary) -> Outline:
-    """Walk down from the root, level by level."""
-    tree = _binary_arguments(binary)
+    """Walk down from the root, level by level; small levels one after the other in one launch."""
+    tree, few = _binary_arguments(binary), _FEW.get(device.kind, _DEFAULT_FEW)
     nodes, blocks, first_child, _ = binary.spare
     counts = device.allocate("counts of chunks", 8 * (chunk_count(device, binary.n_triangles) + 1))
-    totals = np.empty(2, dtype=np.int32)
-    program.run("list_root", (1,), np.int32(binary.n_triangles), nodes)
+    found = device.allocate("levels", 4 * _TABLE)
+    totals, table = np.empty(2, dtype=np.int32), np.empty(_TABLE, dtype=np.int32)
     levels: list[tuple[int, int]] = []
     first, count, n_blocks = 0, 1, 0
     while count:
-        levels.append((first, count))
         level = (np.int32(first), np.int32(count))
-        following = (np.int32(first + count), np.int32(n_blocks))
+        program.run(
+            "list_levels", (1,), *tree, nodes, *level, np.int32(n_blocks), np.int32(few), first_child, blocks, found
+        )
+        device.read(found, table)
+        n_listed, n_blocks = int(table[0]), int(table[1])
+        for following in table[2 : 2 + n_listed].tolist():
+            levels.append((first, count))
+            first, count = first + count, following
+        if count <= few:
+            continue
+        levels.append((first, count))
+        level, after = (np.int32(first), np.int32(count)), (np.int32(first + count), np.int32(n_blocks))
         n_chunks = chunk_count(device, count)
         program.run("count_children", (n_chunks,), *tree, nodes, *level, counts)
         program.run("sum_counts", (1,), counts, np.int32(n_chunks))
-        program.run("list_children", (n_chunks,), *tree, nodes, *level, counts, *following, first_child, blocks)
+        program.run("list_children", (n_chunks,), *tree, nodes, *level, counts, *after, first_child, blocks)
         device.read(counts, totals)
         first, count = first + count, int(totals[0])
         n_blocks += int(totals[1])

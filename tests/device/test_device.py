@@ -92,6 +92,40 @@ def test_a_program_runs_and_is_built_once(device: Device) -> None:
     np.testing.assert_array_equal(y, x)
 
 
+def test_numbers_of_every_kind_reach_a_kernel_as_they_are(device: Device) -> None:
+    source = """kernel void take(global float *out, int i, float f, uint u, long l, float4 v) {
+        out[0] = i; out[1] = f; out[2] = u; out[3] = l; out[4] = v.x + v.w; }"""
+    program, out = device.program_from_source(source, title="take.cl", defines={}), np.zeros(5, dtype=np.float32)
+    vector = np.array([1.0, 2.0, 3.0, 8.0], dtype=np.float32)
+    for number in (7, -7):
+        numbers = (np.int32(number), np.float32(2.5), np.uint32(4_000_000_000), np.int64(-5_000_000_000), vector)
+        with device.outputs("test", {"out": out}) as written:
+            program.run("take", (1,), written["out"], *numbers)
+        np.testing.assert_array_equal(out, np.array([number, 2.5, 4e9, -5e9, 9], dtype=np.float32))
+    with pytest.raises(DeviceError, match=r"take of take\.cl"), device.outputs("test", {"out": out}) as written:
+        program.run("take", (1,), written["out"], np.int64(7), *numbers[1:])
+
+
+@pytest.mark.parametrize("kind", ["cpu", "gpu"])
+def test_inputs_are_lent_to_a_cpu_and_copied_elsewhere(device: Device, kind: str) -> None:
+    x, y = np.arange(1000, dtype=np.float32), np.zeros(1000, dtype=np.float32)
+    program = device.program_from_source(DOUBLE, title="twice.cl", defines={})
+    elsewhere, held = open_device(), device.held_bytes
+    if device.kind != "cpu":
+        pytest.skip("a device with its own memory: there is nothing to lend")
+    elsewhere.kind = kind
+    with elsewhere.inputs("test", {"x": x}) as given, device.outputs("test", {"y": y}) as out:
+        x += 1
+        program.run("twice", (1000,), given["x"], out["y"])
+    np.testing.assert_array_equal(y, 2 * x if kind == "cpu" else 2 * (x - 1))
+    assert (elsewhere.held_bytes, device.held_bytes) == (0, held)
+
+
+def test_inputs_of_no_entries_are_fine(device: Device) -> None:
+    with device.inputs("nothing", {"nothing": np.empty((0, 6), dtype=np.float32)}) as given:
+        assert given["nothing"].n_bytes == 0
+
+
 def test_a_program_that_does_not_build_names_the_error_and_the_log(device: Device) -> None:
     with pytest.raises(DeviceError) as caught:
         device.program_from_source("kernel void broken(global float *x) { x[0] = nonsense; }", title="b.cl", defines={})

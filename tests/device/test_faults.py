@@ -193,6 +193,44 @@ def test_an_interrupt_among_outputs_waits_for_the_kernels_that_write_to_them(dev
     assert device.held_bytes == held
 
 
+def test_an_interrupt_among_inputs_waits_for_the_kernels_that_read_them(device: Device) -> None:
+    slow = """kernel void slow(global const int *x, global int *y) {
+        int z = 1; for (int k = 0; k < 100000000; ++k) z = z * 5 + 1; y[0] = z * 0 + x[0]; }"""
+    given, out = np.full(1, 7, dtype=np.int32), device.upload("test", {"y": np.zeros(1, dtype=np.int32)})["y"]
+    program, held = device.program_from_source(slow, title="slow.cl", defines={}), device.held_bytes
+    with pytest.raises(KeyboardInterrupt), device.inputs("test", {"x": given}) as buffers:
+        program.run("slow", (1,), buffers["x"], out)
+        raise KeyboardInterrupt
+    given[0] = 8
+    device.read(out, got := np.zeros(1, dtype=np.int32))
+    assert got[0] == 7, "the array was let go while its kernel was still running"
+    assert device.held_bytes == held
+
+
+@pytest.mark.parametrize("by", ["finish", "end of the device's life"])
+def test_memory_in_large_pages_outlives_the_kernels_that_write_to_it(by: str) -> None:
+    device = open_device()
+    if device.kind != "cpu":
+        pytest.skip("a device with its own memory: its driver keeps what kernels use")
+    slow = "kernel void slow(global int *x) { int y = 1; for (int k = 0; k < 100000000; ++k) y = y * 5 + 1; x[0] = y; }"
+    program = device.program_from_source(slow, title="slow.cl", defines={})
+    buffer = device.allocate("test", 8 * 2**20, is_filled=True)
+    memory = buffer._memory
+    assert memory is not None and memory.ctypes.data % 128 == 0 and memory.nbytes == 8 * 2**20
+    memory[:4] = 0
+    program.run("slow", (1,), buffer)
+    buffer.release()
+    assert device.held_bytes == 0
+    assert [kept is memory for kept in device.outlived] == [True]
+    if by == "finish":
+        device.finish("test")
+        assert device.outlived == []
+    else:
+        del program, buffer, device
+        gc.collect()
+    assert memory[:4].any(), "the memory was let go while its kernel was still running"
+
+
 def test_outputs_on_other_devices_than_cpus_are_copied(room: tuple[Scene, Patches], engine: OpenCLEngine) -> None:
     """A GPU's path, walked on the device that is here: buffers of its own, brought back by a copy."""
     elsewhere = open_device()

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.device import Device
+from planner_core.engine import opencl
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError, SceneError
@@ -153,6 +154,27 @@ def test_a_free_ray_and_the_same_beam_of_a_scan_have_the_same_bits(
     assert same.mean() > 0.9
     np.testing.assert_array_equal(hits.range_m[same], batch.range_m.ravel()[same])
     np.testing.assert_array_equal(hits.triangle[same], batch.triangle.ravel()[same])
+
+
+def test_a_free_ray_does_not_depend_on_those_beside_it(
+    device: Device, shapes: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = shapes.scene_of(*shapes.clutter_of(100, seed=7))
+    engine = OpenCLEngine(scene, make_patches(scene, max_area_m2=1e7), device)
+    rng = np.random.default_rng(9)
+    rays = np.concatenate([rng.uniform((-4, -3, 0), (4, 3, 3), (700, 3)), rng.normal(size=(700, 3))], axis=1)
+    rays[:, 3:] /= np.linalg.norm(rays[:, 3:], axis=1, keepdims=True)
+    rays = rays.astype(np.float32)
+    hits = engine.cast_prepared(rays, range_max_m=1.0)
+    assert 0.2 < np.isnan(hits.range_m).mean() < 0.8
+    for lanes in {8, device.max_lanes}:
+        monkeypatch.setattr(device, "max_lanes", lanes)
+        for per_item, walks in ((256, 32), (64, 5), (3, 7), (1, 1)):
+            monkeypatch.setattr(opencl, "_RAYS", {device.kind: (per_item, walks)})
+            for order in (np.arange(700), rng.permutation(700), rng.permutation(700)[:61]):
+                other = engine.cast_prepared(rays[order], range_max_m=1.0)
+                np.testing.assert_array_equal(other.range_m, hits.range_m[order])
+                np.testing.assert_array_equal(other.triangle, hits.triangle[order])
 
 
 @pytest.mark.parametrize("name", ENGINES)

@@ -186,6 +186,10 @@ def test_a_tree_does_not_depend_on_chunks_or_packets(
     monkeypatch.setattr(sort, "_DIGIT_BITS", {})
     monkeypatch.setattr(tree_clusters, "_LANES", {})
     assert digest(build_tree(scene, device)) == first
+    for few_clusters, few_nodes in ((200, 10), (1, 0), (10**6, 10**6)):  # rounds and levels one launch has for itself
+        monkeypatch.setattr(tree_clusters, "_FEW", {device.kind: few_clusters})
+        monkeypatch.setattr(tree_wide, "_FEW", {device.kind: few_nodes})
+        assert digest(build_tree(scene, device)) == first
 
 
 @pytest.mark.slow

@@ -25,7 +25,7 @@ import numpy as np
 import pyopencl
 
 from planner_core.device import Device, open_device, sort
-from planner_core.engine import opencl, patch_mode
+from planner_core.engine import opencl, patch_mode, tree_clusters, tree_wide
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.patch_mode import PatchMode
 from planner_core.engine.tree import Tree
@@ -195,8 +195,8 @@ def poison_memory(byte: int) -> None:
     """Fill whatever is allocated from now on."""
     real = Device.allocate
 
-    def poisoned(self: Device, what: str, n_bytes: int) -> Any:
-        buffer = real(self, what, n_bytes)
+    def poisoned(self: Device, what: str, n_bytes: int, *, is_filled: bool = False) -> Any:
+        buffer = real(self, what, n_bytes, is_filled=is_filled)
         if n_bytes:
             fill(self.queue, buffer.handle, byte, 0, n_bytes)
         return buffer
@@ -215,6 +215,8 @@ def main() -> None:
     pyopencl.enqueue_fill_buffer = fill
     # Small scenes would be one work-item's: let several share the work, as they do in use.
     sort._MIN_CHUNK, patch_mode._GROUPS_A_RUN = 16, 2
+    kind = options.kind.partition("-")[0]
+    tree_clusters._FEW, tree_wide._FEW = {kind: 40}, {kind: 1}
     if options.poison is not None:
         poison_memory(options.poison)
     if options.tree is not None:
