@@ -18,8 +18,8 @@
 
 /* A triangle that closes so many patches of a group is tried first on the next groups; so many blocks of them are
  * remembered. */
-#define WORTH_KEEPING 3
-#define RECENT_BLOCKS 2
+#define WORTH_KEEPING 1
+#define RECENT_BLOCKS 4
 
 typedef struct {
     Pack packs[PACKS];
@@ -228,7 +228,7 @@ static inline void test_block(Group *group, int index, Recent *recent, const Lau
         const int closed = test_triangle(group, &block, j, index, triangle, patches[j], at);
         if (closed >= WORTH_KEEPING && ((const int *)&block.clear)[j] != 0) remember(recent, &block, j, triangle);
     }
-    if (2 * count_bits(group->open) <= group->n_wide) fit_shaft(group);
+    if (4 * count_bits(group->open) <= 3 * group->n_wide) fit_shaft(group);
 }
 
 /* Walk the tree with the shaft until nothing is left open. */
