@@ -256,8 +256,8 @@ static inline void load_slots(Slots *to, global const float *pattern)
     }
 }
 
-/* Samples of a lane's patch, open where they lie within range, field of view and greatest incidence. Both ends of all are
- * within. */
+/* Samples of a lane's patch, open where they lie within range, field of view and greatest incidence. Both ends of all
+ * are within. */
 static inline void place_samples(Target *to, const Pack *pack, int lane, const Slots *slots,
                                  global const float *view)
 {
@@ -338,7 +338,8 @@ static inline uint hardly_met(const Pack *pack, global const float *view)
     if (!(returns > 0.0f)) return 0;
     lanes_f x[3], y[3], z[3];
     for (int v = 0; v < 3; ++v) place(pack, v == 1 ? 1.0f : 0.0f, v == 2 ? 1.0f : 0.0f, x + v, y + v, z + v);
-    const lanes_f cx = (x[0] + x[1] + x[2]) / 3.0f, cy = (y[0] + y[1] + y[2]) / 3.0f, cz = (z[0] + z[1] + z[2]) / 3.0f;
+    const lanes_f cx = (x[0] + x[1] + x[2]) / 3.0f, cy = (y[0] + y[1] + y[2]) / 3.0f;
+    const lanes_f cz = (z[0] + z[1] + z[2]) / 3.0f;
     const lanes_f across2 = cx * cx + cy * cy, range2 = across2 + cz * cz;
     lanes_f left = INFINITY, right = -INFINITY, low = INFINITY, high = -INFINITY;
     for (int v = 0; v < 3; ++v) {

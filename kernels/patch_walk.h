@@ -1,12 +1,12 @@
 /* The walk that closes samples: a group's patches, the triangles that hid much lately, and the tree.
  *
  * Purpose    kernels/sample_patches.cl hands it a group with its samples and reads off which are still open.
- * Algorithm  The shaft of the group walks the tree. Of each block that it meets only those triangles are made ready whose
- *            rectangle overlaps that of a patch with an open sample, and these are tested against the patch's open
- *            packets. A sample p is hidden where it lies within a triangle's edge planes and p . m > 1 + slack, m = n / K
- *            of its plane (block.h). A triangle that may hide several patches is tested against the corners of all first:
- *            it hides a patch whole where it hides its corners. The walk ends when nothing is open: any hit does. A
- *            triangle that closed much is remembered and tried first on what comes next.
+ * Algorithm  The shaft of the group walks the tree. Of each block that it meets only those triangles are made ready
+ *            whose rectangle overlaps that of a patch with an open sample. Each is tested against the outermost samples
+ *            of those patches, LANES of them side by side, which tells the patches that it hides whole and those that
+ *            it does not meet; of the others the open packets are tested. A sample p is hidden where it lies within a
+ *            triangle's edge planes and p . m > 1 + slack, m = n / K of its plane (block.h). The walk ends when nothing
+ *            is open: any hit does. What closed a patch is remembered and tried first on what comes next.
  *
  * Define         meaning                                               example
  * LANES          samples a packet, 1 or 8                              -DLANES=8
@@ -16,8 +16,8 @@
 #define TLSPLAN_PATCH_WALK_H
 #include "patch_pack.h"
 
-/* A triangle that closes so many patches of a group is tried first on the next groups; so many blocks of them are
- * remembered. */
+/* A triangle that is done with so many patches of a group is tried first on the next groups; so many blocks of them are
+ * remembered. Measured: docs/method/patch-mode.md. */
 #define WORTH_KEEPING 1
 #define RECENT_BLOCKS 4
 
@@ -56,7 +56,7 @@ static inline lanes_i needle_hides(const float *n, int j, int index, const Packe
     return MASK(inverse * range > far);
 }
 
-/* Close the samples of a patch that triangle j of a block, another than its own, hides. Returns whether there are any. */
+/* Close the samples of a patch that triangle j of a block, another than its own, hides. Returns whether it hid any. */
 static inline bool close_samples(Target *t, const Block *block, int j, int index, const Launch *at)
 {
     const float *n = (const float *)block; /* n0x .. n2z, mx .. mz, rounding0 .. 2: eight lanes each */

@@ -2,19 +2,19 @@
  *
  * Purpose    Visibility for scanners of 10^7 beams and more, docs/method/patch-mode.md. Range, incidence and spacing
  *            follow on the host from the samples that are seen.
- * Algorithm  A group of up to 16 patches that lie together has a box. Its shaft, the hull of the box and the origin,
- *            walks the tree and meets the triangles that can hide anything of it; those close samples, LANES
- *            patches side by side, until none is left open (any hit). A triangle whose cone from the origin holds a
- *            whole box behind it closes all of that box at once. What closed much of the last groups is tried first.
+ * Algorithm  A group of up to 16 patches that lie together has a box. What closed some of the last groups is tried
+ *            first, on the box and then on the patches; a triangle whose cone from the origin holds all samples of a
+ *            patch behind it closes them at once. For what is left the shaft, all beams from the origin to the group,
+ *            walks the tree and meets the triangles that can hide anything of it; those close samples, LANES of a patch
+ *            side by side, until none is left open (any hit).
  *
  *                  .---- box ----.        p: sample minus origin, NOT normalised, so that the target is at 1: a
  *                 /  . samples .  \       triangle with m = n / K hides it where p . m > 1 + slack and p is inside its
  *                o -----------------      edges. All of it is linear in p: a box is tested by its centre and half size.
  *
  * Samples    pattern[3 s], [3 s + 1]: weights of the patch's second and third vertex; [3 s + 2]: share of the patch
- *            that the sample stands for. The first RIM samples are cast always, the other FINE ones where not all of
- *            those are seen: a patch that one triangle hides whole is never asked for them.
- *            All samples lie within the triangle of the first three.
+ *            that the sample stands for. The FINE ones after the first RIM count where not all of those are seen. All
+ *            lie within the triangle of the first three.
  * Marks      one uint a patch: bit s, sample s is seen.
  * Groups     groups[3 g]: rank of group g's first triangle in `order`; [3 g + 1]: its first code there; [3 g + 2]: its
  *            patches, which run on through the triangles of `order`. group_box[6 g + k]: least, greatest x y z, metres.

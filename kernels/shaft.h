@@ -158,13 +158,14 @@ static inline int8 project_block(global const float *geometry, int block, const 
     const float8 size = (east - west) + (north - south), oblique = s->oblique + size;
     const float8 cross = (right[1] - right[0]) * (up[2] - up[0]) - (right[2] - right[0]) * (up[1] - up[0]);
     const float8 steep = oblique * ratio, whole = ratio * size;
-    const float8 by_cross = (4.0f * EDGE_ROUNDING) * (steep * steep) * (size + (steep - oblique)) / MAGNITUDE8(cross);
+    const float8 edges = size + (steep - oblique), turned = MAGNITUDE8(cross);
+    const float8 by_cross = (4.0f * EDGE_ROUNDING) * (steep * steep) * edges / turned;
     const float8 share = LEAST(by_cross, 1.0f), pad = whole * share + SHAFT_PAD * ratio;
     out->west = PICK(before, west - pad, -WIDE), out->east = PICK(before, east + pad, WIDE);
     out->south = PICK(before, south - pad, -WIDE), out->north = PICK(before, north + pad, WIDE);
     out->nearest = nearest - share * (farthest - nearest);
-    return (farthest > 0.0f) & (out->nearest <= s->deepest * DEPTH_PAD) & (out->west <= s->east) & (out->east >= s->west) &
-           (out->south <= s->north) & (out->north >= s->south);
+    return (farthest > 0.0f) & (out->nearest <= s->deepest * DEPTH_PAD) & (out->west <= s->east) &
+           (out->east >= s->west) & (out->south <= s->north) & (out->north >= s->south);
 }
 
 /* Which triangles of a block can hide part of the box (`meets`), which hide all of it (`covers`). */
