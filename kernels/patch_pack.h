@@ -1,13 +1,15 @@
 /* Packs: LANES patches side by side, the samples on them, and whether a beam of the scanner can meet those.
  *
- * Purpose    kernels/sample_patches.cl loads groups of patches as packs and places their samples; patch_walk.h closes
- *            those that are hidden.
+ * Purpose    kernels/sample_patches.cl loads groups of patches as packs and places the samples of those that need it;
+ *            patch_walk.h closes samples that are hidden.
  * Patches    A patch is (triangle, code), docs/method/patches.md: bisecting the triangle by the code gives the weights
  *            of the patch's vertices a, b, c, exactly. A sample has weights at a, b, c: a place, minus the origin.
+ * Slots      Samples of a patch lie in 32 slots, LANES of them a packet: the RIM ones of the first pattern, a spare one
+ *            like the last of them, the FINE ones of the second, two spare ones like the last.
  * View       VIEW_ below: limits of the scanner. "Signed square" of s is s |s|: comparisons of angles without a root.
  *
  * Define         meaning                                               example
- * LANES          patches side by side, 1 or 8                          -DLANES=8
+ * LANES          patches side by side, samples a packet: 1 or 8        -DLANES=8
  */
 #ifndef TLSPLAN_PATCH_PACK_H
 #define TLSPLAN_PATCH_PACK_H
@@ -30,16 +32,44 @@
 #define VIEW_SLACK 11      /* share of the range within which a surface does not hide the target */
 #define VIEW_ROUNDING 12   /* rounding of the scene's coordinates, m */
 
-typedef struct {
-    lanes_f x, y, z; /* sample minus origin, metres */
-    lanes_i open;    /* -1: within view and nothing hides it so far */
-} Sample;
+/* Samples of the first pattern and of the second. */
+#define RIM 7
+#define FINE 22
+#define SLOTS 32
+#define FIRST_FINE 8
+#define PACKETS (SLOTS / LANES)
+
+#define GROUP_PATCHES 16
+#define PACKS (GROUP_PATCHES / LANES)
+#define PACK_BITS ((1u << LANES) - 1u)
 
 typedef struct {
-    lanes_f far;   /* 1 + slack: what hides the lane's samples has p . m above it */
-    lanes_f reach; /* not less than the distance of the samples, metres: rounding grows with it */
-    lanes_i own;   /* triangle; -1 in an empty lane */
+    lanes_f x, y, z; /* samples minus origin, metres */
+    lanes_f reach;   /* not less than the distance of the slot's samples, metres: rounding grows with it */
+    lanes_i open;    /* -1: within view and nothing hides it so far */
+} Packet;
+
+/* One patch's samples. */
+typedef struct {
+    Packet packets[PACKETS];
+    float far;  /* 1 + slack: what hides its samples has p . m above it */
+    int own;    /* triangle */
+    uint live;  /* packets that have an open sample, a bit each */
+} Target;
+
+/* Weights of all slots; -1 where it is not a spare one. */
+typedef struct {
+    lanes_f b[PACKETS], c[PACKETS];
+    lanes_i real[PACKETS];
+} Slots;
+
+/* LANES patches. */
+typedef struct {
+    lanes_f far, reach; /* as in Target; not less than the distance of the samples, metres */
+    lanes_i own;        /* triangle; -1 in an empty lane */
     lanes_i patch;
+    lanes_f corner[3][3];                      /* of the triangle that holds all samples, minus the origin */
+    lanes_f west, east, south, north, deepest;   /* rectangle of its image, shaft.h */
     lanes_f vx, vy, vz, ex, ey, ez, fx, fy, fz; /* vertex 0 minus origin, edges 01 and 02 */
     lanes_f a1, a2, b1, b2, c1, c2;             /* weights of vertices 1 and 2 at the patch's vertices a, b, c: exact */
 } Pack;
@@ -49,11 +79,64 @@ typedef struct {
     global const float *boxes, *geometry, *edges, *group_box, *pattern, *view;
     global const int *children, *triangles, *slot, *address, *order, *groups;
     float ox, oy, oz;
+    Slots slots;
 } Launch;
 
 static inline lanes_f signed_square(lanes_f x)
 {
     return PICK(MASK(x < 0.0f), -(x * x), x * x);
+}
+
+static inline bool any_lane(lanes_i mask)
+{
+#if LANES == 1
+    return mask != 0;
+#else
+    return any8(mask);
+#endif
+}
+
+/* Samples with weights (wb, wc) of the patches' vertices b and c. */
+static inline void place(const Pack *pack, float wb, float wc, lanes_f *x, lanes_f *y, lanes_f *z)
+{
+    const float wa = 1.0f - wb - wc;
+    const lanes_f l1 = wa * pack->a1 + wb * pack->b1 + wc * pack->c1;
+    const lanes_f l2 = wa * pack->a2 + wb * pack->b2 + wc * pack->c2;
+    *x = pack->vx + (l1 * pack->ex + l2 * pack->fx);
+    *y = pack->vy + (l1 * pack->ey + l2 * pack->fy);
+    *z = pack->vz + (l1 * pack->ez + l2 * pack->fz);
+}
+
+static inline float greatest_lane(lanes_f x)
+{
+#if LANES == 1
+    return x;
+#else
+    const float4 most4 = MOST(x.lo, x.hi);
+    const float2 most2 = MOST(most4.lo, most4.hi);
+    return MOST(most2.x, most2.y);
+#endif
+}
+
+/* From the reach of each slot's own sample to what it counts with: the first pattern's samples with the greatest of
+ * theirs, the second's with that and those that are a multiple of eight slots away. So it is for any LANES. */
+static inline void spread_reach(Packet *packets)
+{
+#if LANES == 8
+    const float rim = greatest_lane(packets[0].reach);
+    const lanes_f second = MOST(packets[2].reach, packets[1].reach), fine = MOST(packets[3].reach, second);
+    packets[0].reach = rim;
+    packets[1].reach = packets[2].reach = packets[3].reach = MOST(fine, rim);
+#else
+    float rim = packets[0].reach;
+    for (int slot = 1; slot < FIRST_FINE; ++slot) rim = MOST(packets[slot].reach, rim);
+    for (int slot = 0; slot < FIRST_FINE; ++slot) packets[slot].reach = rim;
+    for (int slot = FIRST_FINE; slot < 2 * FIRST_FINE; ++slot) {
+        float most = rim;
+        for (int same = slot; same < SLOTS; same += 8) most = MOST(packets[same].reach, most);
+        for (int same = slot; same < SLOTS; same += 8) packets[same].reach = most;
+    }
+#endif
 }
 
 static inline lanes_f magnitude(lanes_f x)
@@ -124,41 +207,89 @@ static inline void load_pack(Pack *pack, int *rank, int *code, int left, const L
     const lanes_f plane = dot3_lanes(pack->vx, pack->vy, pack->vz, corner8[9], corner8[10], corner8[11]);
     const lanes_f from_plane = PICK(MASK(plane < 0.0f), -plane, plane);
     find_patch(pack, path8, depth8, deepest, squared8[0], squared8[1], squared8[2]);
-    pack->reach = 0.0f;
     /* what lies in the patch's own plane is off it by the rounding of coordinates: farther along a grazing beam */
     const lanes_f slack = at->view[VIEW_SLACK] + at->view[VIEW_ROUNDING] / from_plane;
     pack->far = 1.0f + LEAST(slack, SLACK_MOST);
 }
 
-/* Sample with weights (wb, wc) of the patch's vertices b and c. */
-static inline Sample place(const Pack *pack, lanes_f wb, lanes_f wc)
+/* Bit i is lane i of a mask. */
+static inline uint bits_of(lanes_i mask)
 {
-    const lanes_f wa = 1.0f - wb - wc;
-    const lanes_f l1 = wa * pack->a1 + wb * pack->b1 + wc * pack->c1;
-    const lanes_f l2 = wa * pack->a2 + wb * pack->b2 + wc * pack->c2;
-    Sample out;
-    out.x = pack->vx + (l1 * pack->ex + l2 * pack->fx);
-    out.y = pack->vy + (l1 * pack->ey + l2 * pack->fy);
-    out.z = pack->vz + (l1 * pack->ez + l2 * pack->fz);
-    out.open = 0;
-    return out;
+#if LANES == 1
+    return mask & 1;
+#else
+    return bits8(mask);
+#endif
 }
 
-/* Sets `open` where the sample lies within range, field of view and greatest incidence. Both ends of all are within. */
-static inline void look(Sample *at, Pack *pack, global const float *view)
+/* The triangles that hold all samples of the patches and, where the shaft has an image, their rectangles in it. */
+static inline void find_corners(Pack *pack, const Shaft *shaft, global const float *pattern)
 {
-    const lanes_f across2 = at->x * at->x + at->y * at->y, range2 = across2 + at->z * at->z;
-    const lanes_f height = signed_square(at->z);
-    const lanes_f ahead = signed_square(view[VIEW_AZIMUTH_X] * at->x + view[VIEW_AZIMUTH_Y] * at->y);
-    const lanes_f nx = pack->ey * pack->fz - pack->ez * pack->fy, ny = pack->ez * pack->fx - pack->ex * pack->fz;
-    const lanes_f nz = pack->ex * pack->fy - pack->ey * pack->fx, volume = dot3_lanes(at->x, at->y, at->z, nx, ny, nz);
-    at->open = MASK(pack->own >= 0) & MASK(range2 >= view[VIEW_RANGE_MIN2]) & MASK(range2 <= view[VIEW_RANGE_MAX2]) &
-               MASK(height >= view[VIEW_LOW] * range2) & MASK(height <= view[VIEW_HIGH] * range2) &
-               MASK(ahead >= view[VIEW_AZIMUTH] * across2) &
-               MASK(volume * volume >= view[VIEW_LEAST_COS2] * range2 * (nx * nx + ny * ny + nz * nz));
-    const lanes_f ax = magnitude(at->x), ay = magnitude(at->y), az = magnitude(at->z);
-    const lanes_f axy = MOST(ax, ay), most = MOST(axy, az), reach = 0.5f * (most + (ax + ay + az));
-    pack->reach = MOST(reach, pack->reach);
+    pack->reach = 0.0f;
+    for (int v = 0; v < 3; ++v) {
+        lanes_f *p = pack->corner[v];
+        place(pack, pattern[3 * v], pattern[3 * v + 1], p, p + 1, p + 2);
+        const lanes_f x = magnitude(p[0]), y = magnitude(p[1]), z = magnitude(p[2]), xy = MOST(x, y);
+        const lanes_f reach = 0.5f * (MOST(xy, z) + (x + y + z));
+        pack->reach = MOST(reach, pack->reach);
+    }
+    pack->west = pack->south = -WIDE, pack->east = pack->north = pack->deepest = WIDE;
+    if (!shaft->has_image) return;
+    pack->west = pack->south = WIDE, pack->east = pack->north = pack->deepest = -WIDE;
+    for (int v = 0; v < 3; ++v) {
+        const lanes_f depth = shaft->sign * pack->corner[v][shaft->depth], per = 1.0f / depth;
+        const lanes_f right = pack->corner[v][shaft->right] * per, up = pack->corner[v][shaft->up] * per;
+        pack->west = LEAST(right, pack->west), pack->east = MOST(right, pack->east);
+        pack->south = LEAST(up, pack->south), pack->north = MOST(up, pack->north);
+        pack->deepest = MOST(depth, pack->deepest);
+    }
+}
+
+/* Weights by slot, from pattern[3 s], [3 s + 1] by sample. */
+static inline void load_slots(Slots *to, global const float *pattern)
+{
+    for (int slot = 0; slot < SLOTS; ++slot) {
+        const bool first = slot < FIRST_FINE;
+        const int sample = first ? LEAST(slot, RIM - 1) : LEAST(slot - FIRST_FINE, FINE - 1) + RIM;
+        ((float *)to->b)[slot] = pattern[3 * sample], ((float *)to->c)[slot] = pattern[3 * sample + 1];
+        ((int *)to->real)[slot] = (first ? slot < RIM : slot - FIRST_FINE < FINE) ? -1 : 0;
+    }
+}
+
+/* Samples of a lane's patch, open where they lie within range, field of view and greatest incidence. Both ends of all
+ * are within. */
+static inline void place_samples(Target *to, const Pack *pack, int lane, const Slots *slots,
+                                 global const float *view)
+{
+#define OF(v) (((const float *)&(v))[lane])
+    const float vx = OF(pack->vx), vy = OF(pack->vy), vz = OF(pack->vz);
+    const float ex = OF(pack->ex), ey = OF(pack->ey), ez = OF(pack->ez);
+    const float fx = OF(pack->fx), fy = OF(pack->fy), fz = OF(pack->fz);
+    const float a1 = OF(pack->a1), b1 = OF(pack->b1), c1 = OF(pack->c1);
+    const float a2 = OF(pack->a2), b2 = OF(pack->b2), c2 = OF(pack->c2);
+    to->far = OF(pack->far), to->own = ((const int *)&pack->own)[lane], to->live = 0;
+#undef OF
+    const float nx = ey * fz - ez * fy, ny = ez * fx - ex * fz, nz = ex * fy - ey * fx;
+    const float least_facing = view[VIEW_LEAST_COS2], normal2 = nx * nx + ny * ny + nz * nz;
+    for (int k = 0; k < PACKETS; ++k) {
+        Packet *p = &to->packets[k];
+        const lanes_f wb = slots->b[k], wc = slots->c[k], wa = 1.0f - wb - wc;
+        const lanes_f l1 = wa * a1 + wb * b1 + wc * c1, l2 = wa * a2 + wb * b2 + wc * c2;
+        const lanes_f x = vx + (l1 * ex + l2 * fx), y = vy + (l1 * ey + l2 * fy), z = vz + (l1 * ez + l2 * fz);
+        const lanes_f across2 = x * x + y * y, range2 = across2 + z * z, height = signed_square(z);
+        const lanes_f ahead = signed_square(view[VIEW_AZIMUTH_X] * x + view[VIEW_AZIMUTH_Y] * y);
+        const lanes_f volume = dot3_lanes(x, y, z, nx, ny, nz);
+        p->x = x, p->y = y, p->z = z;
+        p->open = slots->real[k] & MASK(range2 >= view[VIEW_RANGE_MIN2]) & MASK(range2 <= view[VIEW_RANGE_MAX2]) &
+                  MASK(height >= view[VIEW_LOW] * range2) & MASK(height <= view[VIEW_HIGH] * range2) &
+                  MASK(ahead >= view[VIEW_AZIMUTH] * across2) &
+                  MASK(volume * volume >= least_facing * range2 * normal2);
+        const lanes_f ax = magnitude(x), ay = magnitude(y), az = magnitude(z);
+        const lanes_f axy = MOST(ax, ay), most = MOST(axy, az);
+        p->reach = 0.5f * (most + (ax + ay + az));
+        to->live |= any_lane(p->open) ? 1u << k : 0;
+    }
+    spread_reach(to->packets);
 }
 
 /* Corners of a lane's patch minus the origin, (x, y, z) each. */
@@ -172,18 +303,6 @@ static inline void patch_corners(float *corners, const Pack *pack, int lane)
         corners[3 * k + 2] = OF(pack->vz) + (l1[k] * OF(pack->ez) + l2[k] * OF(pack->fz));
     }
 #undef OF
-}
-
-/* Box of a lane's patch. */
-static inline Extent patch_extent(const Pack *pack, int lane)
-{
-    float c[9], low[3], high[3];
-    patch_corners(c, pack, lane);
-    for (int k = 0; k < 3; ++k) {
-        const float least = LEAST(c[k], c[3 + k]), most = MOST(c[k], c[3 + k]);
-        low[k] = LEAST(least, c[6 + k]), high[k] = MOST(most, c[6 + k]);
-    }
-    return make_extent(low[0], low[1], low[2], high[0], high[1], high[2]);
 }
 
 /* Returns to be expected of a lane's patch, a share of it seen: area cos / range^2 over the solid angle of a beam. None
@@ -209,6 +328,33 @@ static inline float expected_returns(const Pack *pack, int lane, float share, gl
     const float rows = (high - low) / (across * range2 * view[VIEW_ROW]);
     if (!(columns >= LEAST_SPAN) || !(rows >= LEAST_SPAN)) return 0.0f;
     return MAGNITUDE(volume) * share / (2.0f * range2 * across * view[VIEW_COLUMN] * view[VIEW_ROW]);
+}
+
+/* Patches of a pack, a bit each, of which too few returns are to be expected even where they are seen whole: those that
+ * `expected_returns` leaves no doubt about, in squares, which need no root. */
+static inline uint hardly_met(const Pack *pack, global const float *view)
+{
+    const float returns = view[VIEW_RETURNS], column = view[VIEW_COLUMN], row = view[VIEW_ROW];
+    if (!(returns > 0.0f)) return 0;
+    lanes_f x[3], y[3], z[3];
+    for (int v = 0; v < 3; ++v) place(pack, v == 1 ? 1.0f : 0.0f, v == 2 ? 1.0f : 0.0f, x + v, y + v, z + v);
+    const lanes_f cx = (x[0] + x[1] + x[2]) / 3.0f, cy = (y[0] + y[1] + y[2]) / 3.0f;
+    const lanes_f cz = (z[0] + z[1] + z[2]) / 3.0f;
+    const lanes_f across2 = cx * cx + cy * cy, range2 = across2 + cz * cz;
+    lanes_f left = INFINITY, right = -INFINITY, low = INFINITY, high = -INFINITY;
+    for (int v = 0; v < 3; ++v) {
+        const lanes_f sideways = cx * y[v] - cy * x[v], up = across2 * z[v] - cz * (cx * x[v] + cy * y[v]);
+        left = LEAST(sideways, left), right = MOST(sideways, right), low = LEAST(up, low), high = MOST(up, high);
+    }
+    const lanes_f ex = x[1] - x[0], ey = y[1] - y[0], ez = z[1] - z[0];
+    const lanes_f fx = x[2] - x[0], fy = y[2] - y[0], fz = z[2] - z[0];
+    const lanes_f volume = cx * (ey * fz - ez * fy) + cy * (ez * fx - ex * fz) + cz * (ex * fy - ey * fx);
+    const float doubt = 0.999f, columns = doubt * LEAST_SPAN * column, rows = doubt * LEAST_SPAN * row;
+    const lanes_f beam = (2.0f * doubt * returns * column * row) * range2, of_row = rows * range2;
+    return bits_of(MASK(across2 > 1e-7f * range2) &
+                   (MASK(right - left < columns * across2) |
+                    MASK((high - low) * (high - low) < of_row * of_row * across2) |
+                    MASK(volume * volume < beam * beam * across2)));
 }
 
 #endif

@@ -1,9 +1,16 @@
-/* Shafts: what of the tree can hide a box from an origin, and what hides all of it.
+/* Shafts: what of the tree can hide a group of patches from an origin, and what hides all of a box.
  *
- * Purpose    kernels/sample_patches.cl asks it of the boxes of groups of patches and of their samples.
- * Algorithm  A shaft is the hull of a box and the origin. It is bounded by the box round it and, where the box is far
- *            enough for its size, by the four planes of a pyramid. A triangle (block.h) has three edge planes through
- *            the origin and its own plane, all linear in a point: a box is tested by its centre and half sizes.
+ * Purpose    kernels/sample_patches.cl asks it of groups of patches.
+ * Algorithm  Along the axis in which a group is farthest, everything before the origin has an image at depth 1: a point
+ *            (depth, right, up) lies at (right / depth, up / depth). What hides a patch overlaps its image and does not
+ *            lie deeper. Images of triangles are bounded by rectangles, eight triangles at a time; a box of the tree is
+ *            tested against the four planes through the origin and the sides of the group's rectangle.
+ *
+ *                 depth 1                       A group round the origin itself has no image: then the box round it and
+ *              up ^  .--.                       the origin is all that is asked of, and every triangle may overlap.
+ *                 | |'. | triangle's rectangle
+ *                 |  '--'
+ *                 +------> right
  *
  * Define         meaning                                               example
  * LANES          see lanes.h, by way of block.h
@@ -21,18 +28,36 @@
 /* Hits may lie some ulp outside their triangle and box: shafts are larger by this share of the distance. */
 #define SHAFT_PAD 1e-5f
 
+/* Nothing is left out as too deep that is deeper by less than this share. */
+#define DEPTH_PAD 1.0001f
+
+/* A group has an image where all of it is deeper than this share of its reach. */
+#define LEAST_DEPTH 1e-3f
+
+#define WIDE 1e30f
+
 /* A box from the origin: what can hide all of it, or none of it. */
 typedef struct {
     float cx, cy, cz, hx, hy, hz; /* centre minus origin, half sizes */
     float reach;                  /* distance of the farthest corner, not less */
 } Extent;
 
-/* The hull of a box and the origin: all beams from the origin to the box. */
+/* All beams from the origin to a group. */
 typedef struct {
-    Extent extent;
-    float low[3], high[3]; /* the box round it, minus the origin */
-    float plane[4][3];     /* inward normals of the pyramid; zero where the box is too wide for one */
+    bool has_image;
+    int depth, right, up;            /* which of x, y, z */
+    float sign;                      /* of the depth */
+    float odepth, oright, oup;       /* the origin */
+    float west, east, south, north;  /* the group's rectangle */
+    float deepest;
+    float oblique;                   /* not less than 1 + right + up, without signs */
+    float low[3], high[3];           /* without image: the box round the group and the origin, minus the origin */
 } Shaft;
+
+/* Rectangles of a block's triangles, padded, and their least depths. */
+typedef struct {
+    float8 west, east, south, north, nearest;
+} Images;
 
 /* Least and greatest of p . v over the box, as middle and spread. */
 #define SPREAD8(e, x, y, z) ((e)->hx * MAGNITUDE8(x) + (e)->hy * MAGNITUDE8(y) + (e)->hz * MAGNITUDE8(z))
@@ -50,42 +75,24 @@ static inline Extent make_extent(float x0, float y0, float z0, float x1, float y
     return e;
 }
 
-static inline Shaft make_shaft(global const float *box, float ox, float oy, float oz)
+/* The shaft of a box; its rectangle is for the caller to set. */
+static inline Shaft make_shaft(const Extent *e, float ox, float oy, float oz)
 {
     Shaft s;
-    const Extent e = make_extent(box[0] - ox, box[1] - oy, box[2] - oz, box[3] - ox, box[4] - oy, box[5] - oz);
-    s.extent = e;
-    s.low[0] = LEAST(e.cx - e.hx, 0.0f), s.low[1] = LEAST(e.cy - e.hy, 0.0f), s.low[2] = LEAST(e.cz - e.hz, 0.0f);
-    s.high[0] = MOST(e.cx + e.hx, 0.0f), s.high[1] = MOST(e.cy + e.hy, 0.0f), s.high[2] = MOST(e.cz + e.hz, 0.0f);
-    const float to_centre = sqrt(e.cx * e.cx + e.cy * e.cy + e.cz * e.cz), radius = e.reach - to_centre;
-    for (int k = 0; k < 4; ++k) s.plane[k][0] = s.plane[k][1] = s.plane[k][2] = 0.0f;
-    if (!(to_centre > 1.2f * radius + 1e-6f)) return s;
-    /* A frame about the axis; the box's corners in the plane one metre along it. */
-    const float per = 1.0f / to_centre, ax = e.cx * per, ay = e.cy * per, az = e.cz * per;
-    const bool level = ax * ax + ay * ay > 0.02f;
-    float rx = level ? -ay : 0.0f, ry = level ? ax : -az, rz = level ? 0.0f : ay; /* z x axis, or x x axis */
-    const float per_r = 1.0f / sqrt(rx * rx + ry * ry + rz * rz);
-    rx *= per_r, ry *= per_r, rz *= per_r;
-    const float ux = ay * rz - az * ry, uy = az * rx - ax * rz, uz = ax * ry - ay * rx;
-    /* the box's eight corners */
-    const float8 sx = (float8)(-1, 1, -1, 1, -1, 1, -1, 1), sy = (float8)(-1, -1, 1, 1, -1, -1, 1, 1);
-    const float8 sz = (float8)(-1, -1, -1, -1, 1, 1, 1, 1);
-    const float8 px = e.cx + e.hx * sx, py = e.cy + e.hy * sy, pz = e.cz + e.hz * sz;
-    const float8 ahead = dot3_8(px, py, pz, ax, ay, az);
-    const float8 right = dot3_8(px, py, pz, rx, ry, rz) / ahead, up = dot3_8(px, py, pz, ux, uy, uz) / ahead;
-    const float *each_ahead = (const float *)&ahead, *each_right = (const float *)&right, *each_up = (const float *)&up;
-    float least = each_ahead[0], west = each_right[0], east = west, south = each_up[0], north = south;
-    for (int k = 1; k < 8; ++k) {
-        least = LEAST(each_ahead[k], least);
-        west = LEAST(each_right[k], west), east = MOST(each_right[k], east);
-        south = LEAST(each_up[k], south), north = MOST(each_up[k], north);
+    const float c[3] = {e->cx, e->cy, e->cz}, h[3] = {e->hx, e->hy, e->hz}, o[3] = {ox, oy, oz};
+    float most = -WIDE;
+    s.depth = 0;
+    for (int k = 0; k < 3; ++k) {
+        const float nearest = MAGNITUDE(c[k]) - h[k];
+        s.depth = nearest > most ? k : s.depth;
+        most = MOST(nearest, most);
+        s.low[k] = LEAST(c[k] - h[k], 0.0f), s.high[k] = MOST(c[k] + h[k], 0.0f);
     }
-    if (!(least > 0.2f * to_centre)) return s;
-    west -= SHAFT_PAD, east += SHAFT_PAD, south -= SHAFT_PAD, north += SHAFT_PAD;
-    s.plane[0][0] = rx - west * ax, s.plane[0][1] = ry - west * ay, s.plane[0][2] = rz - west * az;
-    s.plane[1][0] = east * ax - rx, s.plane[1][1] = east * ay - ry, s.plane[1][2] = east * az - rz;
-    s.plane[2][0] = ux - south * ax, s.plane[2][1] = uy - south * ay, s.plane[2][2] = uz - south * az;
-    s.plane[3][0] = north * ax - ux, s.plane[3][1] = north * ay - uy, s.plane[3][2] = north * az - uz;
+    s.right = s.depth == 0 ? 1 : 0, s.up = s.depth == 2 ? 1 : 2;
+    s.sign = c[s.depth] < 0.0f ? -1.0f : 1.0f;
+    s.odepth = o[s.depth], s.oright = o[s.right], s.oup = o[s.up];
+    s.has_image = most > LEAST_DEPTH * e->reach;
+    s.west = s.south = -WIDE, s.east = s.north = s.deepest = WIDE;
     return s;
 }
 
@@ -94,16 +101,26 @@ static inline int8 cull_node(int node, const Shaft *s, global const float *boxes
                              float8 *key)
 {
     global const float *b = boxes + (size_t)node * (6 * NODE_CHILDREN);
+    int8 keep;
     float8 box[6];
     box[0] = LOAD8(b) - ox, box[1] = LOAD8(b + 1 * 8) - oy, box[2] = LOAD8(b + 2 * 8) - oz;
     box[3] = LOAD8(b + 3 * 8) - ox, box[4] = LOAD8(b + 4 * 8) - oy, box[5] = LOAD8(b + 5 * 8) - oz;
-    int8 keep = (box[0] <= s->high[0]) & (box[3] >= s->low[0]) & (box[1] <= s->high[1]) & (box[4] >= s->low[1]) &
-                (box[2] <= s->high[2]) & (box[5] >= s->low[2]);
-    if (!any8(keep)) return keep;
-    for (int c = 0; c < 4; ++c) {
-        const float x = s->plane[c][0], y = s->plane[c][1], z = s->plane[c][2];
-        keep &= dot3_8(x, y, z, box[x > 0.0f ? 3 : 0], box[y > 0.0f ? 4 : 1], box[z > 0.0f ? 5 : 2]) >= 0.0f;
-    }
+    if (s->has_image) {
+        const float8 below = box[s->depth], above = box[s->depth + 3];
+        const bool ahead = s->sign > 0.0f;
+        const float8 least = ahead ? below : -above, greatest = ahead ? above : -below;
+        const float limit = s->deepest * DEPTH_PAD;
+        const float8 near = MOST(least, 0.0f), far = LEAST(greatest, limit);
+        /* the padded box's sides at the depth where they stand out most */
+        const float west = s->west - SHAFT_PAD, east = s->east + SHAFT_PAD;
+        const float south = s->south - SHAFT_PAD, north = s->north + SHAFT_PAD;
+        keep = (greatest >= 0.0f) & (least <= limit) & (box[s->right + 3] >= west * (west > 0.0f ? near : far)) &
+               (box[s->right] <= east * (east > 0.0f ? far : near)) &
+               (box[s->up + 3] >= south * (south > 0.0f ? near : far)) &
+               (box[s->up] <= north * (north > 0.0f ? far : near));
+    } else
+        keep = (box[0] <= s->high[0]) & (box[3] >= s->low[0]) & (box[1] <= s->high[1]) & (box[4] >= s->low[1]) &
+               (box[2] <= s->high[2]) & (box[5] >= s->low[2]);
     const float8 bx = MOST(box[0], -box[3]), by = MOST(box[1], -box[4]), bz = MOST(box[2], -box[5]);
     const float8 gx = MOST(bx, 0.0f), gy = MOST(by, 0.0f), gz = MOST(bz, 0.0f);
     /* near and large first: what takes much of the view from the origin hides much of the group */
@@ -111,6 +128,44 @@ static inline int8 cull_node(int node, const Shaft *s, global const float *boxes
     const float8 area = dot3_8(wx, wy, wz, wy, wz, wx);
     *key = dot3_8(gx, gy, gz, gx, gy, gz) / (area * area + 1e-6f);
     return keep;
+}
+
+/* Images of a block's triangles; returns which can hide anything of the shaft. One that is partly behind the origin may
+ * lie anywhere. The pad is for the margins of the triangle test (block.h): a beam counts as inside down to weights of
+ * -share, share the sum of rounding x reach / volume, which is as much of the image's size for a triangle that is not
+ * clear. With z the depths, 1 + right + up < `oblique` and the cross product of the image's edges:
+ *     volume = 2 z0 z1 z2 cross,   reach < 1.23 oblique z,   edges < 1.23 (size z + oblique (greatest z - least z)). */
+static inline int8 project_block(global const float *geometry, int block, const Shaft *s, Images *out)
+{
+    if (!s->has_image) {
+        out->west = out->south = out->nearest = -WIDE, out->east = out->north = WIDE;
+        return -1;
+    }
+    global const float *g = geometry + (size_t)block * (BLOCK_FLOATS * BLOCK_LANES);
+    global const float *to_depth = g + s->depth * 8, *to_right = g + s->right * 8, *to_up = g + s->up * 8;
+    float8 depth[3], right[3], up[3], per[3];
+    for (int v = 0; v < 3; ++v) {
+        depth[v] = s->sign * (LOAD8(to_depth + 24 * v) - s->odepth);
+        per[v] = 1.0f / depth[v];
+        right[v] = (LOAD8(to_right + 24 * v) - s->oright) * per[v];
+        up[v] = (LOAD8(to_up + 24 * v) - s->oup) * per[v];
+    }
+#define LEAST3(x) LEAST(x[2], LEAST(x[1], x[0]))
+#define MOST3(x) MOST(x[2], MOST(x[1], x[0]))
+    const float8 nearest = LEAST3(depth), farthest = MOST3(depth), ratio = farthest * MOST3(per);
+    const float8 west = LEAST3(right), east = MOST3(right), south = LEAST3(up), north = MOST3(up);
+    const int8 before = nearest > 1e-6f;
+    const float8 size = (east - west) + (north - south), oblique = s->oblique + size;
+    const float8 cross = (right[1] - right[0]) * (up[2] - up[0]) - (right[2] - right[0]) * (up[1] - up[0]);
+    const float8 steep = oblique * ratio, whole = ratio * size;
+    const float8 edges = size + (steep - oblique), turned = MAGNITUDE8(cross);
+    const float8 by_cross = (4.0f * EDGE_ROUNDING) * (steep * steep) * edges / turned;
+    const float8 share = LEAST(by_cross, 1.0f), pad = whole * share + SHAFT_PAD * ratio;
+    out->west = PICK(before, west - pad, -WIDE), out->east = PICK(before, east + pad, WIDE);
+    out->south = PICK(before, south - pad, -WIDE), out->north = PICK(before, north + pad, WIDE);
+    out->nearest = nearest - share * (farthest - nearest);
+    return (farthest > 0.0f) & (out->nearest <= s->deepest * DEPTH_PAD) & (out->west <= s->east) &
+           (out->east >= s->west) & (out->south <= s->north) & (out->north >= s->south);
 }
 
 /* Which triangles of a block can hide part of the box (`meets`), which hide all of it (`covers`). */

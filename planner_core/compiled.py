@@ -60,7 +60,7 @@ def compiled(function: _Function) -> _Function:
 
 def in_threads(work: Callable[[int], None], n: int) -> None:
     """Call `work` with 0 .. n - 1, in any order and several at once, and wait for all; the first error is raised."""
-    if n == 1 or n_usable_cores() == 1:
+    if n <= 1 or n_usable_cores() == 1:
         for index in range(n):
             work(index)
         return

@@ -17,6 +17,7 @@ from planner_core.network.pair_overlap import (
     PairMatrices,
     Pairs,
     SharedSurface,
+    joined_pairs,
     overlapping_pairs,
     strengths_of,
 )
@@ -104,7 +105,7 @@ def candidate_links(
         holds = strength >= min_strength
         linked.append((_take(pairs, holds), strength[holds]))
         progress(ProgressEvent("links", min(number * rows_a_block, n), n))
-    pairs = _together([one for one, _ in linked])
+    pairs = joined_pairs([one for one, _ in linked])
     strength = np.concatenate([np.empty(0), *(values for _, values in linked)])
     starts, neighbour, order = _symmetric(pairs, n)
     return CandidateLinks(
@@ -137,15 +138,6 @@ def parts_of(starts: Int64Array, neighbour: Int32Array) -> Int32Array:
 
 def _take(pairs: Pairs, which: BoolArray) -> Pairs:
     return Pairs(pairs.first[which], pairs.second[which], pairs.overlap[which])
-
-
-def _together(some: list[Pairs]) -> Pairs:
-    none = np.empty(0, dtype=np.int32)
-    return Pairs(
-        np.concatenate([none, *(pairs.first for pairs in some)]),
-        np.concatenate([none, *(pairs.second for pairs in some)]),
-        np.concatenate([np.empty(0), *(pairs.overlap for pairs in some)]),
-    )
 
 
 def _symmetric(pairs: Pairs, n: int) -> tuple[Int64Array, Int32Array, Int64Array]:

@@ -3,9 +3,9 @@
 Input `Visibility`, patch areas (m^2) and, for matrices, centroids and normals (local frame); output pairs with their
 overlap, and (K, 6, 6) float64 matrices. What they mean: `planner_core.network.links`.
 
-Overlaps of all pairs are one sparse product, taken in blocks of rows. Normal matrices are only made for the pairs that
-are asked for: 24 sums over the common patches, each taken about the origin, from which those about the common
-surface's own centroid follow.
+Overlaps of all pairs are sums over the rows that hold each patch, in blocks of rows. Normal matrices are only made for
+the pairs that are asked for: 24 sums over the common patches, each taken about the origin, from which those about the
+common surface's own centroid follow.
 
 A pair's figures are the same to the last bit whatever other positions there are and however they are numbered: areas
 are whole ticks, whose sums are exact, and the 24 sums run through the common patches in rising order.
@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,14 +27,14 @@ if TYPE_CHECKING:
 #: Overlaps are counted in these: sums of up to 131 000 m^2 are exact in float64, in whatever order they are taken.
 AREA_TICK_M2 = 2.0**-36
 
-#: Rows of the product at a time: 10 000 positions make blocks of at most 30 MB.
+#: Rows at a time: 10 000 positions make blocks of at most 30 MB.
 ROWS_A_BLOCK = 256
 
-#: How often the product's right side is made anew without the columns that are done with.
-_TRANSPOSITIONS = 8
+#: Of them, those that one thread takes at a time.
+_ROWS_A_PART = 32
 
-#: Pairs whose sums are taken at a time: their patches are copied, some 40 kB a pair.
-_PAIRS_A_CHUNK = 512
+#: Pairs whose sums one thread takes at a time.
+_PAIRS_A_CHUNK = 4096
 
 #: Common surfaces smaller across than this have no rotations to speak of: 1 micrometre, squared.
 _LEAST_LENGTH2_M2 = 1e-12
@@ -63,6 +62,9 @@ class Pairs:
     overlap: FloatArray
 
 
+_NO_PAIRS = Pairs(np.empty(0, dtype=np.int32), np.empty(0, dtype=np.int32), np.empty(0))
+
+
 def overlapping_pairs(
     visibility: Visibility,
     patch_area_m2: FloatArray,
@@ -75,27 +77,47 @@ def overlapping_pairs(
 
     Yields as often as there are blocks. Pairs that have nothing in common are left out even where `min_overlap` is 0.
     """
-    seen, column = _seen_patches(visibility)
-    ticks = area_ticks(patch_area_m2)[seen][column]
-    whole = seen_ticks(visibility, patch_area_m2)
-    shape = (visibility.n_positions, int(seen.size))
-    rows = _csr(np.ones(column.size), column, visibility.starts, shape)
-    weighted = _csr(ticks, column, visibility.starts, shape)
-    # Columns before the block would be products for nothing, but leaving them out takes a transposition.
-    step = max(rows_a_block, -(-visibility.n_positions // _TRANSPOSITIONS))
-    left_out = -1
-    for begin in range(0, visibility.n_positions, rows_a_block):
-        if left_out < 0 or begin - left_out >= step:
-            left_out, columns = begin, rows[begin:].T.tocsr()
-        common = (weighted[begin : begin + rows_a_block] @ columns).tocoo()
-        first, second = common.row + begin, common.col + left_out
-        upper = (second > first) & (common.data > 0)
-        first, second = first[upper], second[upper]
-        overlap = overlap_by(measure, common.data[upper], whole[first], whole[second])
-        listed = overlap >= min_overlap
-        first, second, overlap = first[listed], second[listed], overlap[listed]
-        order = np.lexsort((second, first))
-        yield Pairs(first[order].astype(np.int32), second[order].astype(np.int32), overlap[order])
+    from planner_core.compiled import in_threads
+    from planner_core.network.compiled_pairs import add_common, find_seers
+
+    n = visibility.n_positions
+    seen, patch = _seen_patches(visibility)
+    ticks, whole = area_ticks(patch_area_m2)[seen], seen_ticks(visibility, patch_area_m2)
+    n_seers = np.bincount(patch, minlength=seen.size)
+    ends, seer, after = (
+        np.cumsum(n_seers) - n_seers,
+        np.empty_like(patch),
+        np.empty(patch.size, dtype=np.int64),
+    )
+    find_seers(visibility.starts, patch, ends, seer, after)
+    for begin in range(0, n, rows_a_block):
+        end = min(begin + rows_a_block, n)
+        parts = range(begin, end, _ROWS_A_PART)
+        found: list[Pairs] = [_NO_PAIRS] * len(parts)
+
+        def work(number: int, parts: range = parts, end: int = end, found: list[Pairs] = found) -> None:
+            rows = (parts[number], min(parts[number] + _ROWS_A_PART, end))
+            n_others = np.empty(rows[1] - rows[0], dtype=np.int64)
+            second = np.empty(n_others.size * n, dtype=np.int32)
+            common = np.empty(n_others.size * n)
+            add_common(visibility.starts, patch, ends, seer, after, ticks, rows, n_others, second, common)
+            first = np.repeat(np.arange(*rows, dtype=np.int32), n_others)
+            second, common = second[: first.size], common[: first.size]
+            overlap = overlap_by(measure, common, whole[first], whole[second])
+            listed = overlap >= min_overlap
+            found[number] = Pairs(first[listed], second[listed], overlap[listed])
+
+        in_threads(work, len(parts))
+        yield joined_pairs(found)
+
+
+def joined_pairs(some: Sequence[Pairs]) -> Pairs:
+    """All of them, one behind the other."""
+    return Pairs(
+        np.concatenate([_NO_PAIRS.first, *(pairs.first for pairs in some)]),
+        np.concatenate([_NO_PAIRS.second, *(pairs.second for pairs in some)]),
+        np.concatenate([_NO_PAIRS.overlap, *(pairs.overlap for pairs in some)]),
+    )
 
 
 def overlap_by(measure: OverlapMeasure, common: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
@@ -119,44 +141,38 @@ def area_ticks(patch_area_m2: FloatArray) -> FloatArray:
 
 def seen_ticks(visibility: Visibility, patch_area_m2: FloatArray) -> FloatArray:
     """(N,) float64, ticks that each position sees."""
-    owner = np.repeat(np.arange(visibility.n_positions), np.diff(visibility.starts))
-    ticks = area_ticks(patch_area_m2)[visibility.patch]
-    return np.bincount(owner, weights=ticks, minlength=visibility.n_positions).astype(np.float64)
+    from planner_core.compiled import share_out
+    from planner_core.network.compiled_pairs import add_rows
+
+    ticks, total = area_ticks(patch_area_m2), np.empty(visibility.n_positions)
+    share_out(lambda first, end: add_rows(visibility.starts, visibility.patch, ticks, first, end, total), total.size)
+    return total
 
 
 class PairMatrices:
     """Normal matrices of the surface that pairs of rows of a `Visibility` have in common."""
 
     def __init__(self, visibility: Visibility, patch_area_m2: FloatArray, surface: SharedSurface) -> None:
-        seen, column = _seen_patches(visibility)
-        self._column = column
-        self._starts = visibility.starts
-        self._rows = _csr(np.ones(column.size), self._column, self._starts, (visibility.n_positions, int(seen.size)))
+        seen, patch = _seen_patches(visibility)
+        self._starts, self._patch = visibility.starts, patch
         self._sums = patch_sums(patch_area_m2[seen], surface.centroid_m[seen], surface.normal[seen])
 
     def of(self, first: Int32Array, second: Int32Array) -> FloatArray:
         """(K, 6, 6) float64 for pairs (K,) in any order; zero where nothing, or no more than a point, is common."""
+        from planner_core.compiled import in_threads
+        from planner_core.network.compiled_pairs import add_over_common
+
         matrix = np.empty((first.size, 6, 6))
         order = np.argsort(first, kind="stable")
-        bounds = np.flatnonzero(np.diff(first[order], prepend=-1, append=-1))
-        for begin, end in pairwise(bounds.tolist()):
-            base = int(first[order[begin]])
-            for at in range(begin, end, _PAIRS_A_CHUNK):
-                pairs = order[at : min(at + _PAIRS_A_CHUNK, end)]
-                matrix[pairs] = _matrices(self._common_sums(base, second[pairs]))
-        return matrix
 
-    def _common_sums(self, base: int, others: Int32Array) -> FloatArray:
-        """(k, 24) sums over what each of `others` has in common with `base`."""
-        mine = self._column[self._starts[base] : self._starts[base + 1]]
-        # What the base does not see is sent to one row of zeros, which stays in the cache.
-        place = np.full(self._sums.shape[0], mine.size, dtype=np.int32)
-        place[mine] = np.arange(mine.size, dtype=np.int32)
-        table = np.concatenate([self._sums[mine], np.zeros((1, N_SUMS))])
-        rows = self._rows[others]
-        common = _csr(rows.data, place[rows.indices], rows.indptr, (others.size, mine.size + 1))
-        sums: FloatArray = common @ table
-        return sums
+        def work(number: int) -> None:
+            pairs = order[number * _PAIRS_A_CHUNK : (number + 1) * _PAIRS_A_CHUNK]
+            sums, is_mine = np.empty((pairs.size, N_SUMS)), np.zeros(self._sums.shape[0], dtype=np.uint8)
+            add_over_common(self._starts, self._patch, first[pairs], second[pairs], self._sums, is_mine, sums)
+            matrix[pairs] = _matrices(sums)
+
+        in_threads(work, -(-first.size // _PAIRS_A_CHUNK))
+        return matrix
 
 
 def common_matrices(common: Sequence[Int32Array], sums: FloatArray) -> FloatArray:
@@ -174,7 +190,15 @@ def strengths_of(matrix: FloatArray) -> FloatArray:
     """(K,) strengths in [0, 1] of normal matrices (K, 6, 6): three times the smallest eigenvalue."""
     if matrix.shape[0] == 0:
         return np.empty(0)
-    strength: FloatArray = np.clip(3.0 * np.linalg.eigvalsh(matrix)[:, 0], 0.0, 1.0)
+    from planner_core.compiled import in_threads
+
+    strength = np.empty(matrix.shape[0])
+
+    def work(number: int) -> None:
+        pairs = slice(number * _PAIRS_A_CHUNK, (number + 1) * _PAIRS_A_CHUNK)
+        strength[pairs] = np.clip(3.0 * np.linalg.eigvalsh(matrix[pairs])[:, 0], 0.0, 1.0)
+
+    in_threads(work, -(-strength.size // _PAIRS_A_CHUNK))
     return strength
 
 
@@ -190,8 +214,7 @@ def _csr(value: FloatArray, column: Any, starts: Any, shape: tuple[int, int]) ->
     from scipy.sparse import csr_array
 
     # 32 bits wherever they do: they are half of what is read.
-    small = value.size < 2**31
-    index = np.int32 if small else np.int64
+    index = np.int32 if value.size < 2**31 else np.int64
     return csr_array((value, column.astype(index, copy=False), starts.astype(index, copy=False)), shape=shape)
 
 

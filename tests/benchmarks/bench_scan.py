@@ -6,7 +6,8 @@ Beams: ours is `scan`, kernel and range, triangle, patch and incidence of every 
 `cast_rays` alone (range, triangle, weights and normal), with the rays already made. Free rays: both have them in
 float32 already; `checked` is `cast_rays` of ours with its float64 checks. Visibility is `visible_patches` a position,
 which is what planning calls, against the same `cast_rays`. Tree: a whole `OpenCLEngine` against adding the triangles
-and committing them. Medians over stations and rounds. Not a test: nothing here can fail.
+and committing them. Patch mode is `PatchMode.visible_patches` a position. Links: `candidate_links` against the scans of
+the same candidates, not against Open3D. Medians over stations and rounds. Not a test: nothing here can fail.
 """
 
 from __future__ import annotations
@@ -26,8 +27,11 @@ import numpy as np
 from planner_core.device import open_device
 from planner_core.engine.open3d import import_open3d
 from planner_core.engine.opencl import OpenCLEngine
+from planner_core.engine.patch_mode import PatchMode
 from planner_core.engine.tuning import tile_shape
-from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource
+from planner_core.model import BeamTemplate, LoadReport, Patches, Scene, SceneSource
+from planner_core.network.candidate_links import candidate_links
+from planner_core.network.links import surface_of_patches
 from planner_core.operating_system import processor_flags
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import directions, make_template
@@ -45,6 +49,10 @@ class Cost:
 
     wall_ms: float
     cpu_ms: float
+
+
+#: Where there is nothing to compare with.
+NOTHING = Cost(float("nan"), float("nan"))
 
 
 @dataclass(frozen=True)
@@ -163,6 +171,7 @@ class Watch:
 class Subject:
     name: str
     scene: Scene
+    patches: Patches
     engine: OpenCLEngine
     raycasting: open3d.t.geometry.RaycastingScene
     stations: np.ndarray
@@ -196,7 +205,7 @@ def bench_scene(name: str, scene: Scene, *, rounds: int, say: Callable[[str], No
         f"{engine.tree.sah_cost:.1f}"
     )
     fine = scene.n_triangles > 1_000_000
-    subject = Subject(name, scene, engine, raycasting, stations_of(scene, 6, raycasting), rounds, fine)
+    subject = Subject(name, scene, patches, engine, raycasting, stations_of(scene, 6, raycasting), rounds, fine)
     hdl = make_template(load_scanner("hdl-64e"))
     pandar = make_template(load_scanner("pandar64"))
     return [
@@ -207,6 +216,7 @@ def bench_scene(name: str, scene: Scene, *, rounds: int, say: Callable[[str], No
         *bench_template(subject, "Pandar64, no limit", replace(pandar, range_max_m=np.inf), 2.5 if fine else 6),
         *bench_template(subject, "dome of 2000 x 833, no limit", dome()),
         bench_rays(subject),
+        bench_patch_mode(subject),
         Row(name, "tree", ours.cost, theirs.cost, 3.0 if fine else 1.0),
     ]
 
@@ -267,6 +277,38 @@ def bench_rays(subject: Subject) -> Row:
     return Row(subject.name, "300 000 free rays", ours.cost, theirs.cost, target, float(other.mean()), remark)
 
 
+def bench_patch_mode(subject: Subject) -> Row:
+    """RTC360 with points 6 mm apart at 10 m, a position; docs/method/patch-mode.md compares the kernel before."""
+    mode, template = PatchMode(subject.engine, subject.scene, subject.patches), make_template(load_scanner("rtc360"))
+    many, watch = np.repeat(subject.stations, 4, axis=0), Watch()
+    mode.visible_patches(template, many[:1])
+    for _ in range(subject.rounds):
+        watch.time(lambda: mode.visible_patches(template, many))
+    a_position = Cost(watch.cost.wall_ms / len(many), watch.cost.cpu_ms / len(many))
+    remark = f"{a_position.cpu_ms:.1f} ms of processor time"
+    return Row(subject.name, "patch mode, RTC360 6 mm, a position", a_position, NOTHING, None, remark=remark)
+
+
+def bench_links(n_candidates: int) -> Row:
+    """Links between random places in the synthetic office, and the HDL-64E scans that they are made of."""
+    scene = office(36, 3, seed=1)
+    patches = make_patches(scene, max_area_m2=PATCH_AREA_M2)
+    engine, template = OpenCLEngine(scene, patches, open_device()), make_template(load_scanner("hdl-64e"))
+    low, high = scene.vertices_m.min(axis=0)[:2] + 0.3, scene.vertices_m.max(axis=0)[:2] - 0.3
+    places = np.random.default_rng(2).uniform(low, high, (n_candidates, 2))
+    positions = np.column_stack([places, np.full(n_candidates, 1.7)])
+    engine.visible_patches(template, positions[:10])
+    scans, links = Watch(), Watch()
+    seen = scans.time(lambda: engine.visible_patches(template, positions))
+    is_seen = np.zeros(patches.n_patches, dtype=bool)
+    is_seen[seen.patch] = True
+    surface = surface_of_patches(scene, patches, is_seen)
+    for _ in range(3):  # functions are compiled in the first
+        found = links.time(lambda: candidate_links(seen, patches.area_m2, surface, min_overlap=0.3, min_strength=0.01))
+    remark = f"{found.n_links} links; scans in place of Open3D"
+    return Row("synthetic office", f"links of {n_candidates} candidates", links.cost, scans.cost, 10.0, remark=remark)
+
+
 def scenes(*, quick: bool) -> dict[str, Callable[[], Scene]]:
     found: dict[str, Callable[[], Scene]] = {"synthetic office": lambda: office(36, 3, seed=1)}
     if not quick:
@@ -313,9 +355,12 @@ def as_markdown(rows: list[Row], remarks: list[str], shape: str) -> str:
         target = "" if row.target is None else f"{row.target:g}"
         met = "" if row.target is None else "yes" if row.ratio >= row.target else "no"
         other = "" if np.isnan(row.other_triangle) else f"{row.other_triangle:.1e}"
+        theirs = f"{row.open3d.wall_ms:.1f} | {row.ratio:.2f} | {row.cpu_ratio:.2f}"
+        if row.open3d is NOTHING:
+            theirs = " | | "
         lines.append(
-            f"| {row.scene} | {row.what} | {row.ours.wall_ms:.2f} | {row.open3d.wall_ms:.1f} | {row.ratio:.2f} | "
-            f"{row.cpu_ratio:.2f} | {target} | {met} | {other} | {row.remark} |"
+            f"| {row.scene} | {row.what} | {row.ours.wall_ms:.2f} | {theirs} | "
+            f"{target} | {met} | {other} | {row.remark} |"
         )
     explained = (
         "Other triangle: share of beams for which the engines name different triangles; in IFC models nearly all are "
@@ -336,6 +381,7 @@ def main() -> None:
     for name, make in scenes(quick=options.quick).items():
         rows += bench_scene(name, make(), rounds=2 if options.quick else 5, say=remarks.append)
         print(remarks[-1], file=sys.stderr)
+    rows.append(bench_links(500 if options.quick else 5000))
     tile_rows, tile_columns, lanes = tile_shape(open_device())
     text = as_markdown(rows, remarks, f"{tile_rows} x {tile_columns} beams in packets of {lanes}")
     print(text)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from planner_core.device import Device
 from planner_core.engine.opencl import OpenCLEngine
-from planner_core.engine.patch_mode import PatchMode
+from planner_core.engine.patch_mode import PatchMode, expected_returns, share_of
 from planner_core.engine.patch_samples import (
     ALL_RIM,
     N_FINE,
@@ -189,6 +189,30 @@ def test_a_patch_counts_where_a_beam_is_to_be_expected_on_it(shapes: SimpleNames
         visibility = mode.visible_patches(template, np.zeros((1, 3)), least_returns=share * expected)
         assert visibility.patch.size == seen
     assert mode.visible_patches(template, np.zeros((1, 3)), least_returns=0).patch.size == 2
+
+
+@pytest.mark.opencl
+def test_patches_that_hardly_a_beam_meets_are_left_out_by_the_number_to_be_expected_alone(
+    shapes: SimpleNamespace,
+) -> None:
+    scene = shapes.scene_of(*shapes.clutter_of(150, seed=14))
+    mode, patches, _ = mode_of(scene, "opencl", 0.002)
+    template, position = shapes.template_of(301, 720, low_deg=-60, high_deg=90), np.array([[0.013, 0.027, 1.51]])
+    position = position.astype(np.float32).astype(np.float64)
+    all_seen = marks_of(mode, template, position)[0]
+    seen = np.flatnonzero(all_seen).astype(np.int32)
+    places = places_of(scene, patches, seen)
+    expected = expected_returns(view_of(template), places.corners_m - position, places.normal, places.area_m2)
+    expected *= share_of(all_seen[seen])
+    for least in (0.05, 0.5, 1.0, 3.0):
+        marks = marks_of(mode, template, position, least_returns=least)[0]
+        counts, sure = expected >= least, np.abs(expected - least) > 1e-4 * least
+        # Whether a span is half a row is as sharp: a few patches lie within rounding of it.
+        assert ((marks[seen] != 0) != counts)[sure].sum() <= 2
+        kept = seen[marks[seen] != 0]
+        np.testing.assert_array_equal(marks[kept], all_seen[kept])
+        assert marks[all_seen == 0].max() == 0
+        assert 0.01 < counts.mean() < 0.99, "some of either"
 
 
 # ------------------------------------------------------------------------------------------ brute force
