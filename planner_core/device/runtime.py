@@ -15,6 +15,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache
 from importlib import resources
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -38,11 +39,16 @@ _WIDE_LANES = 16
 _MAX_LAUNCHED = 1024
 
 
+_serial_numbers = count()
+
+
 class Buffer:
     """Device memory. `n_bytes` counts against the device until `release` or the end of its life."""
 
     def __init__(self, device: Device, handle: Any, n_bytes: int) -> None:
         self._device, self.handle, self.n_bytes = device, handle, n_bytes
+        #: Of this buffer alone: a driver may give the next one the same handle.
+        self.serial = next(_serial_numbers)
 
     def release(self) -> None:
         """Give the memory back; a second call does nothing."""
@@ -64,6 +70,8 @@ class Program:
     def __init__(self, device: Device, built: Any, title: str) -> None:
         self._device, self._built, self._title = device, built, title
         self._kernels: dict[str, Any] = {}
+        #: By kernel: arguments as they were set last, buffers by serial number. A scan sets five of its twenty anew.
+        self._arguments: dict[str, list[int | np.number[Any] | None]] = {}
 
     def run(self, kernel: str, global_size: tuple[int, ...], *arguments: object) -> None:
         """Queue a kernel over `global_size` work-items. Arguments: `Buffer`s and NumPy scalars or vectors.
@@ -88,8 +96,17 @@ class Program:
         with driver_errors(what, device.label):
             if kernel not in self._kernels:
                 self._kernels[kernel] = pyopencl.Kernel(self._built, kernel)
-            launch = self._kernels[kernel]
-            launch.set_args(*(item.handle if isinstance(item, Buffer) else item for item in arguments))
+                self._arguments[kernel] = [None] * len(arguments)
+            launch, known = self._kernels[kernel], self._arguments[kernel]
+            for place, item in enumerate(arguments):
+                if isinstance(item, Buffer):
+                    if item.serial != known[place]:
+                        launch.set_arg(place, item.handle)
+                        known[place] = item.serial
+                elif item is not known[place]:
+                    launch.set_arg(place, item)
+                    # Arrays and vectors can be written to between launches, a number can't.
+                    known[place] = item if isinstance(item, np.number) else None
             device.note_launch(what, pyopencl.enqueue_nd_range_kernel(device.queue, launch, global_size, local_size))
 
 

@@ -72,6 +72,12 @@ class OpenCLEngine:
         self.tree = build_tree(self.traced.scene, device)
         address = np.stack([self.traced.first_patch, self.traced.patches.depth.astype(np.int32)], axis=1)
         self._scene = {**self.tree.on_device, **device.upload("scene", {"address": address})}
+        whole = self.traced.triangle
+        # Arguments of `scan_tiles` that name triangles as the whole scene does.
+        self._names = (
+            device.upload("scene", {"whole": np.zeros(1, dtype=np.int32) if whole is None else whole})["whole"],
+            np.int32(whole is not None),
+        )
         self._walk = _walk_of(self.tree)
         self._kept_template: BeamTemplate | None = None
         self._kept: dict[int, TiledTemplate] = {}
@@ -152,11 +158,12 @@ class OpenCLEngine:
                         *self._scene.values(),
                         *tiles.beam_arguments,
                         at["positions"],
+                        *self._names,
                         *(out[name] for name in arrays),
                     )
                     if not _is_kept(template):
                         self._on.finish("scan of a band")  # before its tiles go
-        return replace(batch, triangle=self.traced.in_whole_scene(batch.triangle))
+        return batch
 
     def visible_patches(
         self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent

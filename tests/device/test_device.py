@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pyopencl
+import pyopencl.cltypes
 import pytest
 from pyopencl import _cl
 
@@ -90,6 +91,24 @@ def test_a_program_runs_and_is_built_once(device: Device) -> None:
     program.run("twice", (0,), given["x"], given["x"])
     device.read(given["x"], y)
     np.testing.assert_array_equal(y, x)
+
+
+def test_a_launch_takes_the_arguments_of_its_call_whatever_those_before_were(device: Device) -> None:
+    source = """kernel void fill(global float *out, int n, float4 add) {
+        out[get_global_id(0)] = n + add.s0 + add.s3;
+    }"""
+    program = device.program_from_source(source, title="fill.cl", defines={})
+    add = np.zeros(4, dtype=np.float32)
+    got = np.empty(3, dtype=np.float32)
+    for given in (add, add.view(pyopencl.cltypes.float4)[0]):  # the same memory
+        for turn in range(4):
+            out = device.allocate("out", got.nbytes)  # mostly where the one before it was
+            add[3] = 0.5 * turn
+            program.run("fill", (3,), out, np.int32(turn // 2), given)
+            program.run("fill", (1,), out, np.int32(100), given)
+            device.read(out, got)
+            assert got.tolist() == [100 + add[3], turn // 2 + add[3], turn // 2 + add[3]]
+            out.release()
 
 
 def test_a_program_that_does_not_build_names_the_error_and_the_log(device: Device) -> None:
