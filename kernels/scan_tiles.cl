@@ -1,20 +1,22 @@
 /* Scans: the first return of every beam of every position, in full.
  *
  * Purpose        The beam-exact scan of a station: range, triangle, patch and incidence a beam.
- * Define         see trace_tile.h: TILE_ROWS, TILE_COLUMNS, LANES, STACK
+ * Define         see trace_tile.h: TILE_ROWS, TILE_COLUMNS, LANES, STACK; AHEAD: 1 where the device takes hints about memory (a
+ *                CPU) and a position's results do not fit into its caches; else 0, as without
  */
 #include "trace_tile.h"
 #include "template.h"
 
-/* Numbers of the engine's triangles as those of the whole scene: where glass was left out they are others. -1 stays. */
-static inline lanes_i in_whole_scene(lanes_i triangle, global const int *whole, int is_part)
-{
-    if (!is_part) return triangle;
-    int number[LANES];
-    store_lanes(triangle, number);
-    for (int lane = 0; lane < LANES; ++lane) number[lane] = number[lane] < 0 ? -1 : whole[number[lane]];
-    return *(lanes_i_anywhere *)number;
-}
+#ifndef AHEAD
+#define AHEAD 0
+#endif
+
+/* The lines of a packet's place, which is aligned to one lane. */
+#define WRITE_AHEAD(p)                                                                                                 \
+    do {                                                                                                               \
+        __builtin_prefetch((const void *)(size_t)(p), 1);                                                              \
+        __builtin_prefetch((const void *)(size_t)((p) + LANES - 1), 1);                                                \
+    } while (0)
 
 /* Scan every position.
  * One work-item is one tile of one position. NDRange (tiles, positions), any local size.
@@ -28,37 +30,48 @@ kernel void scan_tiles(TREE_ARGUMENTS, GRID_ARGUMENTS, global const int *whole, 
     const int tile = get_global_id(0), position = get_global_id(1);
     const float ox = positions[3 * position], oy = positions[3 * position + 1], oz = positions[3 * position + 2];
     global const float *own = beams + (size_t)tile * (PACKETS * 3 * LANES);
+    const size_t image = (size_t)position * image_beams + first_beam;
+#if AHEAD
+    /* Ask for the memory of the results now: a store that misses holds up all that follow. */
+    for (int p = 0; p < PACKETS; ++p) {
+        const size_t to = image + place_of(places, (size_t)tile * PACKETS + p).first;
+        WRITE_AHEAD(range_out + to);
+        WRITE_AHEAD(triangle_out + to);
+        WRITE_AHEAD(patch_out + to);
+        WRITE_AHEAD(cosine_out + to);
+    }
+#endif
     Returns returns;
     trace_tile(&returns, boxes, children, geometry, triangles, tiles + (size_t)tile * TILE_FLOATS, own,
                rectangles + (size_t)tile * (4 * PACKETS), ox, oy, oz, range_max);
-    const size_t image = (size_t)position * image_beams + first_beam;
-    for (int p = 0; p < PACKETS; ++p) {
-        const Place place = place_of(places, (size_t)tile * PACKETS + p);
-        if (place.begin == place.end) continue;
-        global const float *d = own + p * (3 * LANES);
-        const Hit hit = resolve(geometry, slot, edges, address, ox, oy, oz, LANES_LOAD(d), LANES_LOAD(d + LANES),
-                                LANES_LOAD(d + 2 * LANES), returns.inverse[p], returns.triangle[p], range_min, range_max);
-        const lanes_i named = in_whole_scene(hit.triangle, whole, is_part);
-        if (is_whole(place)) {
-            const size_t to = image + place.first;
-            store_lanes(hit.range, range_out + to);
-            store_lanes(named, triangle_out + to);
-            store_lanes(hit.patch, patch_out + to);
-            store_lanes(hit.cos_incidence, cosine_out + to);
-            continue;
-        }
-        float range[LANES], cosine[LANES];
-        int triangle[LANES], patch[LANES];
-        store_lanes(hit.range, range);
-        store_lanes(named, triangle);
-        store_lanes(hit.patch, patch);
-        store_lanes(hit.cos_incidence, cosine);
-        for (int lane = place.begin; lane < place.end; ++lane) {
-            const size_t to = image + place_of_lane(place, lane, columns);
-            range_out[to] = range[lane];
-            triangle_out[to] = triangle[lane];
-            patch_out[to] = patch[lane];
-            cosine_out[to] = cosine[lane];
+    for (int p = 0; p < PACKETS; p += TOGETHER) {
+        Hit hits[TOGETHER];
+        resolve_packets(hits, &returns, p, own, geometry, slot, edges, address, is_part ? whole : 0, ox, oy, oz, range_min,
+                        range_max);
+        EACH_PACKET(k) {
+            const Hit hit = hits[k];
+            const Place place = place_of(places, (size_t)tile * PACKETS + p + k);
+            if (is_whole(place)) {
+                const size_t to = image + place.first;
+                store_lanes(hit.range, range_out + to);
+                store_lanes(hit.named, triangle_out + to);
+                store_lanes(hit.patch, patch_out + to);
+                store_lanes(hit.cos_incidence, cosine_out + to);
+                continue;
+            }
+            float range[LANES], cosine[LANES];
+            int triangle[LANES], patch[LANES];
+            store_lanes(hit.range, range);
+            store_lanes(hit.named, triangle);
+            store_lanes(hit.patch, patch);
+            store_lanes(hit.cos_incidence, cosine);
+            for (int lane = place.begin; lane < place.end; ++lane) {
+                const size_t to = image + place_of_lane(place, lane, columns);
+                range_out[to] = range[lane];
+                triangle_out[to] = triangle[lane];
+                patch_out[to] = patch[lane];
+                cosine_out[to] = cosine[lane];
+            }
         }
     }
 }

@@ -39,6 +39,8 @@ _RAYS = {"cpu": (64, 4)}
 _RAYS_FETCHING = (64, 8)
 #: Trees larger than this don't fit into a processor's caches: the walk then asks for memory ahead.
 _CACHED_BYTES = 16 * 2**20
+#: Results of a position larger than this don't fit into the cache of a core: their memory is asked for ahead, too.
+_CACHED_RESULTS_BYTES = 2**20
 
 #: Positions that one making of a band's tiles serves, and that progress hears of at the latest.
 _CHUNK = 64
@@ -149,10 +151,12 @@ class OpenCLEngine:
             "patch": batch.patch,
             "cosine": batch.cos_incidence,
         }
+        n_bytes = sum(array.nbytes for array in arrays.values()) // len(positions)
+        ahead = int(self._on.kind == "cpu" and n_bytes > _CACHED_RESULTS_BYTES)
         with self._on.outputs("scans", arrays) as out:
             for band in self._bands(template):
                 with self._tiled(band, template) as tiles:
-                    tiles.program("scan_tiles.cl").run(
+                    tiles.program("scan_tiles.cl", AHEAD=ahead).run(
                         "scan_tiles",
                         (tiles.n_tiles, positions.shape[0]),
                         *self._scene.values(),
