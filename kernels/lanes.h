@@ -64,6 +64,41 @@ static inline bool any8(int8 mask)
     return (half2.x | half2.y) != 0;
 }
 
+/* All lanes joined by `join`, a macro of two. */
+#if LANES == 1
+#define JOIN_LANES(x, join) return x
+#elif LANES == 2
+#define JOIN_LANES(x, join) return join(x.x, x.y)
+#elif LANES == 4
+#define JOIN_LANES(x, join)                                                                                            \
+    const int2 x2 = join(x.lo, x.hi);                                                                                  \
+    return join(x2.x, x2.y)
+#elif LANES == 8
+#define JOIN_LANES(x, join)                                                                                            \
+    const int4 x4 = join(x.lo, x.hi);                                                                                  \
+    const int2 x2 = join(x4.lo, x4.hi);                                                                                \
+    return join(x2.x, x2.y)
+#else
+#define JOIN_LANES(x, join)                                                                                            \
+    const int8 x8 = join(x.lo, x.hi);                                                                                  \
+    const int4 x4 = join(x8.lo, x8.hi);                                                                                \
+    const int2 x2 = join(x4.lo, x4.hi);                                                                                \
+    return join(x2.x, x2.y)
+#endif
+#define EITHER(a, b) ((a) | (b))
+
+/* Bits that are set in any lane. */
+static inline int any_bits(lanes_i x)
+{
+    JOIN_LANES(x, EITHER);
+}
+
+/* Greatest lane. */
+static inline int most_lane(lanes_i x)
+{
+    JOIN_LANES(x, MOST);
+}
+
 /* Bit j is lane j of a mask. */
 static inline int bits8(int8 mask)
 {

@@ -245,12 +245,14 @@ kernel void sum_returns(TREE_ARGUMENTS, GRID_ARGUMENTS, global int *list, global
     global long *own_sums = sums + at * SUMS;
     global float *own_extremes = extremes + at * 2;
 #endif
+    Hit hits[TOGETHER];
     for (int p = 0; p < PACKETS; ++p) {
+        if (p % TOGETHER == 0)
+            resolve_packets(hits, &returns, p, own, geometry, slot, edges, address, 0, ox, oy, oz, range_min, range_max);
+        const Hit hit = hits[p % TOGETHER];
         const Place place = place_of(places, (size_t)tile * PACKETS + p);
         global const float *d = own + p * (3 * LANES);
         const lanes_f dx = LANES_LOAD(d), dy = LANES_LOAD(d + LANES), dz = LANES_LOAD(d + 2 * LANES);
-        const Hit hit = resolve(geometry, slot, edges, address, ox, oy, oz, dx, dy, dz, returns.inverse[p],
-                                returns.triangle[p], range_min, range_max);
         const lanes_i real = real_lanes(place);
         /* Neighbouring beams mostly share a patch: one pass a distinct patch, as in `resolve`. */
         int todo[LANES], triangle[LANES];

@@ -389,6 +389,21 @@ static inline void trace_tile(Returns *out, global const float *boxes, global co
     }
 }
 
+/* The hits of packets p .. p + TOGETHER - 1 of the tile `beams`. */
+static inline void resolve_packets(Hit *hits, const Returns *returns, int p, global const float *beams,
+                                   global const float *geometry, global const int *slot, global const float *edges,
+                                   global const int *address, global const int *whole, float ox, float oy, float oz,
+                                   float range_min, float range_max)
+{
+    Beams together[TOGETHER];
+    EACH_PACKET(k) {
+        global const float *d = beams + (p + k) * (3 * LANES);
+        together[k].dx = LANES_LOAD(d), together[k].dy = LANES_LOAD(d + LANES), together[k].dz = LANES_LOAD(d + 2 * LANES);
+        together[k].inverse = returns->inverse[p + k], together[k].triangle = returns->triangle[p + k];
+    }
+    resolve(hits, together, geometry, slot, edges, address, whole, ox, oy, oz, range_min, range_max);
+}
+
 #define TREE_ARGUMENTS                                                                                                 \
     global const float *boxes, global const int *children, global const float *geometry, global const int *triangles, \
         global const int *slot, global const float *edges, global const int *address

@@ -34,6 +34,9 @@ _INTEL_LIBRARY = "libintelocl.so"
 _THREADS = "libtbb.so.12"
 #: Of the file that names it: last by name, so that the system's drivers come first, as without it.
 _OURS = "zz-tlsplan-intel.icd"
+#: Binds each of PoCL's workers to a core of its own. Otherwise Linux, after the calling thread has been busy, wakes two
+#: of them on ONE core, where the second waits until the first is done: docs/method/scan-engine.md.
+_BIND_WORKERS = "POCL_AFFINITY"
 _loading = threading.Lock()
 _loader_was_asked = False
 
@@ -52,6 +55,7 @@ def all_devices() -> list[Any]:
         raise DeviceError(
             f"pyopencl can't be loaded ({str(error).splitlines()[0]}), expected a working one; see `tlsplan doctor`"
         ) from error
+    os.environ.setdefault(_BIND_WORKERS, "1")  # read when workers start, at the first call; a user's own stays
     with driver_errors("listing OpenCL devices", "the OpenCL loader"), _loading, _drivers_shown():
         try:
             platforms = pyopencl.get_platforms()

@@ -38,6 +38,8 @@ from planner_core.scanner.template import Band, bands
 _RAYS = {"cpu": (256, 32)}
 #: Trees larger than this don't fit into a processor's caches: the walk then asks for memory ahead.
 _CACHED_BYTES = 16 * 2**20
+#: Results of a position larger than this don't fit into the cache of a core: their memory is asked for ahead, too.
+_CACHED_RESULTS_BYTES = 2**20
 
 #: Positions that one making of a band's tiles serves, and that progress hears of at the latest.
 _CHUNK = 64
@@ -71,6 +73,12 @@ class OpenCLEngine:
         self.tree = build_tree(self.traced.scene, device)
         address = np.stack([self.traced.first_patch, self.traced.patches.depth.astype(np.int32)], axis=1)
         self._scene = {**self.tree.on_device, **device.upload("scene", {"address": address})}
+        whole = self.traced.triangle
+        # Arguments of `scan_tiles` that name triangles as the whole scene does.
+        self._names = (
+            device.upload("scene", {"whole": np.zeros(1, dtype=np.int32) if whole is None else whole})["whole"],
+            np.int32(whole is not None),
+        )
         self._walk = _walk_of(self.tree)
         self._kept_template: BeamTemplate | None = None
         self._kept: dict[int, TiledTemplate] = {}
@@ -143,20 +151,23 @@ class OpenCLEngine:
             "patch": batch.patch,
             "cosine": batch.cos_incidence,
         }
+        n_bytes = sum(array.nbytes for array in arrays.values()) // len(positions)
+        ahead = int(self._on.kind == "cpu" and n_bytes > _CACHED_RESULTS_BYTES)
         with self._on.outputs("scans", arrays) as out:
             for band in self._bands(template):
                 with self._tiled(band, template) as tiles:
-                    tiles.program("scan_tiles.cl").run(
+                    tiles.program("scan_tiles.cl", AHEAD=ahead).run(
                         "scan_tiles",
                         (tiles.n_tiles, positions.shape[0]),
                         *self._scene.values(),
                         *tiles.beam_arguments,
                         at["positions"],
+                        *self._names,
                         *(out[name] for name in arrays),
                     )
                     if not _is_kept(template):
                         self._on.finish("scan of a band")  # before its tiles go
-        return replace(batch, triangle=self.traced.in_whole_scene(batch.triangle))
+        return batch
 
     def visible_patches(
         self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner_core.device import Buffer, Device, Program
 from planner_core.engine.tiles import make_tiles
-from planner_core.engine.tuning import tile_shape
+from planner_core.engine.tuning import shape_state, tile_shape
 from planner_core.model import BeamTemplate
 
 
@@ -30,10 +30,12 @@ class TiledTemplate:
         first_row: int = 0,
         image_rows: int | None = None,
     ) -> None:
+        self._shape_state = shape_state()
         self.shape = tile_shape(device)
         self._on = device
         rows, columns, lanes = self.shape
         self._defines: Mapping[str, int] = {**walk, "LANES": lanes, "TILE_ROWS": rows, "TILE_COLUMNS": columns}
+        self._programs: dict[tuple[object, ...], Program] = {}
         grid = make_tiles(template, tile_rows=rows, tile_columns=columns, lanes=lanes)
         buffers = device.upload(
             "beams",
@@ -53,7 +55,7 @@ class TiledTemplate:
     @property
     def has_wanted_shape(self) -> bool:
         """Whether these tiles have the shape that is wanted now."""
-        return self.shape == tile_shape(self._on)
+        return self._shape_state == shape_state()
 
     def release(self) -> None:
         """Give the device memory back; nothing can be scanned with these tiles afterwards."""
@@ -63,4 +65,7 @@ class TiledTemplate:
 
     def program(self, file: str, **more: int) -> Program:
         """Build a kernel file for tiles of this shape, and more defines of its own; a second call finds it built."""
-        return self._on.program(file, {**self._defines, **more})
+        key = (file, *more.items())
+        if key not in self._programs:
+            self._programs[key] = self._on.program(file, {**self._defines, **more})
+        return self._programs[key]

@@ -33,6 +33,7 @@ _LANES = (1, 2, 4, 8, 16)
 #: Beams a tile at most: each holds eight bytes of a work-item's private memory.
 _MAX_BEAMS = 2048
 _given: ContextVar[Shape | None] = ContextVar("tile shape", default=None)
+_n_kept = 0
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,11 @@ class ShapeInUse:
     shape: Shape
     origin: str
     detail: str
+
+
+def shape_state() -> tuple[Shape | None, int]:
+    """Another one than before where a shape was given or kept since: cheap to ask before every scan."""
+    return _given.get(), _n_kept
 
 
 def tile_shape(device: Device) -> Shape:
@@ -157,6 +163,8 @@ def keep_shape(device: Device, shape: Shape, milliseconds: dict[str, float]) -> 
             f"{file}: can't be written ({error.strerror}), expected a writable folder for the measured shape; "
             f"set {CACHE_VARIABLE} to one"
         ) from error
+    global _n_kept
+    _n_kept += 1
     _read.cache_clear()
     return file
 

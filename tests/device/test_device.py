@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pyopencl
+import pyopencl.cltypes
 import pytest
 from pyopencl import _cl
 
@@ -124,6 +125,24 @@ def test_inputs_are_lent_to_a_cpu_and_copied_elsewhere(device: Device, kind: str
 def test_inputs_of_no_entries_are_fine(device: Device) -> None:
     with device.inputs("nothing", {"nothing": np.empty((0, 6), dtype=np.float32)}) as given:
         assert given["nothing"].n_bytes == 0
+
+
+def test_a_launch_takes_the_arguments_of_its_call_whatever_those_before_were(device: Device) -> None:
+    source = """kernel void fill(global float *out, int n, float4 add) {
+        out[get_global_id(0)] = n + add.s0 + add.s3;
+    }"""
+    program = device.program_from_source(source, title="fill.cl", defines={})
+    add = np.zeros(4, dtype=np.float32)
+    got = np.empty(3, dtype=np.float32)
+    for given in (add, add.view(pyopencl.cltypes.float4)[0]):  # the same memory
+        for turn in range(4):
+            out = device.allocate("out", got.nbytes)  # mostly where the one before it was
+            add[3] = 0.5 * turn
+            program.run("fill", (3,), out, np.int32(turn // 2), given)
+            program.run("fill", (1,), out, np.int32(100), given)
+            device.read(out, got)
+            assert got.tolist() == [100 + add[3], turn // 2 + add[3], turn // 2 + add[3]]
+            out.release()
 
 
 def test_a_program_that_does_not_build_names_the_error_and_the_log(device: Device) -> None:

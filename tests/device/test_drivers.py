@@ -77,3 +77,24 @@ def test_a_full_disk_costs_the_runtime_and_nothing_else(monkeypatch: pytest.Monk
     monkeypatch.setattr(drivers.tempfile, "mkdtemp", full)
     with drivers._drivers_shown():
         assert "OCL_ICD_VENDORS" not in os.environ
+
+
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists() or len(os.sched_getaffinity(0)) != os.cpu_count() or os.cpu_count() == 1,
+    reason="PoCL binds on Linux, and all of the machine's cores must be ours to see it",
+)
+@pytest.mark.parametrize("own", [None, "0"])
+def test_pocls_workers_are_bound_to_cores_unless_the_user_says_otherwise(own: str | None) -> None:
+    environment = {name: value for name, value in os.environ.items() if name != "POCL_AFFINITY"}
+    environment |= {} if own is None else {"POCL_AFFINITY": own}
+    lines = """
+import os
+before = set(os.listdir("/proc/self/task"))
+from planner_core.device import open_device
+device = open_device("Portable")
+held = [os.sched_getaffinity(int(task)) for task in set(os.listdir("/proc/self/task")) - before]
+alone = {core for cores in held if len(cores) == 1 for core in cores}
+print(len(alone) == device.n_compute_units, len(alone))
+"""
+    done = subprocess.run([sys.executable, "-c", lines], capture_output=True, text=True, check=True, env=environment)
+    assert done.stdout.split() == (["True", str(os.cpu_count())] if own is None else ["False", "0"])

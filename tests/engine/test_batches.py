@@ -323,7 +323,12 @@ def test_the_number_of_cores_leaves_no_trace_in_the_bits(tmp_path: Path) -> None
 
 @pytest.mark.parametrize("scene", ["clutter", "posts before a fine wall"])
 def test_results_are_the_same_whatever_the_tile_and_the_packet(
-    device: Device, open_both: Callable, shapes: SimpleNamespace, positions: np.ndarray, scene: str
+    device: Device,
+    open_both: Callable,
+    shapes: SimpleNamespace,
+    positions: np.ndarray,
+    scene: str,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     corners, triangles = shapes.clutter_of(60, seed=10)
     template = shapes.template_of(21, 130, range_max_m=6.0)
@@ -335,11 +340,16 @@ def test_results_are_the_same_whatever_the_tile_and_the_packet(
         template = shapes.template_of(41, 900)
     engine = open_both(shapes.scene_of(corners, triangles))[0]
     batches = []
-    for shape in ((8, 32, 8), (4, 8, 1), (2, 16, 4), (16, 64, 8), (8, 64, 16)):
+    for shape in ((8, 32, 8), (4, 8, 1), (2, 16, 4), (16, 64, 8), (10, 32, 8), (8, 64, 16)):
         if shape[2] > device.max_lanes:
             continue
         with tuning.use_shape(shape):
             batches.append(engine.scan(template, positions[:3]))
+            seen = engine.visible_patches(template, positions[:3])
+        for row, patch in zip(np.split(seen.patch, seen.starts[1:-1]), batches[-1].patch, strict=True):
+            np.testing.assert_array_equal(row, np.unique(patch[patch >= 0]))
+    monkeypatch.setattr(opencl, "_CACHED_RESULTS_BYTES", 0)  # the memory of results is asked for ahead
+    batches.append(engine.scan(template, positions[:3]))
     for other in batches[1:]:
         np.testing.assert_array_equal(other.triangle, batches[0].triangle)
         np.testing.assert_array_equal(other.range_m, batches[0].range_m)

@@ -1,4 +1,4 @@
-"""patch.h alone, through a tiny kernel, against the host's patch_code: the same bits at every packet width."""
+"""patch.h and patch_parts.h alone, in tiny kernels, against the host's patch_code: the same bits at every width."""
 
 import numpy as np
 import pytest
@@ -8,27 +8,75 @@ from planner_core.device.runtime import expand_includes
 from planner_core.scene.patches import patch_code
 
 PROBE = """
-#include "patch.h"
+#include "patch_parts.h"
 kernel void probe(global const float *weights, global const float *edges, int depth, int n, global int *code)
 {
-    const int at = get_global_id(0) * LANES;
-    global const float *w = weights + at, *e = edges + at;
-    store_lanes(patch_code(LANES_LOAD(w), LANES_LOAD(w + n), LANES_LOAD(w + 2 * n), LANES_LOAD(e), LANES_LOAD(e + n),
-                           LANES_LOAD(e + 2 * n), depth), code + at);
+    Bisection of_packet[TOGETHER];
+    for (int k = 0; k < TOGETHER; ++k) {
+        const int at = (get_global_id(0) * TOGETHER + k) * LANES;
+        global const float *w = weights + at, *e = edges + at;
+        of_packet[k].l0 = LANES_LOAD(w), of_packet[k].l1 = LANES_LOAD(w + n), of_packet[k].l2 = LANES_LOAD(w + 2 * n);
+        of_packet[k].q01 = LANES_LOAD(e), of_packet[k].q12 = LANES_LOAD(e + n);
+        of_packet[k].q20 = LANES_LOAD(e + 2 * n);
+        of_packet[k].code = 0;
+    }
+    patch_codes(of_packet, depth);
+    for (int k = 0; k < TOGETHER; ++k) store_lanes(of_packet[k].code, code + (get_global_id(0) * TOGETHER + k) * LANES);
+}
+kernel void probe_parts(global const float *weights, global const float *edges, int depth, int n, global int *seen,
+                        global int *n_seen)
+{
+    const int item = get_global_id(0), first = item * (WINDOW * LANES);
+    lanes_f weight[3][WINDOW];
+    lanes_i number[WINDOW], todo[WINDOW];
+    for (int k = 0; k < WINDOW; ++k) {
+        for (int i = 0; i < 3; ++i) weight[i][k] = LANES_LOAD(weights + i * n + first + k * LANES);
+        todo[k] = k % 3 == 2 ? 4 : 7; /* every third packet is on another triangle */
+    }
+    const uint packets = take_triangle(todo, 0, 7, number);
+    int codes[WINDOW * LANES];
+    n_seen[item] = parts_hit(weight, number, packets, edges + 3 * item, depth, codes);
+    for (int k = 0; k < n_seen[item]; ++k) seen[first + k] = codes[k];
 }
 """
+WINDOW = 8
 
 
 def codes_of(device: Device, weights: np.ndarray, edges: np.ndarray, depth: int, lanes: int) -> np.ndarray:
-    program = device.program_from_source(expand_includes(PROBE, "probe.cl"), title="probe.cl", defines={"LANES": lanes})
+    program = device.program_from_source(
+        expand_includes(PROBE, "probe.cl"), title="probe.cl", defines={"LANES": lanes, "WINDOW": WINDOW}
+    )
     count = len(weights)
     given = device.upload("probe", {"weights": weights.T.copy(), "edges": edges.T.copy()})
     code = np.empty(count, dtype=np.int32)
+    n_items = count // (2 * lanes)
     with device.outputs("probe", {"code": code}) as out:
         program.run(
-            "probe", (count // lanes,), given["weights"], given["edges"], np.int32(depth), np.int32(count), out["code"]
+            "probe", (n_items,), given["weights"], given["edges"], np.int32(depth), np.int32(count), out["code"]
         )
     return code
+
+
+def parts_of(device: Device, weights: np.ndarray, edges: np.ndarray, depth: int, lanes: int) -> list[np.ndarray]:
+    """Codes that are seen of each of some triangles, edges (n, 3), that WINDOW * lanes of the hits lie on each."""
+    program = device.program_from_source(
+        expand_includes(PROBE, "probe.cl"), title="probe.cl", defines={"LANES": lanes, "WINDOW": WINDOW}
+    )
+    given = device.upload("probe", {"weights": weights.T.copy(), "edges": edges})
+    seen = np.empty((len(edges), WINDOW * lanes), dtype=np.int32)
+    n_seen = np.empty(len(edges), dtype=np.int32)
+    with device.outputs("probe", {"seen": seen, "n_seen": n_seen}) as out:
+        program.run(
+            "probe_parts",
+            (len(edges),),
+            given["weights"],
+            given["edges"],
+            np.int32(depth),
+            np.int32(len(weights)),
+            out["seen"],
+            out["n_seen"],
+        )
+    return [row[:n] for row, n in zip(seen, n_seen, strict=True)]
 
 
 def cases(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -52,3 +100,19 @@ def test_kernel_and_host_give_the_same_address(device: Device, lanes: int, depth
     weights, edges = cases(20_000, seed=depth)
     expected = patch_code(weights, edges, np.full(len(weights), depth))
     np.testing.assert_array_equal(codes_of(device, weights, edges, depth, lanes), expected)
+
+
+@pytest.mark.parametrize("lanes", [1, 4, 8, 16])
+@pytest.mark.parametrize("depth", [1, 2, 7, 20])
+def test_the_parts_that_a_tile_sees_are_those_of_its_hits_each_once(device: Device, lanes: int, depth: int) -> None:
+    if lanes > device.max_lanes:
+        pytest.skip(f"{device.label} has no vectors of {lanes}")
+    weights, edges = cases(12_800, seed=depth)
+    n_hits = WINDOW * lanes
+    edges = np.ascontiguousarray(edges[::n_hits])
+    seen = parts_of(device, weights, edges, depth, lanes)
+    mine = np.arange(n_hits) // lanes % 3 != 2
+    for item, codes in enumerate(seen):
+        own = weights[item * n_hits : (item + 1) * n_hits][mine]
+        expected = np.unique(patch_code(own, np.tile(edges[item], (len(own), 1)), np.full(len(own), depth)))
+        np.testing.assert_array_equal(codes, expected)
