@@ -139,7 +139,8 @@ def select_large(
     ----------
     network, given, start, device, host, progress
         See `planner_core.select.proven.select`. The result is no larger than `start` (where that holds all of `given`
-        and hangs together), nor than greedy selection's set, joined where a network is asked for.
+        and hangs together), nor than greedy selection's set, joined where a network is asked for. With a network it is
+        in the fewest of its parts that were found, whatever number of stations up to these that takes.
 
     Raises
     ------

@@ -12,6 +12,10 @@ u >= 0 of the former and p >= 0 of the latter, and x_i = 1 where i is chosen, 0 
 
 stations (Lagrangian relaxation). `price_bound` computes that in whole numbers for whole prices, whatever they are.
 
+Where stations hang together, each but one a part has a parent and need not be counted for what that sees, too
+(ways.py). The sum over i is then over its ways, of which x takes one at most; u^1 alone is counted less. Of a part one
+station at most is the first, and n_parts in all: they are those that make the sum least.
+
 Good prices come from the saddle point of the same sum in x and z in [0, 1], u and p, where its value is that of the
 linear relaxation. It is found by primal-dual steps: x and z go down the slope, u and p up the slope of twice the new
 point less the old one, each coordinate in steps that its row or column of the matrix allows; from time to time they go

@@ -23,7 +23,7 @@ from planner_core.model import Int32Array, Int64Array
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
 
-#: Groups of neighbours of a candidate. Eight bring a tenth of a station in 28 more than six.
+#: Groups of neighbours of a candidate, at most.
 _GROUPS = 6
 
 
