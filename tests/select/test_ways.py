@@ -32,8 +32,10 @@ def joined_sets(problem, graph, *, given_ones=()):
 
 
 @settings(max_examples=60, deadline=None)
-@given(SEEDS, st.integers(1, 2), st.integers(1, 8), st.integers(0, 2), st.sampled_from([0.15, 0.4, 0.8]))
-def test_no_joined_set_is_smaller_than_prices_prove_nor_holds_whom_they_fix_out(seed, looks, n_parts, n_given, linked):
+@given(SEEDS, st.integers(1, 2), st.integers(1, 8), st.integers(0, 2), st.sampled_from([0.15, 0.4, 0.8]), st.booleans())
+def test_no_joined_set_is_smaller_than_prices_prove_nor_holds_whom_they_fix_out(
+    seed, looks, n_parts, n_given, linked, searched
+):
     problem, network, graph = instance(seed, looks=looks, linked=linked)
     rng = np.random.default_rng(seed)
     lower = np.zeros(8, dtype=np.int64)
@@ -44,8 +46,14 @@ def test_no_joined_set_is_smaller_than_prices_prove_nor_holds_whom_they_fix_out(
     row_price = (fair * rng.random((times.size, problem.n_rows)) * rng.choice([0.3, 1.0, 2.0])).astype(np.int64)
     per_tick = TARGET_UNIT * BOUND_UNIT // max(int(problem.ticks.sum()) // 3, 1)
     prices = tuple(int(per_tick * each) for each in rng.random(2))
+    if searched:
+        good = large_bound(
+            problem, n_stations=3, given=range(n_given), network=network, n_parts=n_parts, work_limit=0.02
+        )
+        row_price, prices = good.row_price, good.constraint_price
     ways = ways_of(problem, network)
     scaled, margin = price_bound(problem, row_price, prices, lower, ways, n_parts=n_parts)
+    assert not searched or (scaled, margin.tolist()) == (good.scaled, good.margin.tolist())
     for chosen, parts in joined_sets(problem, graph, given_ones=range(n_given)):
         if parts <= n_parts:
             assert scaled <= len(chosen) * BOUND_UNIT, f"{chosen}"
