@@ -4,12 +4,17 @@ Input a `CoverProblem` of, say, 10 000 candidates and 100 000 rows, output a `Pr
 for problems small enough to prove. CONTROL FLOW, `select_large`:
 
 1. greedy selection                                                                             greedy.py
-2. prices: the bound, what each candidate adds to it, nearly a solution of the relaxation        lagrange.py
-3. greedy selection again, begun with the candidates of which that solution takes the most
-4. the core: candidates that the solution takes part of or that cost little, and the best set
-5. sets of fewer stations of the core, annealed; what they miss in the end is filled up greedily    swap_walks.py
+2. parts of the set, taken out and grown again                                                   regrow.py
+3. prices: the bound, what each candidate adds to it, nearly a solution of the relaxation        large_bound.py
+4. greedy selection again, begun with the candidates of which that solution takes the most
+5. as 2, until the work is done; where several looks or loops are asked for, 6 and 7 instead
+6. the core: candidates that the solution takes part of or that cost little, and the best set
+7. sets of fewer stations of the core, annealed; what they miss in the end is filled up greedily    swap_walks.py
 
-The set of 5 is far smaller at first: it is aimed at half-way between the best and the bound, then nearer to the best as
+With a network fewest components come first, then fewest stations: a set in fewer parts of it is the better one as long
+as it has no more stations than greedy selection's. The bound is one of sets in no more parts than the best.
+
+The set of 7 is far smaller at first: it is aimed at half-way between the best and the bound, then nearer to the best as
 filling up tells how many stations were missing. One station less at a time would take as many annealings as stations
 are saved. Work is counted, not timed; same problem and same settings give the same set.
 """
@@ -18,7 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -37,6 +42,9 @@ from planner_core.select.proven import Point, ProvenSelection, select
 from planner_core.select.relaxation import BOUND_UNIT
 from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, Walks, open_walks
 
+if TYPE_CHECKING:
+    from planner_core.select.regrow import Regrowth
+
 #: From so many entries on (candidates times the rows that each sees) prices serve better than `select`.
 LARGE_ENTRIES = 3_000_000
 #: A candidate is of the core if nearly a solution of the relaxation takes so much of it, or it costs so little more.
@@ -46,6 +54,10 @@ _CORE_MARGIN = BOUND_UNIT // 50
 _FIRST_SHARES = (0.9, 0.7, 0.5, 0.3)
 #: Share of the work that prices may do at most.
 _BOUND_SHARE = 0.3
+#: And what is done before them, which says how many parts of the network a set has.
+_FIRST_GROWTH_SHARE = 0.15
+#: Work of growing again between two looks.
+_GROWTH_TURN = 0.2
 #: Steps of the first annealing, a candidate of the core; the next one after a failure gets twice as many.
 _FIRST_STEPS_A_CANDIDATE = 50
 _MOST_STEPS = 2**28
@@ -127,7 +139,8 @@ def select_large(
     ----------
     network, given, start, device, host, progress
         See `planner_core.select.proven.select`. The result is no larger than `start` (where that holds all of `given`
-        and hangs together), nor than greedy selection's set, joined where a network is asked for.
+        and hangs together), nor than greedy selection's set, joined where a network is asked for. With a network it is
+        in the fewest of its parts that were found, whatever number of stations up to these that takes.
 
     Raises
     ------
@@ -187,7 +200,8 @@ class _Search:
         self.limits = Limits(work_limit=settings.work_limit, time_limit_s=settings.time_limit_s)
         self._work = 0.0
         self._best: list[int] = []
-        self._bound = self._n_greedy = 0
+        self._bound = self._n_greedy = self._most = 0
+        self._growth: Regrowth | None = None
         self._curve: list[Point] = []
 
     # ------------------------------------------------------------------------------------------ the flow
@@ -196,18 +210,31 @@ class _Search:
         greedy = select_greedy(self._problem, given=self._given, progress=self._progress).chosen
         self._best = self._fit(list(greedy))
         self._n_greedy = len(self._best)
-        if start is not None:
-            self._offer(self._fit([*self._given, *start]))
+        self._most = len(self._best)
         self._note()
+        if start is not None:
+            known = self._fit([*self._given, *start])
+            self._offer(known)
+            if len(known) < self._most:  # the result is never larger
+                self._best, self._most = known, len(known)
+                self._note()
 
     def run(self) -> None:
         """Improve bound and set until they meet or a limit is reached."""
         if not self._go_on():
             return
+        several = bool((self._problem.seen_from > 1).any())
+        grows = not several and (self._network is None or not self._network.loops)
+        if grows:
+            self._regrow(_FIRST_GROWTH_SHARE * self._settings.work_limit)
+            if not self._go_on():
+                return
         prices = large_bound(
             self._problem,
             n_stations=len(self._best),
             given=self._given,
+            network=self._network,
+            n_parts=self._n_parts(self._best),
             work_limit=_BOUND_SHARE * self._settings.work_limit,
             progress=self._progress,
         )
@@ -219,7 +246,9 @@ class _Search:
                 return
             likely = np.argsort(-prices.share, kind="stable")[: int((prices.share > share).sum())]
             self._offer(self._completed(self._problem, [*self._given, *likely.tolist()]))
-        if self._go_on():
+        if grows:
+            self._regrow(float("inf"))
+        elif self._go_on():
             self._anneal(prices)
 
     def result(self) -> ProvenSelection:
@@ -245,12 +274,18 @@ class _Search:
 
     # ------------------------------------------------------------------------------------------- sets
     def _offer(self, chosen: list[int]) -> bool:
-        """Keep a smaller set that meets all and is joined."""
-        if len(chosen) >= len(self._best) or (self._network is not None and self._network.faults(chosen) > 0):
+        """Keep a better set that meets all and is joined: in fewer parts, or in as many with fewer stations."""
+        better = (self._n_parts(chosen), len(chosen)) < (self._n_parts(self._best), len(self._best))
+        fits = len(chosen) <= self._most
+        if not better or not fits or (self._network is not None and self._network.faults(chosen) > 0):
             return False
-        self._best = chosen
+        self._best, self._growth = chosen, None
         self._note()
         return True
+
+    def _n_parts(self, chosen: Sequence[int]) -> int:
+        """Parts of the network that a set has anybody in."""
+        return 0 if self._network is None else int(np.unique(self._network.part[list(chosen)]).size)
 
     def _completed(self, problem: CoverProblem, chosen: Sequence[int]) -> list[int]:
         """`chosen` and greedily more until all targets are met, less what is spare, joined."""
@@ -263,6 +298,33 @@ class _Search:
         if self._network is not None:
             whole = joined(self._problem, self._network, whole)
         return drop_redundant(self._problem, whole, given=self._given, network=self._network)
+
+    # ------------------------------------------------------------------------------------------- growing
+    def _regrow(self, work: float) -> None:
+        """Grow parts of the best set again for so much work, or until a limit is reached."""
+        from planner_core.select.regrow import Regrowth  # brings numba along, which takes a while
+
+        if self._growth is None:
+            self._growth = Regrowth(
+                self._problem,
+                self._best,
+                network=self._network,
+                given=self._given,
+                most=self._most,
+                seed=self._settings.seed or 0,
+            )
+        growth, n_tries, end = self._growth, 1, self._work + work
+        while self._go_on() and self._work < end:
+            before = growth.work
+            better = growth.tries(n_tries)
+            self._work += growth.work - before
+            n_tries = max(1, min(2 * n_tries, int(n_tries * _GROWTH_TURN / max(growth.work - before, 1e-9))))
+            if better:
+                self._best = growth.chosen
+                self._note()
+            note = f"{len(self._best)} stations, at least {self._bound}, growing parts anew"
+            best = BestSoFar(len(self._best), self._bound, tuple(self._best))
+            self._progress(ProgressEvent("select", int(1000 * self._work), 0, note, best=best))
 
     # ------------------------------------------------------------------------------------------- annealing
     def _anneal(self, prices: LagrangeBound) -> None:

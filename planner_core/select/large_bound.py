@@ -12,6 +12,10 @@ u >= 0 of the former and p >= 0 of the latter, and x_i = 1 where i is chosen, 0 
 
 stations (Lagrangian relaxation). `price_bound` computes that in whole numbers for whole prices, whatever they are.
 
+Where stations hang together, each but one a part has a parent and need not be counted for what that sees, too
+(ways.py). The sum over i is then over its ways, of which x takes one at most; u^1 alone is counted less. Of a part one
+station at most is the first, and n_parts in all: they are those that make the sum least.
+
 Good prices come from the saddle point of the same sum in x and z in [0, 1], u and p, where its value is that of the
 linear relaxation. It is found by primal-dual steps: x and z go down the slope, u and p up the slope of twice the new
 point less the old one, each coordinate in steps that its row or column of the matrix allows; from time to time they go
@@ -31,34 +35,33 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int64Array
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.bit_rows import classes_of
+from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
-from planner_core.select.relaxation import BOUND_UNIT
+from planner_core.select.relaxation import BOUND_UNIT, TARGET_UNIT
 
-#: Prices of targets, stations a tick, are whole numbers of 1 / (BOUND_UNIT * TARGET_UNIT).
-TARGET_UNIT = 2**20
+if TYPE_CHECKING:
+    from planner_core.select.ways import Ways
+
 #: Prices of all rows together must stay below this in 1 / BOUND_UNIT, so that 63 bits hold any sum of them.
 _MOST_PRICES = 2**62
+#: Of a way that there is not.
+_NEVER = 2**62
 #: Steps between two looks, which cost about two steps each.
 _STEPS_A_LOOK = 40
-#: Work of a step besides what grows with the problem; and more steps bring nothing.
-_STEP_WORK = 100_000
+#: More steps bring nothing.
 _MOST_STEPS = 20_000
 #: It goes on from the mean of the points when that has closed so much of the gap, at the latest after so many looks.
 _RESTART_GAP = 0.4
 _RESTART_LOOKS = 8
 #: Enough: the relaxation is known to this share.
 _NEAR_ENOUGH = 2e-3
-#: Steps of stations and rows are as much longer than those of prices as a candidate sees rows, times this.
-_BALANCE = 0.1
-#: What a target's price changes in a step if all of it is missing, as a share of a price that would pay for the plan.
-_TARGET_PACE = 1.0
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,8 @@ def large_bound(
     *,
     n_stations: int,
     given: Sequence[int] = (),
+    network: Network | None = None,
+    n_parts: int | None = None,
     work_limit: float = 60.0,
     progress: Progress = silent,
 ) -> LagrangeBound:
@@ -115,12 +120,21 @@ def large_bound(
         Size of a plan that is known; scales the first steps, does not enter the bound.
     given
         Candidates that are in every plan; they count.
+    network
+        Plans hang together by it: what a station's neighbour sees, too, counts once. None: not asked.
+    n_parts
+        Of plans that are in no more parts of the network; None: in any.
     work_limit
         Numbers to look at, in 1e9, roughly seconds of one core; a first look is taken in any case.
     """
+    from planner_core.select.saddle import Saddle  # brings numba along, which takes a while
+    from planner_core.select.ways import ways_of
+
     lower = np.zeros(problem.n_candidates, dtype=np.int64)
     lower[list(given)] = 1
-    saddle = _Saddle(problem, lower.astype(np.float64), n_stations=max(n_stations, 1))
+    ways = ways_of(problem, network)
+    n_parts = problem.n_candidates if n_parts is None else n_parts
+    saddle = Saddle(problem, ways, lower.astype(np.float64), n_stations=max(n_stations, 1), n_parts=n_parts)
     n_steps = max(_STEPS_A_LOOK, min(int(work_limit / saddle.work_of_a_step), _MOST_STEPS))
     if not (problem.least > 0).any():
         n_steps = 0
@@ -143,12 +157,18 @@ def large_bound(
             restart_gap, looks = min(gaps), 0
     prices = saddle.whole(*best.prices)
     work = saddle.n_steps * saddle.work_of_a_step
-    scaled, margin = price_bound(problem, *prices, lower)
+    scaled, margin = price_bound(problem, *prices, lower, ways, n_parts=n_parts)
     return LagrangeBound(scaled, margin, lower > 0, *prices, relaxed.share, relaxed.at_most, work)
 
 
 def price_bound(
-    problem: CoverProblem, row_price: Int64Array, constraint_price: Sequence[int], lower: Int64Array
+    problem: CoverProblem,
+    row_price: Int64Array,
+    constraint_price: Sequence[int],
+    lower: Int64Array,
+    ways: Ways,
+    *,
+    n_parts: int = 2**31,
 ) -> tuple[int, Int64Array]:
     """Lower bound that prices prove, and every candidate's margin, in whole numbers: the formula above.
 
@@ -158,6 +178,8 @@ def price_bound(
         (M, R) and K whole numbers, as in `LagrangeBound`; none may be negative.
     lower
         (N,) 1 for candidates that are in every plan, 0 for others.
+    ways
+        In which plans hold each candidate. n_parts : parts of the network that plans have anybody in, at most.
     """
     times = np.unique(problem.seen_from)
     if row_price.shape != (times.size, problem.n_rows) or len(constraint_price) != problem.required.size:
@@ -171,11 +193,8 @@ def price_bound(
         or sum(map(int, row_price.sum(axis=1))) >= _MOST_PRICES
     ):
         raise ValueError("prices: expected 0 or more, rows' less than 2^62 in all")
-    # Sums wrap around, differences of them are below 2^63 and right again.
-    running = np.concatenate([[0], np.cumsum(row_price.sum(axis=0)[problem.row])])
-    margin = BOUND_UNIT - (running[problem.starts[1:]] - running[problem.starts[:-1]])
-    at_best = np.minimum(margin, 0) * (1 - lower) + margin * lower
-    scaled = TARGET_UNIT * sum(at_best[at_best != 0].tolist())
+    at_best, margin = _margins(problem, row_price, lower, ways, n_parts)
+    scaled = TARGET_UNIT * at_best
     scaled += sum(price * least for price, least in zip(constraint_price, problem.least.tolist(), strict=True))
     class_of, counts = classes_of(problem)
     ticks = problem.ticks.tolist()
@@ -189,126 +208,35 @@ def price_bound(
     return scaled // TARGET_UNIT, margin
 
 
-@dataclass(frozen=True)
-class _View:
-    """A point looked at: prices of rows (M, R) and targets (K,), their bound; stations, and what they amount to."""
+def _margins(
+    problem: CoverProblem, row_price: Int64Array, lower: Int64Array, ways: Ways, n_parts: int
+) -> tuple[int, Int64Array]:
+    """Least that all candidates together add for these prices, and each one's margin, in 1 / BOUND_UNIT."""
+    from planner_core.select.ways import sums_of_ways
 
-    prices: tuple[FloatArray, FloatArray]
-    value: float
-    share: FloatArray
-    at_most: float
+    times = np.unique(problem.seen_from)
+    once = row_price[0] if times[:1].tolist() == [1] else np.zeros(problem.n_rows, dtype=np.int64)
+    # Sums wrap around, differences of them are below 2^63 and right again.
+    of_way = BOUND_UNIT - sums_of_ways(problem, ways, row_price.sum(axis=0), once)
+    if not problem.n_candidates:
+        return 0, of_way
+    is_first = ways.first_of >= 0
+    joined = np.minimum.reduceat(np.where(is_first, _NEVER, of_way), ways.starts[:-1])
+    if not is_first.any():
+        return _sum(np.where(lower > 0, joined, np.minimum(joined, 0))), joined
+    first, part = of_way[is_first], ways.first_of[is_first]  # one a candidate
+    base = np.where(lower > 0, np.where(joined < _NEVER, joined, first), np.minimum(joined, 0))
+    # Of the candidates of a part one may be its first: whom this makes cheapest by most. So it is of n_parts parts.
+    spared = np.zeros(int(part.max(initial=-1)) + 1, dtype=np.int64)
+    np.minimum.at(spared, part, first - base)
+    order = np.argsort(spared, kind="stable")
+    most = order[:n_parts]
+    instead = np.full(spared.size, spared[most[-1]] if 0 < n_parts <= spared.size else 0)
+    instead[most] = spared[most]  # what another first of a part is in place of
+    margin = np.minimum(joined, first - instead[part])
+    return _sum(base) + _sum(spared[most]), margin
 
 
-class _Saddle:
-    """The point of the steps. Areas are in units of the mean row's, prices in stations for that."""
-
-    def __init__(self, problem: CoverProblem, lower: FloatArray, *, n_stations: int) -> None:
-        from scipy import sparse
-
-        n, r = problem.n_candidates, problem.n_rows
-        one = np.ones(problem.row.size)
-        self._sees: Any = sparse.csr_matrix((one, problem.row, problem.starts), shape=(n, r))
-        self._seen_by: Any = self._sees.T.tocsr()
-        self._lower = lower
-        self._unit = max(float(problem.ticks.sum()) / max(r, 1), 1.0)
-        self._weight = problem.ticks / self._unit
-        self._least = problem.least / self._unit
-        class_of, counts = classes_of(problem)
-        self._class_of, self._counts = class_of, counts.astype(np.float64)
-        self._times, self._layer = np.unique(problem.seen_from, return_inverse=True)
-        self.n_steps = 0
-        self.work_of_a_step = 1e-9 * (_STEP_WORK + 2 * problem.row.size + 20 * r * self._times.size)
-        self._set_paces(n_stations)
-        self._x = np.maximum(np.full(n, min(1.0, n_stations / max(n, 1))), lower)
-        self._cover = self._seen_by @ self._x
-        self._z = np.minimum(self._cover / self._times[:, None], 1.0)
-        self._u = np.broadcast_to(self._first_price, self._z.shape).copy()
-        self._p = self._first_constraint_price.copy()
-        self._clear()
-
-    def _set_paces(self, n_stations: int) -> None:
-        """Lengths of steps, for every coordinate."""
-        share = (1.0 / self._times).sum()
-        seen = np.maximum(self._sees @ self._weight, 1e-9)
-        balance = _BALANCE * float(seen.sum()) / seen.size
-        seers = np.diff(self._seen_by.indptr)
-        self._pace_x = balance / (seen * share)
-        n_constraints = np.array([self._counts[:, c].sum() for c in range(self._counts.shape[1])])[self._class_of]
-        self._pace_z = balance / np.maximum(self._weight * (1.0 + n_constraints), 1e-12)
-        self._pace_u = self._weight / (balance * (1.0 + seers / self._times[:, None]))
-        all_counted = np.maximum(self._covered(np.ones((self._times.size, self._weight.size))), 1e-9)
-        asked = np.maximum(self._least, 1e-9)
-        first = n_stations / float(asked.sum())
-        self._first_constraint_price = np.full(asked.size, first)
-        self._first_price = self._weight / float(seen.max())
-        self._pace_p = np.minimum(_TARGET_PACE * first / asked, 1.0 / (balance * all_counted))
-
-    # ------------------------------------------------------------------------------------------- the steps
-    def step(self) -> None:
-        """One step down in stations and rows, one up in prices."""
-        down_x = 1.0 - self._sees @ (self._u / self._times[:, None]).sum(axis=0)
-        x = np.clip(self._x - self._pace_x * down_x, self._lower, 1.0)
-        z = np.clip(self._z - self._pace_z * (self._u - self._worth(self._p)), 0.0, 1.0)
-        cover = self._seen_by @ x
-        ahead = 2.0 * z - self._z
-        short = ahead - (2.0 * cover - self._cover) / self._times[:, None]
-        self._u = np.maximum(self._u + self._pace_u * short, 0.0)
-        self._p = np.maximum(self._p + self._pace_p * (self._least - self._covered(ahead)), 0.0)
-        self._x, self._z, self._cover = x, z, cover
-        for total, part in zip(self._sums, (self._x, self._z, self._u, self._p), strict=True):
-            total += part
-        self._n_summed += 1
-        self.n_steps += 1
-
-    def restart(self, *, from_mean: bool) -> None:
-        """Begin a new mean, and go on from the old one or from where it is."""
-        if from_mean:
-            self._x, self._z, self._u, self._p = (total / self._n_summed for total in self._sums)
-            self._cover = self._seen_by @ self._x
-        self._clear()
-
-    def _clear(self) -> None:
-        self._sums = [np.zeros_like(part) for part in (self._x, self._z, self._u, self._p)]
-        self._n_summed = 0
-
-    def _worth(self, p: FloatArray) -> FloatArray:
-        """(M, R): what targets pay for each row."""
-        worth = np.zeros((self._times.size, self._weight.size))
-        for layer in range(self._times.size):
-            of_class = np.zeros(self._counts.shape[1])
-            for k in np.flatnonzero(self._layer == layer):
-                of_class += p[k] * self._counts[k]
-            worth[layer] = of_class[self._class_of] * self._weight
-        return worth
-
-    def _covered(self, z: FloatArray) -> FloatArray:
-        """(K,): area of each target."""
-        n_classes = self._counts.shape[1]
-        by_class = [np.bincount(self._class_of, weights=self._weight * each, minlength=n_classes) for each in z]
-        return np.array([(by_class[layer] * self._counts[k]).sum() for k, layer in enumerate(self._layer)])
-
-    # ------------------------------------------------------------------------------------------- looking
-    def look(self, *, mean: bool) -> _View:
-        """Look what the point, or the mean of points, is worth."""
-        x, _, u, p = (total / self._n_summed for total in self._sums) if mean else (self._x, self._z, self._u, self._p)
-        worth = self._worth(p)
-        u = np.minimum(u, worth)
-        margin = 1.0 - self._sees @ (u / self._times[:, None]).sum(axis=0)
-        stations = float(np.where(margin < 0, margin, self._lower * margin).sum())
-        value = float((p * self._least).sum()) + stations - float((worth - u).sum())
-        return _View((u, p), value, x, self._enough(x))
-
-    def _enough(self, x: FloatArray) -> float:
-        """Number of stations that x amounts to when multiplied so that it meets all targets."""
-        cover = (self._seen_by @ x) / self._times[:, None]
-        low, high = 0.0, 2.0
-        for _ in range(24):
-            middle = (low + high) / 2
-            met = (self._covered(np.minimum(middle * cover, 1.0)) >= self._least).all()
-            low, high = (low, middle) if met else (middle, high)
-        return high * float(x.sum()) if high < 2.0 else float("inf")
-
-    def whole(self, u: FloatArray, p: FloatArray) -> tuple[Int64Array, tuple[int, ...]]:
-        """Prices in whole numbers; u here pays for m looks at once, in `LagrangeBound` for one."""
-        row_price = np.floor(u / self._times[:, None] * BOUND_UNIT).astype(np.int64)
-        return row_price, tuple(int(price / self._unit * BOUND_UNIT * TARGET_UNIT) for price in p.tolist())
+def _sum(numbers: Int64Array) -> int:
+    """Of any size."""
+    return sum(numbers[numbers != 0].tolist())

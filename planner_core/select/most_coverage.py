@@ -33,12 +33,12 @@ from planner_core.model import BoolArray, Int64Array, Proven
 from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant
-from planner_core.select.large_bound import TARGET_UNIT, LagrangeBound, large_bound
+from planner_core.select.large_bound import LagrangeBound, large_bound
 from planner_core.select.limits import INTERRUPTED, PROVEN, Limits
 from planner_core.select.network import Network
 from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem
-from planner_core.select.relaxation import BOUND_UNIT
+from planner_core.select.relaxation import BOUND_UNIT, TARGET_UNIT
 from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, open_walks
 
 #: Steps of the first annealing, a candidate; the next one gets twice as many.

@@ -69,11 +69,12 @@ class Point:
 
 @dataclass(frozen=True)
 class ProvenSelection:
-    """chosen : candidates, forced ones first. lower_bound : no set that meets the targets has fewer.
+    """chosen : candidates, forced ones first. lower_bound : no set that meets the targets has fewer. Of `select_large`
+    with a network: none that is in no more of its parts, since fewest parts come first there.
 
     why_stopped : `proven`, `work limit`, `time limit`, `interrupted` or `rounding of areas`, see `ROUNDING`. n_greedy :
     stations that greedy selection takes, with those that join them where a network is asked for. curve : stations and
-    bound after how much work; stations never rise, the bound never falls.
+    bound after how much work; stations rise only for fewer parts, the bound never falls.
     """
 
     chosen: tuple[int, ...]

@@ -47,6 +47,8 @@ CUT_UNIT = 2**24
 PRICE_UNIT = 2**20
 #: Stations in units of a bound.
 BOUND_UNIT = CUT_UNIT * PRICE_UNIT
+#: Prices of targets, stations a tick, are whole numbers of 1 / (BOUND_UNIT * TARGET_UNIT).
+TARGET_UNIT = 2**20
 #: Quotients below 2^24 in float64 are good to 2^-28.
 _QUOTIENT_SLACK = 2.0**-20
 #: `most` of cuts that bound on one side alone.

@@ -12,7 +12,8 @@ from planner_core.select.swap_walks import Terrain, Walks, open_walks
 _FOLDER = str(Path(__file__).parent)
 sys.path.insert(0, _FOLDER)
 try:
-    import numpy_walks  # noqa: F401 - from here on they are known by their names
+    import joined_instances  # noqa: F401 - from here on they are known by their names
+    import numpy_walks  # noqa: F401
     import selection_instances  # noqa: F401
 finally:
     sys.path.remove(_FOLDER)

@@ -149,7 +149,7 @@ def test_interrupted_search_returns_the_set_and_bound_it_has():
 
     found = select_large(problem, Proven(work_limit=5.0), progress=interrupt)
     assert found.why_stopped == "interrupted"
-    assert len(found.chosen) == found.n_greedy > found.lower_bound
+    assert found.n_greedy >= len(found.chosen) > found.lower_bound
 
 
 def test_requests_that_make_no_sense_are_refused():
