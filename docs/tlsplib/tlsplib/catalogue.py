@@ -97,9 +97,6 @@ def _rooms() -> Iterator[Entry]:
     floor = {"width": 3000, "depth": 2000, "largest_m2": 40}
     yield from _plans("rooms", range(41, 44), "whole", {"grid": 175, "most": 1000}, **floor)
     yield from _plans("rooms", range(44, 47), "links", {"grid": 175, "most": 1000}, **floor)
-    clinic = {"width": 6000, "depth": 4000, "largest_m2": 50}
-    yield from _plans("rooms", range(47, 48), "whole", {"grid": 200, "most": 1200}, **clinic)
-    yield from _plans("rooms", range(48, 49), "links", {"grid": 200, "most": 1200}, **clinic)
 
 
 def _offices() -> Iterator[Entry]:
@@ -108,16 +105,13 @@ def _offices() -> Iterator[Entry]:
         yield from _plans("offices", numbers, required, {"most": 1000}, **wing)
     long = {"length": 5000, "corridor": 250, "depth": 550}
     yield from _plans("offices", range(41, 43), "whole", {"grid": 175, "most": 1200}, **long)
-    yield from _plans("offices", range(43, 46), "links", {"grid": 175, "most": 1200}, **long)
+    yield from _plans("offices", range(43, 44), "links", {"grid": 175, "most": 1200}, **long)
 
 
 def _halls() -> Iterator[Entry]:
     store = {"width": 2500, "depth": 1500, "n_pillars": 10, "n_shelves": 8}
     for required, numbers in (("whole", range(1, 6)), ("links", range(6, 11)), ("twice", range(11, 13))):
         yield from _plans("hall", numbers, required, {"grid": 200, "most": 1000}, **store)
-    works = {"width": 4500, "depth": 3000, "n_pillars": 24, "n_shelves": 20}
-    yield from _plans("hall", range(41, 43), "whole", {"grid": 250, "most": 1200, "patch": 125}, **works)
-    yield from _plans("hall", range(43, 45), "links", {"grid": 250, "most": 1200, "patch": 125}, **works)
 
 
 #: File, centimetres of its unit, grid, side of a surface, range.
@@ -131,7 +125,7 @@ _SMALL_GALLERIES = (
 )  # fmt: skip
 _MEDIUM_GALLERIES = (
     ("general_40_20", 100, 125, 100, 800), ("simple_80_9", 100, 250, 125, 1200), ("general_80_1", 100, 250, 125, 1200),
-    ("simple_120_14", 75, 350, 150, 1500), ("general_160_10", 75, 500, 200, 2000),
+    ("simple_120_14", 75, 350, 150, 1500),
 )  # fmt: skip
 
 
@@ -159,10 +153,6 @@ def _scans() -> Iterator[Entry]:
         ("stairwell-links", Scan("stairwell", 0.6, 6.0), {"overlap": 20}),
         ("hall-whole", Scan("double-height-hall", 1.0, 8.0), {}),
         ("hall-twice", Scan("double-height-hall", 1.0, 8.0), {"twice": 70}),
-        ("facade-whole", Scan("facade", 2.0, 15.0), {}),
-        ("tunnel-whole", Scan("tunnel", 2.5, 10.0), {}),
-        ("atrium-zones", Scan("atrium", 2.0, 8.0), {"zone": 90}),
-        ("basement-whole", Scan("basement", 2.0, 6.0, patch_m2=1.0), {}),
     ):
         survey = Survey(grid=round(100 * scan.grid_m), most=round(100 * scan.range_m), **required)
         yield Entry(f"scan-{name}", "scan", survey, scan=scan)

@@ -27,7 +27,7 @@ from .proof import certify
 from .solvers import SOLVERS, Outcome, solve
 
 #: CPU time of the general solvers, work of ours, nodes and CPU time of a proof, by class.
-LIMITS = {"small": (3.0, 6.0, 250, 15.0), "medium": (6.0, 12.0, 250, 25.0), "large": (10.0, 20.0, 120, 40.0)}
+LIMITS = {"small": (3.0, 6.0, 250, 15.0), "medium": (6.0, 12.0, 120, 10.0), "large": (10.0, 20.0, 60, 15.0)}
 Tell = Callable[[str], None]
 
 
@@ -81,14 +81,14 @@ class Library:
             instance = from_raw(checker.unpacked(kept.read_bytes()))
         else:
             instance = make(entry, gallery=self.gallery)
-        self._check_digest(instance)
+        self._check_digest(entry, instance)
         return instance
 
-    def _check_digest(self, instance: Instance) -> None:
-        told = self.listed().get(instance.name)
+    def _check_digest(self, entry: Entry, instance: Instance) -> None:
+        told = self.listed().get(entry.name)
         if told is not None and told["sha256"] != instance.sha256:
             raise SceneError(
-                f"{instance.name}: got an instance of digest {instance.sha256[:12]}, expected {told['sha256'][:12]}; "
+                f"{entry.name}: got an instance of digest {instance.sha256[:12]}, expected {told['sha256'][:12]}; "
                 "its source is another one, or the file was changed: get them anew"
             )
 
@@ -102,7 +102,7 @@ class Library:
             if not there:
                 # Scans are copied: made anew, they are the same on the same version alone.
                 instance = self.instance(entry) if entry.scan is not None else make(entry, gallery=self.gallery)
-                self._check_digest(instance)
+                self._check_digest(entry, instance)
                 write_atomically(path, packed(instance.raw))
             yield entry.name, there
 

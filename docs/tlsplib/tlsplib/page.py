@@ -20,16 +20,22 @@ _CLASSES = ("small", "medium", "large")
 
 def ranking(listed: Listed, results: Listed, names: Sequence[str] = ()) -> tuple[tuple[str, ...], list[list[str]]]:
     """Header and rows: a row a solver, best first; of instances whose names begin with one of `names`."""
-    which = [name for name in listed if not names or name.startswith(tuple(names))]
+    which = [name for name in compared(listed, results) if not names or name.startswith(tuple(names))]
     header = ("solver", "plans", "best", "proves", "stations more", "CPU time, ours 1")
     rows = [_summary(solver, which, listed, results) for solver in ORDER]
     found = [row for row in rows if row is not None]
     return header, sorted(found, key=lambda row: (-int(row[3]), -int(row[2]), -int(row[1])))
 
 
+def compared(listed: Listed, results: Listed) -> list[str]:
+    """Instances on which every solver that has any result was run: others would tilt a ranking."""
+    solvers = {solver for of_one in results.values() for solver in of_one}
+    return [name for name, told in listed.items() if "stations" in told and solvers <= results.get(name, {}).keys()]
+
+
 def _summary(solver: str, which: Sequence[str], listed: Listed, results: Listed) -> list[str] | None:
     """None where the solver was run on none of them."""
-    ran = [name for name in which if solver in results.get(name, {}) and "stations" in listed[name]]
+    ran = [name for name in which if solver in results[name]]
     if not ran:
         return None
     valid = [name for name in ran if results[name][solver]["valid"]]
@@ -73,8 +79,10 @@ def page(listed: Listed, results: Listed) -> str:
         "Plans: of so many instances the plan meets everything. Best: it has as few stations as the best one known. "
         "Proves: the solver's own bound meets its plan. Stations more: than the best one known, in the mean over its "
         "plans. CPU time: median of the ratio to method `proven` on the same instance.",
+        "",
+        f"The tables by class are of the {len(compared(listed, results))} instances on which every solver was run.",
     ]
-    for title, which in _groups(listed):
+    for title, which in _groups({name: listed[name] for name in compared(listed, results)}):
         header, rows = ranking({name: listed[name] for name in which}, results)
         lines += ["", f"## {title}: {len(which)}", "", _row(header), _row("---" for _ in header), *map(_row, rows)]
     header = ("instance", "candidates", "rows", "links", "best", "bound", *ORDER, "HiGHS : ours", "CP-SAT : ours")

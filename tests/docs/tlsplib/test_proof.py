@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tiny_instances import fewest, meets, tiny
 from tlsplib import checker
-from tlsplib.instance import Need, from_raw, packed
+from tlsplib.instance import Instance, Need, from_raw, packed
 from tlsplib.plans import Survey, instance_of, rooms
 from tlsplib.proof import certify
 
@@ -199,6 +199,20 @@ def test_trees_that_leave_something_out_are_refused(instance, certificate):
         ([[99, [0, 1], None]], "expected 0 to"),
     ):
         assert told in refusal(instance.raw, text_of(certificate | {"tree": tree})), tree
+
+
+def test_branches_on_groups_count_as_they_say():
+    """Two of three stations are needed: a branch on how many of both proves 2, and none of the kind proves 3."""
+    need = Need("whole", np.ones(2, dtype=bool), 20)
+    sees = np.array([[1, 0], [0, 1], [0, 0]], dtype=bool)
+    both = Instance("both", "tiny", {}, np.zeros((3, 3), dtype=np.int64), np.array([10, 10]), sees, (need,))
+    told = {"format": "tlsplib certificate 1", "sha256": both.sha256, "plan": [0, 1], "cuts": [["cover", 0, []]]}
+    # The cut is (x_0 + x_1) / 2 >= 1, row 1 the branch; prices are whole stations.
+    good = told | {"bound": 2, "tree": [[0, [], [1, 0, 1]], [0, [0, 20, 1, 10], None], [0, [1, 1], None]]}
+    assert checker.check(both.raw, text_of(good)) == ("both", 2, 2)
+    for most in (0, 1, 2, 3):
+        tree = [[0, [], [most, 0, 1]], [0, [0, 20, 1, 10], None], [0, [1, 10], None]]
+        assert refusal(both.raw, text_of(told | {"plan": [0, 1, 2], "bound": 3, "tree": tree}))
 
 
 def test_false_cuts_are_refused(instance, certificate):
