@@ -12,7 +12,7 @@ import click
 
 COMMANDS = (
     "plan", "view", "export", "floors", "evaluate", "compare", "simulate", "scanners", "scene", "demo", "reproduce",
-    "doctor", "tune",
+    "tlsplib", "doctor", "tune",
 )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ SHIPPED = (
     "planner_core",
     "cli",
     "docs/reproduction/paper_figures",
+    "docs/tlsplib/tlsplib",
     "scenes_synthetic",
     "viewer_web/server",
     "viewer_web",

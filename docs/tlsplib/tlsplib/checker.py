@@ -1,0 +1,200 @@
+"""Check a certificate of TLSPLIB: the plan meets what is required, and no plan has fewer stations than the bound.
+
+    python checker.py INSTANCE CERTIFICATE          each .json or .json.xz; exit code 1 where it is refused
+
+Python's standard library and whole numbers alone, no code of the solvers; docs/tlsplib/formats.md says why it holds.
+"""
+
+import hashlib
+import json
+import lzma
+import math
+import sys
+from functools import reduce
+from pathlib import Path
+from typing import Any
+
+MOST_BYTES, MOST_DIGITS = 256 << 20, 18
+ONE, SHARE = 2**24, 256  # 1 in coefficients of cuts; a whole station in the shares that make them
+Cut = tuple[dict[int, int], int]  # coefficients by candidate, right side: sum of coefficients times x >= right side
+
+
+class RefusedError(ValueError):
+    """A file does not hold what it says."""
+
+
+def demand(holds: object, message: str) -> None:
+    if not holds:
+        raise RefusedError(message)
+
+
+def number(value: Any, low: int, high: int, what: str) -> int:
+    demand(type(value) is int and low <= value <= high, f"{what}: got {value!r:.40}, expected {low} to {high}")
+    return int(value)
+
+
+def unpacked(packed: bytes) -> bytes:
+    """Text of a file, decompressed where it is packed, of MOST_BYTES at most."""
+    if not packed.startswith(b"\xfd7zXZ\x00"):
+        return packed
+    raw = (unpacker := lzma.LZMADecompressor()).decompress(packed, MOST_BYTES)
+    demand(unpacker.eof and not unpacker.unused_data, "truncated or too large a file")
+    return raw
+
+
+def parsed(raw: bytes, form: str) -> dict[str, Any]:
+    """JSON of whole numbers: no fraction, no NaN, nothing of more than MOST_DIGITS digits."""
+
+    def whole(text: str) -> int:
+        demand(len(text) <= MOST_DIGITS and text.lstrip("-").isdigit(), f"got {text:.30}, expected whole numbers")
+        return int(text)
+
+    told = json.loads(raw.decode("ascii"), parse_float=whole, parse_constant=whole, parse_int=whole)
+    demand(isinstance(told, dict) and told.get("format") == form, f"got another format, expected {form}")
+    return dict(told)
+
+
+def members(mask: int) -> list[int]:
+    return [i for i, bit in enumerate(reversed(bin(mask))) if bit == "1"]
+
+
+def bits(text: Any, size: int) -> int:
+    demand(isinstance(text, str) and 0 <= (mask := int(text or "0", 16)) < 1 << size, "set: no members, or too many")
+    return mask
+
+
+class Instance:
+    """The problem: sees[i] and links[i] are sets as bits of one number, rows[i] the first as a list."""
+
+    def __init__(self, raw: bytes) -> None:
+        told = parsed(raw, "tlsplib instance 1")
+        self.name, self.digest = str(told["name"]), hashlib.sha256(raw).hexdigest()
+        self.ticks = [number(t, 1, 10**12, "ticks") for t in told["ticks"]]
+        self.n, size = len(told["sees"]), len(self.ticks)
+        self.sees = [bits(text, size) for text in told["sees"]]
+        self.rows = [members(sees) for sees in self.sees]
+        needs = [(c["rows"], c["required"], c["seen_from"]) for c in told["constraints"]]
+        self.needs = [(bits(r, size), number(a, 1, 10**15, "need"), number(m, 1, 8, "need")) for r, a, m in needs]
+        self.links = None if told["links"] is None else [bits(text, self.n) for text in told["links"]]
+        if self.links is not None:
+            pairs = {(i, j) for i, near in enumerate(self.links) for j in members(near)}
+            demand(len(self.links) == self.n and all((j, i) in pairs and i != j for i, j in pairs), "links: one-sided")
+
+    def meets(self, candidates: list[int]) -> bool:
+        """Whether the candidates together reach what every constraint requires."""
+        deepest = max(m for _, _, m in self.needs)
+        seen = [-1] + [0] * deepest  # seen[m]: rows that m of them see, or more
+        for i in candidates:
+            for m in range(deepest, 0, -1):
+                seen[m] |= seen[m - 1] & self.sees[i]
+        return all(sum(self.ticks[r] for r in members(seen[m] & rows)) >= least for rows, least, m in self.needs)
+
+    def pieces(self, allowed: int) -> list[int]:
+        """Connected components of the allowed candidates; all of them as one where no links are required."""
+        found = [allowed] if self.links is None else []
+        while self.links is not None and allowed:
+            piece = new = allowed & -allowed
+            while new:
+                new = reduce(int.__or__, (self.links[i] for i in members(new))) & allowed & ~piece
+                piece |= new
+            found.append(piece)
+            allowed &= ~piece
+        return found
+
+    def cover_cut(self, k: int, shares: dict[int, int]) -> Cut:
+        """The cut of constraint k that shares of stations give; coefficients are rounded up."""
+        counted, required, m = self.needs[k]
+        lcm = math.lcm(*range(1, m + 1))
+        weight = [t * (lcm // m) * (counted >> r & 1) for r, t in enumerate(self.ticks)]
+        seers: dict[int, list[tuple[int, int]]] = {}
+        for i, share in shares.items():
+            for r in self.rows[i]:
+                if weight[r]:
+                    seers.setdefault(r, []).append((-share, i))
+        full, spared = 0, [0] * self.n
+        for r, found in seers.items():
+            found.sort()  # the t largest shares are left out, with the t that says least
+            ways = ((-sum(v for v, _ in found[t:]), m - t, t) for t in range(min(m - 1, len(found)) + 1))
+            least, divisor, left_out = min(ways, key=lambda way: way[0] * (lcm // way[1]))
+            weight[r] = self.ticks[r] * (lcm // divisor)
+            if least >= SHARE * divisor:
+                full, weight[r] = full + self.ticks[r], 0
+            for _, i in found[:left_out]:
+                spared[i] += weight[r]
+        top = (required - full) * lcm
+        demand(top > 0, "cut: its rows alone meet the constraint")
+        seen = [min(sum(map(weight.__getitem__, rows)) - spared[i], top) for i, rows in enumerate(self.rows)]
+        return {i: -(-a * ONE // top) for i, a in enumerate(seen) if a}, ONE
+
+    def links_cut(self, between: list[int], paid: list[int]) -> Cut:
+        """x(between) >= 1, x_i or x_i + x_j - 1 for `paid` of none, i, or i and j."""
+        pieces = self.pieces((1 << self.n) - 1 - sum(1 << i for i in set(between)))
+        home = [next((p for p in pieces if p >> i & 1), 0) for i in paid]
+        demand(self.links and all(home) and len(paid) <= 2, "cut of links: no links, or one in between")
+        # Without any in between, the plan would lie in one piece: in one that falls short, or in two at once.
+        alone = len(paid) == 2 or any(map(self.meets, map(members, home or pieces)))
+        demand(len(set(home)) == 2 or not alone, "cut of links: a piece will do alone, or holds both")
+        return dict.fromkeys(between, ONE) | dict.fromkeys(paid, -ONE), (1 - len(paid)) * ONE
+
+    def cut(self, kind: str, first: Any, rest: list[int]) -> Cut:
+        if kind == "cover":
+            who = [number(i, 0, self.n - 1, "cut") for i in rest[::2]]
+            shares = dict(zip(who, (number(v, 0, SHARE, "share") for v in rest[1::2]), strict=True))
+            return self.cover_cut(number(first, 0, len(self.needs) - 1, "constraint"), shares)
+        demand(kind == "links", "cut: got another kind, expected cover or links")
+        return self.links_cut(*([number(i, 0, self.n - 1, "cut") for i in some] for some in (first, rest)))
+
+    def check_tree(self, bound: int, cuts: list[Cut], tree: list[Any]) -> None:
+        """No leaf holds a plan of fewer than `bound` stations, and the branches leave nothing out."""
+        stack: list[tuple[list[int], list[int], list[Cut]]] = [([0] * self.n, [1] * self.n, [])]
+        for place, (precision, prices, branch) in enumerate(tree):
+            lower, upper, path = stack.pop()  # of none left: a node of no branch
+            one, rows = ONE << number(precision, 0, 40, "bits of prices"), cuts + path
+            value, margin = 0, [one] * self.n
+            for c, p in zip(prices[::2], prices[1::2], strict=True):
+                coefficients, right = rows[number(c, 0, len(rows) - 1, "cut")]
+                value += number(p, 0, 2**50, "price") * right
+                for i, a in coefficients.items():
+                    margin[i] -= p * a
+            value += sum(m * (high if m < 0 else low) for m, low, high in zip(margin, lower, upper, strict=True))
+            goal = (bound - 1) * one  # what is more than this rounds up to the bound
+            closed = value > goal or any(map(int.__gt__, lower, upper))
+            for i, m in enumerate(margin):  # a smaller plan does without i, or needs i
+                if lower[i] < upper[i] and value + abs(m) > goal:
+                    lower[i] = upper[i] = int(m < 0)
+            if branch is None:
+                forced, allowed = (sum(1 << i for i, x in enumerate(side) if x) for side in (lower, upper))
+                closed = closed or not any(self.meets(members(p)) for p in self.pieces(allowed) if not forced & ~p)
+                demand(closed, f"tree: node {place} may hold a plan of fewer than {bound} stations")
+                continue
+            most, *group = [number(v, 0, self.n, "branch") for v in branch]
+            demand(group and len(set(group)) == len(group) and max(group) < self.n, "branch: got no candidates")
+            for side, sign in ((1, 1), (0, -1)):  # more than `most` of the group, or no more, which comes first
+                low, high = lower.copy(), upper.copy()
+                if len(group) == 1 and most == 0:
+                    low[group[0]], high[group[0]] = max(side, low[group[0]]), min(side, high[group[0]])
+                stack.append((low, high, [*path, (dict.fromkeys(group, sign * ONE), (sign * most + side) * ONE)]))
+        demand(not stack, "tree: truncated, a branch has no node")
+
+
+def check(instance: bytes, certificate: bytes) -> tuple[str, int, int]:
+    """Name, stations and proven bound of two files. Raises RefusedError, of one line, where they do not hold."""
+    try:
+        problem, told = Instance(unpacked(instance)), parsed(unpacked(certificate), "tlsplib certificate 1")
+        demand(told["sha256"] == problem.digest, "certificate: it is one of another instance, its sha256 differs")
+        plan = [number(i, 0, problem.n - 1, "plan") for i in told["plan"]]
+        demand(len(set(plan)) == len(plan) and problem.meets(plan), "plan: a station twice, or it misses a constraint")
+        demand(len(problem.pieces(sum(1 << i for i in plan))) == 1, "plan: its stations are not connected by links")
+        bound = number(told["bound"], 1, len(plan), "bound")
+        problem.check_tree(bound, [problem.cut(*cut) for cut in told["cuts"]], told["tree"])
+    except (KeyError, TypeError, AttributeError, ValueError, IndexError, RecursionError, lzma.LZMAError) as error:
+        raise error if isinstance(error, RefusedError) else RefusedError(f"not as the format says: {error!r}") from None
+    return problem.name, len(plan), bound
+
+
+if __name__ == "__main__":
+    try:
+        demand(len(sys.argv) == 3, "usage: python checker.py INSTANCE CERTIFICATE")
+        sys.stdout.write("{}: {} stations, at least {}\n".format(*check(*(Path(p).read_bytes() for p in sys.argv[1:]))))
+    except (RefusedError, OSError) as error:
+        sys.exit(f"refused: {error}")
