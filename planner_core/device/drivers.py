@@ -21,6 +21,7 @@ from typing import Any
 from planner_core.device import pocl
 from planner_core.device.faults import driver_errors
 from planner_core.errors import DeviceError
+from planner_core.operating_system import n_usable_cores
 
 #: The loader is there and no driver is (PLATFORM_NOT_FOUND_KHR); a driver is there and its device is not.
 _NOTHING_THERE = frozenset({-1001, -1})
@@ -37,6 +38,8 @@ _OURS = "zz-tlsplan-intel.icd"
 #: Binds each of PoCL's workers to a core of its own. Otherwise Linux, after the calling thread has been busy, wakes two
 #: of them on ONE core, where the second waits until the first is done: docs/method/scan-engine.md.
 _BIND_WORKERS = "POCL_AFFINITY"
+#: How many workers there are, where the user says so.
+_N_WORKERS = "POCL_MAX_PTHREAD_COUNT"
 _loading = threading.Lock()
 _loader_was_asked = False
 
@@ -55,7 +58,10 @@ def all_devices() -> list[Any]:
         raise DeviceError(
             f"pyopencl can't be loaded ({str(error).splitlines()[0]}), expected a working one; see `tlsplan doctor`"
         ) from error
-    os.environ.setdefault(_BIND_WORKERS, "1")  # read when workers start, at the first call; a user's own stays
+    # Worker 0 goes to core 0, and so on: right where this process may use every core and there is a worker for each.
+    # Fewer workers of several processes would crowd the first cores; and a core that is not ours is refused or taken.
+    if n_usable_cores() == os.cpu_count() and _N_WORKERS not in os.environ:
+        os.environ.setdefault(_BIND_WORKERS, "1")  # read when workers start, at the first call; a user's own stays
     with driver_errors("listing OpenCL devices", "the OpenCL loader"), _loading, _drivers_shown():
         try:
             platforms = pyopencl.get_platforms()

@@ -83,18 +83,35 @@ def test_a_full_disk_costs_the_runtime_and_nothing_else(monkeypatch: pytest.Monk
     not Path("/proc/self/task").exists() or len(os.sched_getaffinity(0)) != os.cpu_count() or os.cpu_count() == 1,
     reason="PoCL binds on Linux, and all of the machine's cores must be ours to see it",
 )
-@pytest.mark.parametrize("own", [None, "0"])
-def test_pocls_workers_are_bound_to_cores_unless_the_user_says_otherwise(own: str | None) -> None:
-    environment = {name: value for name, value in os.environ.items() if name != "POCL_AFFINITY"}
-    environment |= {} if own is None else {"POCL_AFFINITY": own}
-    lines = """
+@pytest.mark.parametrize(
+    ("told", "is_bound"), [({}, True), ({"POCL_AFFINITY": "0"}, False), ({"POCL_MAX_PTHREAD_COUNT": "1"}, False)]
+)
+def test_pocls_workers_are_bound_to_cores_unless_the_user_says_otherwise(told: dict[str, str], is_bound: bool) -> None:
+    device, alone = _cores_of_workers(told)
+    assert alone == (device if is_bound else 0)
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity") or os.cpu_count() == 1, reason="needs a core to keep off")
+def test_workers_keep_to_the_cores_that_the_process_was_given() -> None:
+    last = (os.cpu_count() or 1) - 1
+    _, alone = _cores_of_workers({}, begin=f"import os; os.sched_setaffinity(0, {{{last}}})", of=f"cores != {{{last}}}")
+    assert alone == 0
+
+
+def _cores_of_workers(told: dict[str, str], begin: str = "", of: str = "len(cores) == 1") -> tuple[int, int]:
+    """Compute units of PoCL's device, and how many of the process' new threads are held to cores so."""
+    names = ("POCL_AFFINITY", "POCL_MAX_PTHREAD_COUNT")
+    environment = {name: value for name, value in os.environ.items() if name not in names}
+    lines = f"""
 import os
+{begin}
 before = set(os.listdir("/proc/self/task"))
 from planner_core.device import open_device
 device = open_device("Portable")
 held = [os.sched_getaffinity(int(task)) for task in set(os.listdir("/proc/self/task")) - before]
-alone = {core for cores in held if len(cores) == 1 for core in cores}
-print(len(alone) == device.n_compute_units, len(alone))
+print(device.n_compute_units, sum({of} for cores in held))
 """
-    done = subprocess.run([sys.executable, "-c", lines], capture_output=True, text=True, check=True, env=environment)
-    assert done.stdout.split() == (["True", str(os.cpu_count())] if own is None else ["False", "0"])
+    command = [sys.executable, "-c", lines]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment | told)
+    n_units, n_alone = done.stdout.split()
+    return int(n_units), int(n_alone)
