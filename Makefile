@@ -24,7 +24,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-firefox system-kernel-check lint typecheck \
-  imports pytest pytest-slow web web-check web-main e2e e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large \
+  imports pytest pytest-slow web web-check web-main e2e e2e-scenes bench bench-roofline bench-patch-mode bench-genetic bench-selection bench-selection-large \
   bench-drivers bench-planning bench-channels bench-truth bench-live bench-clouds reproduce plan-scenes soak soak-short soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
 
 help: ## list the targets
@@ -114,6 +114,9 @@ reproduce: $(RUNTIME) ## the method paper's figures, those alone whose settings 
 
 bench: $(DEV) ## scan engine against Open3D; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_scan.py --write docs/benchmarks/scan.md
+
+bench-roofline: $(DEV) system-kernel-check ## kernels against what the processor can do at most; needs oclgrind; writes docs/benchmarks
+	$(BIN)/python -m tests.benchmarks.bench_roofline --write docs/benchmarks/roofline.md
 
 bench-drivers: $(DEV) ## OpenCL drivers beside each other, and the host without any; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_drivers.py --write docs/benchmarks/drivers.md
