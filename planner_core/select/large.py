@@ -7,7 +7,7 @@ for problems small enough to prove. CONTROL FLOW, `select_large`:
 2. parts of the set, taken out and grown again                                                   regrow.py
 3. prices: the bound, what each candidate adds to it, nearly a solution of the relaxation        large_bound.py
 4. greedy selection again, begun with the candidates of which that solution takes the most
-5. as 2, until the work is done; where several looks or loops are asked for, 6 and 7 instead
+5. as 2, until the work is done; without a network, or for several looks or loops, 6 and 7 instead of 2 and 5
 6. the core: candidates that the solution takes part of or that cost little, and the best set
 7. sets of fewer stations of the core, annealed; what they miss in the end is filled up greedily    swap_walks.py
 
@@ -224,7 +224,7 @@ class _Search:
         if not self._go_on():
             return
         several = bool((self._problem.seen_from > 1).any())
-        grows = not several and (self._network is None or not self._network.loops)
+        grows = not several and self._network is not None and not self._network.loops
         if grows:
             self._regrow(_FIRST_GROWTH_SHARE * self._settings.work_limit)
             if not self._go_on():
