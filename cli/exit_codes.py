@@ -17,6 +17,7 @@ EXIT_CODES: dict[int, str] = {
     5: "the output exists; pass --overwrite",
     6: "the OpenCL device or a package or system library is missing or failed",
     7: "compare: scanned stations do not meet the requirements, or their network is worse than planned",
+    8: "batch: a building could not be planned; the others are",
     130: "interrupted (Ctrl-C or SIGTERM)",
 }
 

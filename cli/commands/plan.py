@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -26,6 +26,9 @@ from ..options import (
     scene_argument,
     scene_options,
 )
+
+if TYPE_CHECKING:
+    from planner_core.model import PlanSettings
 
 
 @click.command(
@@ -72,18 +75,39 @@ def run(
     from .. import inputs, summary
     from ..progress import ProgressReporter
 
-    if choosing.method == "paper":
-        problem["preset"] = "paper"
     check_output(folder, overwrite=overwrite)  # before minutes of work, not after
-    settings = inputs.with_method(inputs.with_prior(inputs.settings(**problem), prior_stations), choosing)
+    settings = problem_of(choosing=choosing, prior_stations=prior_stations, **problem)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         survey, scan_engine, _ = inputs.open_survey(
             scenes, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"
         )
         plan = plan_survey(survey, settings, scan_engine, progress=reporter.show)
         plan = with_judgement(
-            plan, scan_engine, n_points=inputs.points_to_judge(n_judged, **problem), progress=reporter.show
+            plan,
+            scan_engine,
+            n_points=inputs.points_to_judge(n_judged, preset=_preset(choosing, problem)),
+            progress=reporter.show,
         )
         reporter.warn(plan.warnings)
         write_plan_folder(plan, folder, engine=scan_engine, overwrite=overwrite, progress=reporter.show)
     summary.finish(plan, folder, judge_in_full=n_judged is not None, as_json=as_json, quiet=quiet)
+
+
+def problem_of(
+    *, choosing: MethodOptions = AS_USUAL, prior_stations: PriorStations = NO_PRIOR_STATIONS, **problem: Any
+) -> PlanSettings:
+    """Return what is planned, from the values of the options that say it; `batch` makes its sites' of the same.
+
+    Raises
+    ------
+    RequirementError, StationListError
+        As `inputs.settings`, `inputs.with_prior` and `inputs.with_method` do.
+    """
+    from .. import inputs
+
+    settings = inputs.settings(**{**problem, "preset": _preset(choosing, problem)})
+    return inputs.with_method(inputs.with_prior(settings, prior_stations), choosing)
+
+
+def _preset(choosing: MethodOptions, problem: dict[str, Any]) -> str | None:
+    return "paper" if choosing.method == "paper" else problem.get("preset")
