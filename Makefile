@@ -201,10 +201,10 @@ api-types: $(DEV) $(NODE) ## regenerate the description of the viewer's interfac
 LOCK_OPTIONS ?= --upgrade
 lock: $(RUNTIME) ## resolve the pinned dependencies anew; LOCK_OPTIONS= keeps every version that still fits
 	$(PIP) install --quiet uv
-	for name in runtime dev intel; do \
+	for name in runtime dev intel cluster; do \
 	  $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	    --no-emit-find-links --no-header --excludes requirements/excluded.txt $(LOCK_OPTIONS) \
-	    requirements/$$name.in $$([ $$name = intel ] || echo requirements/checkout.in) -o requirements/$$name.lock || exit 1; \
+	    requirements/$$name.in $$(case $$name in intel) ;; cluster) echo -c requirements/dev.lock;; *) echo requirements/checkout.in;; esac) -o requirements/$$name.lock || exit 1; \
 	done
 
 clean: ## remove everything that the other targets made
