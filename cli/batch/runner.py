@@ -60,10 +60,14 @@ class Runner(Protocol):
 
 
 class ThisMachine:
-    """Jobs as processes of this machine. handle : of the batch's lock, which they inherit."""
+    """Jobs as processes of this machine. handle : of the batch's lock, which they inherit. how : options of `plan` that
+    change no plan, besides those of the engine.
+    """
 
-    def __init__(self, folder: BatchFolder, handle: int, *, most: int, engine: Sequence[str]) -> None:
-        self._folder, self._handle, self._most, self._engine = folder, handle, most, engine
+    def __init__(
+        self, folder: BatchFolder, handle: int, *, most: int, engine: Sequence[str], how: Sequence[str] = ()
+    ) -> None:
+        self._folder, self._handle, self._most, self._engine = folder, handle, most, (*engine, *how)
         self._running: dict[Job, subprocess.Popen[bytes]] = {}
 
     def free(self) -> int:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..options import apply, engine_options, output_options
+from ..options import apply, engine_options, output_options, scheduler_option
 
 if TYPE_CHECKING:
     from ..batch.folder import BatchFolder
@@ -24,13 +24,14 @@ if TYPE_CHECKING:
               "summary.json.")  # fmt: skip
 @click.option("--jobs", "n_jobs", type=click.IntRange(min=1), default=None, metavar="NUMBER",
               help="Plans made at the same time. [default: half of the cores]")  # fmt: skip
-@apply(engine_options, output_options)
+@apply(engine_options, scheduler_option, output_options)
 def command(
     sites_file: Path,
     folder: Path,
     n_jobs: int | None,
     engine: str,
     device: str | None,
+    scheduler: str | None,
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -49,6 +50,7 @@ def command(
     from ..batch.summary import FAILED, write_summary
     from ..progress import ProgressReporter
 
+    how = [] if scheduler is None else [f"--scheduler={_checked(scheduler)}"]
     sites, prices = read_sites(sites_file)
     with_engine = [f"--engine={engine}", *([] if device is None else [f"--device={device}"])]
     held = BatchFolder(folder)
@@ -57,7 +59,8 @@ def command(
         for site in sites:
             if site.missing:
                 telling.missing(site)
-        runner = ThisMachine(held, handle, most=n_jobs or max(n_usable_cores() // 2, 1), engine=with_engine)
+        n_jobs = n_jobs or max(n_usable_cores() // 2, 1)
+        runner = ThisMachine(held, handle, most=n_jobs, engine=with_engine, how=how)
         jobs = first_jobs(sites, engine=with_engine)
         telling.wait_for(jobs)
         try:
@@ -67,6 +70,18 @@ def command(
     _finish(folder, document, as_json=as_json, quiet=quiet)
     if any(row["state"] == FAILED for row in document["rows"]):
         raise click.exceptions.Exit(8)
+
+
+def _checked(scheduler: str) -> str:
+    """Refuse workers of this machine for every plan: --jobs is for that."""
+    from planner_core.errors import ClusterError
+
+    if scheduler.startswith("local"):
+        raise ClusterError(
+            f"scheduler: got {scheduler} for a batch, expected tcp://HOST:PORT; use --jobs for several plans at a time "
+            "on this machine"
+        )
+    return scheduler
 
 
 class _Telling:
