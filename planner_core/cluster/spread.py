@@ -17,7 +17,7 @@ import logging
 import time
 from asyncio import CancelledError as AsyncCancelledError
 from collections.abc import Callable, Iterator
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from dataclasses import asdict, replace
 from threading import Event
 from typing import Any
@@ -38,6 +38,8 @@ _CONNECTS_WITHIN_S = 30.0
 _BATCH, _PROBE = 16, 4
 #: Batches of a worker: one at work, one waiting there.
 _AHEAD = 2
+#: Workers that are asked at the same time whether they are fit: others scan meanwhile.
+_JOIN_AT_ONCE = 16
 #: Of the same batch, at the end.
 _MOST_COPIES = 2
 _LOOK_S = 0.5
@@ -165,9 +167,21 @@ class _Deal:
         self._failures: dict[int, int] = {}
         self._alone_s = time.monotonic()
         self._some_done = Event()
+        self._joining: dict[str, Future[bool]] = {}
+        self._askers = ThreadPoolExecutor(_JOIN_AT_ONCE, thread_name_prefix="join")
 
     def answers(self) -> dict[int, bytes]:
         """All answers, by the first position of each batch."""
+        try:
+            self._work()
+        finally:
+            self._askers.shutdown(wait=False, cancel_futures=True)
+            for future in self._out:  # copies of what is answered
+                with contextlib.suppress(Exception):
+                    future.cancel()
+        return self._answers
+
+    def _work(self) -> None:
         while len(self._answers) < len(self._size):
             try:
                 if not self._cluster.is_connected and not self._cluster.reconnect():
@@ -180,17 +194,13 @@ class _Deal:
                 if isinstance(error, ClusterError):
                     raise
                 self._forget_workers()
-            if self._used:
+            if self._used or self._joining:
                 self._alone_s = time.monotonic()
             elif time.monotonic() - self._alone_s > PATIENCE_S:
                 self._cluster.tell(f"no worker for {PATIENCE_S:.0f} s: this machine goes on alone")
                 self._do_here()
             n_done = sum(self._size[first] for first in self._answers)
             self._progress(ProgressEvent("scan", n_done, len(self._positions), f"{len(self._used)} workers"))
-        for future in self._out:  # copies of what is answered
-            with contextlib.suppress(Exception):
-                future.cancel()
-        return self._answers
 
     def _find_workers(self) -> None:
         there = self._cluster.workers()
@@ -200,12 +210,17 @@ class _Deal:
             if address not in there:
                 del self._out[future]
                 self._put_back(first)
-        new = [each for each in there - self._used if not self._cluster.is_refused(each)]
-        for address in new:
-            if self._is_fit(address):
-                self._used.add(address)
-        has_begun = len(self._answers) > 1
-        if there and not self._used and not has_begun and all(map(self._cluster.is_refused, there)):
+        for address in sorted(there - self._used - self._joining.keys()):
+            if not self._cluster.is_refused(address):
+                self._joining[address] = self._askers.submit(self._is_fit, address)
+                self._joining[address].add_done_callback(lambda _: self._some_done.set())
+        for address, fit in [each for each in self._joining.items() if each[1].done()]:
+            del self._joining[address]
+            with contextlib.suppress(*_LOST, worker.LackingError):  # if it still is there, it is asked again
+                if fit.result() and address in there:
+                    self._used.add(address)
+        is_alone = not self._used and not self._joining and len(self._answers) == 1
+        if there and is_alone and all(map(self._cluster.is_refused, there)):
             raise ClusterError(
                 f"cluster: none of {len(there)} workers scans as this machine does, expected one that does; start "
                 "workers of the same version of tlsplan and the same kind of device"

@@ -28,7 +28,7 @@ from planner_core.progress import silent
 from planner_core.requirements.look_around import Asked, look_around_here
 from planner_core.scanner.load_scanner import load_scanner
 
-N_POSITIONS, N_TASKS = 400, 200
+N_POSITIONS, N_TASKS = 164, 100
 MARK = "<!-- measured -->"
 
 
@@ -40,7 +40,7 @@ def seconds(work: Callable[[], Any]) -> float:
 
 def measure(rounds: int) -> str:
     settings = PlanSettings(
-        scanner=load_scanner("rtc360"), requirements=Requirements(), scan_mode=ScanBy.PATCHES, max_patch_area_m2=0.04
+        scanner=load_scanner("rtc360"), requirements=Requirements(), scan_mode=ScanBy.PATCHES, max_patch_area_m2=0.16
     )
     survey = make_survey(scenes_synthetic.build("house").scene, settings)
     engine = open_engine(survey.scene, survey.patches)

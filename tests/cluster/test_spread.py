@@ -118,15 +118,18 @@ def test_a_worker_that_forgot_is_sent_it_again(look: Look, monkeypatch: pytest.M
     assert (n_looks > 3, told) == (True, [])
 
 
-def test_a_slow_worker_does_not_hold_the_others(look: Look, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One worker stops for good after the probe: its batches are done by the other."""
+@pytest.mark.parametrize("from_the_start", [False, True])
+def test_a_slow_worker_does_not_hold_the_others(
+    look: Look, monkeypatch: pytest.MonkeyPatch, from_the_start: bool
+) -> None:
+    """One worker stops for good, in the probe or after it: its batches are done by the other."""
     from distributed import get_worker
 
     sound, slow, done = worker.look, set[str](), []
 
     def look_slowly(digest: str, positions_m: Any) -> bytes:
         at = get_worker().address
-        if len(positions_m) > spread._PROBE and not slow:
+        if (from_the_start or len(positions_m) > spread._PROBE) and not slow:
             slow.add(at)
         if at in slow:
             while not done:
