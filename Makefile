@@ -25,7 +25,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-firefox system-kernel-check lint typecheck \
   imports pytest pytest-slow web web-check web-main e2e e2e-scenes bench bench-roofline bench-patch-mode bench-genetic bench-selection bench-selection-large \
-  bench-drivers bench-planning bench-channels bench-truth bench-live bench-clouds reproduce plan-scenes soak soak-short soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
+  bench-drivers bench-planning bench-channels bench-truth bench-live bench-clouds bench-cluster reproduce plan-scenes soak soak-short soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -152,6 +152,9 @@ bench-live: $(DEV) ## how fast a dragged station is answered; writes docs/benchm
 bench-clouds: $(DEV) ## clouds of 10 and 100 million beams in every format: memory, time, size; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_clouds.py --write docs/benchmarks/clouds.md
 
+bench-cluster: $(DEV) ## scanning over Dask workers: what a task costs and ships; writes docs/benchmarks
+	$(BIN)/python tests/benchmarks/bench_cluster.py --write docs/benchmarks/cluster.md
+
 plan-scenes: $(DEV) ## every synthetic scene through `tlsplan plan`; writes docs/benchmarks; goes on where it was interrupted
 	$(BIN)/python tests/scenes_synthetic/plan_all_scenes.py --write docs/benchmarks/scenes.md
 
@@ -204,10 +207,10 @@ api-types: $(DEV) $(NODE) ## regenerate the description of the viewer's interfac
 LOCK_OPTIONS ?= --upgrade
 lock: $(RUNTIME) ## resolve the pinned dependencies anew; LOCK_OPTIONS= keeps every version that still fits
 	$(PIP) install --quiet uv
-	for name in runtime dev intel tlsplib; do \
+	for name in runtime dev intel cluster tlsplib; do \
 	  $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	    --no-emit-find-links --no-header --excludes requirements/excluded.txt $(LOCK_OPTIONS) \
-	    requirements/$$name.in $$(case $$name in intel) ;; tlsplib) echo -c requirements/runtime.lock ;; *) echo requirements/checkout.in ;; esac) -o requirements/$$name.lock || exit 1; \
+	    requirements/$$name.in $$(case $$name in intel) ;; cluster) echo -c requirements/dev.lock;; tlsplib) echo -c requirements/runtime.lock;; *) echo requirements/checkout.in;; esac) -o requirements/$$name.lock || exit 1; \
 	done
 
 clean: ## remove everything that the other targets made

@@ -12,8 +12,15 @@ from planner_core.plan_folder.plan_model.document import PlanDocument
 from planner_core.requirements.entries import RequirementsFile
 from planner_core.scanner.scanner_file import ScannerFile
 
+from .batch.sites_file import SitesFile
+
 #: By the name of the document, of which the file is NAME.schema.json.
-MODELS: dict[str, type[BaseModel]] = {"requirements": RequirementsFile, "scanner": ScannerFile, "plan": PlanDocument}
+MODELS: dict[str, type[BaseModel]] = {
+    "requirements": RequirementsFile,
+    "scanner": ScannerFile,
+    "plan": PlanDocument,
+    "sites": SitesFile,
+}
 
 
 def schema_texts() -> dict[str, str]:

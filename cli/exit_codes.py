@@ -15,8 +15,9 @@ EXIT_CODES: dict[int, str] = {
     4: "an option or requirement can't be met: unknown or unusable scanner, unknown scene or floor, no valid tripod "
     "position, a value out of its range, port in use",
     5: "the output exists; pass --overwrite",
-    6: "the OpenCL device or a package or system library is missing or failed",
+    6: "the OpenCL device, a cluster, or a package or system library is missing or failed",
     7: "compare: scanned stations do not meet the requirements, or their network is worse than planned",
+    8: "batch: a building could not be planned; the others are",
     130: "interrupted (Ctrl-C or SIGTERM)",
 }
 
@@ -30,6 +31,7 @@ def exit_code_of(error: BaseException) -> int:
         (errors.RequirementError, 4),
         (errors.OutputExistsError, 5),
         (errors.DeviceError, 6),
+        (errors.ClusterError, 6),
         (errors.MissingPackageError, 6),
         (errors.PlannerError, 3),
         (OSError, 3),

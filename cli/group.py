@@ -11,8 +11,8 @@ import importlib
 import click
 
 COMMANDS = (
-    "plan", "view", "export", "floors", "evaluate", "compare", "simulate", "scanners", "scene", "demo", "reproduce",
-    "tlsplib", "doctor", "tune",
+    "plan", "view", "export", "batch", "floors", "evaluate", "compare", "simulate", "scanners", "scene", "demo",
+    "reproduce", "tlsplib", "doctor", "tune",
 )  # fmt: skip
 
 

@@ -128,6 +128,11 @@ device_option = click.option(
     help="OpenCL device: number or part of its name, see `tlsplan doctor`. [default: the fastest by `tlsplan tune`, "
     "else the first GPU, else the first device]",
 )  # fmt: skip
+scheduler_option = click.option(
+    "--scheduler", default=None, metavar="tcp://HOST:PORT|local[:N]",
+    help="Dask scheduler whose workers scan; the plan stays the same. local: N workers on this machine. Needs the "
+    "extra tlsplan[cluster]; see docs/howto/cluster.md.",
+)  # fmt: skip
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON on standard output.")
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="No progress and no summary; warnings and errors only.")
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace existing output.")

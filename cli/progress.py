@@ -78,6 +78,15 @@ class ProgressReporter:
             else:
                 self._print(f"warning: {line}")
 
+    def say(self, line: str) -> None:
+        """Print a line beside the progress, as of a part of the work that is done; not if quiet."""
+        if self._quiet:
+            return
+        if self._bars is not None:
+            self._bars.console.print(one_line(line), markup=False, highlight=False, soft_wrap=True)
+        else:
+            self._print(one_line(line))
+
     def show(self, event: ProgressEvent) -> None:
         """Draw one event; raises KeyboardInterrupt where a Ctrl-C got lost inside a package."""
         if event.settles_interrupts:

@@ -201,7 +201,7 @@ def _waited(
             told, told_s = news, 0.0
             progress(ProgressEvent(stage, done, total, _doing(page, news[2], silent_s)))
         if code is not None:
-            return _why(code), False
+            return why_ended(code), False
         use = process_use(child.pid)
         if use is not None:
             if use.cpu_s != cpu_s or not use.is_asleep:
@@ -229,8 +229,8 @@ def _doing(page: mmap.mmap, note: str, silent_s: float) -> str:
     return f"{note}{': ' if note and place else ''}{place}, for {silent_s:.0f} s"
 
 
-def _why(code: int) -> str:
-    """Why a child that ended with `code` gave no answer; empty where it did."""
+def why_ended(code: int) -> str:
+    """Why a process that ended with `code` did so, behind its name; empty where that is 0."""
     if code == 0:
         return ""
     if code == -signal.Signals.SIGTERM:

@@ -87,6 +87,10 @@ class DeviceMemoryError(DeviceError, MemoryError):
     """The device's memory does not suffice, by our own count or the driver's: less work at a time may do."""
 
 
+class ClusterError(PlannerError, RuntimeError):
+    """A cluster can't be used: no scheduler, no worker that scans as this machine does."""
+
+
 class MissingPackageError(PlannerError, ImportError):
     """An optional package or system library is missing; the message says how to get it."""
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -25,7 +26,13 @@ from ..options import (
     problem_options,
     scene_argument,
     scene_options,
+    scheduler_option,
 )
+
+if TYPE_CHECKING:
+    from planner_core.model import PlanSettings
+
+    from ..progress import ProgressReporter
 
 
 @click.command(
@@ -36,7 +43,8 @@ from ..options import (
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Plan folder to write. [default: <scene>-plan in the current directory]")  # fmt: skip
 @judge_option
-@apply(problem_options, prior_options, method_choice, scene_options, engine_options, overwrite_option, output_options)
+@apply(problem_options, prior_options, method_choice, scene_options, engine_options, scheduler_option,
+       overwrite_option, output_options)  # fmt: skip
 def command(
     scenes: tuple[Path, ...], folder: Path | None, overwrite: bool, as_json: bool, quiet: bool, **values: Any
 ) -> None:
@@ -58,6 +66,7 @@ def run(
     quiet: bool,
     engine: str,
     device: str | None,
+    scheduler: str | None = None,
     n_judged: int | None = None,
     reading: FileOptions = AS_THE_FILE_SAYS,
     choosing: MethodOptions = AS_USUAL,
@@ -72,18 +81,53 @@ def run(
     from .. import inputs, summary
     from ..progress import ProgressReporter
 
-    if choosing.method == "paper":
-        problem["preset"] = "paper"
     check_output(folder, overwrite=overwrite)  # before minutes of work, not after
-    settings = inputs.with_method(inputs.with_prior(inputs.settings(**problem), prior_stations), choosing)
+    settings = problem_of(choosing=choosing, prior_stations=prior_stations, **problem)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         survey, scan_engine, _ = inputs.open_survey(
             scenes, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"
         )
-        plan = plan_survey(survey, settings, scan_engine, progress=reporter.show)
+        with _spread_over(scheduler, reporter):
+            plan = plan_survey(survey, settings, scan_engine, progress=reporter.show)
         plan = with_judgement(
-            plan, scan_engine, n_points=inputs.points_to_judge(n_judged, **problem), progress=reporter.show
+            plan,
+            scan_engine,
+            n_points=inputs.points_to_judge(n_judged, preset=_preset(choosing, problem)),
+            progress=reporter.show,
         )
         reporter.warn(plan.warnings)
         write_plan_folder(plan, folder, engine=scan_engine, overwrite=overwrite, progress=reporter.show)
     summary.finish(plan, folder, judge_in_full=n_judged is not None, as_json=as_json, quiet=quiet)
+
+
+@contextmanager
+def _spread_over(scheduler: str | None, reporter: ProgressReporter) -> Iterator[None]:
+    """Let the workers of a scheduler look around, too, where there is one."""
+    if scheduler is None:
+        yield
+        return
+    from planner_core.cluster.spread import open_cluster
+    from planner_core.requirements.look_around import spread_over
+
+    with open_cluster(scheduler, tell=lambda line: reporter.warn([line])) as cluster, spread_over(cluster):
+        yield
+
+
+def problem_of(
+    *, choosing: MethodOptions = AS_USUAL, prior_stations: PriorStations = NO_PRIOR_STATIONS, **problem: Any
+) -> PlanSettings:
+    """Return what is planned, from the values of the options that say it; `batch` makes its sites' of the same.
+
+    Raises
+    ------
+    RequirementError, StationListError
+        As `inputs.settings`, `inputs.with_prior` and `inputs.with_method` do.
+    """
+    from .. import inputs
+
+    settings = inputs.settings(**{**problem, "preset": _preset(choosing, problem)})
+    return inputs.with_method(inputs.with_prior(settings, prior_stations), choosing)
+
+
+def _preset(choosing: MethodOptions, problem: dict[str, Any]) -> str | None:
+    return "paper" if choosing.method == "paper" else problem.get("preset")

@@ -6,7 +6,11 @@ is known how much of each patch counts, see `planner_core.coverage.counted`.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, fields, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -98,6 +102,39 @@ class Looked:
         return Rows(seen, seen if self.rows.met is self.rows.seen else _enough(self.rows.met, self.parts.met, counted))
 
 
+class Spread(Protocol):
+    """Other processes that look around for this one, see `planner_core.cluster`."""
+
+    def look_around(
+        self,
+        survey: Survey,
+        settings: PlanSettings,
+        engine: ScanEngine,
+        positions_m: FloatArray,
+        asked: Asked,
+        *,
+        notes_needed: bool,
+        progress: Progress,
+    ) -> Looked:
+        """Do what `look_around_here` does, to the bit."""
+        ...
+
+
+_spread: ContextVar[Spread | None] = ContextVar("spread", default=None)
+#: Fewer positions are looked from here: sending them away takes longer.
+_WORTH_SPREADING = 32
+
+
+@contextmanager
+def spread_over(spread: Spread | None) -> Iterator[None]:
+    """Let others look around, too, for what is planned meanwhile; None: nobody."""
+    token = _spread.set(spread)
+    try:
+        yield
+    finally:
+        _spread.reset(token)
+
+
 def look_around(
     survey: Survey,
     engine: ScanEngine,
@@ -106,6 +143,27 @@ def look_around(
     *,
     notes_needed: bool = True,
     progress: Progress = silent,
+) -> Looked:
+    """Look from each of positions (N, 3), here or, within `spread_over`, elsewhere: the same to the bit."""
+    spread = _spread.get()
+    if spread is None or positions_m.shape[0] < _WORTH_SPREADING:
+        return look_around_here(
+            survey, settings, engine, positions_m, asked, notes_needed=notes_needed, progress=progress
+        )
+    return spread.look_around(
+        survey, settings, engine, positions_m, asked, notes_needed=notes_needed, progress=progress
+    )
+
+
+def look_around_here(
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    positions_m: FloatArray,
+    asked: Asked,
+    *,
+    notes_needed: bool,
+    progress: Progress,
 ) -> Looked:
     """Look from each of positions (N, 3). Where the survey knows what counts, only enough of a patch is seen at all."""
     n_patches = survey.patches.n_patches
@@ -150,6 +208,34 @@ def merged(first: Looked, second: Looked, order: Int64Array) -> Looked:
         )
     rows = Rows(seen, met).take(order)
     return Looked(rows, parts, second.needed)
+
+
+def in_a_row(looks: Sequence[Looked]) -> Looked:
+    """Looks of the same survey and settings, one or more, one behind the other: as if all were looked from at once."""
+    first = looks[0]
+    n_patches, n_stacked = first.rows.seen.n_patches, first.rows.met.n_patches
+    plain, by_parts = first.rows.met is first.rows.seen, first.parts is not None
+    needed: tuple[dict[str, Float32Array], ...] = tuple(dict(each) for each in first.needed)
+    any_seen, any_met = (np.zeros(n_patches, dtype=np.uint32) for _ in range(2))
+    pieces = _Pieces(), _Pieces()
+    no_share = np.empty(0, dtype=np.uint8)
+    for look in looks:
+        parts = look.parts
+        for piece, rows, share in (
+            (pieces[0], look.rows.seen, no_share if parts is None else parts.seen),
+            (pieces[1], look.rows.met, no_share if parts is None else parts.met),
+        ):
+            piece.add(np.diff(rows.starts), rows.patch, share)
+        if parts is not None:
+            any_seen |= parts.any_seen
+            any_met |= parts.any_met
+        for least, before in zip(needed, look.needed, strict=True):
+            for limit in least:
+                least[limit] = np.fmin(least[limit], before[limit])
+    seen, seen_share = pieces[0].joined(n_patches)
+    met, met_share = (seen, seen_share) if plain else pieces[1].joined(n_stacked)
+    together = Parts(seen_share, met_share, any_seen, any_seen if plain else any_met) if by_parts else None
+    return Looked(Rows(seen, met), together, needed)
 
 
 class _Found:

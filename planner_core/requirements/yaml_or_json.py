@@ -24,60 +24,65 @@ MOST_BYTES = 2**18
 _MOST_DEEP = 20
 
 
-def read_document(path: Path) -> dict[str, Any]:
+def read_document(path: Path, *, of: str = "requirements", such_as: str = "coverage: 95 %") -> dict[str, Any]:
     """Read a file, which has to be one mapping: JSON where its name ends in `.json`, else YAML.
+
+    Parameters
+    ----------
+    of, such_as
+        For messages: what it is a file of, and of which page in docs/formats; an entry.
 
     Raises
     ------
     RequirementError
         It is missing, too large, not UTF-8, not YAML or JSON, or has what is not taken.
     """
-    text = _text_of(path)
     try:
+        text = _text_of(path, of)
         found = _json(text) if path.suffix.casefold() == ".json" else _yaml(text)
     except json.JSONDecodeError as error:
-        raise _refused(path, f"line {error.lineno}: {error.msg}", "JSON") from error
+        raise _refused(path, of, f"line {error.lineno}: {error.msg}", "JSON") from error
     except _RefusedError as error:
-        raise _refused(path, str(error), "a plain file") from error
+        raise _refused(path, of, str(error), error.expected) from error
     except RecursionError as error:
-        raise _refused(path, "brackets inside brackets without end", "a plain file") from error
+        raise _refused(path, of, "brackets inside brackets without end", "a plain file") from error
     except ValueError as error:  # whole numbers of thousands of digits
-        raise _refused(path, "a number that is too long to be one", "a plain file") from error
+        raise _refused(path, of, "a number that is too long to be one", "a plain file") from error
     if not isinstance(found, dict) or not found:
         got = "nothing" if not found else shown(found)
-        raise _refused(path, got, "entries such as `coverage: 95 %`")
-    _check_depth(found, path)
+        raise _refused(path, of, got, f"entries such as `{such_as}`")
+    if is_deeper(found, _MOST_DEEP):
+        raise _refused(path, of, f"more than {_MOST_DEEP} lists and mappings inside each other", "a plain file")
     return found
 
 
 class _RefusedError(Exception):
     """Something in a file that is not taken; the message says what and where."""
 
+    def __init__(self, got: str, expected: str = "a plain file") -> None:
+        super().__init__(got)
+        self.expected = expected
 
-def _refused(path: Path, got: str, expected: str) -> RequirementError:
+
+def _refused(path: Path, of: str, got: str, expected: str) -> RequirementError:
     name = "".join(sign if sign.isprintable() else "?" for sign in str(path))
-    return RequirementError(f"{name}: got {got}, expected {expected}; see docs/formats/requirements.md")
+    return RequirementError(f"{name}: got {got}, expected {expected}; see docs/formats/{of}.md")
 
 
-def _text_of(path: Path) -> str:
+def _text_of(path: Path, of: str) -> str:
     try:
         if not path.is_file():
-            raise _refused(path, "a folder" if path.is_dir() else "no such file", "a file of requirements")
+            raise _RefusedError("a folder" if path.is_dir() else "no such file", f"a file of {of}")
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
     except OSError as error:
-        raise _refused(path, f"a file that can't be opened ({error.strerror})", "one that can be read") from error
+        raise _RefusedError(f"a file that can't be opened ({error.strerror})", "one that can be read") from error
     if len(content) > MOST_BYTES:
-        raise _refused(path, "a larger file", f"at most {MOST_BYTES // 1024} KiB")
+        raise _RefusedError("a larger file", f"at most {MOST_BYTES // 1024} KiB")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise _refused(path, f"other than UTF-8 at byte {error.start}", "a file in UTF-8") from error
-
-
-def _check_depth(found: object, path: Path) -> None:
-    if is_deeper(found, _MOST_DEEP):
-        raise _refused(path, f"more than {_MOST_DEEP} lists and mappings inside each other", "a plain file")
+        raise _RefusedError(f"other than UTF-8 at byte {error.start}", "a file in UTF-8") from error
 
 
 def _json(text: str) -> Any:

@@ -1,0 +1,162 @@
+"""A small building with limits of points, what one process sees of it, and Dask clusters of a test's own."""
+
+from __future__ import annotations
+
+import logging
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import scenes_synthetic
+from planner_core.coverage.survey import make_survey
+from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.model import FloatArray, PlanSettings, PointLimits, Proven, Requirements, ScanBy, Survey
+from planner_core.progress import silent
+from planner_core.requirements.look_around import Asked, Looked, look_around_here
+from planner_core.scanner.load_scanner import load_scanner
+
+PATIENCE_S = 240.0
+SETTINGS = PlanSettings(
+    scanner=replace(load_scanner("hdl-64e"), n_azimuths=360),
+    requirements=Requirements(coverage=0.9),
+    grid_step_m=0.6,
+    instrument_heights_m=(1.5,),
+    max_patch_area_m2=0.2,
+    scan_mode=ScanBy.PATCHES,
+    method=Proven(work_limit=0.1),
+    refine=False,
+)
+
+
+@dataclass(frozen=True)
+class Look:
+    """What is looked at, from where, and what this process sees."""
+
+    survey: Survey
+    engine: ScanEngine
+    asked: Asked
+    positions_m: FloatArray
+    settings: PlanSettings = SETTINGS
+
+    def here(self, positions_m: FloatArray | None = None) -> Looked:
+        at_m = self.positions_m if positions_m is None else positions_m
+        return look_around_here(
+            self.survey, self.settings, self.engine, at_m, self.asked, notes_needed=True, progress=silent
+        )
+
+    def by(self, spread: Any) -> Looked:
+        return spread.look_around(
+            self.survey, self.settings, self.engine, self.positions_m, self.asked, notes_needed=True, progress=silent
+        )
+
+
+def made_look(asked: Asked, settings: PlanSettings = SETTINGS) -> Look:
+    survey = make_survey(scenes_synthetic.build("two-rooms").scene, settings)
+    low, high = survey.scene.vertices_m.min(axis=0), survey.scene.vertices_m.max(axis=0)
+    at_m = np.random.default_rng(5).uniform(low + 0.4, high - 0.4, (83, 3))
+    return Look(survey, open_engine(survey.scene, survey.patches), asked, at_m, settings)
+
+
+@pytest.fixture(scope="session")
+def look() -> Look:
+    """Limits of all, and others of every third patch."""
+    n_patches = make_survey(scenes_synthetic.build("two-rooms").scene, SETTINGS).patches.n_patches
+    limits = PointLimits(range_m=6.0, incidence_rad=1.2), PointLimits(spacing_m=0.05)
+    return made_look(Asked(limits, (None, np.arange(n_patches) % 3 == 0)))
+
+
+def assert_same_bits(found: Looked, expected: Looked) -> None:
+    for name in ("seen", "met"):
+        one, other = getattr(found.rows, name), getattr(expected.rows, name)
+        np.testing.assert_array_equal(one.starts, other.starts)
+        np.testing.assert_array_equal(one.patch, other.patch)
+        assert (one.starts.dtype, one.patch.dtype) == (other.starts.dtype, other.patch.dtype)
+        assert one.n_patches == other.n_patches
+    assert (found.rows.met is found.rows.seen) == (expected.rows.met is expected.rows.seen)
+    assert (found.parts is None) == (expected.parts is None)
+    if found.parts is not None and expected.parts is not None:
+        for name in ("seen", "met", "any_seen", "any_met"):
+            one, other = getattr(found.parts, name), getattr(expected.parts, name)
+            assert (one.dtype, one.tobytes()) == (other.dtype, other.tobytes())
+    assert [list(each) for each in found.needed] == [list(each) for each in expected.needed]
+    for one, other in zip(found.needed, expected.needed, strict=True):
+        assert all(one[name].tobytes() == other[name].tobytes() for name in one)
+
+
+# ------------------------------------------------------------------------------------------------ clusters
+@contextmanager
+def threads(n_workers: int) -> Iterator[str]:
+    """A cluster inside this process: its workers are what tests make of `planner_core.cluster.worker`."""
+    from distributed import LocalCluster
+
+    with LocalCluster(
+        n_workers=n_workers, threads_per_worker=1, processes=False, protocol="inproc://", dashboard_address=None,
+        silence_logs=logging.CRITICAL,
+    ) as cluster:  # fmt: skip
+        yield cluster.scheduler_address
+
+
+class Processes:
+    """A scheduler and workers in processes of their own, for tests that kill them."""
+
+    def __init__(self, folder: Path, port: int) -> None:
+        self.folder, self.port = folder, port
+        self.address = f"tcp://127.0.0.1:{port}"
+        self.scheduler: subprocess.Popen[bytes] | None = None
+        self.workers: list[subprocess.Popen[bytes]] = []
+
+    def start_scheduler(self) -> None:
+        self.scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", str(self.port), "--no-dashboard")
+
+    def start_worker(self, *before: str) -> subprocess.Popen[bytes]:
+        words = ("worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard", "--death-timeout", "60")
+        worker = self._start(*words, "--local-directory", str(self.folder), before=before)
+        self.workers.append(worker)
+        return worker
+
+    def stop(self) -> None:
+        for process in [*self.workers, *([self.scheduler] if self.scheduler else [])]:
+            process.kill()
+            process.wait()
+        self.workers.clear()
+
+    def _start(self, *words: str, before: tuple[str, ...] = ()) -> subprocess.Popen[bytes]:
+        code = f"{';'.join(before)}\nfrom distributed.cli import dask_{words[0]} as of; of.main()"
+        return subprocess.Popen(
+            [sys.executable, "-P", "-c", code, *words[1:]],
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=dict(os.environ),
+        )  # fmt: skip
+
+
+@pytest.fixture
+def processes(tmp_path: Path) -> Iterator[Processes]:
+    import socket
+
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    started = Processes(tmp_path, port)
+    started.start_scheduler()
+    try:
+        yield started
+    finally:
+        started.stop()
+
+
+def until(happens: Callable[[], Any]) -> Any:
+    until_s = time.monotonic() + PATIENCE_S
+    while time.monotonic() < until_s:
+        found = happens()
+        if found:
+            return found
+        time.sleep(0.05)
+    raise AssertionError("it did not happen")
