@@ -38,9 +38,13 @@ class Outline:
         return sum(count for _, count in self.levels)
 
 
-def widen(
-    device: Device, scene: Scene, vertices: Buffer, corners: Buffer, binary: Binary
-) -> tuple[Outline, dict[str, Buffer]]:
+def upload_mesh(device: Device, scene: Scene) -> tuple[Buffer, Buffer]:
+    """Vertices (V, 3) float32 and corners (T, 3) int32 of a scene, on the device."""
+    mesh = device.upload("triangles", {"vertices": scene.vertices_m.astype(np.float32), "corners": scene.triangles})
+    return mesh["vertices"], mesh["corners"]
+
+
+def widen(device: Device, scene: Scene, binary: Binary) -> tuple[Outline, dict[str, Buffer]]:
     """Make the arrays that kernels walk.
 
     Returns
@@ -66,7 +70,8 @@ def widen(
         measured = {"normals": round_surfaces(scene).normal, "edges": squared_edges(scene.vertices_m[scene.triangles])}
         uploaded = device.upload("normals and edges of triangles", measured)
         arrays["edges"], normals = uploaded["edges"], uploaded["normals"]
-    block_box = binary.spare[3]  # of 32 bytes a triangle; no block is without one
+    block_box = device.allocate("boxes of blocks", 32 * outline.n_blocks)
+    vertices, corners = upload_mesh(device, scene)  # again: while clusters were merged it would have been in the way
     program.run(
         "fill_blocks",
         (chunk_count(device, outline.n_blocks),),
@@ -100,7 +105,7 @@ def _binary_arguments(binary: Binary) -> tuple[Buffer, Buffer, np.int32]:
 def _outline(device: Device, program: Program, binary: Binary) -> Outline:
     """Walk down from the root, level by level."""
     tree = _binary_arguments(binary)
-    nodes, blocks, first_child, _ = binary.spare
+    nodes, blocks, first_child = binary.spare
     counts = device.allocate("counts of chunks", 8 * (chunk_count(device, binary.n_triangles) + 1))
     totals = np.empty(2, dtype=np.int32)
     program.run("list_root", (1,), np.int32(binary.n_triangles), nodes)
@@ -117,4 +122,11 @@ def _outline(device: Device, program: Program, binary: Binary) -> Outline:
         device.read(counts, totals)
         first, count = first + count, int(totals[0])
         n_blocks += int(totals[1])
-    return Outline(tuple(levels), n_blocks, nodes, blocks, first_child)
+    # There are far fewer nodes and blocks than triangles.
+    return Outline(
+        tuple(levels),
+        n_blocks,
+        device.shrink(nodes, 4 * first),
+        device.shrink(blocks, 4 * n_blocks),
+        device.shrink(first_child, 8 * first),
+    )
