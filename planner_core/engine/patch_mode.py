@@ -390,6 +390,11 @@ def _patch_engine_of(engine: ScanEngine, scene: Scene, patches: Patches, only: B
 
         if isinstance(engine, Open3DEngine):
             return Open3DSamples(engine, scene, patches, only=only)
+    if engine.name == "opencl":
+        raise RequirementError(
+            "scan mode patches: got a scene that is scanned in parts, expected one that fits into the device's memory; "
+            "use --scan-mode beams, or allow more memory (TLSPLAN_MEMORY)"
+        )
     raise RequirementError(f"scan mode patches: got engine {engine.name!r}, expected opencl or open3d; use mode beams")
 
 

@@ -25,12 +25,13 @@ import numpy as np
 import pyopencl
 
 from planner_core.device import Device, open_device, sort
-from planner_core.engine import opencl, patch_mode
+from planner_core.engine import opencl, parts, patch_mode
+from planner_core.engine.in_parts import PartedEngine
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.patch_mode import PatchMode
 from planner_core.engine.tree import Tree
 from planner_core.engine.tuning import use_shape
-from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource, Visibility
+from planner_core.model import BeamTemplate, LoadReport, Patches, Scene, SceneSource, Visibility
 from planner_core.paper.genetic import GeneticSettings, on_device, select_genetic
 from planner_core.paper.point_distribution import PointDistribution
 from planner_core.scene.patches import make_patches
@@ -98,9 +99,27 @@ def results(kind: str, *, with_tree: bool, save_tree: Path | None) -> list[Any]:
         found.append(engine.patch_returns(template, at))
         found.append(engine.patch_returns(template, at, moments=True))
         found.append(engine.cast_rays(np.repeat(at, 7, axis=0), rng.normal(size=(21, 3)), range_max_m=np.inf))
+        if with_tree:
+            check_parts(scene, patches, device, template, at, found[:4])
         found.append(PatchMode(engine, scene, patches).see(template, at[:1]))
         found.append(PointDistribution(scene, patches, engine).sums(template, at))
     return found + evolved(kind, device) + annealed(device)
+
+
+def check_parts(
+    scene: Scene, patches: Patches, device: Device, template: BeamTemplate, at: Any, expected: list[Any]
+) -> None:
+    """The same scene in two parts: the same results, else an error."""
+    real = parts.split
+    parts.split = lambda scene, most: real(scene, -(-scene.n_triangles // 2))
+    engine = PartedEngine(scene, patches, device)
+    parts.split = real
+    rays = (np.repeat(at, 7, axis=0), np.random.default_rng(2).normal(size=(21, 3)))
+    got = [engine.scan(template, at), engine.visible_patches(template, at), engine.patch_returns(template, at)]
+    got += [engine.patch_returns(template, at, moments=True)]
+    assert len(engine.parts.parts) == 2
+    assert digest(got) == digest(expected), "parts give other results than one tree"
+    engine.cast_rays(*rays, range_max_m=np.inf)
 
 
 def evolved(kind: str, device: Device) -> list[Any]:
