@@ -18,7 +18,7 @@ from planner_core.engine.patch_returns import Content, Rows, RowStore, follow_on
 from planner_core.engine.patch_rows import BATCH_BYTES
 from planner_core.engine.scan_engine import check_positions, check_rays
 from planner_core.engine.tiled_template import TiledTemplate
-from planner_core.engine.tree import sphere_of
+from planner_core.engine.tree import sphere_of, walk_defines
 from planner_core.model import (
     BeamTemplate,
     Float32Array,
@@ -257,8 +257,7 @@ class PartedEngine:
 
 
 def _walk_of(device: Device, parts: Parts) -> dict[str, int]:
-    """Build options of kernels that walk any part's tree."""
-    return {"STACK": -(-(7 * parts.n_levels + 1) // 64) * 64, "PREFETCH": int(device.kind == "cpu")}
+    return walk_defines(device, parts.n_levels, max(part.n_bytes for part in parts.parts))
 
 
 def _state_bytes(tiles: TiledTemplate) -> int:

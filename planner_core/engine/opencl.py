@@ -18,7 +18,7 @@ from planner_core.engine.patch_returns import Content, Rows, RowStore, follow_on
 from planner_core.engine.patch_rows import BATCH_BYTES, PatchRows
 from planner_core.engine.scan_engine import check_positions, check_rays
 from planner_core.engine.tiled_template import TiledTemplate
-from planner_core.engine.tree import Tree, build_tree
+from planner_core.engine.tree import Tree, build_tree, walk_defines
 from planner_core.model import (
     BeamTemplate,
     Float32Array,
@@ -37,8 +37,6 @@ from planner_core.scanner.template import Band, bands
 #: several walks; other devices, unmeasured, have work-items for that. Measured: docs/method/scan-engine.md.
 _RAYS = {"cpu": (64, 4)}
 _RAYS_FETCHING = (64, 8)
-#: Trees larger than this don't fit into a processor's caches: the walk then asks for memory ahead.
-_CACHED_BYTES = 16 * 2**20
 
 #: Positions that one making of a band's tiles serves, and that progress hears of at the latest.
 _CHUNK = 64
@@ -243,11 +241,7 @@ class OpenCLEngine:
 
 
 def _walk_of(tree: Tree) -> dict[str, int]:
-    """Build options of kernels that walk a tree."""
-    # One node leaves at most 7 siblings on the stack, and the root needs an entry. In steps of 64, so that scenes of
-    # different depths share their built programs.
-    stack = -(-(7 * tree.n_levels + 1) // 64) * 64
-    return {"STACK": stack, "PREFETCH": int(tree.device.kind == "cpu" and tree.n_bytes > _CACHED_BYTES)}
+    return walk_defines(tree.device, tree.n_levels, tree.n_bytes)
 
 
 def _is_kept(template: BeamTemplate) -> bool:

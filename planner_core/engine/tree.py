@@ -21,6 +21,8 @@ from planner_core.model import Float32Array, FloatArray, Int32Array, Scene
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
+#: Trees larger than this don't fit into a processor's caches: the walk then asks for memory ahead.
+_CACHED_BYTES = 16 * 2**20
 WIDTH = 8
 """Children of a node and triangles of a block, fixed in the kernels."""
 
@@ -124,6 +126,14 @@ def build_tree(scene: Scene, device: Device) -> Tree:
         n_blocks=outline.n_blocks,
         n_levels=len(outline.levels),
     )
+
+
+def walk_defines(device: Device, n_levels: int, n_bytes: int) -> dict[str, int]:
+    """Build options of kernels that walk trees of so many levels and bytes at most."""
+    # One node leaves at most 7 siblings on the stack, and the root needs an entry. In steps of 64, so that scenes of
+    # different depths share their built programs.
+    stack = -(-(7 * n_levels + 1) // 64) * 64
+    return {"STACK": stack, "PREFETCH": int(device.kind == "cpu" and n_bytes > _CACHED_BYTES)}
 
 
 def sphere_of(bounds_m: Float32Array) -> Float32Array:

@@ -2,9 +2,9 @@
 
     python tests/kernels/exercise_kernels.py cpu|cpu-4|cpu-16|gpu [--save-tree FILE | --tree FILE] [--poison BYTE]
 
-`cpu` takes packets of eight, `cpu-4` of four, `cpu-16` of sixteen; `gpu` takes the shape of tiles for GPUs and tells
-the library that it is on one. Prints JSON: the kernels that were launched, and a hash of all results, which must be
-the same however this is run.
+`cpu` takes packets of eight, `cpu-4` of four, `cpu-16` of sixteen; `gpu` takes the shape of tiles for GPUs, tells the
+library that it is on one, and has work-groups as large as can be. Prints JSON: the kernels that were launched, and a
+hash of all results, which must be the same however this is run.
 
 --save-tree  keep the tree that the kernels built
 --tree       take it from there: the checker's search for uninitialised values dies of the kernels that build it
@@ -197,12 +197,25 @@ def note_kernels() -> set[str]:
     kernels: set[str] = set()
     real = pyopencl.enqueue_nd_range_kernel
 
-    def noted(queue: Any, kernel: Any, *rest: Any, **named: Any) -> Any:
+    def noted(queue: Any, kernel: Any, size: tuple[int, ...], local: tuple[int, ...] | None = None) -> Any:
         kernels.add(kernel.function_name)
-        return real(queue, kernel, *rest, **named)
+        return real(queue, kernel, size, group_of(queue, kernel, size) if local is None else local)
 
     pyopencl.enqueue_nd_range_kernel = noted
     return kernels
+
+
+def group_of(queue: Any, kernel: Any, size: tuple[int, ...]) -> tuple[int, ...]:
+    """The largest work-group that fits the NDRange, the kernel and the device: what a GPU's driver would take."""
+    info = pyopencl.kernel_work_group_info
+    left = int(kernel.get_work_group_info(info.WORK_GROUP_SIZE, queue.device))
+    if kernel.get_work_group_info(info.LOCAL_MEM_SIZE, queue.device) > queue.device.local_mem_size:
+        raise SystemExit(f"{kernel.function_name} takes more local memory than the device has")
+    group = []
+    for extent in size:
+        group.append(max(n for n in range(1, left + 1) if extent % n == 0))
+        left //= group[-1]
+    return tuple(group)
 
 
 def fill(queue: Any, buffer: Any, pattern: Any, first: int, n_bytes: int) -> Any:
