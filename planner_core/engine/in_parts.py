@@ -62,7 +62,7 @@ class PartedEngine:
         self.warnings: tuple[str, ...] = (
             f"the scene of {scene.n_triangles} triangles does not fit into the memory of {device.label}, so it is "
             f"scanned in {len(self.parts.parts)} parts (slower, same results); allow more memory ({MEMORY_VARIABLE}) "
-            "or take a larger device",
+            "or take a larger device; patch mode tests its samples with Open3D there",
         )
 
     @property

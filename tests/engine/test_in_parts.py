@@ -8,11 +8,12 @@ import pytest
 
 from planner_core.device import Device, open_device
 from planner_core.engine.in_parts import PartedEngine
+from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.parts import fits, split
 from planner_core.engine.patch_mode import PatchMode
 from planner_core.engine.scan_engine import device_of, open_engine
-from planner_core.errors import DeviceError, DeviceMemoryError, RequirementError
+from planner_core.errors import DeviceError, DeviceMemoryError
 from planner_core.model import BeamTemplate, Optics, Patches, Scene, Storey
 from planner_core.scene.patches import make_patches
 
@@ -146,8 +147,14 @@ def test_the_engine_is_chosen_by_memory(
     assert not fits(device, 10**9)
     assert "scanned in" in parted.warnings[0]
     assert device_of(parted) is parted.opened
-    with pytest.raises(RequirementError, match="scanned in parts"):
-        PatchMode(parted, *house)
+
+
+def test_patch_mode_of_parts_is_tested_on_the_host(
+    house: tuple[Scene, Patches], parted: PartedEngine, shapes: SimpleNamespace
+) -> None:
+    got, expected = (PatchMode(e, *house).see(template(shapes), POSITIONS[:1]) for e in (parted, Open3DEngine(*house)))
+    check_same(got, expected)
+    assert got.patch.size > 100
 
 
 @pytest.mark.parametrize(
