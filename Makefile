@@ -150,7 +150,7 @@ bench-clouds: $(DEV) ## clouds of 10 and 100 million beams in every format: memo
 	$(BIN)/python tests/benchmarks/bench_clouds.py --write docs/benchmarks/clouds.md
 
 bench-scale: $(DEV) ## time and memory from 10^4 to 3 * 10^7 triangles; writes docs/benchmarks; goes on where it was interrupted
-	$(BIN)/python tests/benchmarks/bench_scale.py --write docs/benchmarks/scale.md --memory 2GB
+	$(BIN)/python tests/benchmarks/bench_scale.py --write docs/benchmarks/scale.md --memory 600MB
 
 PAPER_SCALE ?=
 bench-paper-scale: $(DEV) ## visibility of 10 000 candidates in 2.6 million triangles; less with PAPER_SCALE="--candidates 100"
