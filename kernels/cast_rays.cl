@@ -16,6 +16,8 @@
  * PAIRS          1: children of two nodes are sorted side by side;    -DPAIRS=1
  *                for devices that take 16 lanes
  * STACK          see tree.h
+ * INVERSE        1: 1 / range goes out as well, to be compared        -DINVERSE=1
+ *                with hits in other trees; else 0, as without
  */
 #include "block.h"
 #include "tree.h"
@@ -226,6 +228,15 @@ static inline void meet_block(Walk *walk, global const float *geometry, global c
     }
 }
 
+#ifndef INVERSE
+#define INVERSE 0
+#endif
+#if INVERSE
+#define INVERSE_ARGUMENT , global float *inverse_out
+#else
+#define INVERSE_ARGUMENT
+#endif
+
 /* First hits of N rays.
  * One work-item is RAYS rays, of which it has WALKS under way at a time. NDRange (N / RAYS, rounded up). rays (N, 6): origin
  * and UNIT direction, metres, local frame. scene_sphere: centre and radius of the scene. range_out (N) metres, NaN on a
@@ -233,7 +244,7 @@ static inline void meet_block(Walk *walk, global const float *geometry, global c
  * Deterministic: a ray's hit does not depend on the others. */
 kernel void cast_rays(global const float *boxes, global const int *children, global const float *geometry,
                       global const int *triangles, global const float *rays, int n_rays, float range_max,
-                      float4 scene_sphere, global float *range_out, global int *triangle_out)
+                      float4 scene_sphere, global float *range_out, global int *triangle_out INVERSE_ARGUMENT)
 {
     const int first = get_global_id(0) * RAYS, end = LEAST(first + RAYS, n_rays);
     const float best = (1.0f / range_max) * 0.99999f, far = NEAR_SLACK / best;
@@ -258,6 +269,9 @@ kernel void cast_rays(global const float *boxes, global const int *children, glo
                 const bool hit = walk->found >= 0 && range <= range_max;
                 range_out[walk->ray] = hit ? range : NAN;
                 triangle_out[walk->ray] = hit ? walk->found : -1;
+#if INVERSE
+                inverse_out[walk->ray] = walk->best;
+#endif
                 if (next == end) continue;
                 start_walk(walk, rays, next++, best, far, scene_sphere);
             }

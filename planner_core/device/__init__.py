@@ -12,10 +12,11 @@ from planner_core.device.choice import (
     problem_of_device,
 )
 from planner_core.device.faults import in_batches
-from planner_core.device.runtime import Buffer, Device, Program
+from planner_core.device.runtime import MEMORY_VARIABLE, Buffer, Device, Program
 
 __all__ = [
     "DEVICE_VARIABLE",
+    "MEMORY_VARIABLE",
     "Buffer",
     "Device",
     "DeviceInfo",

@@ -8,7 +8,9 @@ it aborted in the kernel's own event, and nowhere else for certain.
 from __future__ import annotations
 
 import hashlib
+import os
 import re
+import sys
 import tempfile
 import warnings
 from collections.abc import Iterator, Mapping
@@ -23,6 +25,11 @@ from numpy.typing import NDArray
 from planner_core.device.faults import device_error, driver_errors
 from planner_core.device.pocl import HIGHEST_LEVEL, name_given
 from planner_core.errors import DeviceError, DeviceMemoryError
+
+#: Device memory that we may use at most, such as `8GB` or `500MB`; unset: what the device has.
+MEMORY_VARIABLE = "TLSPLAN_MEMORY"
+_MEMORY = re.compile(r"(\d+(?:\.\d+)?) ?(MB|GB|MiB|GiB)", re.IGNORECASE)
+_UNITS = {"mb": 10**6, "gb": 10**9, "mib": 2**20, "gib": 2**30}
 
 _INCLUDE = re.compile(r'^\s*#include\s+"([\w.]+)"\s*$')
 #: Share of the device's memory that we take at most: drivers and other programs need some too.
@@ -141,7 +148,7 @@ class Device:
             self.name = str(device.name).strip()
             self.driver = f"{device.platform.version} {device.driver_version}".strip()
             self.n_compute_units = int(device.max_compute_units)
-            self.memory_bytes = int(device.global_mem_size)
+            self.memory_bytes = min(int(device.global_mem_size), _memory_allowed())
             self.max_buffer_bytes = int(device.max_mem_alloc_size)
             n_native = int(device.native_vector_width_float)
         #: The processor that the driver was told to compile for, because it does not know this one; else None.
@@ -300,6 +307,18 @@ class Device:
             else:
                 handle = pyopencl.Buffer(self.context, flags | pyopencl.mem_flags.USE_HOST_PTR, hostbuf=memory)
         return self._keep(handle, n_bytes, memory)
+
+    def shrink(self, buffer: Buffer, n_bytes: int) -> Buffer:
+        """Queue moving the first bytes of a buffer to one of just their size; the old one is given back."""
+        import pyopencl
+
+        head = self.allocate("head of a buffer", n_bytes)
+        with driver_errors("moving a buffer", self.label):
+            if n_bytes:
+                event = pyopencl.enqueue_copy(self.queue, head.handle, buffer.handle, byte_count=n_bytes)
+                self.note_launch("moving a buffer", event)
+        buffer.release()
+        return head
 
     def zero(self, buffer: Buffer, n_bytes: int) -> None:
         """Queue filling the first bytes of a buffer with zero."""
@@ -481,6 +500,17 @@ def kernels_hash() -> str:
 
 def _read(file: str) -> str:
     return (resources.files("planner_core.kernels") / file).read_text(encoding="utf-8")
+
+
+def _memory_allowed() -> int:
+    """What `MEMORY_VARIABLE` allows, in bytes."""
+    said = os.environ.get(MEMORY_VARIABLE, "").strip()
+    if not said:
+        return sys.maxsize
+    parts = _MEMORY.fullmatch(said)
+    if parts is None or float(parts[1]) == 0:
+        raise DeviceError(f"{MEMORY_VARIABLE}: got {said!r}, expected a size such as 8GB or 500MB; correct or unset it")
+    return int(float(parts[1]) * _UNITS[parts[2].lower()])
 
 
 def _mib(n_bytes: int) -> str:

@@ -18,7 +18,7 @@ from planner_core.engine.patch_returns import Content, Rows, RowStore, follow_on
 from planner_core.engine.patch_rows import BATCH_BYTES, PatchRows
 from planner_core.engine.scan_engine import check_positions, check_rays
 from planner_core.engine.tiled_template import TiledTemplate
-from planner_core.engine.tree import Tree, build_tree
+from planner_core.engine.tree import Tree, build_tree, walk_defines
 from planner_core.model import (
     BeamTemplate,
     Float32Array,
@@ -36,8 +36,6 @@ from planner_core.scanner.template import Band, bands
 #: Free rays a work-item and how many of those it has under way at once, a wave. A CPU looks ahead into the next steps
 #: of several walks; other devices, unmeasured, have work-items for that. Measured: docs/method/scan-engine.md.
 _RAYS = {"cpu": (256, 32)}
-#: Trees larger than this don't fit into a processor's caches: the walk then asks for memory ahead.
-_CACHED_BYTES = 16 * 2**20
 #: Results of a position larger than this don't fit into the cache of a core: their memory is asked for ahead, too.
 _CACHED_RESULTS_BYTES = 2**20
 
@@ -254,11 +252,7 @@ class OpenCLEngine:
 
 
 def _walk_of(tree: Tree) -> dict[str, int]:
-    """Build options of kernels that walk a tree."""
-    # One node leaves at most 7 siblings on the stack, and the root needs an entry. In steps of 64, so that scenes of
-    # different depths share their built programs.
-    stack = -(-(7 * tree.n_levels + 1) // 64) * 64
-    return {"STACK": stack, "PREFETCH": int(tree.device.kind == "cpu" and tree.n_bytes > _CACHED_BYTES)}
+    return walk_defines(tree.device, tree.n_levels, tree.n_bytes)
 
 
 def _is_kept(template: BeamTemplate) -> bool:

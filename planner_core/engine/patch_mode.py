@@ -380,16 +380,19 @@ def in_view(view: View, at_m: FloatArray, normal: FloatArray) -> BoolArray:
 
 
 def _patch_engine_of(engine: ScanEngine, scene: Scene, patches: Patches, only: BoolArray | None) -> _PatchEngine:
+    from planner_core.engine.in_parts import PartedEngine
     from planner_core.engine.opencl import OpenCLEngine
 
     if isinstance(engine, OpenCLEngine):
         return _DevicePatchEngine(engine, scene, patches, only)
-    if engine.name == "open3d":
+    # A scene in parts is on no device as a whole: its samples are tested on the host.
+    if engine.name == "open3d" or isinstance(engine, PartedEngine):
         from planner_core.engine.open3d import Open3DEngine
         from planner_core.engine.open3d_samples import Open3DSamples
 
-        if isinstance(engine, Open3DEngine):
-            return Open3DSamples(engine, scene, patches, only=only)
+        host = Open3DEngine(scene, patches) if isinstance(engine, PartedEngine) else engine
+        if isinstance(host, Open3DEngine):
+            return Open3DSamples(host, scene, patches, only=only)
     raise RequirementError(f"scan mode patches: got engine {engine.name!r}, expected opencl or open3d; use mode beams")
 
 

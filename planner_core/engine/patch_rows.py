@@ -44,7 +44,7 @@ class PatchRows:
         self._on, self._scene, self._content, self._batch_bytes = device, scene, content, batch_bytes
         self._n_words = -(-n_patches // 32)
         self._buffers: dict[str, Buffer] = {}
-        # What kernels write and `_in_metres` reads at once: used again, since new memory costs more than filling it.
+        # What kernels write and `in_metres` reads at once: used again, since new memory costs more than filling it.
         self._whole = _whole_sums(0)
 
     def __enter__(self) -> PatchRows:
@@ -86,7 +86,9 @@ class PatchRows:
             arrays = self._host_arrays(int(ends[-1, -1]))
             if arrays["patch"].size:
                 self._write(tiles, (n_slices, n_positions), start, set_here, arrays)
-        return Rows(n_set.sum(axis=1, dtype=np.int64), self._in_metres(arrays))
+        return Rows(
+            n_set.sum(axis=1, dtype=np.int64), arrays if self._content is not Content.MOMENTS else in_metres(arrays)
+        )
 
     def _trace(self, tiles: TiledTemplate, at: Buffer, n_positions: int) -> None:
         """Queue the scans: tiles leave their lists or records behind."""
@@ -142,24 +144,6 @@ class PatchRows:
             arrays |= {name: array[:n_entries] for name, array in self._whole.items()}
         return arrays
 
-    def _in_metres(self, arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-        """Columns of `PatchReturns`: whole numbers times a power of two, exact in float64."""
-        if self._content is not Content.MOMENTS:
-            return arrays
-        power: Int32Array = arrays.pop("power")
-        sums, extremes = arrays.pop("sums"), arrays.pop("extremes")
-        one = np.ones(power.size)
-        metre, metre2 = np.ldexp(one, power - _UNIT_BITS), np.ldexp(one, 2 * power - _UNIT_BITS)
-        out = empty_moments(power.size)
-        np.multiply(sums[:, 0:3], metre[:, None], out=out["point_sum_m"])
-        np.multiply(sums[:, 3], metre2, out=out["square_sum_m2"])
-        np.multiply(sums[:, 4], 2.0**-_UNIT_BITS, out=out["weight_sum"])
-        np.multiply(sums[:, 5:8], metre[:, None], out=out["weighted_point_sum_m"])
-        np.multiply(sums[:, 8], metre2, out=out["weighted_square_sum_m2"])
-        np.multiply(sums[:, 9], 2.0**-_UNIT_BITS, out=out["range_sum_m"])
-        out["least_range_m"][:], out["greatest_cos_incidence"][:] = extremes[:, 0], extremes[:, 1]
-        return {**arrays, **out}
-
     def _sizes(self, tiles: TiledTemplate, n_positions: int) -> dict[str, int]:
         """Bytes of every buffer of a batch."""
         n_tiles = tiles.n_tiles * n_positions
@@ -190,6 +174,23 @@ class PatchRows:
         for buffer in self._buffers.values():
             buffer.release()
         self._buffers = {}
+
+
+def in_metres(arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Columns of `PatchReturns` with moments: whole numbers times a power of two, exact in float64."""
+    power: Int32Array = arrays.pop("power")
+    sums, extremes = arrays.pop("sums"), arrays.pop("extremes")
+    one = np.ones(power.size)
+    metre, metre2 = np.ldexp(one, power - _UNIT_BITS), np.ldexp(one, 2 * power - _UNIT_BITS)
+    out = empty_moments(power.size)
+    np.multiply(sums[:, 0:3], metre[:, None], out=out["point_sum_m"])
+    np.multiply(sums[:, 3], metre2, out=out["square_sum_m2"])
+    np.multiply(sums[:, 4], 2.0**-_UNIT_BITS, out=out["weight_sum"])
+    np.multiply(sums[:, 5:8], metre[:, None], out=out["weighted_point_sum_m"])
+    np.multiply(sums[:, 8], metre2, out=out["weighted_square_sum_m2"])
+    np.multiply(sums[:, 9], 2.0**-_UNIT_BITS, out=out["range_sum_m"])
+    out["least_range_m"][:], out["greatest_cos_incidence"][:] = extremes[:, 0], extremes[:, 1]
+    return {**arrays, **out}
 
 
 def _whole_sums(n_entries: int) -> dict[str, NDArray[Any]]:

@@ -132,8 +132,11 @@ def open_engine(scene: Scene, patches: Patches, *, engine: str = "auto", device:
 
 def device_of(engine: ScanEngine) -> Device | None:
     """The OpenCL device that an engine runs on, for other work on it; None where it runs on none."""
+    from planner_core.engine.in_parts import PartedEngine
     from planner_core.engine.opencl import OpenCLEngine
 
+    if isinstance(engine, PartedEngine):
+        return engine.opened
     return engine.on_device[0] if isinstance(engine, OpenCLEngine) else None
 
 
@@ -216,6 +219,12 @@ def _open3d(scene: Scene, patches: Patches, warnings: tuple[str, ...]) -> ScanEn
 
 def _opencl(scene: Scene, patches: Patches, device: str | None) -> ScanEngine:
     from planner_core.device import open_device
+    from planner_core.engine.in_parts import PartedEngine
     from planner_core.engine.opencl import OpenCLEngine
+    from planner_core.engine.parts import fits
 
-    return OpenCLEngine(scene, patches, open_device(device))
+    opened = open_device(device)
+    # Of a scene with glass, free rays have a tree of their own.
+    has_glass = scene.optics_of_triangle is not None and (scene.optics_of_triangle == Optics.PASSES).any()
+    n_triangles = scene.n_triangles * (2 if has_glass else 1)
+    return (OpenCLEngine if fits(opened, n_triangles) else PartedEngine)(scene, patches, opened)

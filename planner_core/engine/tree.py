@@ -21,6 +21,8 @@ from planner_core.model import Float32Array, FloatArray, Int32Array, Scene
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
+#: Trees larger than this don't fit into a processor's caches: the walk then asks for memory ahead.
+_CACHED_BYTES = 16 * 2**20
 WIDTH = 8
 """Children of a node and triangles of a block, fixed in the kernels."""
 
@@ -85,9 +87,7 @@ class Tree:
     @cached_property
     def sphere(self) -> Float32Array:
         """(4,) float32, centre and radius of a sphere round all triangles."""
-        low, high = self.bounds_m
-        radius = np.float32(1.001 * np.linalg.norm((high.astype(np.float64) - low) / 2))
-        return np.array([*(low + (high - low) / 2), radius], dtype=np.float32)
+        return sphere_of(self.bounds_m)
 
     @cached_property
     def sah_cost(self) -> float:
@@ -113,7 +113,7 @@ def build_tree(scene: Scene, device: Device) -> Tree:
     Raises
     ------
     DeviceError
-        The device's memory does not suffice: some 170 bytes a triangle while building.
+        The device's memory does not suffice: some 130 bytes a triangle while building.
     """
     triangles = {"vertices": scene.vertices_m.astype(np.float32), "corners": scene.triangles}
     with device.inputs("triangles", triangles) as mesh:
@@ -128,6 +128,21 @@ def build_tree(scene: Scene, device: Device) -> Tree:
         n_blocks=outline.n_blocks,
         n_levels=len(outline.levels),
     )
+
+
+def walk_defines(device: Device, n_levels: int, n_bytes: int) -> dict[str, int]:
+    """Build options of kernels that walk trees of so many levels and bytes at most."""
+    # One node leaves at most 7 siblings on the stack, and the root needs an entry. In steps of 64, so that scenes of
+    # different depths share their built programs.
+    stack = -(-(7 * n_levels + 1) // 64) * 64
+    return {"STACK": stack, "PREFETCH": int(device.kind == "cpu" and n_bytes > _CACHED_BYTES)}
+
+
+def sphere_of(bounds_m: Float32Array) -> Float32Array:
+    """(4,) float32, centre and radius of a sphere round bounds (2, 3)."""
+    low, high = bounds_m
+    radius = np.float32(1.001 * np.linalg.norm((high.astype(np.float64) - low) / 2))
+    return np.array([*(low + (high - low) / 2), radius], dtype=np.float32)
 
 
 def _half_area(low: FloatArray, high: FloatArray, *, axis: int = 1) -> FloatArray:

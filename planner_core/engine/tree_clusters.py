@@ -36,14 +36,14 @@ class Binary:
     """A binary tree on the device. Leaf i is triangle order[i]; inner node k is number n_triangles + k, the root last.
 
     order : (T,) int32. halves : (T - 1, 2) int32, numbers. choices : (T - 1,) uint32, how wide nodes are cut out of it,
-    kernels/tree_cost.h. spare : buffers of 4, 4, 8 and 32 bytes a triangle whose content is of no more use.
+    kernels/tree_cost.h. spare : buffers of 4, 4 and 8 bytes a triangle whose content is of no more use.
     """
 
     order: Buffer
     halves: Buffer
     choices: Buffer
     n_triangles: int
-    spare: tuple[Buffer, Buffer, Buffer, Buffer]
+    spare: tuple[Buffer, Buffer, Buffer]
 
 
 def cluster_triangles(device: Device, vertices: Buffer, corners: Buffer, n_triangles: int) -> Binary:
@@ -53,23 +53,21 @@ def cluster_triangles(device: Device, vertices: Buffer, corners: Buffer, n_trian
     mesh = (vertices, corners, np.int32(n_triangles))
     order, free_order, free_keys, free_keys_too = _sort_along_curve(device, leaves, mesh, n_chunks)
     stride = n_triangles + 2 * _PAD
-    now, then = (
-        tuple(
-            device.allocate("clusters", size, is_filled=True)
-            for size in (24 * stride, 4 * n_triangles, 4 * n_triangles)
-        )
-        for _ in range(2)
-    )
+    sizes = (24 * stride, 4 * n_triangles, 4 * n_triangles)
+    now = tuple(device.allocate("clusters", size, is_filled=True) for size in sizes)
     units = device.allocate("units of treelets", 32 * n_triangles, is_filled=True)
     leaves.run("make_leaves", (n_chunks,), *mesh, order, now[0], np.int32(stride), *now[1:], units)
+    then = tuple(device.allocate("clusters", size, is_filled=True) for size in sizes)
     binary = Binary(
         order=order,
         halves=free_keys,
         choices=free_order,
         n_triangles=n_triangles,
-        spare=(now[1], then[1], free_keys_too, units),
+        spare=(now[1], then[1], free_keys_too),
     )
-    _merge_all(device, binary, now, then, np.int32(stride))
+    _merge_all(device, binary, units, now, then, np.int32(stride))
+    for buffer in (units, now[0], then[0], now[2], then[2]):
+        buffer.release()
     return binary
 
 
@@ -89,13 +87,18 @@ def _sort_along_curve(
 
 
 def _merge_all(
-    device: Device, binary: Binary, now: tuple[Buffer, ...], then: tuple[Buffer, ...], stride: np.int32
+    device: Device,
+    binary: Binary,
+    units: Buffer,
+    now: tuple[Buffer, ...],
+    then: tuple[Buffer, ...],
+    stride: np.int32,
 ) -> None:
     """Merge clusters round by round, until one is left. `now`, `then`: boxes, number, size; kernels/tree_merge.cl."""
     n_triangles = binary.n_triangles
     program = device.program("tree_merge.cl", {"LANES": _LANES.get(device.kind, 1), "PAD": _PAD})
-    tree = (np.int32(n_triangles), binary.halves, binary.choices, binary.spare[3])
-    nearest = device.allocate("nearest clusters", 4 * n_triangles, is_filled=True)
+    tree = (np.int32(n_triangles), binary.halves, binary.choices, units)
+    nearest = binary.spare[2]
     counts = device.allocate("counts of chunks", 8 * (chunk_count(device, n_triangles) + 1))
     totals = np.empty(2, dtype=np.int32)
     n, n_nodes, coarse, late = n_triangles, 0, _COARSE, n_triangles // _LATE_SHARE

@@ -72,7 +72,7 @@ def widen(
         measured = {"normals": round_surfaces(scene).normal, "edges": squared_edges(scene.vertices_m[scene.triangles])}
         uploaded = device.upload("normals and edges of triangles", measured)
         arrays["edges"], normals = uploaded["edges"], uploaded["normals"]
-    block_box = binary.spare[3]  # of 32 bytes a triangle; no block is without one
+    block_box = device.allocate("boxes of blocks", 32 * outline.n_blocks)
     program.run(
         "fill_blocks",
         (chunk_count(device, outline.n_blocks),),
@@ -112,7 +112,7 @@ def _binary_arguments(binary: Binary) -> tuple[Buffer, Buffer, np.int32]:
 def _outline(device: Device, program: Program, binary: Binary) -> Outline:
     """Walk down from the root, level by level; small levels one after the other in one launch."""
     tree, few = _binary_arguments(binary), _FEW.get(device.kind, _DEFAULT_FEW)
-    nodes, blocks, first_child, _ = binary.spare
+    nodes, blocks, first_child = binary.spare
     counts = device.allocate("counts of chunks", 8 * (chunk_count(device, binary.n_triangles) + 1))
     found = device.allocate("levels", 4 * _TABLE)
     totals, table = np.empty(2, dtype=np.int32), np.empty(_TABLE, dtype=np.int32)
@@ -139,4 +139,11 @@ def _outline(device: Device, program: Program, binary: Binary) -> Outline:
         device.read(counts, totals)
         first, count = first + count, int(totals[0])
         n_blocks += int(totals[1])
-    return Outline(tuple(levels), n_blocks, nodes, blocks, first_child)
+    # There are far fewer nodes and blocks than triangles.
+    return Outline(
+        tuple(levels),
+        n_blocks,
+        device.shrink(nodes, 4 * first),
+        device.shrink(blocks, 4 * n_blocks),
+        device.shrink(first_child, 8 * first),
+    )

@@ -6,11 +6,13 @@ any mesh, closed or not, whichever way its triangles wind.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
+from planner_core.scene.portions import portions
 
 #: Grid points looked at in one go; bounds memory to some hundred megabytes.
 _CHUNK = 2_000_000
@@ -76,23 +78,28 @@ def sample_columns(
     shape
         (nx, ny), number of lines.
     """
-    first, count = _index_boxes(corners_m, low_m, step_m, shape)
-    n_points = count[:, 0] * count[:, 1]
-    todo = np.flatnonzero(n_points)
-    ends = np.cumsum(n_points[todo])
-    columns, heights, owners = [np.empty(0, np.int64)], [np.empty(0)], [np.empty(0, np.int64)]
-    start = 0
-    while start < todo.size:
-        done = ends[start - 1] if start else 0
-        stop = max(start + 1, int(np.searchsorted(ends, done + _CHUNK, side="right")))
-        part = todo[start:stop]
-        column, z_m, owner = _meet(corners_m[part], first[part], count[part], low_m, step_m, shape[0])
-        columns.append(column)
-        heights.append(z_m)
-        owners.append(part[owner])
-        start = stop
-    column, z_m = np.concatenate(columns), np.concatenate(heights)
-    triangle = triangle_ids[np.concatenate(owners)].astype(np.int32)
+    return _sorted(_crossings(corners_m, triangle_ids, low_m, step_m, shape), low_m, step_m, shape)
+
+
+def sample_scene(
+    scene: Scene, triangle_ids: Int32Array, *, low_m: FloatArray, step_m: float, shape: tuple[int, int]
+) -> Columns:
+    """`sample_columns` of some of a scene's triangles, (K,) int32, without all their corners at once."""
+    met = (
+        crossing
+        for some in portions(triangle_ids.size)
+        for crossing in _crossings(
+            scene.vertices_m[scene.triangles[triangle_ids[some]]], triangle_ids[some], low_m, step_m, shape
+        )
+    )
+    return _sorted(met, low_m, step_m, shape)
+
+
+def _sorted(
+    met: Iterable[tuple[Int64Array, FloatArray, Int32Array]], low_m: FloatArray, step_m: float, shape: tuple[int, int]
+) -> Columns:
+    parts = [(np.empty(0, np.int64), np.empty(0), np.empty(0, np.int32)), *met]
+    column, z_m, triangle = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     order = np.lexsort((triangle, z_m, column))
     return Columns(
         column=column[order],
@@ -101,6 +108,24 @@ def sample_columns(
         x_m=low_m[0] + step_m * np.arange(shape[0]),
         y_m=low_m[1] + step_m * np.arange(shape[1]),
     )
+
+
+def _crossings(
+    corners_m: FloatArray, triangle_ids: Int32Array, low_m: FloatArray, step_m: float, shape: tuple[int, int]
+) -> Iterator[tuple[Int64Array, FloatArray, Int32Array]]:
+    """Column, height and triangle of every crossing, some triangles at a time."""
+    first, count = _index_boxes(corners_m, low_m, step_m, shape)
+    n_points = count[:, 0] * count[:, 1]
+    todo = np.flatnonzero(n_points)
+    ends = np.cumsum(n_points[todo])
+    start = 0
+    while start < todo.size:
+        done = ends[start - 1] if start else 0
+        stop = max(start + 1, int(np.searchsorted(ends, done + _CHUNK, side="right")))
+        part = todo[start:stop]
+        column, z_m, owner = _meet(corners_m[part], first[part], count[part], low_m, step_m, shape[0])
+        yield column, z_m, triangle_ids[part[owner]].astype(np.int32)
+        start = stop
 
 
 def _index_boxes(

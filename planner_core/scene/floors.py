@@ -20,6 +20,7 @@ import numpy as np
 
 from planner_core.model import Floor, Int32Array, Scene
 from planner_core.scene.level_surfaces import Ground, LevelSurvey, strays_named
+from planner_core.scene.portions import portions
 from planner_core.scene.storey_grounds import WALL_KINDS, grounds_of_storeys
 from planner_core.scene.surface_grounds import grounds_of_surfaces
 
@@ -89,7 +90,7 @@ def _worth_planning(survey: LevelSurvey, grounds: list[Ground], warnings: list[s
         return grounds
     has_walls = not WALL_KINDS.isdisjoint(kinds)
     # Of nearly all faces: one that reaches far out says nothing of the building.
-    middle_m = survey.corners_m[building].mean(axis=1)[:, :2]
+    middle_m = survey.middles_of(building.astype(np.int32))[:, :2]
     width_m, depth_m = np.ptp(np.quantile(middle_m, [0.01, 0.99], axis=0), axis=0)
     total_m2 = sum(ground.area_m2 for ground in grounds)
     made_of = f"{'hardly any' if has_walls else 'no'} walls ({', '.join(kind for kind, _ in kinds.most_common(3))} ...)"
@@ -123,9 +124,11 @@ def floor_of_triangles(scene: Scene, floors: tuple[Floor, ...]) -> Int32Array:
     """(T,) int32 into floors, lowest first, -1 for none: see `FloorReport`."""
     if not floors:
         return np.full(scene.n_triangles, -1, dtype=np.int32)
-    height_m = scene.vertices_m[:, 2][scene.triangles].mean(axis=1)
     starts = np.array([floor.elevation_m for floor in floors]) - 0.05
-    out: Int32Array = (np.searchsorted(starts, height_m, side="right") - 1).astype(np.int32)
+    out = np.empty(scene.n_triangles, dtype=np.int32)
+    for some in portions(scene.n_triangles):
+        height_m = scene.vertices_m[:, 2][scene.triangles[some]].mean(axis=1)
+        out[some] = np.searchsorted(starts, height_m, side="right") - 1
     for index, floor in enumerate(floors):
         out[floor.ground_triangles] = index
     return out

@@ -12,7 +12,8 @@ import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
 from planner_core.scene.bulk import fence_m, is_outside, named_few
-from planner_core.scene.columns import Columns, sample_columns
+from planner_core.scene.columns import Columns, sample_scene
+from planner_core.scene.portions import portions
 
 #: Ramps up to 10 degrees are ground; the steepest that building codes let people walk on is about 7.
 MAX_SLOPE_RAD = np.deg2rad(10.0)
@@ -51,15 +52,20 @@ class LevelSurvey:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        self.corners_m = scene.vertices_m[scene.triangles]
-        cross = np.cross(self.corners_m[:, 1] - self.corners_m[:, 0], self.corners_m[:, 2] - self.corners_m[:, 0])
-        length = np.sqrt((cross * cross).sum(axis=1))
-        self.area_m2: FloatArray = 0.5 * length
-        self.level: BoolArray = np.abs(cross[:, 2]) >= np.cos(MAX_SLOPE_RAD) * length
-        fence = _fence(self.corners_m)
-        self.stray: BoolArray = is_outside(self.corners_m, fence)
+        n_triangles = scene.n_triangles
+        self.area_m2: FloatArray = np.empty(n_triangles)
+        self.level: BoolArray = np.empty(n_triangles, dtype=np.bool_)
+        fence = _fence(scene)
+        self.stray: BoolArray = np.empty(n_triangles, dtype=np.bool_)
         """(T,) Far outside the bulk: no floor is looked for there."""
-        self.columns, self.step_m = _plumb_lines(self.corners_m, np.flatnonzero(~self.stray).astype(np.int32), fence)
+        for some in portions(n_triangles):
+            corners_m = self.corners_of(some)
+            cross = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+            length = np.sqrt((cross * cross).sum(axis=1))
+            self.area_m2[some] = 0.5 * length
+            self.level[some] = np.abs(cross[:, 2]) >= np.cos(MAX_SLOPE_RAD) * length
+            self.stray[some] = is_outside(corners_m, fence)
+        self.columns, self.step_m = _plumb_lines(scene, np.flatnonzero(~self.stray).astype(np.int32), fence)
         self.clear_m = self.columns.clear_height_m()
         self.storey_of_element = np.array([e.storey for e in scene.elements], dtype=np.int64)
 
@@ -68,25 +74,47 @@ class LevelSurvey:
         """Area that one plumb line stands for."""
         return self.step_m * self.step_m
 
+    def corners_of(self, triangles: Int32Array | slice) -> FloatArray:
+        """(K, 3, 3) corners of some triangles, made anew: of all of them they are most of what planning holds."""
+        corners_m: FloatArray = self.scene.vertices_m[self.scene.triangles[triangles]]
+        return corners_m
+
+    def middles_of(self, triangles: Int32Array) -> FloatArray:
+        """(K, 3) centroids of some triangles."""
+        middle_m = np.empty((triangles.size, 3))
+        for some in portions(triangles.size):
+            middle_m[some] = self.corners_of(triangles[some]).mean(axis=1)
+        return middle_m
+
+    def cut_of(self, triangles: BoolArray, z_m: float, bounds_m: FloatArray | None = None) -> tuple[float, FloatArray]:
+        """`cut_length` of some triangles (T,)."""
+        z, ids = self.scene.vertices_m[:, 2], np.flatnonzero(triangles).astype(np.int32)
+        cut = [np.empty(0, dtype=np.int32)]
+        for some in portions(ids.size):
+            height_m = z[self.scene.triangles[ids[some]]] - z_m
+            cut.append(ids[some][(height_m.min(axis=1) < 0) & (height_m.max(axis=1) >= 0)])
+        return cut_length(self.corners_of(np.concatenate(cut)), z_m, bounds_m)
+
     def walls_around(self, bounds_m: FloatArray, ground_m: float) -> bool:
         """Tell whether walls stand on ground: at `WALL_CUT_M` they are half as long as its bounds' perimeter."""
-        length, _ = cut_length(self.corners_m[~self.level & ~self.stray], ground_m + WALL_CUT_M, bounds_m)
+        length, _ = self.cut_of(~self.level & ~self.stray, ground_m + WALL_CUT_M, bounds_m)
         return length >= float((bounds_m[1] - bounds_m[0]).sum())
 
     def bounds_of(self, triangles: Int32Array) -> FloatArray:
         """(2, 2) bounds in plan."""
-        plan = self.corners_m[triangles][:, :, :2].reshape(-1, 2)
+        plan = self.corners_of(triangles)[:, :, :2].reshape(-1, 2)
         return np.stack([plan.min(axis=0), plan.max(axis=0)])
 
 
-def _fence(corners_m: FloatArray) -> FloatArray:
+def _fence(scene: Scene) -> FloatArray:
     """(2, 3) where floors are looked for: everywhere, unless that would pull the plumb lines apart or is very high."""
-    points = corners_m.reshape(-1, 3)
-    everywhere = np.stack([points.min(axis=0), points.max(axis=0)])
+    everywhere = np.array([[np.inf] * 3, [-np.inf] * 3])
+    for some in portions(scene.n_triangles):
+        _widen(everywhere, scene.vertices_m[scene.triangles[some]].reshape(-1, 3))
     size = everywhere[1] - everywhere[0]
     if size[0] * size[1] <= _MAX_COLUMNS * _STEP_M * _STEP_M and size[2] <= _HIGHEST_M:
         return everywhere
-    fence = fence_m(corners_m)
+    fence = fence_m(scene.vertices_m[scene.triangles])
     return np.stack([np.maximum(fence[0], everywhere[0]), np.minimum(fence[1], everywhere[1])])
 
 
@@ -100,16 +128,26 @@ def strays_named(survey: LevelSurvey) -> list[str]:
     ]
 
 
-def _plumb_lines(corners_m: FloatArray, ids: Int32Array, fence: FloatArray) -> tuple[Columns, float]:
-    corners_m = corners_m[ids]
-    within = ((corners_m >= fence[0]) & (corners_m <= fence[1])).all(axis=(1, 2))  # none reaches far out
-    plan = corners_m[within if within.any() else slice(None)][:, :, :2].reshape(-1, 2)
+def _plumb_lines(scene: Scene, ids: Int32Array, fence: FloatArray) -> tuple[Columns, float]:
+    bounds, of_all = (np.array([[np.inf] * 2, [-np.inf] * 2]) for _ in range(2))
+    for some in portions(ids.size):
+        corners_m = scene.vertices_m[scene.triangles[ids[some]]]
+        within = ((corners_m >= fence[0]) & (corners_m <= fence[1])).all(axis=(1, 2))  # none reaches far out
+        _widen(bounds, corners_m[within][:, :, :2].reshape(-1, 2))
+        _widen(of_all, corners_m[:, :, :2].reshape(-1, 2))
+    plan = bounds if np.isfinite(bounds).all() else of_all
     low, high = np.maximum(plan.min(axis=0), fence[0, :2]), np.minimum(plan.max(axis=0), fence[1, :2])
     step = max(_STEP_M, float(np.sqrt(np.prod(high - low) / _MAX_COLUMNS)))
     # Off the round figures that designers align walls to: a line along a wall's face tells nothing.
     start = low + step * np.array([0.37, 0.43])
     shape = np.maximum(np.floor((high - start) / step) + 1, 1).astype(int)
-    return sample_columns(corners_m, ids, low_m=start, step_m=step, shape=(int(shape[0]), int(shape[1]))), step
+    return sample_scene(scene, ids, low_m=start, step_m=step, shape=(int(shape[0]), int(shape[1]))), step
+
+
+def _widen(bounds: FloatArray, points: FloatArray) -> None:
+    """Let bounds (2, K) reach round points (N, K) as well."""
+    np.minimum(bounds[0], points.min(axis=0, initial=np.inf), out=bounds[0])
+    np.maximum(bounds[1], points.max(axis=0, initial=-np.inf), out=bounds[1])
 
 
 def cut_length(corners_m: FloatArray, z_m: float, bounds_m: FloatArray | None = None) -> tuple[float, FloatArray]:
@@ -174,7 +212,7 @@ def mostly(survey: LevelSurvey, samples: BoolArray, eligible: BoolArray) -> Int3
     chosen = survey.level & eligible & (n_in > 0) & (n_in >= 0.05 * n_all)
     small = np.flatnonzero(survey.level & eligible & (n_all == 0) & ~survey.stray)
     if small.size:
-        centre = survey.corners_m[small].mean(axis=1)
+        centre = survey.middles_of(small.astype(np.int32))
         grid = np.array([columns.x_m[0], columns.y_m[0]])
         index = np.rint((centre[:, :2] - grid) / survey.step_m).astype(np.int64)
         index = np.clip(index, 0, [columns.x_m.size - 1, columns.y_m.size - 1])

@@ -20,7 +20,6 @@ from planner_core.scene.level_surfaces import (
     MIN_LEVEL_DISTANCE_M,
     WALL_CUT_M,
     LevelSurvey,
-    cut_length,
 )
 
 #: Walls are looked for at this height above the floor: below sills and guards, which codes want at 0.8 m and more, and
@@ -106,7 +105,7 @@ def _plan(survey: LevelSurvey, crossings: BoolArray) -> BoolArray:
 def _cut(survey: LevelSurvey, triangles: BoolArray, z_m: float) -> BoolArray:
     """(ny, nx) bool, with the margin: cells that the cut of triangles (T,) bool at the height z_m runs through."""
     columns, step_m = survey.columns, survey.step_m
-    _, segments = cut_length(survey.corners_m[triangles], z_m)
+    _, segments = survey.cut_of(triangles, z_m)
     along = segments[:, 1] - segments[:, 0]
     n_points = np.ceil(2.0 * np.sqrt((along * along).sum(axis=1)) / step_m).astype(np.int64) + 1
     row = np.repeat(np.arange(n_points.size), n_points)

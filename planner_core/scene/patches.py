@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from planner_core.errors import RequirementError
 from planner_core.model import Float32Array, FloatArray, Int32Array, Patches, Scene
+from planner_core.scene.portions import portions
 
 #: Patch numbers are int32 everywhere (kernels, files).
 MAX_PATCHES = 2**31 - 1
@@ -43,9 +44,7 @@ def make_patches(scene: Scene, *, max_area_m2: float) -> Patches:
         raise RequirementError(
             f"max_area_m2: got {max_area_m2}, expected a positive area in square metres; give e.g. 0.04"
         )
-    corners = scene.vertices_m[scene.triangles]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area_m2: FloatArray = 0.5 * np.sqrt((cross * cross).sum(axis=1))
+    area_m2 = triangle_areas(scene)
     with np.errstate(divide="ignore"):
         depth = np.maximum(0, np.ceil(np.log2(area_m2 / max_area_m2)))
     n_patches = float(np.exp2(depth).sum())
@@ -55,13 +54,23 @@ def make_patches(scene: Scene, *, max_area_m2: float) -> Patches:
             f"use at least {area_m2.sum() / MAX_PATCHES * 2:.2g} square metres"
         )
     first_patch = np.zeros(depth.size + 1, dtype=np.int32)
-    first_patch[1:] = np.cumsum(np.exp2(depth).astype(np.int64))
+    first_patch[1:] = np.cumsum(np.exp2(depth).astype(np.int32), dtype=np.int32)
     return Patches(
         max_area_m2=float(max_area_m2),
         depth=depth.astype(np.uint8),
         first_patch=first_patch,
         triangle_area_m2=area_m2,
     )
+
+
+def triangle_areas(scene: Scene) -> FloatArray:
+    """(T,) float64, areas of the scene's triangles, m2."""
+    area_m2 = np.empty(scene.n_triangles)
+    for some in portions(scene.n_triangles):
+        corners = scene.vertices_m[scene.triangles[some]]
+        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        area_m2[some] = 0.5 * np.sqrt((cross * cross).sum(axis=1))
+    return area_m2
 
 
 def squared_edges(corners_m: FloatArray) -> Float32Array:

@@ -20,7 +20,6 @@ from planner_core.scene.level_surfaces import (
     WALL_CUT_M,
     Ground,
     LevelSurvey,
-    cut_length,
     ground_of,
     main_height_m,
     mostly,
@@ -218,7 +217,7 @@ def _plane_of_storey(survey: LevelSurvey, index: int) -> tuple[_Plane | None, st
         & ~survey.level
         & ~survey.stray
     )
-    wall_m, segments = cut_length(survey.corners_m[own], storey.elevation_m + WALL_CUT_M)
+    wall_m, segments = survey.cut_of(own, storey.elevation_m + WALL_CUT_M)
     if segments.shape[0] == 0:
         return None, f"no floor slab, and none of its walls reaches {WALL_CUT_M} m above its elevation"
     plan = segments.reshape(-1, 2)

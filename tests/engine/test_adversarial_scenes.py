@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from planner_core.device import Device
-from planner_core.engine import opencl
+from planner_core.engine import opencl, tree
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.tuning import use_shape
@@ -248,7 +248,7 @@ def test_memory_asked_for_ahead_changes_nothing(device: Device, shapes: SimpleNa
     scene, stations_m, template = case.make(shapes)
     plain = engine_of(scene, device)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(opencl, "_CACHED_BYTES", 0)
+        patch.setattr(tree, "_CACHED_BYTES", 0)
         ahead = engine_of(scene, device)
     assert same_bits(plain.scan(template, stations_m), ahead.scan(template, stations_m))
     origins = np.repeat(stations_m, 50, axis=0)

@@ -264,3 +264,22 @@ def test_normals_are_those_of_the_rounded_triangles(shapes: SimpleNamespace) -> 
     np.testing.assert_allclose(surfaces.normal, cross / np.linalg.norm(cross, axis=1, keepdims=True), atol=1e-7)
     none = round_surfaces(shapes.scene_of(np.zeros((3, 3)), np.array([[0, 1, 2]])))
     assert (none.normal == 0).all()
+
+
+def test_building_takes_130_bytes_a_triangle(
+    device: Device, shapes: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = shapes.scene_of(*shapes.sphere_of(2.0, 100, 200))
+    most, real, before = [0], Device._keep, device.held_bytes
+
+    def keep(self: Device, handle: object, n_bytes: int) -> object:
+        buffer = real(self, handle, n_bytes)
+        most[0] = max(most[0], self.held_bytes - before)
+        return buffer
+
+    monkeypatch.setattr(Device, "_keep", keep)
+    tree = build_tree(scene, device)
+    assert 120 < most[0] / scene.n_triangles < 130
+    del tree
+    gc.collect()
+    assert device.held_bytes == before

@@ -2,9 +2,9 @@
 
     python tests/kernels/exercise_kernels.py cpu|cpu-4|cpu-16|gpu [--save-tree FILE | --tree FILE] [--poison BYTE]
 
-`cpu` takes packets of eight, `cpu-4` of four, `cpu-16` of sixteen; `gpu` takes the shape of tiles for GPUs and tells
-the library that it is on one. Prints JSON: the kernels that were launched, and a hash of all results, which must be
-the same however this is run.
+`cpu` takes packets of eight, `cpu-4` of four, `cpu-16` of sixteen; `gpu` takes the shape of tiles for GPUs, tells the
+library that it is on one, and has work-groups as large as can be. Prints JSON: the kernels that were launched, and a
+hash of all results, which must be the same however this is run.
 
 --save-tree  keep the tree that the kernels built
 --tree       take it from there: the checker's search for uninitialised values dies of the kernels that build it
@@ -25,12 +25,13 @@ import numpy as np
 import pyopencl
 
 from planner_core.device import Device, open_device, sort
-from planner_core.engine import opencl, patch_mode, tree_clusters, tree_wide
+from planner_core.engine import opencl, parts, patch_mode, tree_clusters, tree_wide
+from planner_core.engine.in_parts import PartedEngine
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.patch_mode import PatchMode
 from planner_core.engine.tree import Tree
 from planner_core.engine.tuning import use_shape
-from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource, Visibility
+from planner_core.model import BeamTemplate, LoadReport, Patches, Scene, SceneSource, Visibility
 from planner_core.paper.genetic import GeneticSettings, on_device, select_genetic
 from planner_core.paper.point_distribution import PointDistribution
 from planner_core.scene.patches import make_patches
@@ -98,9 +99,27 @@ def results(kind: str, *, with_tree: bool, save_tree: Path | None) -> list[Any]:
         found.append(engine.patch_returns(template, at))
         found.append(engine.patch_returns(template, at, moments=True))
         found.append(engine.cast_rays(np.repeat(at, 7, axis=0), rng.normal(size=(21, 3)), range_max_m=np.inf))
+        if with_tree:
+            check_parts(scene, patches, device, template, at, found[:4])
         found.append(PatchMode(engine, scene, patches).see(template, at[:1]))
         found.append(PointDistribution(scene, patches, engine).sums(template, at))
     return found + evolved(kind, device) + annealed(device)
+
+
+def check_parts(
+    scene: Scene, patches: Patches, device: Device, template: BeamTemplate, at: Any, expected: list[Any]
+) -> None:
+    """The same scene in two parts: the same results, else an error."""
+    real = parts.split
+    parts.split = lambda scene, most: real(scene, -(-scene.n_triangles // 2))
+    engine = PartedEngine(scene, patches, device)
+    parts.split = real
+    rays = (np.repeat(at, 7, axis=0), np.random.default_rng(2).normal(size=(21, 3)))
+    got = [engine.scan(template, at), engine.visible_patches(template, at), engine.patch_returns(template, at)]
+    got += [engine.patch_returns(template, at, moments=True)]
+    assert len(engine.parts.parts) == 2
+    assert digest(got) == digest(expected), "parts give other results than one tree"
+    engine.cast_rays(*rays, range_max_m=np.inf)
 
 
 def evolved(kind: str, device: Device) -> list[Any]:
@@ -178,12 +197,25 @@ def note_kernels() -> set[str]:
     kernels: set[str] = set()
     real = pyopencl.enqueue_nd_range_kernel
 
-    def noted(queue: Any, kernel: Any, *rest: Any, **named: Any) -> Any:
+    def noted(queue: Any, kernel: Any, size: tuple[int, ...], local: tuple[int, ...] | None = None) -> Any:
         kernels.add(kernel.function_name)
-        return real(queue, kernel, *rest, **named)
+        return real(queue, kernel, size, group_of(queue, kernel, size) if local is None else local)
 
     pyopencl.enqueue_nd_range_kernel = noted
     return kernels
+
+
+def group_of(queue: Any, kernel: Any, size: tuple[int, ...]) -> tuple[int, ...]:
+    """The largest work-group that fits the NDRange, the kernel and the device: what a GPU's driver would take."""
+    info = pyopencl.kernel_work_group_info
+    left = int(kernel.get_work_group_info(info.WORK_GROUP_SIZE, queue.device))
+    if kernel.get_work_group_info(info.LOCAL_MEM_SIZE, queue.device) > queue.device.local_mem_size:
+        raise SystemExit(f"{kernel.function_name} takes more local memory than the device has")
+    group = []
+    for extent in size:
+        group.append(max(n for n in range(1, left + 1) if extent % n == 0))
+        left //= group[-1]
+    return tuple(group)
 
 
 def fill(queue: Any, buffer: Any, pattern: Any, first: int, n_bytes: int) -> Any:
