@@ -26,9 +26,10 @@ from planner_core.cluster import worker
 from planner_core.cluster.parcels import Packer, Parcel, pack_looked, squeezed, unpack_looked
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import ClusterError, MissingPackageError, one_line
-from planner_core.model import FloatArray, PlanSettings, Survey
+from planner_core.model import FloatArray, Survey
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.requirements.look_around import Asked, Looked, in_a_row, look_around_here
+from planner_core.requirements.goals import Goals
+from planner_core.requirements.look_around import Looked, in_a_row, look_around_here
 
 LOCAL = "local"
 #: Without a scheduler or a worker for so long, this process goes on alone.
@@ -60,10 +61,9 @@ class Cluster:
     def look_around(
         self,
         survey: Survey,
-        settings: PlanSettings,
         engine: ScanEngine,
         positions_m: FloatArray,
-        asked: Asked,
+        goals: Goals,
         *,
         notes_needed: bool,
         progress: Progress,
@@ -76,19 +76,19 @@ class Cluster:
             All workers that there are scan otherwise than this process, or are of another version.
         """
         scene = self._packer.parcel((survey.scene, replace(survey.patches, counted=None)))
-        question = worker.Question(survey, settings, asked, notes_needed, engine.name, scene.digest)
+        question = worker.Question(survey, goals, notes_needed, engine.name, scene.digest)
         parcel = self._packer.parcel(question)
 
         def here(batch: FloatArray) -> Looked:
             return look_around_here(
-                survey, settings, engine, batch, asked, notes_needed=notes_needed, progress=lambda event: None
+                survey, engine, batch, goals, notes_needed=notes_needed, progress=lambda event: None
             )
 
         progress(ProgressEvent("scan", 0, len(positions_m), "cluster"))
         deal = _Deal(self, parcel, positions_m, here, progress)
         answers = deal.answers()
         n_patches = survey.patches.n_patches
-        n_stacked = n_patches if asked.plain else n_patches * len(asked.qualities)
+        n_stacked = n_patches if goals.plain else n_patches * len(goals.qualities)
         return in_a_row([unpack_looked(answers[first], n_patches, n_stacked) for first in sorted(answers)])
 
     # -------------------------------------------------------------------------------------------- workers

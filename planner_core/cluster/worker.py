@@ -22,9 +22,10 @@ from numpy.typing import NDArray
 import planner_core
 from planner_core.cluster.parcels import pack_looked, unpacked, unsqueezed
 from planner_core.engine.scan_engine import ScanEngine, open_engine
-from planner_core.model import FloatArray, PlanSettings, Survey
+from planner_core.model import FloatArray, Survey
 from planner_core.progress import silent
-from planner_core.requirements.look_around import Asked, look_around_here
+from planner_core.requirements.goals import Goals
+from planner_core.requirements.look_around import look_around_here
 
 #: Questions, engines and arrays beyond these are forgotten, the oldest first.
 _MOST_QUESTIONS, _MOST_ENGINES = 4, 2
@@ -55,8 +56,7 @@ class Question:
     """What positions are looked from for. engine_of : hash of scene and patches. engine : its kind."""
 
     survey: Survey
-    settings: PlanSettings
-    asked: Asked
+    goals: Goals
     notes_needed: bool
     engine: str
     engine_of: str
@@ -131,10 +131,9 @@ def look(digest: str, positions_m: FloatArray) -> bytes:
         engine = _engine(question)
         looked = look_around_here(
             question.survey,
-            question.settings,
             engine,
             np.asarray(positions_m),
-            question.asked,
+            question.goals,
             notes_needed=question.notes_needed,
             progress=silent,
         )

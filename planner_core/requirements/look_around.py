@@ -108,10 +108,9 @@ class Spread(Protocol):
     def look_around(
         self,
         survey: Survey,
-        settings: PlanSettings,
         engine: ScanEngine,
         positions_m: FloatArray,
-        asked: Asked,
+        goals: Goals,
         *,
         notes_needed: bool,
         progress: Progress,
@@ -147,20 +146,15 @@ def look_around(
     """Look from each of positions (N, 3), here or, within `spread_over`, elsewhere: the same to the bit."""
     spread = _spread.get()
     if spread is None or positions_m.shape[0] < _WORTH_SPREADING:
-        return look_around_here(
-            survey, settings, engine, positions_m, asked, notes_needed=notes_needed, progress=progress
-        )
-    return spread.look_around(
-        survey, settings, engine, positions_m, asked, notes_needed=notes_needed, progress=progress
-    )
+        return look_around_here(survey, engine, positions_m, goals, notes_needed=notes_needed, progress=progress)
+    return spread.look_around(survey, engine, positions_m, goals, notes_needed=notes_needed, progress=progress)
 
 
 def look_around_here(
     survey: Survey,
-    settings: PlanSettings,
     engine: ScanEngine,
     positions_m: FloatArray,
-    asked: Asked,
+    goals: Goals,
     *,
     notes_needed: bool,
     progress: Progress,
