@@ -44,6 +44,8 @@ _JOIN_AT_ONCE = 16
 #: Of the same batch, at the end.
 _MOST_COPIES = 2
 _LOOK_S = 0.5
+#: An answer of megabytes from a worker that is there.
+_FETCHES_WITHIN_S = 15.0
 #: A worker may crash over batches of its own; one batch that fails so often is done here.
 _MOST_FAILURES = 3
 #: What Dask raises of workers and results that are gone while the scheduler is there.
@@ -204,8 +206,9 @@ class _Deal:
 
     def _find_workers(self) -> None:
         there = self._cluster.workers()
-        for address in self._used - there:
-            self._used.discard(address)
+        self._used &= there
+        for address in self._joining.keys() - there:  # its thread waits for an answer until the connection is closed
+            del self._joining[address]
         for future, (address, first) in list(self._out.items()):
             if address not in there:
                 del self._out[future]
@@ -287,11 +290,15 @@ class _Deal:
         self._some_done.clear()
         for future in [each for each in self._out if each.done()]:
             address, first = self._out.pop(future)
-            if future.status == "finished":
-                self._answers.setdefault(first, future.result(timeout=PATIENCE_S))
-            else:
-                self._failed(address, first, future)
-            future.release()
+            try:
+                if future.status == "finished":
+                    self._answers.setdefault(first, future.result(timeout=_FETCHES_WITHIN_S))
+                else:
+                    self._failed(address, first, future)
+                future.release()
+            except _LOST:  # it was done, and its worker died before it gave the answer away
+                self._put_back(first)
+                self._used.discard(address)
 
     def _failed(self, address: str, first: int, future: Any) -> None:
         """Put a batch back; what a worker lacks is sent again; what fails again and again is done here."""

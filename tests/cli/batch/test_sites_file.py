@@ -14,7 +14,7 @@ from planner_core.errors import RequirementError
 from planner_core.requirements.yaml_or_json import read_document
 
 #: Of `tlsplan plan`, what says where a plan is written, how it is shown, and what scans it.
-NOT_OF_A_SITE = {"output", "overwrite", "json", "quiet", "engine", "device", "method_options"}
+NOT_OF_A_SITE = {"output", "overwrite", "json", "quiet", "engine", "device", "scheduler", "method_options"}
 
 
 def written(folder: Path, text: str, **files: str) -> Path:
