@@ -15,12 +15,13 @@ import numpy as np
 
 import scenes_synthetic
 from planner_core.coverage.coverage import floor_of_patch
-from planner_core.coverage.survey import make_survey, planned_floors, visible_from
+from planner_core.coverage.survey import make_survey, visible_from
 from planner_core.device import open_device
 from planner_core.engine.opencl import OpenCLEngine
-from planner_core.model import BoolArray, PlanSettings
+from planner_core.model import BoolArray, PlanSettings, Requirements
 from planner_core.network.candidate_links import candidate_links
 from planner_core.network.links import surface_of_patches
+from planner_core.positions.admissibility import Tripods
 from planner_core.positions.grid import find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
@@ -55,12 +56,12 @@ def scanned(name: str, scan: Scan, survey: Survey) -> Instance:
         instrument_heights_m=(scan.height_m,),
         grid_step_m=scan.grid_m,
         max_patch_area_m2=scan.patch_m2,
+        requirements=Requirements(floors=scan.floors),
     )
     made = make_survey(scene, settings)
     engine = OpenCLEngine(scene, made.patches, open_device())
-    floors = planned_floors(made.floors, scan.floors)
-    candidates = find_candidates(made, settings, engine, floors=floors)
-    seen = visible_from(made, settings, engine, candidates.position_m)
+    candidates = find_candidates(Tripods(made, settings, engine))
+    seen = visible_from(made, engine, candidates.position_m)
     area_m2 = made.patches.area_m2
     n = seen.n_positions
     sees: BoolArray = np.zeros((n, area_m2.size), dtype=bool)
