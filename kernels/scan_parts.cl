@@ -40,32 +40,33 @@ kernel void scan_part(TREE_ARGUMENTS, GRID_ARGUMENTS, global const int *chosen, 
     trace_tile(&returns, boxes, children, geometry, triangles, tiles + (size_t)tile * TILE_FLOATS, own,
                rectangles + (size_t)tile * (4 * PACKETS), ox, oy, oz, LEAST(farthest, range_max));
     const size_t image = (size_t)position * image_beams + first_beam;
-    for (int p = 0; p < PACKETS; ++p) {
-        const Place place = place_of(places, (size_t)tile * PACKETS + p);
-        global const float *d = own + p * (3 * LANES);
-        const Hit hit = resolve(geometry, slot, edges, address, ox, oy, oz, LANES_LOAD(d), LANES_LOAD(d + LANES),
-                                LANES_LOAD(d + 2 * LANES), returns.inverse[p], returns.triangle[p], range_min, range_max);
-        float inverse[LANES], range[LANES], cosine[LANES];
-        int met[LANES], triangle[LANES], patch[LANES];
-        store_lanes(returns.inverse[p], inverse);
-        store_lanes(returns.triangle[p], met);
-        store_lanes(hit.range, range);
-        store_lanes(hit.triangle, triangle);
-        store_lanes(hit.patch, patch);
-        store_lanes(hit.cos_incidence, cosine);
-        for (int lane = 0; lane < LANES; ++lane) {
-            if (met[lane] < 0) continue;
-            const size_t at = state + p * LANES + lane;
-            const int name = numbers[met[lane] & ~BESIDE_BIT] | (met[lane] & BESIDE_BIT);
-            if (inverse[lane] < nearest[at] || (inverse[lane] == nearest[at] && name > named[at])) continue;
-            nearest[at] = inverse[lane];
-            named[at] = name;
-            if (lane < place.begin || lane >= place.end) continue;
-            const size_t to = image + place_of_lane(place, lane, columns);
-            range_out[to] = range[lane];
-            triangle_out[to] = triangle[lane] < 0 ? -1 : numbers[triangle[lane]];
-            patch_out[to] = patch[lane];
-            cosine_out[to] = cosine[lane];
+    for (int p = 0; p < PACKETS; p += TOGETHER) {
+        Hit hits[TOGETHER];
+        resolve_packets(hits, &returns, p, own, geometry, slot, edges, address, numbers, ox, oy, oz, range_min, range_max);
+        EACH_PACKET(k) {
+            const Place place = place_of(places, (size_t)tile * PACKETS + p + k);
+            float inverse[LANES], range[LANES], cosine[LANES];
+            int met[LANES], triangle[LANES], patch[LANES];
+            store_lanes(returns.inverse[p + k], inverse);
+            store_lanes(returns.triangle[p + k], met);
+            store_lanes(hits[k].range, range);
+            store_lanes(hits[k].named, triangle);
+            store_lanes(hits[k].patch, patch);
+            store_lanes(hits[k].cos_incidence, cosine);
+            for (int lane = 0; lane < LANES; ++lane) {
+                if (met[lane] < 0) continue;
+                const size_t at = state + (p + k) * LANES + lane;
+                const int name = numbers[met[lane] & ~BESIDE_BIT] | (met[lane] & BESIDE_BIT);
+                if (inverse[lane] < nearest[at] || (inverse[lane] == nearest[at] && name > named[at])) continue;
+                nearest[at] = inverse[lane];
+                named[at] = name;
+                if (lane < place.begin || lane >= place.end) continue;
+                const size_t to = image + place_of_lane(place, lane, columns);
+                range_out[to] = range[lane];
+                triangle_out[to] = triangle[lane];
+                patch_out[to] = patch[lane];
+                cosine_out[to] = cosine[lane];
+            }
         }
     }
 }

@@ -116,10 +116,8 @@ def build_tree(scene: Scene, device: Device) -> Tree:
         The device's memory does not suffice: some 130 bytes a triangle while building.
     """
     triangles = {"vertices": scene.vertices_m.astype(np.float32), "corners": scene.triangles}
-    with device.inputs("triangles", triangles) as mesh:
-        binary = cluster_triangles(device, mesh["vertices"], mesh["corners"], scene.n_triangles)
-        outline, arrays = widen(device, scene, mesh["vertices"], mesh["corners"], binary)
-        device.finish("building the tree")  # a kernel that failed leaves no tree, not one that fails later
+    binary = cluster_triangles(device, triangles, scene.n_triangles)
+    outline, arrays = widen(device, scene, triangles, binary)
     return Tree(
         device=device,
         on_device=arrays,

@@ -5,9 +5,12 @@ Float32, metres, local frame. Deterministic: places follow from prefix sums, and
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner_core.device import Buffer, Device, Program
 from planner_core.device.sort import chunk_count, sort_pairs
@@ -46,17 +49,20 @@ class Binary:
     spare: tuple[Buffer, Buffer, Buffer]
 
 
-def cluster_triangles(device: Device, vertices: Buffer, corners: Buffer, n_triangles: int) -> Binary:
-    """Build the binary tree of `n_triangles` >= 1 triangles: corners (T, 3) int32 of vertices (V, 3) float32."""
+def cluster_triangles(device: Device, triangles: Mapping[str, NDArray[Any]], n_triangles: int) -> Binary:
+    """Build the binary tree of `n_triangles` >= 1 triangles: vertices (V, 3) float32, corners (T, 3) int32."""
     leaves = device.program("tree_leaves.cl", {"LANES": 1, "MORTON_BITS": _MORTON_BITS, "PAD": _PAD})
     n_chunks = chunk_count(device, n_triangles)
-    mesh = (vertices, corners, np.int32(n_triangles))
-    order, free_order, free_keys, free_keys_too = _sort_along_curve(device, leaves, mesh, n_chunks)
     stride = n_triangles + 2 * _PAD
     sizes = (24 * stride, 4 * n_triangles, 4 * n_triangles)
-    now = tuple(device.allocate("clusters", size, is_filled=True) for size in sizes)
-    units = device.allocate("units of treelets", 32 * n_triangles, is_filled=True)
-    leaves.run("make_leaves", (n_chunks,), *mesh, order, now[0], np.int32(stride), *now[1:], units)
+    # The mesh goes before the other half of the clusters comes: together they would be the most memory of all.
+    with device.inputs("triangles", triangles) as there:
+        mesh = (there["vertices"], there["corners"], np.int32(n_triangles))
+        order, free_order, free_keys, free_keys_too = _sort_along_curve(device, leaves, mesh, n_chunks)
+        now = tuple(device.allocate("clusters", size, is_filled=True) for size in sizes)
+        units = device.allocate("units of treelets", 32 * n_triangles, is_filled=True)
+        leaves.run("make_leaves", (n_chunks,), *mesh, order, now[0], np.int32(stride), *now[1:], units)
+        device.finish("sorting triangles")
     then = tuple(device.allocate("clusters", size, is_filled=True) for size in sizes)
     binary = Binary(
         order=order,

@@ -5,9 +5,12 @@ Float32, metres, local frame; layout in kernels/tree.h and kernels/block.h.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner_core.device import Buffer, Device, Program
 from planner_core.device.precision import has_float64
@@ -45,7 +48,7 @@ class Outline:
 
 
 def widen(
-    device: Device, scene: Scene, vertices: Buffer, corners: Buffer, binary: Binary
+    device: Device, scene: Scene, triangles: Mapping[str, NDArray[Any]], binary: Binary
 ) -> tuple[Outline, dict[str, Buffer]]:
     """Make the arrays that kernels walk.
 
@@ -73,15 +76,17 @@ def widen(
         uploaded = device.upload("normals and edges of triangles", measured)
         arrays["edges"], normals = uploaded["edges"], uploaded["normals"]
     block_box = device.allocate("boxes of blocks", 32 * outline.n_blocks)
-    program.run(
-        "fill_blocks",
-        (chunk_count(device, outline.n_blocks),),
-        *(vertices, corners, binary.order, normals, *_binary_arguments(binary)),
-        *(outline.blocks, np.int32(outline.n_blocks)),
-        *(arrays[name] for name in ("geometry", "triangle", "slot", "edges")),
-        block_box,
-    )
-    _write_nodes(device, program, binary, outline, block_box, arrays)
+    with device.inputs("triangles", triangles) as mesh:
+        program.run(
+            "fill_blocks",
+            (chunk_count(device, outline.n_blocks),),
+            *(mesh["vertices"], mesh["corners"], binary.order, normals, *_binary_arguments(binary)),
+            *(outline.blocks, np.int32(outline.n_blocks)),
+            *(arrays[name] for name in ("geometry", "triangle", "slot", "edges")),
+            block_box,
+        )
+        _write_nodes(device, program, binary, outline, block_box, arrays)
+        device.finish("building the tree")  # a kernel that failed leaves no tree, not one that fails later
     return outline, arrays
 
 

@@ -113,8 +113,8 @@ def test_memory_stays_within_what_is_allowed(
 ) -> None:
     most, real = [0], Device._keep
 
-    def keep(self: Device, handle: Any, n_bytes: int) -> Any:
-        buffer = real(self, handle, n_bytes)
+    def keep(self: Device, handle: Any, n_bytes: int, memory: Any = None) -> Any:
+        buffer = real(self, handle, n_bytes, memory)
         most[0] = max(most[0], self.held_bytes)
         return buffer
 

@@ -272,8 +272,8 @@ def test_building_takes_130_bytes_a_triangle(
     scene = shapes.scene_of(*shapes.sphere_of(2.0, 100, 200))
     most, real, before = [0], Device._keep, device.held_bytes
 
-    def keep(self: Device, handle: object, n_bytes: int) -> object:
-        buffer = real(self, handle, n_bytes)
+    def keep(self: Device, handle: object, n_bytes: int, memory: object = None) -> object:
+        buffer = real(self, handle, n_bytes, memory)
         most[0] = max(most[0], self.held_bytes - before)
         return buffer
 

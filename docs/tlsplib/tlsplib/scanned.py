@@ -74,7 +74,7 @@ def scanned(name: str, scan: Scan, survey: Survey) -> Instance:
         links[np.repeat(np.arange(n), np.diff(found.starts)), found.neighbour] = True
     floor = floor_of_patch(made.patches, made.floor_of_triangle)
     zone = np.full(area_m2.size, -1, dtype=np.int64)
-    for number, index in enumerate(floors):
+    for number, index in enumerate(made.planned):
         zone[floor == index] = number
     ticks = np.rint(area_m2 * TICKS_PER_M2).astype(np.int64)
     keep = (ticks > 0) & ((zone >= 0) if scan.floors else np.ones(ticks.size, dtype=bool))
