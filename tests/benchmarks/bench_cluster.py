@@ -25,7 +25,8 @@ from planner_core.engine.scan_engine import open_engine
 from planner_core.model import PlanSettings, PointLimits, Requirements, ScanBy
 from planner_core.operating_system import n_usable_cores
 from planner_core.progress import silent
-from planner_core.requirements.look_around import Asked, look_around_here
+from planner_core.requirements.goals import goals_of
+from planner_core.requirements.look_around import look_around_here
 from planner_core.scanner.load_scanner import load_scanner
 
 N_POSITIONS, N_TASKS = 164, 100
@@ -40,19 +41,22 @@ def seconds(work: Callable[[], Any]) -> float:
 
 def measure(rounds: int) -> str:
     settings = PlanSettings(
-        scanner=load_scanner("rtc360"), requirements=Requirements(), scan_mode=ScanBy.PATCHES, max_patch_area_m2=0.16
+        scanner=load_scanner("rtc360"),
+        requirements=Requirements(asked=PointLimits(spacing_m=0.006, range_m=20.0)),
+        scan_mode=ScanBy.PATCHES,
+        max_patch_area_m2=0.16,
     )
     survey = make_survey(scenes_synthetic.build("house").scene, settings)
     engine = open_engine(survey.scene, survey.patches)
-    asked = Asked((PointLimits(spacing_m=0.006, range_m=20.0),), (None,))
+    goals = goals_of(survey, settings.requirements)
     low, high = survey.scene.vertices_m.min(axis=0), survey.scene.vertices_m.max(axis=0)
     at_m = np.random.default_rng(1).uniform(low + 0.5, high - 0.5, (N_POSITIONS, 3))
 
     def here(positions_m: Any = at_m) -> Any:
-        return look_around_here(survey, settings, engine, positions_m, asked, notes_needed=True, progress=silent)
+        return look_around_here(survey, engine, positions_m, goals, notes_needed=True, progress=silent)
 
     looked = here(at_m[:_BATCH])
-    question = worker.Question(survey, settings, asked, True, engine.name, "")
+    question = worker.Question(survey, goals, True, engine.name, "")
     parcel = Packer().parcel((replace(question, engine_of="x" * 64), survey.patches))
     supplied = len(parcel.body) + sum(len(squeezed(each)) for each in parcel.arrays.values())
     entries, answer = looked.rows.seen.patch.size + looked.rows.met.patch.size, len(pack_looked(looked))
@@ -76,7 +80,7 @@ def measure(rounds: int) -> str:
         with open_cluster(f"local:{count}", tell=print) as cluster:
 
             def spread_out(cluster: Any = cluster) -> Any:
-                return cluster.look_around(survey, settings, engine, at_m, asked, notes_needed=True, progress=silent)
+                return cluster.look_around(survey, engine, at_m, goals, notes_needed=True, progress=silent)
 
             first = seconds(spread_out)
             pairs = [(seconds(here), seconds(spread_out)) for _ in range(rounds)]

@@ -19,9 +19,19 @@ import pytest
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
-from planner_core.model import FloatArray, PlanSettings, PointLimits, Proven, Requirements, ScanBy, Survey
+from planner_core.model import (
+    FloatArray,
+    PartRequirement,
+    PlanSettings,
+    PointLimits,
+    Proven,
+    Requirements,
+    ScanBy,
+    Survey,
+)
 from planner_core.progress import silent
-from planner_core.requirements.look_around import Asked, Looked, look_around_here
+from planner_core.requirements.goals import Goals, goals_of
+from planner_core.requirements.look_around import Looked, look_around_here
 from planner_core.scanner.load_scanner import load_scanner
 
 PATIENCE_S = 240.0
@@ -43,35 +53,34 @@ class Look:
 
     survey: Survey
     engine: ScanEngine
-    asked: Asked
+    goals: Goals
     positions_m: FloatArray
     settings: PlanSettings = SETTINGS
 
     def here(self, positions_m: FloatArray | None = None) -> Looked:
         at_m = self.positions_m if positions_m is None else positions_m
-        return look_around_here(
-            self.survey, self.settings, self.engine, at_m, self.asked, notes_needed=True, progress=silent
-        )
+        return look_around_here(self.survey, self.engine, at_m, self.goals, notes_needed=True, progress=silent)
 
     def by(self, spread: Any) -> Looked:
         return spread.look_around(
-            self.survey, self.settings, self.engine, self.positions_m, self.asked, notes_needed=True, progress=silent
+            self.survey, self.engine, self.positions_m, self.goals, notes_needed=True, progress=silent
         )
 
 
-def made_look(asked: Asked, settings: PlanSettings = SETTINGS) -> Look:
+def made_look(settings: PlanSettings = SETTINGS) -> Look:
     survey = make_survey(scenes_synthetic.build("two-rooms").scene, settings)
     low, high = survey.scene.vertices_m.min(axis=0), survey.scene.vertices_m.max(axis=0)
     at_m = np.random.default_rng(5).uniform(low + 0.4, high - 0.4, (83, 3))
-    return Look(survey, open_engine(survey.scene, survey.patches), asked, at_m, settings)
+    goals = goals_of(survey, settings.requirements)
+    return Look(survey, open_engine(survey.scene, survey.patches), goals, at_m, settings)
 
 
 @pytest.fixture(scope="session")
 def look() -> Look:
-    """Limits of all, and others of every third patch."""
-    n_patches = make_survey(scenes_synthetic.build("two-rooms").scene, SETTINGS).patches.n_patches
-    limits = PointLimits(range_m=6.0, incidence_rad=1.2), PointLimits(spacing_m=0.05)
-    return made_look(Asked(limits, (None, np.arange(n_patches) % 3 == 0)))
+    """Limits of all, and others of what is low."""
+    low = PartRequirement("low", 0.9, PointLimits(spacing_m=0.05), heights_m=(0.0, 1.0))
+    limits = PointLimits(range_m=6.0, incidence_rad=1.2)
+    return made_look(replace(SETTINGS, requirements=Requirements(coverage=0.9, asked=limits, parts=(low,))))
 
 
 def assert_same_bits(found: Looked, expected: Looked) -> None:

@@ -1,28 +1,21 @@
 """What travels: parcels are what they were made of, arrays once, and pieces of a look are the look."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from planner_core.cluster import parcels
 from planner_core.cluster.parcels import Packer, pack_looked, squeezed, unpack_looked, unpacked, unsqueezed
-from planner_core.model import PointLimits, ScanBy
-from planner_core.requirements.look_around import Asked, in_a_row
+from planner_core.model import ScanBy
+from planner_core.requirements.look_around import in_a_row
 
 from .conftest import SETTINGS, Look, assert_same_bits, made_look
 
-PLAIN = Asked((PointLimits(),), (None,))
 
-
-def looks() -> list[pytest.param]:
-    from dataclasses import replace
-
-    beams = replace(SETTINGS, scan_mode=ScanBy.BEAMS)
-    return [pytest.param(PLAIN, SETTINGS, id="samples"), pytest.param(PLAIN, beams, id="beams")]
-
-
-@pytest.mark.parametrize(("asked", "settings"), looks())
-def test_plain_looks_travel_unchanged_and_pieces_are_the_whole(asked: Asked, settings) -> None:  # type: ignore[no-untyped-def]
-    check(made_look(asked, settings))
+@pytest.mark.parametrize("scan_mode", [ScanBy.PATCHES, ScanBy.BEAMS])
+def test_plain_looks_travel_unchanged_and_pieces_are_the_whole(scan_mode: ScanBy) -> None:
+    check(made_look(replace(SETTINGS, scan_mode=scan_mode)))
 
 
 def test_looks_with_limits_travel_unchanged_and_pieces_are_the_whole(look: Look) -> None:
@@ -44,7 +37,7 @@ def test_a_parcel_leaves_large_arrays_to_be_sent_once(look: Look, monkeypatch: p
     monkeypatch.setattr(parcels, "_LEAST_BYTES", 64)  # the scene is small
     packer = Packer()
     one = packer.parcel((look.survey, look.settings))
-    other = packer.parcel((look.survey, look.asked))
+    other = packer.parcel((look.survey, look.goals))
     assert set(one.arrays) & set(other.arrays), "arrays of the survey are the same"
     assert not any(array.tobytes() in one.body for array in one.arrays.values())
     sent = {name: unsqueezed(squeezed(array)) for name, array in one.arrays.items()}

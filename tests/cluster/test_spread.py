@@ -179,7 +179,7 @@ def looked_while(look: Look, processes: Processes, disturb: Any) -> Looked:
     with open_cluster(processes.address, tell=print) as cluster:
         until(lambda: len(cluster.workers()) == len(processes.workers))
         return cluster.look_around(
-            look.survey, look.settings, look.engine, look.positions_m, look.asked, notes_needed=True, progress=hear
+            look.survey, look.engine, look.positions_m, look.goals, notes_needed=True, progress=hear
         )
 
 
