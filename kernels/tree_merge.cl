@@ -215,14 +215,23 @@ kernel void merge_rest(TREE_ARGUMENTS, global float *boxes, global int *id, glob
 /* Nodes whose choices a work-item looks at side by side. */
 #define NODE_RUN 16
 
+/* List of every node the level whose treelet it is the root of, -1: none. Read apart from `choices`, which others write. */
+kernel void list_treelets(int n_nodes, global const uint *choices, global int *level_of)
+{
+    for (int node = get_global_id(0); node < n_nodes; node += get_global_size(0)) {
+        const bool is_root = (choices[node] & (UNIT | PENDING)) == (UNIT | PENDING);
+        level_of[node] = is_root ? (int)(choices[node] & ~(UNIT | PENDING)) : -1;
+    }
+}
+
 /* Build the treelets of one level anew, after all of those below. Roots have high numbers, so that runs of nodes are dealt
  * to the work-items in turn. */
-kernel void build_treelets(TREE_ARGUMENTS, int level)
+kernel void build_treelets(TREE_ARGUMENTS, global const int *level_of, int level)
 {
     const int step = NODE_RUN * get_global_size(0);
     for (int first = NODE_RUN * get_global_id(0); first < n_triangles - 1; first += step) {
         const int end = LEAST(first + NODE_RUN, n_triangles - 1);
         for (int node = first; node < end; ++node)
-            if (choices[node] == (UNIT | PENDING | (uint)level)) finish_treelet(TREE, node);
+            if (level_of[node] == level) finish_treelet(TREE, node);
     }
 }

@@ -126,5 +126,7 @@ def _merge_all(
     clusters = (*now, stride, np.int32(n), nearest, np.int32(n_nodes), *then)
     program.run("merge_rest", (1,), *tree, *clusters, *radii, *distances, counts)
     device.read(counts, totals)
+    n_chunks = chunk_count(device, n_triangles)
+    program.run("list_treelets", (n_chunks,), np.int32(n_triangles - 1), binary.choices, nearest)
     for level in range(int(totals[0])):
-        program.run("build_treelets", (chunk_count(device, n_triangles),), *tree, np.int32(level))
+        program.run("build_treelets", (n_chunks,), *tree, nearest, np.int32(level))
