@@ -12,7 +12,8 @@ from planner_core.cache import keep, kept_file, read_kept
 from planner_core.device import check, pocl
 from planner_core.device.drivers import all_devices
 from planner_core.device.faults import driver_errors
-from planner_core.device.runtime import Device, kernels_hash
+from planner_core.device.runtime import Device
+from planner_core.device.sources import kernels_hash
 from planner_core.errors import DeviceError
 
 #: Names the device where a call names none: part of its name or its number in `list_devices`.

@@ -7,7 +7,6 @@ it aborted in the kernel's own event, and nowhere else for certain.
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 import sys
@@ -15,8 +14,6 @@ import tempfile
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from functools import cache
-from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -24,6 +21,7 @@ from numpy.typing import NDArray
 
 from planner_core.device.faults import device_error, driver_errors
 from planner_core.device.pocl import HIGHEST_LEVEL, name_given
+from planner_core.device.sources import kernel_source, kernels_hash
 from planner_core.errors import DeviceError, DeviceMemoryError
 
 #: Device memory that we may use at most, such as `8GB` or `500MB`; unset: what the device has.
@@ -31,7 +29,6 @@ MEMORY_VARIABLE = "TLSPLAN_MEMORY"
 _MEMORY = re.compile(r"(\d+(?:\.\d+)?) ?(MB|GB|MiB|GiB)", re.IGNORECASE)
 _UNITS = {"mb": 10**6, "gb": 10**9, "mib": 2**20, "gib": 2**30}
 
-_INCLUDE = re.compile(r'^\s*#include\s+"([\w.]+)"\s*$')
 #: Share of the device's memory that we take at most: drivers and other programs need some too.
 _USABLE_SHARE = 0.9
 #: BUILD_PROGRAM_FAILURE, COMPILE_PROGRAM_FAILURE, LINK_PROGRAM_FAILURE, INVALID_BUILD_OPTIONS: there is a log to read.
@@ -460,46 +457,6 @@ def _large_pages(n_bytes: int) -> NDArray[np.uint8]:
     memory = np.empty(n_bytes + _ALIGNMENT, dtype=np.uint8)
     start = -memory.ctypes.data % _ALIGNMENT
     return memory[start : start + n_bytes]
-
-
-@cache
-def kernel_source(file: str) -> str:
-    """Text of `kernels/<file>` with our own includes expanded, each once: no include path is needed to build it.
-
-    Read once a process: every launch asks for its program by this text, and reading took a third of a scan's time.
-    """
-    return expand_includes(_read(file), file)
-
-
-def expand_includes(text: str, file: str, seen: set[str] | None = None) -> str:
-    """Replace `#include "x"` by the text of `kernels/x`, the first time; keep line numbers for the compiler."""
-    seen = {file} if seen is None else seen
-    lines = [f'#line 1 "{file}"']
-    for number, line in enumerate(text.splitlines(), 1):
-        include = _INCLUDE.match(line)
-        if include is None:
-            lines.append(line)
-            continue
-        if (name := include[1]) not in seen:
-            seen.add(name)
-            lines.append(expand_includes(_read(name), name, seen))
-        lines.append(f'#line {number + 1} "{file}"')
-    return "\n".join(lines)
-
-
-@cache
-def kernels_hash() -> str:
-    """Hash of all kernel sources: what was found out with others holds no longer."""
-    digest = hashlib.sha256()
-    for source in sorted(resources.files("planner_core.kernels").iterdir(), key=lambda entry: entry.name):
-        if source.name.endswith((".cl", ".h")):
-            digest.update(source.name.encode())
-            digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def _read(file: str) -> str:
-    return (resources.files("planner_core.kernels") / file).read_text(encoding="utf-8")
 
 
 def _memory_allowed() -> int:

@@ -11,7 +11,7 @@ import pytest
 from pyopencl import _cl
 
 from planner_core.device import DEVICE_VARIABLE, Device, check, choice, keep_fastest, list_devices, open_device
-from planner_core.device.runtime import kernel_source
+from planner_core.device.sources import kernel_source
 from planner_core.errors import DeviceError, PlannerError
 
 pytestmark = pytest.mark.opencl

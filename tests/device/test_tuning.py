@@ -16,7 +16,7 @@ from tlsplan import start_time
 from tlsplan.commands import doctor
 
 from planner_core.cache import cache_folder
-from planner_core.device import Device, choice, list_devices, open_device, runtime
+from planner_core.device import Device, choice, list_devices, open_device, runtime, sources
 from planner_core.engine import tuning
 from planner_core.engine.measure_shapes import ShapeTimes, measure_shapes
 from planner_core.engine.opencl import OpenCLEngine
@@ -40,7 +40,7 @@ OTHER = (4, 16, 4)
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A cache folder of the test's own; what the process remembers of files is forgotten before and after."""
     monkeypatch.setenv("TLSPLAN_CACHE", str(tmp_path / "cache"))
-    runtime.kernels_hash.cache_clear()
+    sources.kernels_hash.cache_clear()
     tuning._read.cache_clear()
     yield tmp_path / "cache"
     tuning._read.cache_clear()
@@ -102,12 +102,12 @@ def test_other_kernels_do_not_take_it(device: Device, monkeypatch: pytest.Monkey
 def test_the_hash_is_that_of_every_kernel_source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a.cl").write_text("one")
     (tmp_path / "b.h").write_text("two")
-    monkeypatch.setattr(runtime.resources, "files", lambda _: tmp_path)
+    monkeypatch.setattr(sources.resources, "files", lambda _: tmp_path)
     seen = set()
     for change in (None, ("a.cl", "three"), ("b.h", "four"), ("c.cl", "five"), ("README.md", "no kernel")):
         if change is not None:
             (tmp_path / change[0]).write_text(change[1])
-        seen.add(runtime.kernels_hash.__wrapped__())
+        seen.add(sources.kernels_hash.__wrapped__())
     assert len(seen) == 4
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from planner_core.device import Device
-from planner_core.device.runtime import expand_includes
+from planner_core.device.sources import expand_includes
 
 PROBE = """
 #include "block.h"

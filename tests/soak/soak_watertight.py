@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from verdicts import Floats, Ints
 
 from planner_core.device import Device, open_device
-from planner_core.device.runtime import kernels_hash
+from planner_core.device.sources import kernels_hash
 from planner_core.engine.open3d import import_open3d
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.tuning import tile_shape, use_shape

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from planner_core.device.runtime import expand_includes
+from planner_core.device.sources import expand_includes
 from planner_core.paper.genetic.philox import Draws, Purpose, below, philox, threshold
 
 #: Counter, key, result: known answers of Philox4x32-10 (Salmon et al. 2011, Random123).
