@@ -53,7 +53,10 @@ class Row:
 
 @dataclass(frozen=True)
 class Total(Row):
-    """The sum of the planned buildings of a portfolio. jobs : all of them; failed : those that could not be planned."""
+    """The sum of the planned buildings of a portfolio. jobs : all of them; failed : those that could not be planned.
+
+    requirements_met : False where a plan misses one; None where none does, but there is not a plan of every building.
+    """
 
     jobs: int = 0
     failed: int = 0
@@ -131,11 +134,12 @@ def _cost(stations: int, time_s: float | None, prices: PriceEntries | None) -> f
 
 def _total(portfolio: str, rows: Sequence[Row]) -> Total:
     planned = [row for row in rows if row.state == PLANNED]
-    stations = sum(row.stations or 0 for row in planned)
+    stations = _sum(row.stations for row in planned)
     bound = _sum(row.lower_bound for row in planned)
     area_m2 = sum(row.scannable_m2 or 0.0 for row in planned)
     covered_m2 = sum((row.coverage or 0.0) * (row.scannable_m2 or 0.0) for row in planned)
     states = {row.state for row in rows}
+    misses = any(row.requirements_met is False for row in planned)
     return Total(
         name=portfolio,
         portfolio=portfolio,
@@ -146,8 +150,8 @@ def _total(portfolio: str, rows: Sequence[Row]) -> Total:
         gap=None if bound is None or not stations else round((stations - bound) / stations, 9),
         unconnected_groups=_sum(row.unconnected_groups for row in planned),
         coverage=None if area_m2 == 0 else round(covered_m2 / area_m2, 9),
-        scannable_m2=round(area_m2, 3),
-        requirements_met=None if not planned else all(row.requirements_met for row in planned),
+        scannable_m2=round(area_m2, 3) if planned else None,
+        requirements_met=False if misses else True if states == {PLANNED} else None,
         field_time_s=_sum(row.field_time_s for row in planned),
         cost=_sum(row.cost for row in planned),
         jobs=len(rows),
@@ -210,7 +214,7 @@ def _columns(prices: PriceEntries | None) -> list[tuple[str, Callable[[Row], str
         ("gap %", lambda row: _percent(row.gap)),
         ("groups", lambda row: _whole(row.unconnected_groups)),
         ("coverage %", lambda row: _percent(row.coverage)),
-        ("scannable m2", lambda row: "" if row.scannable_m2 is None else f"{row.scannable_m2:.0f}"),
+        ("scannable m²", lambda row: "" if row.scannable_m2 is None else f"{row.scannable_m2:.0f}"),
         ("requirements", lambda row: {None: "", True: "met", False: "NOT MET"}[row.requirements_met]),
         ("field time", lambda row: hours(row.field_time_s)),
     ]
@@ -222,7 +226,8 @@ def _columns(prices: PriceEntries | None) -> list[tuple[str, Callable[[Row], str
 
 def _counts(rows: Sequence[Row]) -> str:
     told = ((sum(row.state == state for row in rows), state) for state in (PLANNED, FAILED, WAITING))
-    return ", ".join(f"{count} {state}" for count, state in told if count)
+    text = ", ".join(f"{count} {state}" for count, state in told if count)
+    return text if all(row.state == PLANNED for row in rows) else f"{text}; totals are of the planned ones"
 
 
 def _called(row: Row) -> str:
