@@ -127,6 +127,7 @@ def _merge_all(
     program.run("merge_rest", (1,), *tree, *clusters, *radii, *distances, counts)
     device.read(counts, totals)
     n_chunks = chunk_count(device, n_triangles)
-    program.run("list_treelets", (n_chunks,), np.int32(n_triangles - 1), binary.choices, nearest)
+    level_of = nearest  # its memory: all clusters are merged
+    program.run("list_treelets", (n_chunks,), np.int32(n_triangles - 1), binary.choices, level_of)
     for level in range(int(totals[0])):
-        program.run("build_treelets", (n_chunks,), *tree, nearest, np.int32(level))
+        program.run("build_treelets", (n_chunks,), *tree, level_of, np.int32(level))
