@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cli.batch.summary import FAILED, PLANNED, WAITING, Row, totals_of, write_summary
+from tlsplan.batch.summary import FAILED, PLANNED, WAITING, Row, totals_of, write_summary
 
 GOOD = Row(
     "a", "Council", "", PLANNED, stations=2, lower_bound=1, scannable_m2=10.0, coverage=0.5, requirements_met=True
