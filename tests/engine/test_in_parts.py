@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner_core.device import Device, open_device
+from planner_core.device import Device
 from planner_core.engine.in_parts import PartedEngine
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.parts import fits, split
 from planner_core.engine.patch_mode import PatchMode
 from planner_core.engine.scan_engine import device_of, open_engine
-from planner_core.errors import DeviceError, DeviceMemoryError
+from planner_core.errors import DeviceMemoryError, RequirementError
 from planner_core.model import BeamTemplate, Optics, Patches, Scene, Storey
 from planner_core.scene.patches import make_patches
 
@@ -44,7 +44,7 @@ def whole(house: tuple[Scene, Patches], device: Device) -> OpenCLEngine:
 
 
 @pytest.fixture
-def parted(house: tuple[Scene, Patches], needs_opencl: None, monkeypatch: pytest.MonkeyPatch) -> PartedEngine:
+def parted(house: tuple[Scene, Patches], device: Device, monkeypatch: pytest.MonkeyPatch) -> PartedEngine:
     monkeypatch.setenv("TLSPLAN_MEMORY", "3MB")
     engine = open_engine(*house)
     assert isinstance(engine, PartedEngine)
@@ -157,13 +157,19 @@ def test_patch_mode_of_parts_is_tested_on_the_host(
     assert got.patch.size > 100
 
 
-@pytest.mark.parametrize(
-    ("said", "words"), [("lots", "got 'lots', expected a size"), ("0GB", "expected a size"), ("0.05MB", "available")]
-)
-def test_memory_that_makes_no_sense_is_refused(
-    house: tuple[Scene, Patches], needs_opencl: None, monkeypatch: pytest.MonkeyPatch, said: str, words: str
+@pytest.mark.parametrize("engine", ["opencl", "auto", "open3d"])
+@pytest.mark.parametrize("said", ["lots", "0GB"])
+def test_memory_that_makes_no_sense_is_refused_whatever_else_could_scan(
+    house: tuple[Scene, Patches], device: Device, monkeypatch: pytest.MonkeyPatch, said: str, engine: str
 ) -> None:
-    open_device()  # checked once
     monkeypatch.setenv("TLSPLAN_MEMORY", said)
-    with pytest.raises((DeviceError, DeviceMemoryError), match=words):
+    with pytest.raises(RequirementError, match=f"TLSPLAN_MEMORY: got '{said}', expected a size .*; correct or unset"):
+        open_engine(*house, engine=engine)
+
+
+def test_memory_too_small_for_any_scan_is_refused(
+    house: tuple[Scene, Patches], device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TLSPLAN_MEMORY", "0.05MB")
+    with pytest.raises(DeviceMemoryError, match="available"):
         open_engine(*house, engine="opencl")
