@@ -17,7 +17,7 @@ from planner_core import child_process
 from planner_core.progress import ProgressEvent
 
 _FUNCTIONS = ("planner_core.scene.native:read", "planner_core.export.sheets.building:read_meshes")
-_ANEW = ("tests/scene/", "tests/test_child_process.py")
+_ANEW = ("tests/scene/test_scene_", "tests/scene/test_ifc_", "tests/scene/test_gltf_", "tests/test_child_process.py")
 _MOST_KEPT = 24
 _run_apart = child_process.run_apart
 _kept: OrderedDict[Any, tuple[Any, list[ProgressEvent]]] = OrderedDict()
