@@ -9,6 +9,9 @@ WEB := viewer_web
 SCENE ?=
 OUT ?= out
 export PYTHON
+# Images of containers set it. Every process of Python would then compile every module anew: five seconds instead of two
+# for what a plan imports, in each of the hundreds of processes that the tests start.
+unexport PYTHONDONTWRITEBYTECODE
 # Debian 12's Node.js is too old to build the viewer: there npm brings a newer one, pinned in requirements/node.
 export PATH := $(CURDIR)/requirements/node/node_modules/.bin:$(PATH)
 NODE_IS_NEW := node -e 'const [a, b] = process.versions.node.split(".").map(Number); process.exit(a > 20 || (a === 20 && b >= 19) ? 0 : 1)'

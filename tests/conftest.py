@@ -36,9 +36,11 @@ try:
     import oracles  # noqa: F401
     import small_pictures  # noqa: F401
     from made_once import MadeOnce, folders_made_once
+    from read_once import keep_what_children_read
     from real_buildings import RealScene, real_scenes
 finally:
     sys.path.remove(_FOLDER)
+keep_what_children_read()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -1,6 +1,7 @@
-"""Plans with pictures nobody looks at, drawn small: in this process, or in that of a module run through this program.
+"""Plans with pictures nobody looks at, small or blank: in this process, or in a module's run through this program.
 
-At their full size the pictures of a small plan take longer than the plan; tests/export looks at them.
+At their full size the pictures of a small plan take longer than the plan, and small still half as long; tests/export
+and tests/plan_folder look at them.
 `python small_pictures.py MODULE ARGUMENT...` is `python -m MODULE ARGUMENT...` but for that.
 """
 
@@ -9,6 +10,7 @@ from __future__ import annotations
 import runpy
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -20,6 +22,18 @@ def draw_small(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(png_ink, "DPI", 29)
     patch.setattr(pictures, "CAP_CELLS", 80)
     patch.setattr(pictures, "OVERSAMPLING", 1)
+
+
+def draw_blank(patch: pytest.MonkeyPatch) -> None:
+    """Leave the report's pictures blank: files of their names, all else is written as ever."""
+    from planner_core.plan_folder import report
+
+    def blank(*arguments: Any, **_: Any) -> None:
+        next(each for each in arguments if isinstance(each, Path)).write_bytes(b"blank")
+
+    patch.setattr(report, "view_floor", lambda *_, **__: None)
+    for name in ("floor_map", "link_map", "floor_picture", "overview", "coverage_curve"):
+        patch.setattr(report, f"write_{name}", blank)
 
 
 if __name__ == "__main__":

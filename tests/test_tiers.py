@@ -18,6 +18,16 @@ def commands_of(target: str) -> list[str]:
     return done.stdout.splitlines()
 
 
+def test_processes_keep_what_they_compiled_wherever_make_runs(tmp_path: Path) -> None:
+    told = tmp_path / "told.mk"
+    told.write_text("told:\n\t@env\n")
+    env = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
+    command = ["make", "-s", "-f", "Makefile", "-f", str(told), "told"]
+    said = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, check=True).stdout
+    assert "\nPATH=" in f"\n{said}"
+    assert "PYTHONDONTWRITEBYTECODE" not in said
+
+
 def pytest_of(target: str) -> str:
     """The command that takes all tests; those on other machines name folders."""
     [command] = [line.strip() for line in commands_of(target) if "/pytest " in line and "PYTHONPATH" not in line]

@@ -12,7 +12,7 @@ from planner_core.device.choice import (
     problem_of_device,
 )
 from planner_core.device.faults import in_batches
-from planner_core.device.runtime import MEMORY_VARIABLE, Buffer, Device, Program
+from planner_core.device.runtime import MEMORY_VARIABLE, Buffer, Device, Program, memory_allowed
 
 __all__ = [
     "DEVICE_VARIABLE",
@@ -24,6 +24,7 @@ __all__ = [
     "in_batches",
     "keep_fastest",
     "list_devices",
+    "memory_allowed",
     "open_device",
     "problem_of_device",
 ]

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from planner_core.device.faults import device_error, driver_errors
 from planner_core.device.pocl import HIGHEST_LEVEL, name_given
 from planner_core.device.sources import kernel_source, kernels_hash
-from planner_core.errors import DeviceError, DeviceMemoryError
+from planner_core.errors import DeviceError, DeviceMemoryError, RequirementError
 
 #: Device memory that we may use at most, such as `8GB` or `500MB`; unset: what the device has.
 MEMORY_VARIABLE = "TLSPLAN_MEMORY"
@@ -145,7 +145,7 @@ class Device:
             self.name = str(device.name).strip()
             self.driver = f"{device.platform.version} {device.driver_version}".strip()
             self.n_compute_units = int(device.max_compute_units)
-            self.memory_bytes = min(int(device.global_mem_size), _memory_allowed())
+            self.memory_bytes = min(int(device.global_mem_size), memory_allowed())
             self.max_buffer_bytes = int(device.max_mem_alloc_size)
             n_native = int(device.native_vector_width_float)
         #: The processor that the driver was told to compile for, because it does not know this one; else None.
@@ -459,14 +459,16 @@ def _large_pages(n_bytes: int) -> NDArray[np.uint8]:
     return memory[start : start + n_bytes]
 
 
-def _memory_allowed() -> int:
-    """What `MEMORY_VARIABLE` allows, in bytes."""
+def memory_allowed() -> int:
+    """What `MEMORY_VARIABLE` allows, in bytes; a wrong one is a RequirementError, which no fallback swallows."""
     said = os.environ.get(MEMORY_VARIABLE, "").strip()
     if not said:
         return sys.maxsize
     parts = _MEMORY.fullmatch(said)
     if parts is None or float(parts[1]) == 0:
-        raise DeviceError(f"{MEMORY_VARIABLE}: got {said!r}, expected a size such as 8GB or 500MB; correct or unset it")
+        raise RequirementError(
+            f"{MEMORY_VARIABLE}: got {said!r}, expected a size such as 8GB or 500MB; correct or unset it"
+        )
     return int(float(parts[1]) * _UNITS[parts[2].lower()])
 
 

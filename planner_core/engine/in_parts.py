@@ -14,7 +14,7 @@ from planner_core.device import MEMORY_VARIABLE, Device
 from planner_core.engine.hit_sums import HitSums
 from planner_core.engine.optics import traced_surfaces
 from planner_core.engine.parts import Parts
-from planner_core.engine.patch_returns import Content, Rows, RowStore, follow_on, join_bands, no_rows
+from planner_core.engine.patch_returns import Content, RowCollector, Rows, RowStore, follow_on, join_bands, no_rows
 from planner_core.engine.patch_rows import BATCH_BYTES
 from planner_core.engine.scan_engine import check_positions, check_rays
 from planner_core.engine.tiled_template import TiledTemplate
@@ -25,13 +25,11 @@ from planner_core.model import (
     FloatArray,
     Int32Array,
     Patches,
-    PatchReturns,
     RayHits,
     ScanBatch,
     Scene,
-    Visibility,
 )
-from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.progress import Progress, ProgressEvent
 from planner_core.scanner.template import bands
 
 #: Beams of a template that are tiled at once; a scanner with more is scanned in bands of rows.
@@ -45,7 +43,7 @@ _CHUNK = 64
 _RAYS = 64
 
 
-class PartedEngine:
+class PartedEngine(RowCollector):
     """See the protocol for what the methods take and return."""
 
     name = "opencl"
@@ -217,19 +215,6 @@ class PartedEngine:
             if near.size:
                 reached.append((float(distance_m.min()), index, near))
         return [(index, near) for _, index, near in sorted(reached, key=lambda item: item[:2])]
-
-    def visible_patches(
-        self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent
-    ) -> Visibility:
-        """See `ScanEngine.visible_patches`."""
-        return self._collect(template, positions_m, Content.PATCHES, progress).visibility()
-
-    def patch_returns(
-        self, template: BeamTemplate, positions_m: FloatArray, *, moments: bool = False, progress: Progress = silent
-    ) -> PatchReturns:
-        """See `ScanEngine.patch_returns`."""
-        content = Content.MOMENTS if moments else Content.COUNTS
-        return self._collect(template, positions_m, content, progress).patch_returns(content)
 
     def _collect(
         self, template: BeamTemplate, positions_m: FloatArray, content: Content, progress: Progress

@@ -15,7 +15,7 @@ import numpy as np
 from planner_core.device.drivers import load_shared_threads
 from planner_core.engine.hit_rows import HitRows, Hits
 from planner_core.engine.optics import traced_surfaces
-from planner_core.engine.patch_returns import Content, Rows, RowStore, join_bands, no_rows
+from planner_core.engine.patch_returns import Content, RowCollector, Rows, RowStore, join_bands, no_rows
 from planner_core.engine.scan_engine import check_positions, check_rays
 from planner_core.errors import MissingPackageError
 from planner_core.model import (
@@ -25,21 +25,19 @@ from planner_core.model import (
     FloatArray,
     Int32Array,
     Patches,
-    PatchReturns,
     RayHits,
     ScanBatch,
     Scene,
     UInt8Array,
-    Visibility,
 )
-from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.progress import Progress, ProgressEvent
 from planner_core.scanner.template import bands, directions
 
 #: Beams of a template that are cast at once; a scanner with more is scanned in bands of rows.
 _BAND_BEAMS = 2**20
 
 
-class Open3DEngine:
+class Open3DEngine(RowCollector):
     """A `ScanEngine` on the host's cores. See the protocol for what the methods take and return."""
 
     name = "open3d"
@@ -108,19 +106,6 @@ class Open3DEngine:
             patch=patch,
             cos_incidence=cos_incidence,
         )
-
-    def visible_patches(
-        self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent
-    ) -> Visibility:
-        """See `ScanEngine.visible_patches`."""
-        return self._collect(template, positions_m, Content.PATCHES, progress).visibility()
-
-    def patch_returns(
-        self, template: BeamTemplate, positions_m: FloatArray, *, moments: bool = False, progress: Progress = silent
-    ) -> PatchReturns:
-        """See `ScanEngine.patch_returns`."""
-        content = Content.MOMENTS if moments else Content.COUNTS
-        return self._collect(template, positions_m, content, progress).patch_returns(content)
 
     def _collect(
         self, template: BeamTemplate, positions_m: FloatArray, content: Content, progress: Progress

@@ -14,7 +14,7 @@ import numpy as np
 
 from planner_core.device import Buffer, Device, in_batches
 from planner_core.engine.optics import traced_surfaces
-from planner_core.engine.patch_returns import Content, Rows, RowStore, follow_on, join_bands, no_rows
+from planner_core.engine.patch_returns import Content, RowCollector, Rows, RowStore, follow_on, join_bands, no_rows
 from planner_core.engine.patch_rows import BATCH_BYTES, PatchRows
 from planner_core.engine.scan_engine import check_positions, check_rays
 from planner_core.engine.tiled_template import TiledTemplate
@@ -24,13 +24,11 @@ from planner_core.model import (
     Float32Array,
     FloatArray,
     Patches,
-    PatchReturns,
     RayHits,
     ScanBatch,
     Scene,
-    Visibility,
 )
-from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.progress import Progress, ProgressEvent
 from planner_core.scanner.template import Band, bands
 
 #: Free rays a work-item and how many of those it has under way at once, a wave. A CPU looks ahead into the next steps
@@ -47,7 +45,7 @@ _BAND_BEAMS = 2**20
 _KEPT_BEAMS = 2**23
 
 
-class OpenCLEngine:
+class OpenCLEngine(RowCollector):
     """A `ScanEngine` on an OpenCL device. See the protocol for what the methods take and return."""
 
     name = "opencl"
@@ -166,19 +164,6 @@ class OpenCLEngine:
                     if not _is_kept(template):
                         self._on.finish("scan of a band")  # before its tiles go
         return batch
-
-    def visible_patches(
-        self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent
-    ) -> Visibility:
-        """See `ScanEngine.visible_patches`."""
-        return self._collect(template, positions_m, Content.PATCHES, progress).visibility()
-
-    def patch_returns(
-        self, template: BeamTemplate, positions_m: FloatArray, *, moments: bool = False, progress: Progress = silent
-    ) -> PatchReturns:
-        """See `ScanEngine.patch_returns`."""
-        content = Content.MOMENTS if moments else Content.COUNTS
-        return self._collect(template, positions_m, content, progress).patch_returns(content)
 
     def _collect(
         self, template: BeamTemplate, positions_m: FloatArray, content: Content, progress: Progress

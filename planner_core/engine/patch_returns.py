@@ -14,12 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.model import (
-    Int64Array,
-    PatchReturns,
-    ReturnMoments,
-    Visibility,
-)
+from planner_core.model import BeamTemplate, FloatArray, Int64Array, PatchReturns, ReturnMoments, Visibility
+from planner_core.progress import Progress, silent
 
 #: Bytes of one block of a column: above what C libraries keep for themselves when it is given back.
 _BLOCK_BYTES = 64 * 2**20
@@ -138,6 +134,28 @@ class RowStore:
     def _take(self, name: str, dtype: Any, tail: tuple[int, ...] = ()) -> NDArray[Any]:
         column = self._columns.pop(name, None)
         return np.empty((0, *tail), dtype=dtype) if column is None else column.take()
+
+
+class RowCollector:
+    """What engines have in common that collect rows while positions stream through."""
+
+    def visible_patches(
+        self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent
+    ) -> Visibility:
+        """See `ScanEngine.visible_patches`."""
+        return self._collect(template, positions_m, Content.PATCHES, progress).visibility()
+
+    def patch_returns(
+        self, template: BeamTemplate, positions_m: FloatArray, *, moments: bool = False, progress: Progress = silent
+    ) -> PatchReturns:
+        """See `ScanEngine.patch_returns`."""
+        content = Content.MOMENTS if moments else Content.COUNTS
+        return self._collect(template, positions_m, content, progress).patch_returns(content)
+
+    def _collect(
+        self, template: BeamTemplate, positions_m: FloatArray, content: Content, progress: Progress
+    ) -> RowStore:
+        raise NotImplementedError
 
 
 class _Column:

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from planner_core.device.choice import DEVICE_VARIABLE
+from planner_core.device import DEVICE_VARIABLE, memory_allowed
 from planner_core.errors import DeviceError, RequirementError, SceneError
 from planner_core.model import (
     BeamTemplate,
@@ -108,7 +108,7 @@ def open_engine(scene: Scene, patches: Patches, *, engine: str = "auto", device:
     Raises
     ------
     RequirementError
-        Unknown engine, or a device given to Open3D.
+        Unknown engine, a device given to Open3D, or a wrong TLSPLAN_MEMORY.
     DeviceError
         `opencl`, or a device by name or by the variable TLSPLAN_DEVICE, was asked for and can't be had.
     SceneError
@@ -118,6 +118,7 @@ def open_engine(scene: Scene, patches: Patches, *, engine: str = "auto", device:
         raise RequirementError(f"engine: got {engine!r}, expected one of {', '.join(ENGINES)}")
     if engine == "open3d" and device is not None:
         raise RequirementError(f"device: got {device!r} with engine open3d, which has none; leave one of the two out")
+    memory_allowed()  # a wrong one is refused now: selection, in the middle of a plan, would be the next to ask
     _check_scene(scene, patches)
     if engine == "open3d":
         return _open3d(scene, patches, ())

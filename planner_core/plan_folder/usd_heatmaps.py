@@ -36,7 +36,8 @@ from planner_core.plan_folder.sdf_authoring import (
 )
 from planner_core.plan_folder.usd_building import VARIANTS
 from planner_core.plan_folder.usd_names import MeshPlace, mesh_places
-from planner_core.plan_folder.viewer_layers import NONE, layers_of
+from planner_core.plan_folder.viewer_files import NONE
+from planner_core.plan_folder.viewer_layers import layers_of
 
 HEATMAPS_FILE = "stage/heatmaps.usdc"
 _N_STEPS = 16

@@ -16,6 +16,8 @@ from planner_core.model import (
 
 MAX_TIMES_SEEN = 254
 NOT_ACHIEVABLE = 255
+#: In a layer: no station sees the patch, or the figure is not known.
+NONE = 65535
 _STEPS = 65535
 
 

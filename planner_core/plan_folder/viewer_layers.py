@@ -22,11 +22,10 @@ from planner_core.model import REASONS, FloatArray, Int32Array, Loss, Plan, Scan
 from planner_core.model.unseen import OUT_OF_SCOPE
 from planner_core.plan_folder.plan_model.given import AskedSection
 from planner_core.plan_folder.station_marks import station_prim_names
+from planner_core.plan_folder.viewer_files import NONE
 
 SCHEMA = "tlsplan/layers/1"
 UInt16Array = NDArray[np.uint16]
-#: No station sees the patch, or the figure is not known.
-NONE = 65535
 _MOST_STEPS = NONE - 1
 #: Below `viewer/`.
 _PIECES = "pieces.i32"

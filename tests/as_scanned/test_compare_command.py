@@ -38,7 +38,7 @@ def test_unchanged_list_ends_with_0_and_says_so(house_plan: Path, source: PlanSo
 def test_missing_stations_end_with_7_and_a_plan_of_what_to_scan_again(
     house_plan: Path, source: PlanSource, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    small_pictures.draw_small(monkeypatch)
+    small_pictures.draw_blank(monkeypatch)
     names = [source.stations[0].id, source.stations[3].id]
     actual = without(house_plan, tmp_path, *names)
     result = run(house_plan, "--stations", actual, "-o", tmp_path / "again")

@@ -15,7 +15,7 @@ from tempfile import TemporaryFile
 from typing import IO
 
 import pytest
-from small_pictures import draw_small
+from small_pictures import draw_blank, draw_small
 from tlsplan.main import main
 
 Tlsplan = Callable[..., "subprocess.CompletedProcess[str]"]
@@ -23,11 +23,16 @@ Tlsplan = Callable[..., "subprocess.CompletedProcess[str]"]
 
 @pytest.fixture(scope="session")
 def tlsplan() -> Tlsplan:
-    """Run `tlsplan` with arguments (and `env`) as a process would: what it returns, says and leaves on disk."""
+    """Run `tlsplan` with arguments (and `env`) as a process would: what it returns, says and leaves on disk.
+
+    Reports have blank pictures unless `draws`.
+    """
     return run_here
 
 
-def run_here(*arguments: str | Path, env: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
+def run_here(
+    *arguments: str | Path, env: dict[str, str] | None = None, draws: bool = False
+) -> subprocess.CompletedProcess[str]:
     words = ["tlsplan", *map(str, arguments)]
     with (
         pytest.MonkeyPatch.context() as patch,
@@ -35,7 +40,7 @@ def run_here(*arguments: str | Path, env: dict[str, str] | None = None) -> subpr
         TemporaryFile() as out,
         TemporaryFile() as err,
     ):
-        draw_small(patch)
+        (draw_small if draws else draw_blank)(patch)
         patch.setattr(sys, "argv", words)
         for name, value in (env or {}).items():
             patch.setenv(name, value)

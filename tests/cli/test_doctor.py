@@ -1,11 +1,33 @@
 """What `tlsplan doctor` says of devices."""
 
+import json
+import subprocess
+from collections.abc import Callable
+
 import pytest
+from tlsplan import start_time
 from tlsplan.commands import doctor
 
 from planner_core.device import Device, list_devices
 
 pytestmark = pytest.mark.opencl
+
+
+def test_an_installation_is_healthy_unless_something_that_is_needed_is_not(
+    tlsplan: Callable[..., "subprocess.CompletedProcess[str]"], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(start_time, "first_use_s", lambda: 12.34)  # compiling all kernels takes that long
+    done = tlsplan("doctor", "--json")
+    found = json.loads(done.stdout)
+    findings = {finding["subject"]: finding for finding in found["findings"]}
+    assert [subject for subject, one in findings.items() if one["needed"] and not one["ok"]] == []
+    assert done.returncode == 0 and found["healthy"]
+    assert findings["OpenCL device 0"]["detail"].endswith("its kernels run and give correct results")
+    assert "the test scan of a box is correct" in findings["scan engine"]["detail"]
+    assert findings["start of the engine"]["detail"].endswith("first use, compiling 12.3 s")
+    monkeypatch.setattr(start_time, "start", lambda: start_time.Start(1.0, "opencl", (), "ranges are off"))
+    broken = tlsplan("doctor", "--json")
+    assert broken.returncode == 1 and not json.loads(broken.stdout)["healthy"]
 
 
 def test_a_device_whose_wide_kernels_fail_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -144,6 +144,7 @@ def test_scanners_json_lists_the_hdl_64e() -> None:
     assert (scanner["elevation_min_deg"], scanner["elevation_max_deg"]) == (-24.9, 2.0)
 
 
+@pytest.mark.slow  # it compiles all kernels anew; tests/cli/test_doctor.py asks all but that
 @pytest.mark.opencl
 def test_doctor_finds_a_healthy_installation() -> None:
     done = run("doctor", "--json")

@@ -321,6 +321,13 @@ def test_the_number_of_cores_leaves_no_trace_in_the_bits(tmp_path: Path) -> None
         assert one[name].tobytes() == many[name].tobytes(), name
 
 
+@pytest.mark.parametrize(
+    "tilings",
+    [
+        ((8, 32, 8), (4, 8, 1), (8, 64, 16)),
+        pytest.param(((8, 32, 8), (2, 16, 4), (16, 64, 8), (10, 32, 8)), marks=pytest.mark.slow),  # built for seconds
+    ],
+)
 @pytest.mark.parametrize("scene", ["clutter", "posts before a fine wall"])
 def test_results_are_the_same_whatever_the_tile_and_the_packet(
     device: Device,
@@ -328,6 +335,7 @@ def test_results_are_the_same_whatever_the_tile_and_the_packet(
     shapes: SimpleNamespace,
     positions: np.ndarray,
     scene: str,
+    tilings: tuple[tuple[int, int, int], ...],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     corners, triangles = shapes.clutter_of(60, seed=10)
@@ -340,7 +348,7 @@ def test_results_are_the_same_whatever_the_tile_and_the_packet(
         template = shapes.template_of(41, 900)
     engine = open_both(shapes.scene_of(corners, triangles))[0]
     batches = []
-    for shape in ((8, 32, 8), (4, 8, 1), (2, 16, 4), (16, 64, 8), (10, 32, 8), (8, 64, 16)):
+    for shape in tilings:
         if shape[2] > device.max_lanes:
             continue
         with tuning.use_shape(shape):

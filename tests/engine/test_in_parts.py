@@ -5,15 +5,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from planner_core.device import Device, open_device
+from planner_core.device import Device
 from planner_core.engine.in_parts import PartedEngine
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.parts import fits, split
 from planner_core.engine.patch_mode import PatchMode
 from planner_core.engine.scan_engine import device_of, open_engine
-from planner_core.errors import DeviceError, DeviceMemoryError
+from planner_core.errors import DeviceMemoryError, RequirementError
 from planner_core.model import BeamTemplate, Optics, Patches, Scene, Storey
 from planner_core.scene.patches import make_patches
 
@@ -44,7 +45,7 @@ def whole(house: tuple[Scene, Patches], device: Device) -> OpenCLEngine:
 
 
 @pytest.fixture
-def parted(house: tuple[Scene, Patches], needs_opencl: None, monkeypatch: pytest.MonkeyPatch) -> PartedEngine:
+def parted(house: tuple[Scene, Patches], device: Device, monkeypatch: pytest.MonkeyPatch) -> PartedEngine:
     monkeypatch.setenv("TLSPLAN_MEMORY", "3MB")
     engine = open_engine(*house)
     assert isinstance(engine, PartedEngine)
@@ -77,6 +78,37 @@ def test_scans_are_those_of_one_tree(
     for moments in (False, True):
         got, of_one = (e.patch_returns(beams, POSITIONS, moments=moments) for e in (parted, whole))
         check_same(got, of_one)
+
+
+def test_what_a_beam_truly_meets_comes_before_as_near_a_margin_of_another_part(
+    device: Device, shapes: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Sails 1 micrometre beside the beams: hits in their margins count as farther by a 1e-5th, where walls stand. By
+    # rounding some are as near as those, to the bit.
+    n, steps = 32, np.arange(32)
+    sail_m = (3 + 0.01 * steps).astype(np.float32)
+    wall_m = sail_m / np.float32(0.99999)
+    sails = np.array([[[x, 1e-6, 8 * k - 2], [x, 1e-6, 8 * k + 2], [x, 3, 8 * k]] for k, x in enumerate(sail_m)])
+    walls = np.array([[[x, -2, 8 * k - 2], [x, -2, 8 * k + 2], [x, 4, 8 * k]] for k, x in enumerate(wall_m)])
+    beams = shapes.template_of(1, 1, high_deg=0.0)
+    positions = np.stack([0.0 * steps, 0.0 * steps, 8.0 * steps], axis=1)
+
+    def scene_of(corners: NDArray[np.float64]) -> tuple[Scene, Patches]:
+        triangles = np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)
+        scene = shapes.scene_of(corners.reshape(-1, 3), triangles)
+        return scene, make_patches(scene, max_area_m2=100.0)
+
+    of_sails, of_walls = (OpenCLEngine(*scene_of(c), device).scan(beams, positions) for c in (sails, walls))
+    as_near = (of_sails.range_m == of_walls.range_m).ravel()
+    assert as_near.sum() >= 3
+    assert (of_sails.patch == -1).all()
+    both = scene_of(np.concatenate([sails, walls]))
+    monkeypatch.setattr(
+        "planner_core.engine.parts.split", lambda scene, most: np.split(np.arange(2 * n, dtype=np.int32), 2)
+    )
+    got = PartedEngine(*both, device).scan(beams, positions)
+    assert (got.triangle.ravel() == n + steps)[as_near].all()
+    check_same(got, OpenCLEngine(*both, device).scan(beams, positions))
 
 
 def test_bands_and_batches_leave_no_trace(
@@ -157,13 +189,19 @@ def test_patch_mode_of_parts_is_tested_on_the_host(
     assert got.patch.size > 100
 
 
-@pytest.mark.parametrize(
-    ("said", "words"), [("lots", "got 'lots', expected a size"), ("0GB", "expected a size"), ("0.05MB", "available")]
-)
-def test_memory_that_makes_no_sense_is_refused(
-    house: tuple[Scene, Patches], needs_opencl: None, monkeypatch: pytest.MonkeyPatch, said: str, words: str
+@pytest.mark.parametrize("engine", ["opencl", "auto", "open3d"])
+@pytest.mark.parametrize("said", ["lots", "0GB"])
+def test_memory_that_makes_no_sense_is_refused_whatever_else_could_scan(
+    house: tuple[Scene, Patches], device: Device, monkeypatch: pytest.MonkeyPatch, said: str, engine: str
 ) -> None:
-    open_device()  # checked once
     monkeypatch.setenv("TLSPLAN_MEMORY", said)
-    with pytest.raises((DeviceError, DeviceMemoryError), match=words):
+    with pytest.raises(RequirementError, match=f"TLSPLAN_MEMORY: got '{said}', expected a size .*; correct or unset"):
+        open_engine(*house, engine=engine)
+
+
+def test_memory_too_small_for_any_scan_is_refused(
+    house: tuple[Scene, Patches], device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TLSPLAN_MEMORY", "0.05MB")
+    with pytest.raises(DeviceMemoryError, match="available"):
         open_engine(*house, engine="opencl")

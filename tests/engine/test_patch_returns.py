@@ -265,13 +265,24 @@ def test_returns_of_any_small_scene_are_the_sums_over_its_scan(
             assert returns.row(index) == slice(returns.starts[index], returns.starts[index])
 
 
+@pytest.mark.parametrize(
+    "tilings",
+    [
+        ((8, 32, 8), (4, 8, 1), (4, 64, 16)),
+        pytest.param(((8, 32, 8), (2, 16, 4), (16, 64, 8), (32, 64, 2)), marks=pytest.mark.slow),  # built for seconds
+    ],
+)
 def test_tiles_leave_no_trace_in_the_bits(
-    device: Device, open_both: Callable, shapes: SimpleNamespace, positions: np.ndarray
+    device: Device,
+    open_both: Callable,
+    shapes: SimpleNamespace,
+    positions: np.ndarray,
+    tilings: tuple[tuple[int, int, int], ...],
 ) -> None:
     engine = open_both(shapes.scene_of(*shapes.clutter_of(60, seed=5)))[0]
     template = shapes.template_of(37, 211, range_max_m=6.0)
     found = []
-    for shape in ((8, 32, 8), (4, 8, 1), (2, 16, 4), (16, 64, 8), (32, 64, 2), (4, 64, 16)):
+    for shape in tilings:
         if shape[2] > device.max_lanes:
             continue
         with tuning.use_shape(shape):

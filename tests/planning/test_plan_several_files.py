@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
+from small_pictures import draw_blank
 
 import scenes_synthetic
 from planner_core.errors import ExportError, PlanFolderError
@@ -35,8 +36,8 @@ class Planned:
 def plan_of(*files: Path) -> Plan:
     requirements, _ = requirements_from({"coverage": "60 %"}, where="test", deliverable="none")
     settings = PlanSettings(
-        scanner=load_scanner("hdl-64e"), requirements=requirements, method=Greedy(), grid_step_m=2.0,
-        instrument_heights_m=(1.5,), max_patch_area_m2=0.5, refine=False,
+        scanner=replace(load_scanner("hdl-64e"), n_azimuths=720), requirements=requirements, method=Greedy(),
+        grid_step_m=2.0, instrument_heights_m=(1.5,), max_patch_area_m2=0.5, refine=False,
     )  # fmt: skip
     return make_plan(load_scene(files, options=OPTIONS), settings)
 
@@ -52,7 +53,9 @@ def planned(tmp_path_factory: pytest.TempPathFactory) -> Planned:
         files.append(scenes_synthetic.write(scene, base / "models" / f"{name}.ifc"))
     plan = plan_of(*files)
     folder = base / "plans" / "first"
-    write_plan_folder(plan, folder)
+    with pytest.MonkeyPatch.context() as patch:
+        draw_blank(patch)
+        write_plan_folder(plan, folder)
     return Planned(tuple(files), plan, folder)
 
 

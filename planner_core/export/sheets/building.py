@@ -32,8 +32,7 @@ from planner_core.model import (
     UInt8Array,
 )
 from planner_core.model.unseen import OUT_OF_SCOPE
-from planner_core.plan_folder.viewer_files import NOT_ACHIEVABLE
-from planner_core.plan_folder.viewer_layers import NONE
+from planner_core.plan_folder.viewer_files import NONE, NOT_ACHIEVABLE
 from planner_core.progress import silent
 
 STAGE_FILE = "viewer/stage.usdc"

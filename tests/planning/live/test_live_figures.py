@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_pictures import draw_blank
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
@@ -60,7 +61,7 @@ def assert_figures_are_of(live: LivePlan, document: dict[str, Any]) -> None:
     )
 
 
-def test_parts_of_patches_count_as_in_the_plan(tmp_path: Path) -> None:
+def test_parts_of_patches_count_as_in_the_plan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By samples, a patch counts as far as candidates see it, which the folder keeps."""
     scene = tmp_path / "two-rooms.ifc"
     scenes_synthetic.write(scenes_synthetic.build("two-rooms"), scene)
@@ -74,6 +75,7 @@ def test_parts_of_patches_count_as_in_the_plan(tmp_path: Path) -> None:
     assert counted is not None
     assert 0 < (counted < 255).mean() < 0.5
     folder = tmp_path / "plan"
+    draw_blank(monkeypatch)
     write_plan_folder(plan, folder, engine=engine)
     assert (folder / "viewer" / "counted.u8").read_bytes() == counted.tobytes()
     live = open_live(folder)

@@ -34,14 +34,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(autouse=True)
 def drawn_small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Draw what is drawn in this process, and in those of runs, small: nobody looks at it."""
+    """Draw nothing in this process, and what is drawn in those of runs small: nobody looks at it."""
 
     def begin_small(command: list[str], **options: Any) -> subprocess.Popen[bytes]:
         before, [flag, *module_and_arguments] = command[:2], command[2:]
         assert flag == "-m"
         return subprocess.Popen([*before, small_pictures.__file__, *module_and_arguments], **options)
 
-    small_pictures.draw_small(monkeypatch)
+    small_pictures.draw_blank(monkeypatch)
     monkeypatch.setattr(runs, "subprocess", SimpleNamespace(Popen=begin_small, DEVNULL=subprocess.DEVNULL))
 
 
@@ -60,7 +60,7 @@ def hall(tmp_path_factory: pytest.TempPathFactory) -> Path:
         method=Greedy(),
     )
     with pytest.MonkeyPatch.context() as patch:
-        small_pictures.draw_small(patch)
+        small_pictures.draw_blank(patch)
         write_plan_folder(make_plan(load_scene(scene), settings), root / "plan")
     return root
 
