@@ -15,6 +15,7 @@ import argparse
 import json
 import os
 import platform
+import resource
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -285,6 +286,7 @@ def measure(case: Case) -> dict[str, Any] | None:
         "links": int(on.network.neighbour.size) // 2,
         "pool_cpu_s": cpu_s,
         "pool_wall_s": wall_s,
+        "memory_gib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20,
         "engine": f"{on.engine.name}: {on.engine.device}",
         "methods": {name: asdict(each) for name, each in found.items()},
     }
