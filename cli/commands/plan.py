@@ -107,7 +107,7 @@ def _spread_over(scheduler: str | None, reporter: ProgressReporter) -> Iterator[
         yield
         return
     from planner_core.cluster.spread import open_cluster
-    from planner_core.requirements.look_around import spread_over
+    from planner_core.spread import spread_over
 
     with open_cluster(scheduler, tell=lambda line: reporter.warn([line])) as cluster, spread_over(cluster):
         yield

@@ -29,10 +29,12 @@ from planner_core.model import (
     ScanBy,
     Survey,
 )
-from planner_core.progress import silent
+from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import Goals, goals_of
 from planner_core.requirements.look_around import Looked, look_around_here
+from planner_core.requirements.look_spread import look_spread
 from planner_core.scanner.load_scanner import load_scanner
+from planner_core.spread import Spread
 
 PATIENCE_S = 240.0
 SETTINGS = PlanSettings(
@@ -61,9 +63,9 @@ class Look:
         at_m = self.positions_m if positions_m is None else positions_m
         return look_around_here(self.survey, self.engine, at_m, self.goals, notes_needed=True, progress=silent)
 
-    def by(self, spread: Any) -> Looked:
-        return spread.look_around(
-            self.survey, self.engine, self.positions_m, self.goals, notes_needed=True, progress=silent
+    def by(self, spread: Spread, progress: Progress = silent) -> Looked:
+        return look_spread(
+            spread, self.survey, self.engine, self.positions_m, self.goals, notes_needed=True, progress=progress
         )
 
 

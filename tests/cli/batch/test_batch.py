@@ -135,17 +135,6 @@ def test_each_storey_has_a_plan_of_its_own(tlsplan: Tlsplan, stood_in: Path, tmp
     assert begun(out) == first
 
 
-def test_a_scheduler_is_handed_on_and_changes_no_key(tlsplan: Tlsplan, stood_in: Path, tmp_path: Path) -> None:
-    path, out = sites(tmp_path, a="plan"), tmp_path / "out"
-    refused = tlsplan("batch", path, "-o", out, "--scheduler", "local:2")
-    assert (refused.returncode, refused.stderr.count("\n"), out.exists()) == (6, 1, False)
-    assert tlsplan("batch", path, "-o", out, "--scheduler", "tcp://10.0.0.1:8786").returncode == 0
-    assert "--scheduler=tcp://10.0.0.1:8786" in (out / "plans" / "a" / "words.txt").read_text()
-    first = begun(out)
-    assert tlsplan("batch", path, "-o", out).returncode == 0
-    assert begun(out) == first
-
-
 def test_a_folder_that_no_batch_wrote_is_refused(tlsplan: Tlsplan, stood_in: Path, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "mine.txt").write_text("x")
