@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from planner_core.model import PlanSettings
 
 
-
 @click.command(
     "plan",
     epilog="Example:  tlsplan plan building.ifc --coverage 95 -o plan/",

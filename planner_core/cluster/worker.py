@@ -13,13 +13,13 @@ from dataclasses import asdict, dataclass
 from functools import cache
 from importlib import resources
 from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
 from pathlib import Path
 from threading import Lock
 from typing import Any
 
 from numpy.typing import NDArray
 
-import planner_core
 from planner_core.cluster.parcels import unpacked, unsqueezed
 
 #: Of other versions plans may differ: readers of files, links, selection, pictures.
@@ -43,7 +43,7 @@ class Identity:
 
     version: str
     sources: str
-    """Hash of all modules and kernels of the library."""
+    """Hash of all modules and kernels of the library, and of the command."""
     python: str
     """Version of Python, major and minor: what is pickled in one is read in another."""
     system: str
@@ -55,8 +55,11 @@ class Identity:
 @cache
 def identity() -> Identity:
     """Return what this process is."""
-    root, digest = Path(planner_core.__file__).parent, hashlib.sha256()
-    sources = {path.relative_to(root).as_posix(): path.read_bytes() for path in root.rglob("*.py")}
+    digest, sources = hashlib.sha256(), dict[str, bytes]()
+    for name in ("planner_core", "tlsplan"):  # workers run the command, too
+        spec = find_spec(name)
+        for root in map(Path, () if spec is None else spec.submodule_search_locations or ()):
+            sources |= {f"{name}/{path.relative_to(root).as_posix()}": path.read_bytes() for path in root.rglob("*.py")}
     kernels = resources.files("planner_core.kernels")  # in a checkout they lie elsewhere
     sources |= {file.name: file.read_bytes() for file in kernels.iterdir() if file.name.endswith((".cl", ".h"))}
     for name, content in sorted(sources.items()):

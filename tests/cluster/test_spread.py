@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from waiting import until
 
 import scenes_synthetic
 from planner_core.cluster import spread, worker
@@ -24,25 +23,12 @@ from planner_core.requirements import look_spread
 from planner_core.requirements.look_around import Looked
 from planner_core.spread import spread_over
 
-from .conftest import SETTINGS, Look, Processes, assert_same_bits, threads, until
+from .conftest import SETTINGS, Look, Processes, assert_same_bits, cluster_of, stand_in
 
 
 def text_of(plan: Plan) -> str:
     document = plan_document(plan, None)
     return json.dumps({key: value for key, value in document.items() if key not in DROPPABLE_KEYS})
-
-
-@contextmanager
-def cluster_of(n_workers: int) -> Iterator[tuple[Any, list[str]]]:
-    told: list[str] = []
-    with threads(n_workers) as address, open_cluster(address, tell=told.append) as cluster:
-        yield cluster, told
-
-
-def stand_in(patch: pytest.MonkeyPatch, name: str, function: Any) -> None:
-    """Let workers of this process find another function under a name of ours: Dask sends names of it."""
-    function.__module__, function.__name__, function.__qualname__ = worker.__name__, name, name
-    patch.setattr(worker, name, function)
 
 
 @pytest.mark.parametrize("n_workers", [1, 2, pytest.param(4, marks=pytest.mark.slow)])
@@ -62,7 +48,7 @@ def test_a_plan_over_workers_has_the_bytes_of_one_process() -> None:
 
 def test_a_worker_of_another_version_is_refused_in_one_line(look: Look, monkeypatch: pytest.MonkeyPatch) -> None:
     own = worker.greet()
-    stand_in(monkeypatch, "greet", lambda: {**own, "sources": "other"})
+    stand_in(monkeypatch, worker, "greet", lambda: {**own, "sources": "other"})
     with cluster_of(1) as (cluster, told), pytest.raises(ClusterError, match="none of 1 workers scans as this"):
         look.by(cluster)
     (line,) = told
@@ -83,7 +69,7 @@ def test_a_worker_that_scans_otherwise_is_refused_and_the_others_do_all(
             odd.add(at)
         return b"other bits" if at in odd else sound(digest, task)
 
-    stand_in(monkeypatch, "answer", look_oddly)
+    stand_in(monkeypatch, worker, "answer", look_oddly)
     with cluster_of(2) as (cluster, told):
         assert_same_bits(look.by(cluster), look.here())
     (line,) = told
@@ -114,7 +100,7 @@ def test_a_worker_that_forgot_is_sent_it_again(look: Look, monkeypatch: pytest.M
             worker._arrays.clear()
         return sound(digest, task)
 
-    stand_in(monkeypatch, "answer", look_forgetfully)
+    stand_in(monkeypatch, worker, "answer", look_forgetfully)
     with cluster_of(1) as (cluster, told):
         assert_same_bits(look.by(cluster), look.here())
     assert (n_looks > 3, told) == (True, [])
@@ -138,7 +124,7 @@ def test_a_slow_worker_does_not_hold_the_others(
                 time.sleep(0.05)
         return sound(digest, task)
 
-    stand_in(monkeypatch, "answer", look_slowly)
+    stand_in(monkeypatch, worker, "answer", look_slowly)
     with cluster_of(2) as (cluster, _):
         try:
             found = look.by(cluster)

@@ -9,7 +9,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from collections import namedtuple
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any
 
 import pytest
 from tlsplan.batch import runner
+from waiting import PATIENCE_S, until
 
 HERE = Path(__file__).parent
 STAND_IN = (sys.executable, "-P", str(HERE / "stand_in.py"))
@@ -25,8 +25,6 @@ PROGRAM = (
     f"import sys; from tlsplan.batch import runner; runner._PROGRAM = {STAND_IN!r}; "
     "from tlsplan.main import main; main()"
 )
-#: Long enough for a machine that does other things.
-PATIENCE_S = 120.0
 Tlsplan = Callable[..., "subprocess.CompletedProcess[str]"]
 
 
@@ -163,16 +161,6 @@ def started(path: Path, out: Path, plan: Path) -> subprocess.Popen[str]:
         [sys.executable, "-c", PROGRAM, "batch", str(path), "-o", str(out), "--jobs", "2"],
         env={**os.environ, "STAND_IN_PLAN": str(plan)}, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
-
-
-def until(happens: Callable[[], Any]) -> Any:
-    until_s = time.monotonic() + PATIENCE_S
-    while time.monotonic() < until_s:
-        found = happens()
-        if found:
-            return found
-        time.sleep(0.05)
-    raise AssertionError("it did not happen")
 
 
 def process_of(log: Path) -> int:
