@@ -72,7 +72,9 @@ class Errands:
         self._threads = ThreadPoolExecutor(_MOST_THREADS, thread_name_prefix="errand")
         self._waiting: list[Order] = []
         self._out: list[_Out] = []
+        self._gone: list[_Out] = []
         self._losses: dict[Order, int] = {}
+        self._given_up: list[tuple[Order, str]] = []
         self._longest_s: float | None = None
 
     def free(self) -> int:
@@ -110,7 +112,9 @@ class Errands:
             if not self._cluster.is_connected and not self._cluster.reconnect():
                 self._crew.forget()
             else:
-                self._crew.find(nothing_done=self._longest_s is None and not self._out)
+                there = self._crew.find(nothing_done=self._longest_s is None and not self._out)
+                for out in [each for each in self._out if each.address not in there and not each.done.done()]:
+                    self._lose(out, "it is gone")
                 self._deal()
         except ClusterError:
             raise
@@ -125,6 +129,7 @@ class Errands:
         for each in self._out:
             with suppress(Exception, AsyncCancelledError):
                 each.done.result(timeout=_DROPS_WITHIN_S + 2 * _WAIT_S)
+        for each in (*self._out, *self._gone):
             shutil.rmtree(each.made, ignore_errors=True)
         self._out.clear()
         self._waiting.clear()
@@ -169,15 +174,9 @@ class Errands:
                 self._crew.used.discard(out.address)
                 if isinstance(error, _FaultError):
                     self._cluster.refuse(out.address, f"{error}; what it had is given to others")
+                    self._put_back(order)
                 else:
-                    self._losses[order] = self._losses.get(order, 0) + 1
-                if any(each.order is order for each in self._wanted()):
-                    continue
-                if self._losses.get(order, 0) < MOST_FAILURES:
-                    self._waiting.insert(0, order)
-                    continue
-                message = f"{MOST_FAILURES} workers were lost over it ({error}); run the same command to try again"
-                ended.append((order, message))
+                    self._lose(out, str(error) or type(error).__name__)
                 continue
             if not out.is_wanted.is_set():  # a copy was first
                 shutil.rmtree(out.made, ignore_errors=True)
@@ -188,7 +187,28 @@ class Errands:
             self._longest_s = max(self._longest_s or 0.0, time.monotonic() - out.begun_s)
             out.made.replace(order.made)
             ended.append((order, message))
-        return ended
+        given_up, self._given_up = self._given_up, []
+        return ended + given_up
+
+    def _lose(self, out: _Out, why: str) -> None:
+        """Take an order from a worker that is gone; its thread may wait for long, but has nothing to write."""
+        if out in self._out:
+            self._out.remove(out)
+            self._gone.append(out)
+        was_wanted = out.is_wanted.is_set()
+        out.is_wanted.clear()
+        if not was_wanted:
+            return
+        self._losses[out.order] = self._losses.get(out.order, 0) + 1
+        if self._losses[out.order] < MOST_FAILURES:
+            self._put_back(out.order)
+        elif all(each.order is not out.order for each in self._wanted()):
+            message = f"{MOST_FAILURES} workers were lost over it ({why}); run the same command to try again"
+            self._given_up.append((out.order, message))
+
+    def _put_back(self, order: Order) -> None:
+        if order not in self._waiting and all(each.order is not order for each in self._wanted()):
+            self._waiting.insert(0, order)
 
     # ------------------------------------------------------------------------------------------ a worker's thread
     def _attend(self, out: _Out) -> str:
