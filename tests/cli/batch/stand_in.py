@@ -32,6 +32,10 @@ elif does == "wait":
 elif does == "pause":
     time.sleep(1)
 folder = Path(words[words.index("-o") + 1])
-folder.mkdir(parents=True, exist_ok=True)
-(folder / "words.txt").write_text("\n".join(words))
-(folder / "plan.json").write_bytes(Path(os.environ["STAND_IN_PLAN"]).read_bytes())
+try:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "words.txt").write_text("\n".join(words))
+    (folder / "plan.json").write_bytes(Path(os.environ["STAND_IN_PLAN"]).read_bytes())
+except OSError as error:  # told as the command tells it
+    print(f"tlsplan: {folder}: can't be written ({error.strerror}), nothing was changed", file=sys.stderr)
+    sys.exit(3)
