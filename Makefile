@@ -155,7 +155,7 @@ bench-live: $(DEV) ## how fast a dragged station is answered; writes docs/benchm
 bench-clouds: $(DEV) ## clouds of 10 and 100 million beams in every format: memory, time, size; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_clouds.py --write docs/benchmarks/clouds.md
 
-bench-cluster: $(DEV) ## scanning over Dask workers: what a task costs and ships; writes docs/benchmarks
+bench-cluster: $(DEV) ## work over Dask workers: what a task costs and ships; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_cluster.py --write docs/benchmarks/cluster.md
 
 bench-scale: $(DEV) ## time and memory from 10^4 to 3 * 10^7 triangles; writes docs/benchmarks; goes on where it was interrupted

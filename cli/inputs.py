@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ from .options import METRES_PER_UNIT, Asking, FileOptions, MethodOptions, PriorS
 from .output import repairs
 
 if TYPE_CHECKING:
+    from planner_core.cluster.spread import Cluster
     from planner_core.engine.scan_engine import ScanEngine
     from planner_core.model import LengthUnit, PlanSettings, PriorStation, Requirements, Scene, Scope, Site, Survey
     from planner_core.progress import Progress
@@ -26,6 +28,18 @@ _EFFORTS = {
 }
 #: A crew that scans a planned station stands at most so far from where it was planned.
 _SAME_STATION_M = 2.0
+
+
+@contextmanager
+def opened_cluster(scheduler: str | None, reporter: ProgressReporter) -> Iterator[Cluster | None]:
+    """Open the workers of a scheduler, where one is named."""
+    if scheduler is None:
+        yield None
+        return
+    from planner_core.cluster.spread import open_cluster
+
+    with open_cluster(scheduler, tell=lambda line: reporter.warn([line])) as cluster:
+        yield cluster
 
 
 def load(scenes: Sequence[Path], reading: FileOptions, *, progress: Progress) -> Scene:

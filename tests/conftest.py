@@ -35,6 +35,7 @@ try:
     import oldest_plan  # noqa: F401 - from here on they are known by their names
     import oracles  # noqa: F401
     import small_pictures  # noqa: F401
+    import waiting  # noqa: F401
     from made_once import MadeOnce, folders_made_once
     from read_once import keep_what_children_read
     from real_buildings import RealScene, real_scenes

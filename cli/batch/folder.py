@@ -4,6 +4,7 @@
 `plans/<job>/`      a plan folder, whole or not there
 `jobs/<job>.json`   how the job ended (`JobRecord`), whole or not there
 `jobs/<job>.log`    what its process told; of the last try
+`jobs/.fetched/`    what comes from workers, until it is whole
 `index.html` ...    the summary
 `.batch.lock`       locked (`flock`) by the batch that is at work, and by its jobs while they live
 ==================  ===================================================================================================
@@ -63,6 +64,15 @@ class BatchFolder:
         """Return where the job's process tells what it does."""
         return self._beside(job, "log")
 
+    def fetched(self, job: Job) -> Path:
+        """Return where what the job's worker made comes to."""
+        return self.fetched_folder / self._beside(job, "made").name
+
+    @property
+    def fetched_folder(self) -> Path:
+        """Where what comes from workers waits until it is whole."""
+        return self.root / "jobs" / ".fetched"
+
     def output(self, job: Job) -> Path:
         """Return where the job's process prints its result."""
         return self._beside(job, "out")
@@ -92,6 +102,7 @@ class BatchFolder:
                 ) from None
             except OSError:  # a file system without locks
                 pass
+            shutil.rmtree(self.fetched_folder, ignore_errors=True)  # of one that was killed
             yield handle
         finally:
             os.close(handle)

@@ -78,11 +78,11 @@ def files_of(site: Site) -> tuple[Path, ...]:
 def _job(site: Site, name: str, engine: Sequence[str], **more: Any) -> Job:
     job = Job(name, site, "", **more)
     options = {key: site.told[str(option.name)] for key, option in OPTIONS.items()}
-    named = {str(file): _sha256(file) for file in site.files}
+    named = {str(file): digest_of(file) for file in site.files}
     held = {
         "version": version("tlsplan"),
         "does": "floors" if job.finds_floors else "plan",
-        "files": [[file.name, _sha256(file)] for file in files_of(site)],
+        "files": [[file.name, digest_of(file)] for file in files_of(site)],
         "options": {key: _plain(option, options[key], named) for key, option in OPTIONS.items()},
         "engine": list(engine),
         "floor": job.floor,
@@ -102,8 +102,8 @@ def _plain(option: click.Option, value: Any, named: dict[str, str]) -> Any:
 
 
 @cache
-def _sha256(file: Path) -> str:
-    """Of a file; empty where it can't be read: the job will say so."""
+def digest_of(file: Path) -> str:
+    """SHA-256 of a file; empty where it can't be read: the job will say so."""
     try:
         with file.open("rb") as content:
             return hashlib.file_digest(content, "sha256").hexdigest()

@@ -60,14 +60,10 @@ class Runner(Protocol):
 
 
 class ThisMachine:
-    """Jobs as processes of this machine. handle : of the batch's lock, which they inherit. how : options of `plan` that
-    change no plan, besides those of the engine.
-    """
+    """Jobs as processes of this machine. handle : of the batch's lock, which they inherit."""
 
-    def __init__(
-        self, folder: BatchFolder, handle: int, *, most: int, engine: Sequence[str], how: Sequence[str] = ()
-    ) -> None:
-        self._folder, self._handle, self._most, self._engine = folder, handle, most, (*engine, *how)
+    def __init__(self, folder: BatchFolder, handle: int, *, most: int, engine: Sequence[str]) -> None:
+        self._folder, self._handle, self._most, self._engine = folder, handle, most, engine
         self._running: dict[Job, subprocess.Popen[bytes]] = {}
 
     def free(self) -> int:
@@ -79,7 +75,7 @@ class ThisMachine:
         words = job.words(self._folder.plan(job), engine=self._engine)
         with self._folder.log(job).open("wb") as log, self._folder.output(job).open("wb") as output:
             self._running[job] = subprocess.Popen(
-                [*_PROGRAM, str(os.getpid()), *words],
+                program(*words),
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=log,
@@ -90,33 +86,43 @@ class ThisMachine:
         """Jobs that ended since the last call."""
         done = [job for job, process in self._running.items() if process.poll() is not None]
         return [
-            Ended(job, failure_of(self._running.pop(job).returncode, _last_line(self._folder.log(job)))) for job in done
+            Ended(job, failure_of(self._running.pop(job).returncode, last_line(self._folder.log(job)))) for job in done
         ]
 
     def doing(self) -> list[tuple[Job, str]]:
         """Jobs at work, and the last line of each."""
-        return [(job, _last_line(self._folder.log(job))) for job in self._running]
+        return [(job, last_line(self._folder.log(job))) for job in self._running]
 
     def stop(self) -> None:
         """End all jobs: first politely."""
-        for process in self._running.values():
-            process.terminate()
-        until_s = time.monotonic() + _ENDS_WITHIN_S
-        for process in self._running.values():
-            try:
-                process.wait(max(until_s - time.monotonic(), 0.0))
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+        end_all(list(self._running.values()))
         self._running.clear()
 
 
-def failure_of(code: int, last_line: str) -> str:
+def end_all(processes: Sequence[subprocess.Popen[bytes]]) -> None:
+    """End processes: first politely."""
+    for process in processes:
+        process.terminate()
+    until_s = time.monotonic() + _ENDS_WITHIN_S
+    for process in processes:
+        try:
+            process.wait(max(until_s - time.monotonic(), 0.0))
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def program(*words: str) -> list[str]:
+    """Return the words of a job's process, which ends with this one."""
+    return [*_PROGRAM, str(os.getpid()), *words]
+
+
+def failure_of(code: int, line: str) -> str:
     """Return why a job failed, by its process's exit code and last line; empty where it did not."""
     if code == 0:
         return ""
-    if last_line.startswith(_PREFIX):
-        return last_line.removeprefix(_PREFIX)
+    if line.startswith(_PREFIX):
+        return line.removeprefix(_PREFIX)
     return f"its process {why_ended(code)}; run the same command to try again, with fewer --jobs if memory is short"
 
 
@@ -177,7 +183,7 @@ def work(
                 folder.output(end.job).unlink(missing_ok=True)
                 done(end.job, end.message, floors, before=False)
             look(n_done, n_done + len(waiting) + len(runner.doing()), runner.doing())
-            if runner.doing():
+            if waiting or runner.doing():
                 time.sleep(_LOOK_S)
     finally:
         runner.stop()
@@ -189,7 +195,7 @@ def _floors(output: Path) -> tuple[tuple[str, str], ...]:
     return tuple((floor["id"], floor["name"]) for floor in listed)
 
 
-def _last_line(log: Path) -> str:
+def last_line(log: Path) -> str:
     """Return the last line that a process told."""
     with log.open("rb") as file:
         file.seek(max(0, log.stat().st_size - _TAIL_BYTES))

@@ -227,7 +227,8 @@ def _columns(prices: PriceEntries | None) -> list[tuple[str, Callable[[Row], str
 def _counts(rows: Sequence[Row]) -> str:
     told = ((sum(row.state == state for row in rows), state) for state in (PLANNED, FAILED, WAITING))
     text = ", ".join(f"{count} {state}" for count, state in told if count)
-    return text if all(row.state == PLANNED for row in rows) else f"{text}; totals are of the planned ones"
+    states = {row.state for row in rows}
+    return f"{text}; totals are of the planned ones" if PLANNED in states and len(states) > 1 else text
 
 
 def _called(row: Row) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..options import apply, engine_options, output_options, scheduler_option
+from ..options import apply, engine_options, output_options
 
 if TYPE_CHECKING:
     from ..batch.folder import BatchFolder
@@ -23,8 +23,12 @@ if TYPE_CHECKING:
               help="Folder of the batch: plan folders, and the summary index.html, summary.csv, "
               "summary.json.")  # fmt: skip
 @click.option("--jobs", "n_jobs", type=click.IntRange(min=1), default=None, metavar="NUMBER",
-              help="Plans made at the same time. [default: half of the cores]")  # fmt: skip
-@apply(engine_options, scheduler_option, output_options)
+              help="Plans made at the same time. [default: half of the cores; with --scheduler, "
+              "one per worker]")  # fmt: skip
+@click.option("--scheduler", default=None, metavar="tcp://HOST:PORT|local[:N]",
+              help="Dask scheduler whose workers make the plans, one at a time each; the plans stay the same. local: N "
+              "workers on this machine. Needs the extra tlsplan[cluster]; see docs/howto/cluster.md.")  # fmt: skip
+@apply(engine_options, output_options)
 def command(
     sites_file: Path,
     folder: Path,
@@ -45,12 +49,12 @@ def command(
 
     from ..batch.folder import BatchFolder
     from ..batch.jobs import first_jobs
+    from ..batch.on_workers import opened_runner
     from ..batch.runner import ThisMachine, work
     from ..batch.sites_file import read_sites
     from ..batch.summary import FAILED, write_summary
     from ..progress import ProgressReporter
 
-    how = [] if scheduler is None else [f"--scheduler={_checked(scheduler)}"]
     sites, prices = read_sites(sites_file)
     with_engine = [f"--engine={engine}", *([] if device is None else [f"--device={device}"])]
     held = BatchFolder(folder)
@@ -59,29 +63,19 @@ def command(
         for site in sites:
             if site.missing:
                 telling.missing(site)
-        n_jobs = n_jobs or max(n_usable_cores() // 2, 1)
-        runner = ThisMachine(held, handle, most=n_jobs, engine=with_engine, how=how)
         jobs = first_jobs(sites, engine=with_engine)
         telling.wait_for(jobs)
+        here = ThisMachine(held, handle, most=n_jobs or max(n_usable_cores() // 2, 1), engine=with_engine)
         try:
-            work(jobs, held, runner, engine=with_engine, told=telling.ended, look=telling.look)
+            with opened_runner(
+                here, held, scheduler, most=n_jobs, engine=(engine, device), tell=lambda line: reporter.warn([line])
+            ) as runner:
+                work(jobs, held, runner, engine=with_engine, told=telling.ended, look=telling.look)
         finally:
             document = write_summary(folder, telling.rows(sites), prices)
     _finish(folder, document, as_json=as_json, quiet=quiet)
     if any(row["state"] == FAILED for row in document["rows"]):
         raise click.exceptions.Exit(8)
-
-
-def _checked(scheduler: str) -> str:
-    """Refuse workers of this machine for every plan: --jobs is for that."""
-    from planner_core.errors import ClusterError
-
-    if scheduler.startswith("local"):
-        raise ClusterError(
-            f"scheduler: got {scheduler} for a batch, expected tcp://HOST:PORT; use --jobs for several plans at a time "
-            "on this machine"
-        )
-    return scheduler
 
 
 class _Telling:

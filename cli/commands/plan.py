@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,8 +30,6 @@ from ..options import (
 
 if TYPE_CHECKING:
     from planner_core.model import PlanSettings
-
-    from ..progress import ProgressReporter
 
 
 @click.command(
@@ -77,6 +74,7 @@ def run(
     from planner_core.plan_folder.folder import check_output, write_plan_folder
     from planner_core.planning.judge import with_judgement
     from planner_core.planning.plan import plan_survey
+    from planner_core.spread import spread_over
 
     from .. import inputs, summary
     from ..progress import ProgressReporter
@@ -87,7 +85,7 @@ def run(
         survey, scan_engine, _ = inputs.open_survey(
             scenes, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"
         )
-        with _spread_over(scheduler, reporter):
+        with inputs.opened_cluster(scheduler, reporter) as cluster, spread_over(cluster):
             plan = plan_survey(survey, settings, scan_engine, progress=reporter.show)
         plan = with_judgement(
             plan,
@@ -98,19 +96,6 @@ def run(
         reporter.warn(plan.warnings)
         write_plan_folder(plan, folder, engine=scan_engine, overwrite=overwrite, progress=reporter.show)
     summary.finish(plan, folder, judge_in_full=n_judged is not None, as_json=as_json, quiet=quiet)
-
-
-@contextmanager
-def _spread_over(scheduler: str | None, reporter: ProgressReporter) -> Iterator[None]:
-    """Let the workers of a scheduler look around, too, where there is one."""
-    if scheduler is None:
-        yield
-        return
-    from planner_core.cluster.spread import open_cluster
-    from planner_core.requirements.look_around import spread_over
-
-    with open_cluster(scheduler, tell=lambda line: reporter.warn([line])) as cluster, spread_over(cluster):
-        yield
 
 
 def problem_of(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -16,8 +17,13 @@ from ..options import (
     scanner_option,
     scene_argument,
     scene_options,
+    scheduler_option,
     stations_option,
 )
+
+if TYPE_CHECKING:
+    from planner_core.cluster.spread import Cluster
+    from planner_core.export.clouds.simulated import WriteAll
 
 FORMATS = ("exr", "png", "ply")
 
@@ -32,7 +38,7 @@ FORMATS = ("exr", "png", "ply")
 @click.option("--format", "formats", type=click.Choice(FORMATS), multiple=True,
               default=FORMATS, show_default=True,
               help="Files per station. exr: range image; png: preview; ply: point cloud; may be repeated.")  # fmt: skip
-@apply(scanner_option, scene_options, engine_options, overwrite_option, output_options)
+@apply(scanner_option, scene_options, engine_options, scheduler_option, overwrite_option, output_options)
 def command(
     scenes: tuple[Path, ...],
     stations: Path,
@@ -42,12 +48,13 @@ def command(
     reading: FileOptions,
     engine: str,
     device: str | None,
+    scheduler: str | None,
     overwrite: bool,
     as_json: bool,
     quiet: bool,
 ) -> None:
     """Simulate the scans of a station list in SCENE: range images and point clouds per station."""
-    from planner_core.export.clouds.simulated import simulated_clouds, write_simulated_scans
+    from planner_core.export.clouds.simulated import simulated_clouds, write_scans_here, write_simulated_scans
     from planner_core.model import PlanSettings
     from planner_core.plan_folder.stations_csv import read_station_list
     from planner_core.planning.evaluate import place_stations
@@ -71,7 +78,9 @@ def command(
         warnings = [*told, *remarks]
         reporter.warn(warnings)
         clouds = simulated_clouds(survey, settings, listed, scan_engine, progress=reporter.show)
-        written = write_simulated_scans(clouds, formats, folder, overwrite=overwrite)
+        with inputs.opened_cluster(scheduler, reporter) as cluster:
+            write_all = write_scans_here if cluster is None else _by(cluster)
+            written = write_simulated_scans(clouds, formats, folder, overwrite=overwrite, write_all=write_all)
     scans: list[dict[str, Any]] = [
         {
             "station": scan.station_id,
@@ -88,6 +97,12 @@ def command(
             ("station", "beams", "returns", "files"),
             [(s["station"], str(s["n_beams"]), str(s["n_returns"]), " ".join(s["files"])) for s in scans],
         )
+
+
+def _by(cluster: Cluster) -> WriteAll:
+    from planner_core.cluster.clouds import write_scans_spread
+
+    return partial(write_scans_spread, cluster)
 
 
 def _check_folder(folder: Path, *, overwrite: bool) -> None:

@@ -1,5 +1,6 @@
-"""One plan over many processes: Dask workers look around, the plan is that of a single process to the byte.
+"""Many processes for one: Dask workers do tasks and errands, and what comes of it is that of one process to the byte.
 
-`spread` deals positions out and puts the answers in order, `worker` is what runs on workers, `parcels` is what travels.
-Nothing else imports Dask, and only where it is used: the extra `tlsplan[cluster]`.
+`spread` connects, finds out who is fit, deals tasks out and puts the answers in order (scanning, links); `errands` has
+folders made by workers and fetches them (jobs of a batch; `clouds`: scans of stations). `worker` and `workplace` are
+what runs on workers, `parcels` what travels. Nothing else imports Dask, and only where it is used: `tlsplan[cluster]`.
 """

@@ -1,13 +1,13 @@
-"""Deals positions out to Dask workers, few at a time, and puts what they see in order: the bytes of one process.
+"""Deals tasks out to Dask workers, few at a time, and puts their answers in order: the bytes of one process.
 
-CONTROL FLOW. Each worker gets its next batch when it gives one back, so a slow one holds nobody up; when none are left,
+CONTROL FLOW. Each worker gets its next task when it gives one back, so a slow one holds nobody up; when none are left,
 idle workers get copies of those that are out longest, and the first answer counts. A worker is used once it is of the
-same version and, asked about the first few positions, answers what this process finds itself, bit by bit. One that
-dies loses its batches to the others. Where the scheduler is gone it is waited for; where nobody is left for
-`PATIENCE_S`, this process does the rest. Answers that are here are kept, whatever happens.
+same version and, asked the first task, answers what this process finds itself, bit by bit (`Crew`). One that dies loses
+its tasks to the others. Where the scheduler is gone it is waited for; where nobody is left for `PATIENCE_S`, this
+process does the rest. Answers that are here are kept, whatever happens.
 
-Sent to a worker: the scene and the question, once, by content; a batch is a few hundred bytes. Sent back: compressed
-rows. At most `_AHEAD` batches a worker are out, so that neither side ever holds more than that.
+Sent to a worker: the question, once, by content; a task is a few hundred bytes. Sent back: bytes. At most `_AHEAD`
+tasks a worker are out, so that neither side ever holds more than that.
 """
 
 from __future__ import annotations
@@ -16,82 +16,65 @@ import contextlib
 import logging
 import time
 from asyncio import CancelledError as AsyncCancelledError
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from threading import Event
 from typing import Any
 
 from planner_core.cluster import worker
-from planner_core.cluster.parcels import Packer, Parcel, pack_looked, squeezed, unpack_looked
-from planner_core.engine.scan_engine import ScanEngine
+from planner_core.cluster.parcels import Packer, Parcel, squeezed
 from planner_core.errors import ClusterError, MissingPackageError, one_line
-from planner_core.model import FloatArray, Survey
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.requirements.goals import Goals
-from planner_core.requirements.look_around import Looked, in_a_row, look_around_here
+from planner_core.spread import Question, Task
 
 LOCAL = "local"
 #: Without a scheduler or a worker for so long, this process goes on alone.
 PATIENCE_S = 60.0
 _CONNECTS_WITHIN_S = 30.0
-#: Positions of a batch: enough that a batch outweighs its overhead, few enough that the last ones are soon done.
-_BATCH, _PROBE = 16, 4
-#: Batches of a worker: one at work, one waiting there.
+#: Tasks of a worker: one at work, one waiting there.
 _AHEAD = 2
-#: Workers that are asked at the same time whether they are fit: others scan meanwhile.
+#: Workers that are asked at the same time whether they are fit: others work meanwhile.
 _JOIN_AT_ONCE = 16
-#: Of the same batch, at the end.
-_MOST_COPIES = 2
+#: Of the same task, at the end.
+MOST_COPIES = 2
 _LOOK_S = 0.5
 #: An answer of megabytes from a worker that is there.
 _FETCHES_WITHIN_S = 15.0
-#: A worker may crash over batches of its own; one batch that fails so often is done here.
-_MOST_FAILURES = 3
+#: A worker may crash over tasks of its own; one task that fails so often is done here.
+MOST_FAILURES = 3
 #: What Dask raises of workers and results that are gone while the scheduler is there.
-_LOST = (OSError, TimeoutError, CancelledError, AsyncCancelledError)
+LOST = (OSError, TimeoutError, CancelledError, AsyncCancelledError)
 
 
 class Cluster:
-    """Workers of a Dask scheduler that look around for this process; a `Spread`. Made by `open_cluster`."""
+    """Workers of a Dask scheduler that work for this process; a `Spread`. Made by `open_cluster`."""
 
     def __init__(self, address: str, client: Any, tell: Callable[[str], None]) -> None:
         self._address, self._client, self.tell = address, client, tell
         self._packer = Packer()
         self._refused: set[str] = set()
 
-    def look_around(
-        self,
-        survey: Survey,
-        engine: ScanEngine,
-        positions_m: FloatArray,
-        goals: Goals,
-        *,
-        notes_needed: bool,
-        progress: Progress,
-    ) -> Looked:
-        """Look from each of positions (N, 3), as `look_around_here`.
+    def key_of(self, value: object) -> str:
+        """Return a key that tells a value's contents."""
+        return self._packer.parcel(value).digest
+
+    def parcel(self, value: object) -> Parcel:
+        """Return a value as it is sent."""
+        return self._packer.parcel(value)
+
+    def answers(
+        self, question: Question, tasks: Sequence[Task], *, here: Callable[[Any], bytes], stage: str, progress: Progress
+    ) -> list[bytes]:
+        """Return the answers to tasks, one or more, in their order.
 
         Raises
         ------
         ClusterError
-            All workers that there are scan otherwise than this process, or are of another version.
+            All workers that there are answer otherwise than this process, or are of another version.
         """
-        scene = self._packer.parcel((survey.scene, replace(survey.patches, counted=None)))
-        question = worker.Question(survey, goals, notes_needed, engine.name, scene.digest)
-        parcel = self._packer.parcel(question)
-
-        def here(batch: FloatArray) -> Looked:
-            return look_around_here(
-                survey, engine, batch, goals, notes_needed=notes_needed, progress=lambda event: None
-            )
-
-        progress(ProgressEvent("scan", 0, len(positions_m), "cluster"))
-        deal = _Deal(self, parcel, positions_m, here, progress)
-        answers = deal.answers()
-        n_patches = survey.patches.n_patches
-        n_stacked = n_patches if goals.plain else n_patches * len(goals.qualities)
-        return in_a_row([unpack_looked(answers[first], n_patches, n_stacked) for first in sorted(answers)])
+        progress(ProgressEvent(stage, 0, sum(task.size for task in tasks), "cluster"))
+        return _Deal(self, self.parcel(question), tasks, here, stage, progress).answers()
 
     # -------------------------------------------------------------------------------------------- workers
     def workers(self) -> set[str]:
@@ -145,92 +128,65 @@ class Cluster:
         return bool(self._client.status == "running")
 
 
-class _Deal:
-    """One question, dealt out in batches: by their first position, `waiting`, `out` at workers, or answered."""
+class Crew:
+    """Workers that are there and, asked once, were found fit. is_fit : asks one, and refuses it where it is not."""
 
-    def __init__(
-        self,
-        cluster: Cluster,
-        parcel: Parcel,
-        positions_m: FloatArray,
-        here: Callable[[FloatArray], Looked],
-        progress: Progress,
-    ) -> None:
-        self._cluster, self._parcel, self._positions, self._here = cluster, parcel, positions_m, here
-        self._progress = progress
-        probe = min(_PROBE, len(positions_m))
-        self._size = {0: probe} | {
-            first: min(_BATCH, len(positions_m) - first) for first in range(probe, len(positions_m), _BATCH)
-        }
-        self._answers = {0: pack_looked(here(positions_m[:probe]))}
-        self._waiting = [first for first in reversed(self._size) if first != 0]
-        self._out: dict[Any, tuple[str, int]] = {}
-        self._used: set[str] = set()
-        self._failures: dict[int, int] = {}
-        self._alone_s = time.monotonic()
-        self._some_done = Event()
+    def __init__(self, cluster: Cluster, is_fit: Callable[[str], bool]) -> None:
+        self._cluster, self._is_fit = cluster, is_fit
+        self.used: set[str] = set()
+        self.some_done = Event()
+        """Set where somebody has answered, or may be dealt to."""
         self._joining: dict[str, Future[bool]] = {}
         self._askers = ThreadPoolExecutor(_JOIN_AT_ONCE, thread_name_prefix="join")
+        self._alone_s = time.monotonic()
 
-    def answers(self) -> dict[int, bytes]:
-        """All answers, by the first position of each batch."""
-        try:
-            self._work()
-        finally:
-            self._askers.shutdown(wait=False, cancel_futures=True)
-            for future in self._out:  # copies of what is answered
-                with contextlib.suppress(Exception):
-                    future.cancel()
-        return self._answers
+    def find(self, *, nothing_done: bool) -> set[str]:
+        """Look who is there, and have new ones asked; returns who is there.
 
-    def _work(self) -> None:
-        while len(self._answers) < len(self._size):
-            try:
-                if not self._cluster.is_connected and not self._cluster.reconnect():
-                    self._forget_workers()
-                else:
-                    self._find_workers()
-                    self._deal()
-                    self._collect()
-            except (Exception, AsyncCancelledError) as error:
-                if isinstance(error, ClusterError):
-                    raise
-                self._forget_workers()
-            if self._used or self._joining:
-                self._alone_s = time.monotonic()
-            elif time.monotonic() - self._alone_s > PATIENCE_S:
-                self._cluster.tell(f"no worker for {PATIENCE_S:.0f} s: this machine goes on alone")
-                self._do_here()
-            n_done = sum(self._size[first] for first in self._answers)
-            self._progress(ProgressEvent("scan", n_done, len(self._positions), f"{len(self._used)} workers"))
-
-    def _find_workers(self) -> None:
+        Raises
+        ------
+        ClusterError
+            Nobody who is there is fit, and nothing was done yet.
+        """
         there = self._cluster.workers()
-        self._used &= there
+        self.used &= there
         for address in self._joining.keys() - there:  # its thread waits for an answer until the connection is closed
             del self._joining[address]
-        for future, (address, first) in list(self._out.items()):
-            if address not in there:
-                del self._out[future]
-                self._put_back(first)
-        for address in sorted(there - self._used - self._joining.keys()):
+        for address in sorted(there - self.used - self._joining.keys()):
             if not self._cluster.is_refused(address):
-                self._joining[address] = self._askers.submit(self._is_fit, address)
-                self._joining[address].add_done_callback(lambda _: self._some_done.set())
+                self._joining[address] = self._askers.submit(self._asked, address)
+                self._joining[address].add_done_callback(lambda _: self.some_done.set())
         for address, fit in [each for each in self._joining.items() if each[1].done()]:
             del self._joining[address]
-            with contextlib.suppress(*_LOST, worker.LackingError):  # if it still is there, it is asked again
+            with contextlib.suppress(*LOST, worker.LackingError):  # if it still is there, it is asked again
                 if fit.result() and address in there:
-                    self._used.add(address)
-        is_alone = not self._used and not self._joining and len(self._answers) == 1
+                    self.used.add(address)
+        is_alone = not self.used and not self._joining and nothing_done
         if there and is_alone and all(map(self._cluster.is_refused, there)):
             raise ClusterError(
                 f"cluster: none of {len(there)} workers scans as this machine does, expected one that does; start "
                 "workers of the same version of tlsplan and the same kind of device"
             )
+        return there
 
-    def _is_fit(self, address: str) -> bool:
-        """Whether a worker is of this version and scans the first positions as this process does, bit by bit."""
+    def forget(self) -> None:
+        """Use nobody until they are found again."""
+        self.used.clear()
+        self.some_done.wait(_LOOK_S)
+        self.some_done.clear()
+
+    def is_gone(self) -> bool:
+        """Whether nobody was there for too long."""
+        if self.used or self._joining:
+            self._alone_s = time.monotonic()
+        return time.monotonic() - self._alone_s > PATIENCE_S
+
+    def close(self) -> None:
+        """Ask nobody any more."""
+        self._askers.shutdown(wait=False, cancel_futures=True)
+
+    def _asked(self, address: str) -> bool:
+        """Whether a worker is of this version, and fit."""
         own = asdict(worker.identity())
         try:
             found = self._cluster.submit(address, worker.greet).result(timeout=PATIENCE_S)
@@ -243,96 +199,156 @@ class _Deal:
                 address, f"got {name} {found.get(name)}, expected {own[name]}; install the same tlsplan there"
             )
             return False
-        self._cluster.supply(address, self._parcel)
+        return self._is_fit(address)
+
+
+def scans_alike(cluster: Cluster, address: str, parcel: Parcel, task: Any, expected: bytes) -> bool:
+    """Whether a worker answers a task as this process does, bit by bit; refused where it does not."""
+    cluster.supply(address, parcel)
+    try:
+        found = cluster.submit(address, worker.answer, parcel.digest, task).result(timeout=10 * PATIENCE_S)
+    except (ImportError, RuntimeError) as error:  # DeviceError among them
+        cluster.refuse(address, f"got no scan of it ({error}), expected one; see `tlsplan doctor` there")
+        return False
+    if found != expected:
+        cluster.refuse(
+            address, "got a scan that differs from this machine's, expected the same bits; give it the same device"
+        )
+        return False
+    return True
+
+
+class _Deal:
+    """One question, dealt out: tasks by their numbers, `waiting`, `out` at workers, or answered."""
+
+    def __init__(
+        self,
+        cluster: Cluster,
+        parcel: Parcel,
+        tasks: Sequence[Task],
+        here: Callable[[Any], bytes],
+        stage: str,
+        progress: Progress,
+    ) -> None:
+        self._cluster, self._parcel, self._tasks, self._here = cluster, parcel, tasks, here
+        self._stage, self._progress = stage, progress
+        first = here(tasks[0].of)
+        self._answers = {0: first}
+        self._waiting = list(range(len(tasks) - 1, 0, -1))
+        self._out: dict[Any, tuple[str, int]] = {}
+        self._failures: dict[int, int] = {}
+        self._crew = Crew(cluster, lambda address: scans_alike(cluster, address, parcel, tasks[0].of, first))
+
+    def answers(self) -> list[bytes]:
+        """All answers, in the order of the tasks."""
         try:
-            future = self._cluster.submit(address, worker.look, self._parcel.digest, self._positions[: self._size[0]])
-            looked = future.result(timeout=10 * PATIENCE_S)
-        except (ImportError, RuntimeError) as error:  # DeviceError among them
-            self._cluster.refuse(address, f"got no scan of it ({error}), expected one; see `tlsplan doctor` there")
-            return False
-        if looked != self._answers[0]:
-            self._cluster.refuse(
-                address, "got a scan that differs from this machine's, expected the same bits; give it the same device"
-            )
-            return False
-        return True
+            self._work()
+        finally:
+            self._crew.close()
+            for future in self._out:  # copies of what is answered
+                with contextlib.suppress(Exception):
+                    future.cancel()
+        return [self._answers[number] for number in range(len(self._tasks))]
+
+    def _work(self) -> None:
+        while len(self._answers) < len(self._tasks):
+            try:
+                if not self._cluster.is_connected and not self._cluster.reconnect():
+                    self._forget_workers()
+                else:
+                    there = self._crew.find(nothing_done=len(self._answers) == 1)
+                    for future, (address, number) in list(self._out.items()):
+                        if address not in there:
+                            del self._out[future]
+                            self._put_back(number)
+                    self._deal()
+                    self._collect()
+            except (Exception, AsyncCancelledError) as error:
+                if isinstance(error, ClusterError):
+                    raise
+                self._forget_workers()
+            if self._crew.is_gone():
+                self._cluster.tell(f"no worker for {PATIENCE_S:.0f} s: this machine goes on alone")
+                self._do_here()
+            self._show(f"{len(self._crew.used)} workers")
+
+    def _show(self, note: str) -> None:
+        n_done = sum(self._tasks[number].size for number in self._answers)
+        self._progress(ProgressEvent(self._stage, n_done, sum(task.size for task in self._tasks), note))
 
     def _deal(self) -> None:
-        load = dict.fromkeys(sorted(self._used), 0)
+        load = dict.fromkeys(sorted(self._crew.used), 0)
         copies: dict[int, int] = {}
-        for address, first in self._out.values():
+        for address, number in self._out.values():
             load[address] = load.get(address, 0) + 1
-            copies[first] = copies.get(first, 0) + 1
+            copies[number] = copies.get(number, 0) + 1
         for ahead in range(_AHEAD):
             for address in load:
-                if address in self._used and load[address] == ahead and self._waiting:
+                if address in self._crew.used and load[address] == ahead and self._waiting:
                     self._send(address, self._waiting.pop())
                     load[address] += 1
         if not self._waiting:  # what is out longest comes first
             for address in (each for each in load if load[each] == 0):
                 late = [
-                    first
-                    for at, first in self._out.values()
-                    if at != address and first not in self._answers and copies[first] < _MOST_COPIES
+                    number
+                    for at, number in self._out.values()
+                    if at != address and number not in self._answers and copies[number] < MOST_COPIES
                 ]
                 if late:
                     copies[late[0]] += 1
                     self._send(address, late[0])
 
-    def _send(self, address: str, first: int) -> None:
-        batch = self._positions[first : first + self._size[first]]
-        future = self._cluster.submit(address, worker.look, self._parcel.digest, batch)
-        self._out[future] = address, first
-        future.add_done_callback(lambda _: self._some_done.set())
+    def _send(self, address: str, number: int) -> None:
+        future = self._cluster.submit(address, worker.answer, self._parcel.digest, self._tasks[number].of)
+        self._out[future] = address, number
+        future.add_done_callback(lambda _: self._crew.some_done.set())
 
     def _collect(self) -> None:
-        self._some_done.wait(_LOOK_S)
-        self._some_done.clear()
+        self._crew.some_done.wait(_LOOK_S)
+        self._crew.some_done.clear()
         for future in [each for each in self._out if each.done()]:
-            address, first = self._out.pop(future)
+            address, number = self._out.pop(future)
             try:
                 if future.status == "finished":
-                    self._answers.setdefault(first, future.result(timeout=_FETCHES_WITHIN_S))
+                    self._answers.setdefault(number, future.result(timeout=_FETCHES_WITHIN_S))
                 else:
-                    self._failed(address, first, future)
+                    self._failed(address, number, future)
                 future.release()
-            except _LOST:  # it was done, and its worker died before it gave the answer away
-                self._put_back(first)
-                self._used.discard(address)
+            except LOST:  # it was done, and its worker died before it gave the answer away
+                self._put_back(number)
+                self._crew.used.discard(address)
 
-    def _failed(self, address: str, first: int, future: Any) -> None:
-        """Put a batch back; what a worker lacks is sent again; what fails again and again is done here."""
+    def _failed(self, address: str, number: int, future: Any) -> None:
+        """Put a task back; what a worker lacks is sent again; what fails again and again is done here."""
         error = future.exception(timeout=PATIENCE_S) if future.status == "error" else None
-        self._put_back(first)
+        self._put_back(number)
         if isinstance(error, worker.LackingError):
-            self._used.discard(address)  # it is looked at anew
+            self._crew.used.discard(address)  # it is looked at anew
             return
-        self._failures[first] = self._failures.get(first, 0) + 1
-        if isinstance(error, RuntimeError | MemoryError):
-            self._cluster.refuse(address, f"got no scan of it ({error}), expected one; see `tlsplan doctor` there")
-            self._used.discard(address)
-        if self._failures[first] >= _MOST_FAILURES and first in self._waiting:
-            self._waiting.remove(first)
-            self._answers[first] = pack_looked(self._here(self._positions[first : first + self._size[first]]))
+        self._failures[number] = self._failures.get(number, 0) + 1
+        if isinstance(error, RuntimeError | MemoryError | OSError):
+            self._cluster.refuse(address, f"got no answer ({error}), expected one; see `tlsplan doctor` there")
+            self._crew.used.discard(address)
+        if self._failures[number] >= MOST_FAILURES and number in self._waiting:
+            self._waiting.remove(number)
+            self._answers[number] = self._here(self._tasks[number].of)
 
-    def _put_back(self, first: int) -> None:
-        is_out = any(other == first for _, other in self._out.values())
-        if first not in self._answers and first not in self._waiting and not is_out:
-            self._waiting.append(first)
+    def _put_back(self, number: int) -> None:
+        is_out = any(other == number for _, other in self._out.values())
+        if number not in self._answers and number not in self._waiting and not is_out:
+            self._waiting.append(number)
 
     def _forget_workers(self) -> None:
-        firsts = [first for _, first in self._out.values()]
+        numbers = [number for _, number in self._out.values()]
         self._out.clear()
-        self._used.clear()
-        for first in firsts:
-            self._put_back(first)
-        time.sleep(_LOOK_S)
+        for number in numbers:
+            self._put_back(number)
+        self._crew.forget()
 
     def _do_here(self) -> None:
-        for first in sorted(set(self._size) - set(self._answers)):
-            self._answers[first] = pack_looked(self._here(self._positions[first : first + self._size[first]]))
-            n_done = sum(self._size[each] for each in self._answers)
-            self._progress(ProgressEvent("scan", n_done, len(self._positions), "alone"))
+        for number in sorted(set(range(len(self._tasks))) - set(self._answers)):
+            self._answers[number] = self._here(self._tasks[number].of)
+            self._show("alone")
 
 
 @contextlib.contextmanager

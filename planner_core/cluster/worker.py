@@ -1,39 +1,36 @@
-"""What runs on workers: they take arrays and questions once, build the engine once per scene, and look around.
+"""What runs on workers: they take arrays and questions once, build the engine once per scene, and answer.
 
-State of the worker's process: arrays by their hashes, the questions that were asked last, their engines. A worker that
-is started anew has none, says so (`LackingError`), and is sent it again.
+State of the worker's process: arrays by their hashes, the questions that were asked last, what is kept for them. A
+worker that is started anew has none, says so (`LackingError`), and is sent it again.
 """
 
 from __future__ import annotations
 
 import hashlib
 import platform
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
 from functools import cache
 from importlib import resources
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
 from pathlib import Path
 from threading import Lock
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
-import planner_core
-from planner_core.cluster.parcels import pack_looked, unpacked, unsqueezed
-from planner_core.engine.scan_engine import ScanEngine, open_engine
-from planner_core.model import FloatArray, Survey
-from planner_core.progress import silent
-from planner_core.requirements.goals import Goals
-from planner_core.requirements.look_around import look_around_here
+from planner_core.cluster.parcels import unpacked, unsqueezed
 
+#: Of other versions plans may differ: readers of files, links, selection, pictures.
+_LIBRARIES = ("numpy", "scipy", "numba", "highspy", "shapely", "ifcopenshell", "usd-core", "vtk", "matplotlib")
 #: Questions, engines and arrays beyond these are forgotten, the oldest first.
-_MOST_QUESTIONS, _MOST_ENGINES = 4, 2
+_MOST_QUESTIONS, _MOST_KEPT = 4, 2
 
 _lock = Lock()
 _arrays: dict[str, NDArray[Any]] = {}
-_questions: dict[str, tuple[frozenset[str], Question]] = {}
-_engines: dict[str, ScanEngine] = {}
+_questions: dict[str, tuple[frozenset[str], Any]] = {}
+_kept: dict[str, Any] = {}
 
 
 class LackingError(Exception):
@@ -46,32 +43,41 @@ class Identity:
 
     version: str
     sources: str
-    """Hash of all modules and kernels of the library."""
+    """Hash of all modules and kernels of the library, and of the command."""
     python: str
     """Version of Python, major and minor: what is pickled in one is read in another."""
-
-
-@dataclass(frozen=True)
-class Question:
-    """What positions are looked from for. engine_of : hash of scene and patches. engine : its kind."""
-
-    survey: Survey
-    goals: Goals
-    notes_needed: bool
-    engine: str
-    engine_of: str
+    system: str
+    """Operating system and kind of processor."""
+    libraries: str
+    """Those that figures are made with, and their versions."""
 
 
 @cache
 def identity() -> Identity:
     """Return what this process is."""
-    root, digest = Path(planner_core.__file__).parent, hashlib.sha256()
-    sources = {path.relative_to(root).as_posix(): path.read_bytes() for path in root.rglob("*.py")}
+    digest, sources = hashlib.sha256(), dict[str, bytes]()
+    for name in ("planner_core", "tlsplan"):  # workers run the command, too
+        spec = find_spec(name)
+        for root in map(Path, () if spec is None else spec.submodule_search_locations or ()):
+            sources |= {f"{name}/{path.relative_to(root).as_posix()}": path.read_bytes() for path in root.rglob("*.py")}
     kernels = resources.files("planner_core.kernels")  # in a checkout they lie elsewhere
     sources |= {file.name: file.read_bytes() for file in kernels.iterdir() if file.name.endswith((".cl", ".h"))}
     for name, content in sorted(sources.items()):
         digest.update(name.encode() + b"\0" + content)
-    return Identity(version("tlsplan"), digest.hexdigest(), ".".join(platform.python_version_tuple()[:2]))
+    return Identity(
+        version("tlsplan"),
+        digest.hexdigest(),
+        ".".join(platform.python_version_tuple()[:2]),
+        f"{platform.system()} {platform.machine()}",
+        ", ".join(f"{name} {_version(name)}" for name in _LIBRARIES),
+    )
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "none"
 
 
 def greet() -> dict[str, str]:
@@ -114,8 +120,8 @@ def take_question(digest: str, body: bytes, names: list[str]) -> None:
             del _arrays[name]
 
 
-def look(digest: str, positions_m: FloatArray) -> bytes:
-    """Look around from positions (N, 3), local frame.
+def answer(digest: str, task: Any) -> bytes:
+    """Do one task of a question.
 
     Raises
     ------
@@ -125,25 +131,21 @@ def look(digest: str, positions_m: FloatArray) -> bytes:
         This worker has no engine of the kind that is asked for.
     """
     with _lock:  # one engine, one device: threads of a worker wait for each other
-        if digest not in _questions:
-            raise LackingError(digest)
-        question = _questions[digest][1]
-        engine = _engine(question)
-        looked = look_around_here(
-            question.survey,
-            engine,
-            np.asarray(positions_m),
-            question.goals,
-            notes_needed=question.notes_needed,
-            progress=silent,
-        )
-        return pack_looked(looked)
+        found: bytes = question_of(digest).answer(task, kept)
+        return found
 
 
-def _engine(question: Question) -> ScanEngine:
-    if question.engine_of not in _engines:
-        while len(_engines) >= _MOST_ENGINES:
-            del _engines[next(iter(_engines))]
-        patches = replace(question.survey.patches, counted=None)
-        _engines[question.engine_of] = open_engine(question.survey.scene, patches, engine=question.engine)
-    return _engines[question.engine_of]
+def question_of(digest: str) -> Any:
+    """Return a question that was sent; raises `LackingError`."""
+    if digest not in _questions:
+        raise LackingError(digest)
+    return _questions[digest][1]
+
+
+def kept(key: str, make: Callable[[], Any]) -> Any:
+    """Return what is kept by a key, made now where it is not."""
+    if key not in _kept:
+        while len(_kept) >= _MOST_KEPT:
+            del _kept[next(iter(_kept))]
+        _kept[key] = make()
+    return _kept[key]

@@ -128,7 +128,7 @@ def _system_words(frame: SiteFrame, options: Options, layout: _Layout) -> list[s
     Feet are told after the code, as FT or FTUS; metres only where the system is in feet.
     """
     words = ["SENSOR" if options.instrument == "sensor" else "GROUND", *_name_words(frame)]
-    if not frame.unit is frame.crs_unit is METRE:
+    if not frame.unit == frame.crs_unit == METRE:
         words.append(frame.unit.symbol.upper())
     if any(options.subtract):
         # The heights' system gives way: there are eight words, and these tell how to get back.

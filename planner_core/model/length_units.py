@@ -22,7 +22,7 @@ class LengthUnit:
     @property
     def is_feet(self) -> bool:
         """Whether it is one of the two feet."""
-        return self is not METRE
+        return self != METRE
 
     def of(self, length_m: float) -> float:
         """Metres -> this unit."""

@@ -71,7 +71,7 @@ class SiteFrame:
 
         And their unit, where that is not the metre, or not the unit of the system that is named.
         """
-        unit = "" if self.unit is self.crs_unit is METRE else f", in {self.unit.many}"
+        unit = "" if self.unit == self.crs_unit == METRE else f", in {self.unit.many}"
         if self.is_scene:
             return f"{SCENE_NAME}, no CRS{unit}"
         of_heights = "" if self.vertical_unit is self.unit or not self.vertical_crs else f", in {self.unit.many}"

@@ -6,7 +6,10 @@ and from them the `Network` that selection sees. Overlap and strength: `planner_
 
 from __future__ import annotations
 
+import pickle
+import zlib
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -15,14 +18,20 @@ from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Ov
 from planner_core.network.pair_overlap import (
     ROWS_A_BLOCK,
     PairMatrices,
+    PairOverlaps,
     Pairs,
     SharedSurface,
     joined_pairs,
-    overlapping_pairs,
     strengths_of,
 )
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.network import Network
+from planner_core.spread import Kept, Task, parts_of_row, who_answers
+
+#: Fewer candidates' links are found here: sending what they see takes longer.
+_WORTH_SPREADING = 1024
+#: Rows that every worker is asked about first.
+_ROWS_ASKED_FIRST = 8
 
 
 @dataclass(frozen=True)
@@ -57,6 +66,43 @@ class CandidateLinks:
     def row(self, candidate: int) -> slice:
         """Where the links of `candidate` lie in the arrays."""
         return slice(int(self.starts[candidate]), int(self.starts[candidate + 1]))
+
+
+@dataclass(frozen=True)
+class LinkQuestion:
+    """Which pairs are links, as `candidate_links`; a task is a part of the rows, whose later partners are found."""
+
+    visibility: Visibility
+    patch_area_m2: FloatArray
+    surface: SharedSurface
+    min_overlap: float
+    min_strength: float
+    measure: OverlapMeasure
+
+    @cached_property
+    def _overlaps(self) -> PairOverlaps:
+        return PairOverlaps(self.visibility, self.patch_area_m2, min_overlap=self.min_overlap, measure=self.measure)
+
+    @cached_property
+    def _matrices(self) -> PairMatrices:
+        return PairMatrices(self.visibility, self.patch_area_m2, self.surface)
+
+    def links_of_rows(self, begin: int, end: int) -> tuple[Pairs, FloatArray]:
+        """Pairs that are links, first rows begin .. end - 1, and their strengths."""
+        pairs = self._overlaps.of_rows(begin, end)
+        strength = strengths_of(self._matrices.of(pairs.first, pairs.second))
+        holds = strength >= self.min_strength
+        return _take(pairs, holds), strength[holds]
+
+    def answer(self, rows: tuple[int, int], kept: Kept | None = None) -> bytes:
+        """Give the links of some rows as bytes."""
+        pairs, strength = self.links_of_rows(*rows)
+        return zlib.compress(pickle.dumps((pairs.first, pairs.second, pairs.overlap, strength), protocol=5), 1)
+
+
+def _unpacked(answer: bytes) -> tuple[Pairs, FloatArray]:
+    first, second, overlap, strength = pickle.loads(zlib.decompress(answer))
+    return Pairs(first, second, overlap), strength
 
 
 def candidate_links(
@@ -95,16 +141,21 @@ def candidate_links(
     if not 0.0 <= min_strength <= 1.0:
         raise RequirementError(f"min_strength: got {min_strength:g}, expected 0 to 1; give e.g. 0.01")
     n = visibility.n_positions
-    matrices = PairMatrices(visibility, patch_area_m2, surface)
-    linked: list[tuple[Pairs, FloatArray]] = []
-    blocks = overlapping_pairs(
-        visibility, patch_area_m2, min_overlap=min_overlap, measure=measure, rows_a_block=rows_a_block
-    )
-    for number, pairs in enumerate(blocks, start=1):
-        strength = strengths_of(matrices.of(pairs.first, pairs.second))
-        holds = strength >= min_strength
-        linked.append((_take(pairs, holds), strength[holds]))
-        progress(ProgressEvent("links", min(number * rows_a_block, n), n))
+    question = LinkQuestion(visibility, patch_area_m2, surface, min_overlap, min_strength, measure)
+    spread = who_answers()
+    if spread is None or n < _WORTH_SPREADING:
+        linked = []
+        for begin in range(0, n, rows_a_block):
+            end = min(begin + rows_a_block, n)
+            linked.append(question.links_of_rows(begin, end))
+            progress(ProgressEvent("links", end, n))
+    else:
+        parts = parts_of_row(n, first=_ROWS_ASKED_FIRST, each=rows_a_block)
+        answers = spread.answers(
+            question, [Task(part, part[1] - part[0]) for part in parts], here=question.answer, stage="links",
+            progress=progress,
+        )  # fmt: skip
+        linked = [_unpacked(each) for each in answers]
     pairs = joined_pairs([one for one, _ in linked])
     strength = np.concatenate([np.empty(0), *(values for _, values in linked)])
     starts, neighbour, order = _symmetric(pairs, n)

@@ -77,38 +77,54 @@ def overlapping_pairs(
 
     Yields as often as there are blocks. Pairs that have nothing in common are left out even where `min_overlap` is 0.
     """
-    from planner_core.compiled import in_threads
-    from planner_core.network.compiled_pairs import add_common, find_seers
-
-    n = visibility.n_positions
-    seen, patch = _seen_patches(visibility)
-    ticks, whole = area_ticks(patch_area_m2)[seen], seen_ticks(visibility, patch_area_m2)
-    n_seers = np.bincount(patch, minlength=seen.size)
-    ends, seer, after = (
-        np.cumsum(n_seers) - n_seers,
-        np.empty_like(patch),
-        np.empty(patch.size, dtype=np.int64),
+    overlaps, n = (
+        PairOverlaps(visibility, patch_area_m2, min_overlap=min_overlap, measure=measure),
+        visibility.starts.size - 1,
     )
-    find_seers(visibility.starts, patch, ends, seer, after)
     for begin in range(0, n, rows_a_block):
-        end = min(begin + rows_a_block, n)
+        yield overlaps.of_rows(begin, min(begin + rows_a_block, n))
+
+
+class PairOverlaps:
+    """Pairs of rows of a `Visibility` that overlap by at least `min_overlap`."""
+
+    def __init__(
+        self, visibility: Visibility, patch_area_m2: FloatArray, *, min_overlap: float, measure: OverlapMeasure
+    ) -> None:
+        from planner_core.network.compiled_pairs import find_seers
+
+        self._starts, self._min_overlap, self._measure = visibility.starts, min_overlap, measure
+        seen, self._patch = _seen_patches(visibility)
+        self._ticks, self._whole = area_ticks(patch_area_m2)[seen], seen_ticks(visibility, patch_area_m2)
+        n_seers = np.bincount(self._patch, minlength=seen.size)
+        self._ends, self._seer = np.cumsum(n_seers) - n_seers, np.empty_like(self._patch)
+        self._after = np.empty(self._patch.size, dtype=np.int64)
+        find_seers(visibility.starts, self._patch, self._ends, self._seer, self._after)
+
+    def of_rows(self, begin: int, end: int) -> Pairs:
+        """Those whose first row is one of begin .. end - 1."""
+        from planner_core.compiled import in_threads
+        from planner_core.network.compiled_pairs import add_common
+
+        n = self._starts.size - 1
         parts = range(begin, end, _ROWS_A_PART)
         found: list[Pairs] = [_NO_PAIRS] * len(parts)
 
-        def work(number: int, parts: range = parts, end: int = end, found: list[Pairs] = found) -> None:
+        def work(number: int) -> None:
             rows = (parts[number], min(parts[number] + _ROWS_A_PART, end))
             n_others = np.empty(rows[1] - rows[0], dtype=np.int64)
             second = np.empty(n_others.size * n, dtype=np.int32)
             common = np.empty(n_others.size * n)
-            add_common(visibility.starts, patch, ends, seer, after, ticks, rows, n_others, second, common)
+            seers = (self._starts, self._patch, self._ends, self._seer, self._after)
+            add_common(*seers, self._ticks, rows, n_others, second, common)
             first = np.repeat(np.arange(*rows, dtype=np.int32), n_others)
             second, common = second[: first.size], common[: first.size]
-            overlap = overlap_by(measure, common, whole[first], whole[second])
-            listed = overlap >= min_overlap
+            overlap = overlap_by(self._measure, common, self._whole[first], self._whole[second])
+            listed = overlap >= self._min_overlap
             found[number] = Pairs(first[listed], second[listed], overlap[listed])
 
         in_threads(work, len(parts))
-        yield joined_pairs(found)
+        return joined_pairs(found)
 
 
 def joined_pairs(some: Sequence[Pairs]) -> Pairs:

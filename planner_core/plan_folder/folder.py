@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -112,8 +113,15 @@ def write_plan_folder(
     PlanFolderError
         A file can't be written: disk full, no permission.
     """
+    with staged_plan_folder(folder, overwrite=overwrite) as staging:
+        scanner = engine or open_engine(plan.survey.scene, plan.survey.patches)
+        _Writer(plan, scanner, staging, progress, folder).write()
+
+
+@contextlib.contextmanager
+def staged_plan_folder(folder: Path, *, overwrite: bool) -> Iterator[Path]:
+    """Yield an empty folder; on leaving it becomes the plan folder. Raises as `write_plan_folder`."""
     check_output(folder, overwrite=overwrite)
-    scanner = engine or open_engine(plan.survey.scene, plan.survey.patches)
 
     def bring_along(staging: Path) -> None:
         if overwrite and folder.is_dir() and any(folder.iterdir()):
@@ -127,7 +135,7 @@ def write_plan_folder(
             contextlib.ExitStack() as held,
             staged_folder(folder, replace=overwrite, before_install=bring_along) as staging,
         ):
-            _Writer(plan, scanner, staging, progress, folder).write()
+            yield staging
     except OutputExistsError:
         raise
     except OSError as error:

@@ -6,11 +6,8 @@ is known how much of each patch counts, see `planner_core.coverage.counted`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -34,6 +31,7 @@ from planner_core.model import (
 )
 from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import Goals
+from planner_core.spread import who_answers
 
 
 @dataclass(frozen=True)
@@ -102,36 +100,8 @@ class Looked:
         return Rows(seen, seen if self.rows.met is self.rows.seen else _enough(self.rows.met, self.parts.met, counted))
 
 
-class Spread(Protocol):
-    """Other processes that look around for this one, see `planner_core.cluster`."""
-
-    def look_around(
-        self,
-        survey: Survey,
-        engine: ScanEngine,
-        positions_m: FloatArray,
-        goals: Goals,
-        *,
-        notes_needed: bool,
-        progress: Progress,
-    ) -> Looked:
-        """Do what `look_around_here` does, to the bit."""
-        ...
-
-
-_spread: ContextVar[Spread | None] = ContextVar("spread", default=None)
 #: Fewer positions are looked from here: sending them away takes longer.
 _WORTH_SPREADING = 32
-
-
-@contextmanager
-def spread_over(spread: Spread | None) -> Iterator[None]:
-    """Let others look around, too, for what is planned meanwhile; None: nobody."""
-    token = _spread.set(spread)
-    try:
-        yield
-    finally:
-        _spread.reset(token)
 
 
 def look_around(
@@ -144,10 +114,12 @@ def look_around(
     progress: Progress = silent,
 ) -> Looked:
     """Look from each of positions (N, 3), here or, within `spread_over`, elsewhere: the same to the bit."""
-    spread = _spread.get()
+    spread = who_answers()
     if spread is None or positions_m.shape[0] < _WORTH_SPREADING:
         return look_around_here(survey, engine, positions_m, goals, notes_needed=notes_needed, progress=progress)
-    return spread.look_around(survey, engine, positions_m, goals, notes_needed=notes_needed, progress=progress)
+    from planner_core.requirements.look_spread import look_spread
+
+    return look_spread(spread, survey, engine, positions_m, goals, notes_needed=notes_needed, progress=progress)
 
 
 def look_around_here(

@@ -1,4 +1,4 @@
-"""Scanning over Dask workers against one process: ratios, overhead of a task, what travels.
+"""Work over Dask workers against one process: ratios, overhead of a task, what travels.
 
 `make bench-cluster` writes docs/benchmarks/cluster.md. Workers are processes of this machine and share its cores: what
 is gained there says little of many machines, what a task costs says much.
@@ -7,10 +7,15 @@ is gained there says little of many machines, what a task costs says much.
 from __future__ import annotations
 
 import argparse
+import json
 import statistics
+import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,18 +23,35 @@ import numpy as np
 
 import scenes_synthetic
 from planner_core.cluster import worker
-from planner_core.cluster.parcels import Packer, pack_looked, squeezed
-from planner_core.cluster.spread import _BATCH, open_cluster
+from planner_core.cluster.clouds import StationScans, write_scans_spread
+from planner_core.cluster.parcels import Packer, squeezed
+from planner_core.cluster.spread import open_cluster
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
-from planner_core.model import PlanSettings, PointLimits, Requirements, ScanBy
+from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.export.clouds.points import every_nth, thinning_step
+from planner_core.export.clouds.simulated import FORMATS, simulated_clouds, write_scans_here, write_simulated_scans
+from planner_core.model import (
+    FloatArray,
+    OverlapMeasure,
+    PlanSettings,
+    PointLimits,
+    Requirements,
+    ScanBy,
+    Station,
+    Survey,
+)
+from planner_core.network.candidate_links import LinkQuestion, candidate_links
+from planner_core.network.links import surface_of_patches
+from planner_core.network.pair_overlap import ROWS_A_BLOCK
 from planner_core.operating_system import n_usable_cores
 from planner_core.progress import silent
 from planner_core.requirements.goals import goals_of
 from planner_core.requirements.look_around import look_around_here
+from planner_core.requirements.look_spread import TASK_POSITIONS, LookQuestion, look_spread, pack_looked
 from planner_core.scanner.load_scanner import load_scanner
+from planner_core.spread import spread_over
 
-N_POSITIONS, N_TASKS = 164, 100
+N_POSITIONS, N_TASKS, N_LINKED, N_STATIONS, N_JOBS = 164, 100, 1500, 4, 2
 MARK = "<!-- measured -->"
 
 
@@ -39,7 +61,124 @@ def seconds(work: Callable[[], Any]) -> float:
     return time.perf_counter() - began
 
 
-def measure(rounds: int) -> str:
+def sent_bytes(question: object) -> int:
+    """Compressed, as a worker gets it."""
+    parcel = Packer().parcel(question)
+    return len(parcel.body) + sum(len(squeezed(each)) for each in parcel.arrays.values())
+
+
+def measure_links(rounds: int) -> str:
+    survey, engine, settings = opened_house()
+    goals = goals_of(survey, settings.requirements)
+    rows = look_around_here(survey, engine, positions_m(survey, N_LINKED), goals, notes_needed=False, progress=silent)
+    seen = rows.rows.seen
+    is_seen = np.zeros(seen.n_patches, dtype=bool)
+    is_seen[seen.patch] = True
+    surface, area_m2 = surface_of_patches(survey.scene, survey.patches, is_seen), survey.patches.area_m2
+
+    def find() -> Any:
+        return candidate_links(seen, area_m2, surface, min_overlap=0.3, min_strength=0.01)
+
+    question = LinkQuestion(seen, area_m2, surface, 0.3, 0.01, OverlapMeasure.SMALLER_SHARE)
+    sent = sent_bytes(question)  # before it keeps what it worked out
+    n_links, answer = find().n_links, len(question.answer((0, ROWS_A_BLOCK)))
+    in_answer = question.links_of_rows(0, ROWS_A_BLOCK)[1].size
+    lines = [
+        f"Links: house, {N_LINKED} positions that see {seen.patch.size / 1e6:.1f} million patches together, {n_links} "
+        f"links, tasks of {ROWS_A_BLOCK} rows.",
+        "",
+        "| what | figure |",
+        "|---|---|",
+        f"| sent to a worker once, compressed | {sent / 1e6:.1f} MB |",
+        f"| sent back by the first task | {answer / 1e3:.0f} kB for {in_answer} links, {answer / in_answer:.1f} bytes "
+        "each |",
+    ]
+    for count in (1, 2):
+        with open_cluster(f"local:{count}", tell=print) as cluster:
+
+            def spread_out(cluster: Any = cluster) -> Any:
+                with spread_over(cluster):
+                    return find()
+
+            spread_out()
+            pairs = [(seconds(find), seconds(spread_out)) for _ in range(rounds)]
+            lines.append(
+                f"| {count} worker{'s' * (count > 1)} here, time of one process | "
+                f"{statistics.median(there / one for one, there in pairs):.2f} of "
+                f"{statistics.median(one for one, _ in pairs):.1f} s |"
+            )
+    return "\n".join(lines)
+
+
+def measure_scans(rounds: int) -> str:
+    survey, engine, settings = opened_house()
+    stations = [
+        Station(f"S{order:03d}", "F0", order, at_m, instrument_height_m=1.5)
+        for order, at_m in enumerate(positions_m(survey, N_STATIONS), start=1)
+    ]
+    thin = replace(survey, template=every_nth(survey.template, thinning_step(survey.template.shape, 10**6)))
+    clouds = simulated_clouds(thin, settings, stations, engine)
+    question = StationScans(replace(clouds, scan_engine=None), FORMATS, engine.name, "x" * 64)
+    lines = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+
+        def write(by: Any = write_scans_here) -> float:
+            return seconds(lambda: write_simulated_scans(clouds, FORMATS, folder / "out", overwrite=True, write_all=by))
+
+        write()
+        size = sum(path.stat().st_size for path in (folder / "out").iterdir()) / N_STATIONS
+        n_beams = clouds.template.shape[0] * clouds.template.shape[1]
+        lines += [
+            f"Scans: house, {N_STATIONS} stations of {n_beams / 1e6:.1f} million beams, all formats.",
+            "",
+            "| what | figure |",
+            "|---|---|",
+            f"| sent to a worker once, compressed | {sent_bytes(question) / 1e6:.2f} MB |",
+            f"| sent back per station | {size / 1e6:.0f} MB, {size / n_beams:.0f} bytes a beam, in pieces of 4 MB |",
+        ]
+        for count in (1, 2):
+            with open_cluster(f"local:{count}", tell=print) as cluster:
+                by = partial(write_scans_spread, cluster)
+                write(by)
+                pairs = [(write(), write(by)) for _ in range(rounds)]
+                lines.append(
+                    f"| {count} worker{'s' * (count > 1)} here, time of one process | "
+                    f"{statistics.median(there / one for one, there in pairs):.2f} of "
+                    f"{statistics.median(one for one, _ in pairs):.1f} s |"
+                )
+    return "\n".join(lines)
+
+
+def measure_jobs() -> str:
+    """Small jobs: what a job over a worker costs besides its plan, and what it ships."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for number in range(N_JOBS):
+            scenes_synthetic.write(scenes_synthetic.build("box"), folder / f"s{number}.obj")
+        options = "{grid: 1, patch_area: 0.5, coverage: 50, judge: 0, method: greedy}"
+        (folder / "sites.yaml").write_text(f"defaults: {options}\nsites: [scene: s*.obj]\n", encoding="utf-8")
+
+        def batch(out: str, *more: str) -> float:
+            words = ["batch", str(folder / "sites.yaml"), "-o", str(folder / out), "--quiet", *more]
+            return seconds(lambda: subprocess.run([sys.executable, "-m", "tlsplan", *words], check=True))
+
+        here, there = batch("here", "--jobs", "1"), batch("there", "--scheduler", "local:1")
+        plan = folder / "there" / "plans" / "s0"
+        size = sum(path.stat().st_size for path in plan.rglob("*") if path.is_file())
+        known = [json.loads(path.read_text())["seconds"] for path in sorted((folder / "there/jobs").glob("*.json"))]
+        return "\n".join([
+            f"Jobs: {N_JOBS} boxes, one at a time.", "",
+            "| what | figure |",
+            "|---|---|",
+            f"| sent back per job | {size / 1e6:.1f} MB |",
+            f"| by this machine, {N_JOBS} jobs | {here:.0f} s |",
+            f"| by one worker of this machine | {there:.0f} s, of which {sum(known):.0f} s are jobs, and the rest the "
+            "start of the worker and its first scan |",
+        ])  # fmt: skip
+
+
+def opened_house() -> tuple[Survey, ScanEngine, PlanSettings]:
     settings = PlanSettings(
         scanner=load_scanner("rtc360"),
         requirements=Requirements(asked=PointLimits(spacing_m=0.006, range_m=20.0)),
@@ -47,47 +186,53 @@ def measure(rounds: int) -> str:
         max_patch_area_m2=0.16,
     )
     survey = make_survey(scenes_synthetic.build("house").scene, settings)
-    engine = open_engine(survey.scene, survey.patches)
-    goals = goals_of(survey, settings.requirements)
+    return survey, open_engine(survey.scene, survey.patches), settings
+
+
+def positions_m(survey: Survey, n: int) -> FloatArray:
     low, high = survey.scene.vertices_m.min(axis=0), survey.scene.vertices_m.max(axis=0)
-    at_m = np.random.default_rng(1).uniform(low + 0.5, high - 0.5, (N_POSITIONS, 3))
+    return np.random.default_rng(1).uniform(low + 0.5, high - 0.5, (n, 3))
+
+
+def measure_looks(rounds: int) -> str:
+    survey, engine, settings = opened_house()
+    goals = goals_of(survey, settings.requirements)
+    at_m = positions_m(survey, N_POSITIONS)
 
     def here(positions_m: Any = at_m) -> Any:
         return look_around_here(survey, engine, positions_m, goals, notes_needed=True, progress=silent)
 
-    looked = here(at_m[:_BATCH])
-    question = worker.Question(survey, goals, True, engine.name, "")
-    parcel = Packer().parcel((replace(question, engine_of="x" * 64), survey.patches))
-    supplied = len(parcel.body) + sum(len(squeezed(each)) for each in parcel.arrays.values())
+    looked = here(at_m[:TASK_POSITIONS])
+    supplied = sent_bytes(LookQuestion(survey, goals, True, engine.name, "x" * 64))
     entries, answer = looked.rows.seen.patch.size + looked.rows.met.patch.size, len(pack_looked(looked))
-    alone = [seconds(lambda: here(at_m[:_BATCH])) for _ in range(5)]
+    alone = [seconds(lambda: here(at_m[:TASK_POSITIONS])) for _ in range(5)]
     at_once = seconds(here)
     lines = [
-        f"Scene: house, {survey.patches.n_patches} patches, {N_POSITIONS} positions, batches of {_BATCH}; "
+        f"Scene: house, {survey.patches.n_patches} patches, {N_POSITIONS} positions, batches of {TASK_POSITIONS}; "
         f"{n_usable_cores()} cores, engine {engine.name}.",
         "",
         "| what | figure |",
         "|---|---|",
         f"| sent to a worker once: scene and question, compressed | {supplied / 1e6:.2f} MB |",
-        f"| sent per batch | {at_m[:_BATCH].nbytes + 500} bytes, about |",
+        f"| sent per batch | {at_m[:TASK_POSITIONS].nbytes + 500} bytes, about |",
         f"| sent back per batch | {answer / 1e3:.0f} kB for {entries} observations, {8 * answer / entries:.1f} bits "
         "each |",
         f"| a batch in this process, beside its share of all positions at once | "
-        f"{statistics.median(alone) / (at_once * _BATCH / N_POSITIONS):.2f} |",
+        f"{statistics.median(alone) / (at_once * TASK_POSITIONS / N_POSITIONS):.2f} |",
     ]
     rows = []
     for count in (1, 2, 4):
         with open_cluster(f"local:{count}", tell=print) as cluster:
 
             def spread_out(cluster: Any = cluster) -> Any:
-                return cluster.look_around(survey, engine, at_m, goals, notes_needed=True, progress=silent)
+                return look_spread(cluster, survey, engine, at_m, goals, notes_needed=True, progress=silent)
 
             first = seconds(spread_out)
             pairs = [(seconds(here), seconds(spread_out)) for _ in range(rounds)]
             ratio = statistics.median(there / one for one, there in pairs)
             address = sorted(cluster.workers())[0]
             each = seconds(lambda: [cluster.submit(address, worker.greet).result() for _ in range(N_TASKS)]) / N_TASKS  # noqa: B023
-            batch = statistics.median(one for one, _ in pairs) * _BATCH / N_POSITIONS
+            batch = statistics.median(one for one, _ in pairs) * TASK_POSITIONS / N_POSITIONS
             rows.append(f"| {count} | {ratio:.2f} | {first / pairs[0][0]:.1f} | {each / batch:.3f} |")
     return "\n".join([
         *lines, "",
@@ -101,7 +246,9 @@ if __name__ == "__main__":
     parser.add_argument("--write", type=Path)
     parser.add_argument("--rounds", type=int, default=3)
     told = parser.parse_args()
-    table = measure(told.rounds)
+    table = "\n\n".join([
+        measure_looks(told.rounds), measure_links(told.rounds), measure_scans(told.rounds), measure_jobs(),
+    ])  # fmt: skip
     print(table)
     if told.write is not None:
         page = told.write.read_text(encoding="utf-8")

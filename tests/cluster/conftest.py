@@ -6,8 +6,7 @@ import logging
 import os
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,6 +16,7 @@ import numpy as np
 import pytest
 
 import scenes_synthetic
+from planner_core.cluster.spread import Cluster, open_cluster
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import (
@@ -29,12 +29,13 @@ from planner_core.model import (
     ScanBy,
     Survey,
 )
-from planner_core.progress import silent
+from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import Goals, goals_of
 from planner_core.requirements.look_around import Looked, look_around_here
+from planner_core.requirements.look_spread import look_spread
 from planner_core.scanner.load_scanner import load_scanner
+from planner_core.spread import Spread
 
-PATIENCE_S = 240.0
 SETTINGS = PlanSettings(
     scanner=replace(load_scanner("hdl-64e"), n_azimuths=360),
     requirements=Requirements(coverage=0.9),
@@ -61,9 +62,9 @@ class Look:
         at_m = self.positions_m if positions_m is None else positions_m
         return look_around_here(self.survey, self.engine, at_m, self.goals, notes_needed=True, progress=silent)
 
-    def by(self, spread: Any) -> Looked:
-        return spread.look_around(
-            self.survey, self.engine, self.positions_m, self.goals, notes_needed=True, progress=silent
+    def by(self, spread: Spread, progress: Progress = silent) -> Looked:
+        return look_spread(
+            spread, self.survey, self.engine, self.positions_m, self.goals, notes_needed=True, progress=progress
         )
 
 
@@ -114,6 +115,19 @@ def threads(n_workers: int) -> Iterator[str]:
         yield cluster.scheduler_address
 
 
+@contextmanager
+def cluster_of(n_workers: int) -> Iterator[tuple[Cluster, list[str]]]:
+    told: list[str] = []
+    with threads(n_workers) as address, open_cluster(address, tell=told.append) as cluster:
+        yield cluster, told
+
+
+def stand_in(patch: pytest.MonkeyPatch, module: Any, name: str, function: Any) -> None:
+    """Let workers of this process find another function under a name of ours: Dask sends names of it."""
+    function.__module__, function.__name__, function.__qualname__ = module.__name__, name, name
+    patch.setattr(module, name, function)
+
+
 class Processes:
     """A scheduler and workers in processes of their own, for tests that kill them."""
 
@@ -159,13 +173,3 @@ def processes(tmp_path: Path) -> Iterator[Processes]:
         yield started
     finally:
         started.stop()
-
-
-def until(happens: Callable[[], Any]) -> Any:
-    until_s = time.monotonic() + PATIENCE_S
-    while time.monotonic() < until_s:
-        found = happens()
-        if found:
-            return found
-        time.sleep(0.05)
-    raise AssertionError("it did not happen")

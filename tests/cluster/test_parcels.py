@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from planner_core.cluster import parcels
-from planner_core.cluster.parcels import Packer, pack_looked, squeezed, unpack_looked, unpacked, unsqueezed
+from planner_core.cluster.parcels import Packer, squeezed, unpacked, unsqueezed
 from planner_core.model import ScanBy
 from planner_core.requirements.look_around import in_a_row
+from planner_core.requirements.look_spread import pack_looked, unpack_looked
 
 from .conftest import SETTINGS, Look, assert_same_bits, made_look
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from waiting import until
 
 import scenes_synthetic
 from planner_core.cluster import spread, worker
@@ -20,27 +19,16 @@ from planner_core.errors import ClusterError, MissingPackageError
 from planner_core.model import Plan
 from planner_core.plan_folder.plan_json import DROPPABLE_KEYS, plan_document
 from planner_core.planning.plan import make_plan
-from planner_core.requirements.look_around import Looked, spread_over
+from planner_core.requirements import look_spread
+from planner_core.requirements.look_around import Looked
+from planner_core.spread import spread_over
 
-from .conftest import SETTINGS, Look, Processes, assert_same_bits, threads, until
+from .conftest import SETTINGS, Look, Processes, assert_same_bits, cluster_of, stand_in
 
 
 def text_of(plan: Plan) -> str:
     document = plan_document(plan, None)
     return json.dumps({key: value for key, value in document.items() if key not in DROPPABLE_KEYS})
-
-
-@contextmanager
-def cluster_of(n_workers: int) -> Iterator[tuple[Any, list[str]]]:
-    told: list[str] = []
-    with threads(n_workers) as address, open_cluster(address, tell=told.append) as cluster:
-        yield cluster, told
-
-
-def stand_in(patch: pytest.MonkeyPatch, name: str, function: Any) -> None:
-    """Let workers of this process find another function under a name of ours: Dask sends names of it."""
-    function.__module__, function.__name__, function.__qualname__ = worker.__name__, name, name
-    patch.setattr(worker, name, function)
 
 
 @pytest.mark.parametrize("n_workers", [1, 2, pytest.param(4, marks=pytest.mark.slow)])
@@ -60,7 +48,7 @@ def test_a_plan_over_workers_has_the_bytes_of_one_process() -> None:
 
 def test_a_worker_of_another_version_is_refused_in_one_line(look: Look, monkeypatch: pytest.MonkeyPatch) -> None:
     own = worker.greet()
-    stand_in(monkeypatch, "greet", lambda: {**own, "sources": "other"})
+    stand_in(monkeypatch, worker, "greet", lambda: {**own, "sources": "other"})
     with cluster_of(1) as (cluster, told), pytest.raises(ClusterError, match="none of 1 workers scans as this"):
         look.by(cluster)
     (line,) = told
@@ -73,15 +61,15 @@ def test_a_worker_that_scans_otherwise_is_refused_and_the_others_do_all(
     """Of two workers one answers something else, as another device may."""
     from distributed import get_worker
 
-    sound, odd = worker.look, set[str]()
+    sound, odd = worker.answer, set[str]()
 
-    def look_oddly(digest: str, positions_m: Any) -> bytes:
+    def look_oddly(digest: str, task: Any) -> bytes:
         at = get_worker().address
         if not odd:
             odd.add(at)
-        return b"other bits" if at in odd else sound(digest, positions_m)
+        return b"other bits" if at in odd else sound(digest, task)
 
-    stand_in(monkeypatch, "look", look_oddly)
+    stand_in(monkeypatch, worker, "answer", look_oddly)
     with cluster_of(2) as (cluster, told):
         assert_same_bits(look.by(cluster), look.here())
     (line,) = told
@@ -94,25 +82,25 @@ def test_a_worker_without_a_device_is_refused(look: Look, monkeypatch: pytest.Mo
     def no_device(*_: Any, **__: Any) -> None:
         raise DeviceError("no OpenCL platform, expected one; see `tlsplan doctor`")
 
-    monkeypatch.setattr(worker, "open_engine", no_device)
-    monkeypatch.setattr(worker, "_engines", {})
+    monkeypatch.setattr(look_spread, "open_engine", no_device)
+    monkeypatch.setattr(worker, "_kept", {})
     with cluster_of(1) as (cluster, told), pytest.raises(ClusterError):
         look.by(cluster)
     assert "got no scan of it (no OpenCL platform, expected one" in told[0]
 
 
 def test_a_worker_that_forgot_is_sent_it_again(look: Look, monkeypatch: pytest.MonkeyPatch) -> None:
-    sound, n_looks = worker.look, 0
+    sound, n_looks = worker.answer, 0
 
-    def look_forgetfully(digest: str, positions_m: Any) -> bytes:
+    def look_forgetfully(digest: str, task: Any) -> bytes:
         nonlocal n_looks
         n_looks += 1
         if n_looks == 3:
             worker._questions.clear()
             worker._arrays.clear()
-        return sound(digest, positions_m)
+        return sound(digest, task)
 
-    stand_in(monkeypatch, "look", look_forgetfully)
+    stand_in(monkeypatch, worker, "answer", look_forgetfully)
     with cluster_of(1) as (cluster, told):
         assert_same_bits(look.by(cluster), look.here())
     assert (n_looks > 3, told) == (True, [])
@@ -125,18 +113,18 @@ def test_a_slow_worker_does_not_hold_the_others(
     """One worker stops for good, in the probe or after it: its batches are done by the other."""
     from distributed import get_worker
 
-    sound, slow, done = worker.look, set[str](), []
+    sound, slow, done = worker.answer, set[str](), []
 
-    def look_slowly(digest: str, positions_m: Any) -> bytes:
+    def look_slowly(digest: str, task: Any) -> bytes:
         at = get_worker().address
-        if (from_the_start or len(positions_m) > spread._PROBE) and not slow:
+        if (from_the_start or len(task) > look_spread.FIRST_POSITIONS) and not slow:
             slow.add(at)
         if at in slow:
             while not done:
                 time.sleep(0.05)
-        return sound(digest, positions_m)
+        return sound(digest, task)
 
-    stand_in(monkeypatch, "look", look_slowly)
+    stand_in(monkeypatch, worker, "answer", look_slowly)
     with cluster_of(2) as (cluster, _):
         try:
             found = look.by(cluster)
@@ -178,9 +166,7 @@ def looked_while(look: Look, processes: Processes, disturb: Any) -> Looked:
 
     with open_cluster(processes.address, tell=print) as cluster:
         until(lambda: len(cluster.workers()) == len(processes.workers))
-        return cluster.look_around(
-            look.survey, look.engine, look.positions_m, look.goals, notes_needed=True, progress=hear
-        )
+        return look.by(cluster, progress=hear)
 
 
 @pytest.mark.slow

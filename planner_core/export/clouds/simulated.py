@@ -17,7 +17,7 @@ from planner_core.errors import ExportError, PlannerError, RequirementError
 from planner_core.export.clouds.exr import write_images
 from planner_core.export.clouds.file_header import file_names
 from planner_core.export.clouds.ply import write_points
-from planner_core.export.clouds.points import Clouds
+from planner_core.export.clouds.points import Clouds, Tally
 from planner_core.model import PlanSettings, SiteFrame, Station, Survey
 from planner_core.plan_folder.atomic import staged_folder
 from planner_core.plan_folder.plan_source import FieldStation
@@ -26,6 +26,8 @@ from planner_core.progress import Progress, ProgressEvent, silent
 FORMATS = ("exr", "png", "ply")
 
 _Write = Callable[[Clouds, FieldStation, Path], None]
+WriteAll = Callable[[Clouds, Sequence[str], Path], list[int]]
+"""Writes the files of all stations into a folder -> returns of each."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +66,18 @@ def simulated_clouds(
     )
 
 
+def write_scans_here(clouds: Clouds, formats: Sequence[str], folder: Path) -> list[int]:
+    """Write the files of all stations into a folder, one after the other -> returns of each."""
+    return [write_station(clouds, formats, number, folder) for number in range(len(clouds.stations))]
+
+
 def write_simulated_scans(
-    clouds: Clouds, formats: Sequence[str], folder: Path, *, overwrite: bool = False
+    clouds: Clouds,
+    formats: Sequence[str],
+    folder: Path,
+    *,
+    overwrite: bool = False,
+    write_all: WriteAll = write_scans_here,
 ) -> tuple[SimulatedScan, ...]:
     """Write the scans of all stations into `folder`, which appears whole or not at all.
 
@@ -77,6 +89,8 @@ def write_simulated_scans(
         Some of `FORMATS`.
     overwrite
         Replace the folder, whatever it holds.
+    write_all
+        Who writes: this process, or others for it.
 
     Raises
     ------
@@ -89,10 +103,10 @@ def write_simulated_scans(
     MissingPackageError
         OpenImageIO is missing (EXR, PNG).
     """
-    passes = _passes(formats)
+    _passes(formats)
     try:
         with staged_folder(folder, replace=overwrite) as staging:
-            n_returns = [_write_pass(clouds, passes, number, staging) for number in range(len(passes))]
+            n_returns = write_all(clouds, formats, staging)
     except PlannerError:
         raise
     except OSError as error:
@@ -105,7 +119,7 @@ def write_simulated_scans(
         SimulatedScan(
             station_id=station.id,
             n_beams=n_rows * n_columns,
-            n_returns=n_returns[0][index],
+            n_returns=n_returns[index],
             files=tuple(f"{name}.{suffix}" for suffix in FORMATS if suffix in formats),
         )
         for index, (station, name) in enumerate(zip(clouds.stations, file_names(clouds), strict=True))
@@ -131,18 +145,20 @@ def _write_ply(clouds: Clouds, station: FieldStation, path: Path) -> None:
     write_points(clouds, (station,), path.with_name(f"{path.name}.ply"))
 
 
-def _write_pass(clouds: Clouds, passes: tuple[_Write, ...], number: int, folder: Path) -> list[int]:
-    """Write what one pass writes of all stations -> returns of each."""
+def write_station(clouds: Clouds, formats: Sequence[str], number: int, folder: Path) -> int:
+    """Write the files of one station, by its number -> its returns."""
+    passes, station, name = _passes(formats), clouds.stations[number], file_names(clouds)[number]
+    n_returns = 0
+    for n_done, write in enumerate(passes):
 
-    def report(event: ProgressEvent) -> None:
-        done, total = event.done + number * event.total, len(passes) * event.total
-        clouds.progress(replace(event, done=done, total=total))
+        def report(event: ProgressEvent, n_done: int = n_done) -> None:
+            n_beams = event.total // len(clouds.stations)
+            done = event.done - number * n_beams + (number * len(passes) + n_done) * n_beams
+            clouds.progress(replace(event, done=done, total=len(passes) * event.total))
 
-    counted, n_returns = replace(clouds, progress=report), []
-    for station, name in zip(clouds.stations, file_names(clouds), strict=True):
-        n_before = counted.tally.n_points
-        passes[number](counted, station, folder / name)
-        n_returns.append(counted.tally.n_points - n_before)
+        counted = replace(clouds, progress=report, tally=Tally())
+        write(counted, station, folder / name)
+        n_returns = counted.tally.n_points
     return n_returns
 
 

@@ -9,7 +9,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from collections import namedtuple
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any
 
 import pytest
 from tlsplan.batch import runner
+from waiting import PATIENCE_S, until
 
 HERE = Path(__file__).parent
 STAND_IN = (sys.executable, "-P", str(HERE / "stand_in.py"))
@@ -25,8 +25,6 @@ PROGRAM = (
     f"import sys; from tlsplan.batch import runner; runner._PROGRAM = {STAND_IN!r}; "
     "from tlsplan.main import main; main()"
 )
-#: Long enough for a machine that does other things.
-PATIENCE_S = 120.0
 Tlsplan = Callable[..., "subprocess.CompletedProcess[str]"]
 
 
@@ -135,17 +133,6 @@ def test_each_storey_has_a_plan_of_its_own(tlsplan: Tlsplan, stood_in: Path, tmp
     assert begun(out) == first
 
 
-def test_a_scheduler_is_handed_on_and_changes_no_key(tlsplan: Tlsplan, stood_in: Path, tmp_path: Path) -> None:
-    path, out = sites(tmp_path, a="plan"), tmp_path / "out"
-    refused = tlsplan("batch", path, "-o", out, "--scheduler", "local:2")
-    assert (refused.returncode, refused.stderr.count("\n"), out.exists()) == (6, 1, False)
-    assert tlsplan("batch", path, "-o", out, "--scheduler", "tcp://10.0.0.1:8786").returncode == 0
-    assert "--scheduler=tcp://10.0.0.1:8786" in (out / "plans" / "a" / "words.txt").read_text()
-    first = begun(out)
-    assert tlsplan("batch", path, "-o", out).returncode == 0
-    assert begun(out) == first
-
-
 def test_a_folder_that_no_batch_wrote_is_refused(tlsplan: Tlsplan, stood_in: Path, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "mine.txt").write_text("x")
@@ -174,16 +161,6 @@ def started(path: Path, out: Path, plan: Path) -> subprocess.Popen[str]:
         [sys.executable, "-c", PROGRAM, "batch", str(path), "-o", str(out), "--jobs", "2"],
         env={**os.environ, "STAND_IN_PLAN": str(plan)}, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
-
-
-def until(happens: Callable[[], Any]) -> Any:
-    until_s = time.monotonic() + PATIENCE_S
-    while time.monotonic() < until_s:
-        found = happens()
-        if found:
-            return found
-        time.sleep(0.05)
-    raise AssertionError("it did not happen")
 
 
 def process_of(log: Path) -> int:

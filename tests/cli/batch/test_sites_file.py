@@ -99,7 +99,7 @@ def test_the_schema_takes_the_example_of_the_page(tmp_path: Path) -> None:
 def key(path: Path) -> str:
     from tlsplan.batch import jobs
 
-    jobs._sha256.cache_clear()
+    jobs.digest_of.cache_clear()
     jobs._named_in.cache_clear()
     (job,) = first_jobs(read_sites(path)[0])
     return job.key

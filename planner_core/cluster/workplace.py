@@ -1,0 +1,238 @@
+"""Folders at workers: files that are sent there once, by content, and errands whose files are fetched in pieces.
+
+An errand is a question whose tasks leave files. It runs in a thread beside the worker's own, which answer how far it
+is; one that nobody asks about for `LEASE_S` is ended, and its folder goes: whoever gave it is gone. All of it lies in
+the worker's own directory, which Dask removes.
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import os
+import shutil
+import time
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from threading import Event, Thread
+from typing import Any, Protocol
+
+from planner_core.cluster.worker import LackingError, kept, question_of
+from planner_core.errors import PlannerError, one_line
+from planner_core.spread import Kept
+
+LEASE_S = 120.0
+#: Nothing larger travels at once.
+PIECE_BYTES = 4_000_000
+#: With less than this no errand is begun.
+LEAST_FREE_BYTES = 50_000_000
+#: Files beyond these go, unless the next errand needs them.
+_MOST_FILE_BYTES = 8_000_000_000
+#: What is said of a disk that holds no more, by the system and by us.
+_OF_THE_DISK = (*map(os.strerror, (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)), "the disk is full", "the disk quota")
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an errand is done. made : the folder that is fetched. file : where a file is that was sent, by its hash.
+
+    is_wanted : whether to go on. tell : a line on how far it is. kept : see `planner_core.spread`.
+    """
+
+    folder: Path
+    made: Path
+    file: Callable[[str], Path]
+    is_wanted: Callable[[], bool]
+    tell: Callable[[str], None]
+    kept: Kept
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """message : why it failed; empty where it did not. is_of_worker : another worker may do it."""
+
+    message: str = ""
+    is_of_worker: bool = False
+
+
+class Errand(Protocol):
+    """A question whose tasks leave files."""
+
+    def do(self, task: Any, place: Place) -> Outcome:
+        """Do one task; what is raised is the worker's fault, unless it is a `PlannerError`."""
+        ...
+
+
+@dataclass(frozen=True)
+class State:
+    """How far an errand is. outcome : None while it goes on. made : names and sizes of its files; of folders, -1."""
+
+    note: str
+    outcome: Outcome | None
+    made: tuple[tuple[str, int], ...] = ()
+
+
+@dataclass
+class _Going:
+    folder: Path
+    asked_s: float
+    is_wanted: bool = True
+    note: str = ""
+    outcome: Outcome | None = None
+    ended: Event = field(default_factory=Event)
+
+
+_going: dict[str, _Going] = {}
+
+
+def is_of_the_disk(message: str) -> bool:
+    """Whether a failure is for want of room on a disk."""
+    return any(each.casefold() in message.casefold() for each in _OF_THE_DISK)
+
+
+# -------------------------------------------------------------------------------------------------- files
+def lacks_files(digests: Sequence[str]) -> list[str]:
+    """Return which files are not here; others go where there are too many."""
+    folder = _own_folder("files")
+    there = {path.name: path.stat().st_size for path in folder.iterdir()}
+    if sum(there.values()) > _MOST_FILE_BYTES:
+        for name in there.keys() - set(digests):
+            (folder / name).unlink(missing_ok=True)
+    return [digest for digest in digests if digest not in there]
+
+
+def take_piece(digest: str, sender: str, offset: int, content: bytes, is_last: bool) -> None:
+    """Take the next piece of a file.
+
+    Raises
+    ------
+    LackingError
+        The pieces before it are not here.
+    OSError
+        The disk is full, or something else came than was sent.
+    """
+    target = _own_folder("files") / digest
+    partial = target.with_name(f"{digest}.{sender}")
+    if offset and not (partial.is_file() and partial.stat().st_size == offset):
+        raise LackingError(digest)
+    try:
+        with partial.open("ab" if offset else "wb") as file:
+            file.write(content)
+    except OSError:
+        partial.unlink(missing_ok=True)
+        raise
+    if is_last:
+        with partial.open("rb") as file:
+            arrived = hashlib.file_digest(file, "sha256").hexdigest()
+        if arrived != digest:
+            raise OSError(errno.EIO, "a file changed while it was sent")
+        partial.replace(target)
+
+
+# ------------------------------------------------------------------------------------------------- errands
+def begin(number: str, digest: str, task: Any) -> None:
+    """Begin an errand: a task of a question that was sent.
+
+    Raises
+    ------
+    LackingError
+        The question is not here.
+    OSError
+        The disk has no room.
+    """
+    errand = question_of(digest)
+    folder = _own_folder("errands")
+    free = shutil.disk_usage(folder).free
+    if free < LEAST_FREE_BYTES:
+        raise OSError(errno.ENOSPC, f"its disk has {free / 1e6:.0f} MB left, expected {LEAST_FREE_BYTES / 1e6:.0f}")
+    files = _own_folder("files")
+    going = _Going(folder / number, time.monotonic())
+
+    def is_wanted() -> bool:
+        return going.is_wanted and time.monotonic() - going.asked_s < LEASE_S
+
+    def tell(note: str) -> None:
+        going.note = note
+
+    def work() -> None:
+        place = Place(going.folder, going.folder / "made", lambda name: files / name, is_wanted, tell, kept)
+        try:
+            place.made.mkdir(parents=True)
+            outcome = errand.do(task, place)
+            if is_of_the_disk(outcome.message):
+                outcome = Outcome(outcome.message, is_of_worker=True)
+        except Exception as error:  # noqa: BLE001 - told by `state`
+            message = one_line(str(error) or type(error).__name__)
+            outcome = Outcome(message, is_of_worker=not isinstance(error, PlannerError) or is_of_the_disk(message))
+        going.outcome = outcome
+        going.ended.set()
+        while is_wanted():  # until it is fetched
+            time.sleep(0.1)
+        shutil.rmtree(going.folder, ignore_errors=True)
+        _going.pop(number, None)
+
+    _going[number] = going
+    Thread(target=work, name=f"errand {number}", daemon=True).start()
+
+
+def state(number: str, wait_s: float) -> State:
+    """Return how far an errand is, at once or, where it ends meanwhile, within some seconds; raises `LackingError`."""
+    going = _of(number)
+    going.ended.wait(wait_s)
+    if going.outcome is None:
+        return State(going.note, None)
+    return State(going.note, going.outcome, tuple(_listed(going.folder / "made")))
+
+
+def piece(number: str, offset: int) -> bytes:
+    """Return a piece of what an errand made, its files one behind the other; raises `LackingError`."""
+    made, parts, left = _of(number).folder / "made", list[bytes](), PIECE_BYTES
+    for name, size in _listed(made):
+        if offset < size and left > 0:
+            with (made / name).open("rb") as file:
+                file.seek(offset)
+                parts.append(file.read(left))
+            left -= len(parts[-1])
+        offset = max(offset - max(size, 0), 0)
+    return b"".join(parts)
+
+
+def drop(number: str) -> None:
+    """End an errand, and remove what it made."""
+    going = _going.get(number)
+    if going is not None:
+        going.is_wanted = False
+
+
+def _of(number: str) -> _Going:
+    if number not in _going:
+        raise LackingError(number)
+    _going[number].asked_s = time.monotonic()
+    return _going[number]
+
+
+def _listed(made: Path) -> Iterable[tuple[str, int]]:
+    for path in sorted(made.rglob("*")):
+        yield path.relative_to(made).as_posix(), -1 if path.is_dir() else path.stat().st_size
+
+
+def _own_folder(name: str) -> Path:
+    from distributed import get_worker
+
+    folder = Path(get_worker().local_directory) / "tlsplan" / name
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def linked(source: Path, target: Path) -> None:
+    """Give a file another name, or copy it where that can't be."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with suppress(FileExistsError):
+        try:
+            os.link(source, target)
+        except FileExistsError:
+            raise
+        except OSError:
+            shutil.copyfile(source, target)
