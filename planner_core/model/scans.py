@@ -150,7 +150,8 @@ class Visibility:
     def positions_of(self, first: int, n: int) -> Int64Array:
         """(n,) positions whose entries these are, from `first` on."""
         low, high = np.searchsorted(self.starts, [first, first + n - 1], side="right") - 1
-        size: Int64Array = np.diff(np.clip(self.starts[low : high + 2], first, first + n))
+        bounds = np.clip(self.starts[low : high + 2], first, first + n)
+        size = bounds[1:] - bounds[:-1]
         return np.repeat(np.arange(low, high + 1, dtype=np.int64), size)
 
     def n_seers(self) -> Int64Array:

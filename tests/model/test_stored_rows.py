@@ -91,6 +91,11 @@ def test_the_problem_is_the_same_and_its_rows_are_never_unpacked(seed: int, monk
             seers[patch].append(position)
     alike = {(tuple(who), *(bool(t.part[p]) for t in targets)) for p, who in enumerate(seers) if who}
     assert got.n_rows == sum(any(key[1:]) for key in alike)
+    counted = targets[0].part | targets[1].part
+    ticks = np.rint(area_m2 * 1e9).astype(np.int64)
+    for position in range(plain.n_positions):
+        patch = plain.row(position)
+        assert got.ticks[got.rows_of(position)].sum() == ticks[patch[counted[patch]]].sum()
 
 
 @pytest.mark.parametrize("error", [errno.ENOSPC, errno.EDQUOT])
