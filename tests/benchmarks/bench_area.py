@@ -201,7 +201,10 @@ def as_markdown(rows: list[dict[str, Any]], store: dict[str, Any] | None) -> str
     if len(rows) < 3:
         lines += ["", "Fewer than three sizes were run: no slopes."]
     if not rows[0]["disk_bytes"]:
-        lines += ["", "Nothing on disk: up to 256 candidates are looked from at once, and that in memory."]
+        lines += [
+            "",
+            "Of the smallest nothing goes to disk: up to 256 candidates are looked from at once, and that in memory.",
+        ]
     if store is not None:
         n, n_patches, _ = STREAM
         each = store["disk_bytes"] / store["n_entries"]
