@@ -28,7 +28,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-firefox system-kernel-check lint typecheck \
   imports pytest pytest-slow web web-check web-main e2e e2e-scenes bench bench-roofline bench-patch-mode bench-genetic bench-selection bench-selection-large \
-  bench-drivers bench-planning bench-channels bench-truth bench-live bench-clouds bench-cluster bench-scale bench-paper-scale reproduce plan-scenes soak soak-short soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
+  bench-drivers bench-planning bench-channels bench-truth bench-live bench-clouds bench-cluster bench-area bench-scale bench-paper-scale reproduce plan-scenes soak soak-short soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -157,6 +157,9 @@ bench-clouds: $(DEV) ## clouds of 10 and 100 million beams in every format: memo
 
 bench-cluster: $(DEV) ## work over Dask workers: what a task costs and ships; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_cluster.py --write docs/benchmarks/cluster.md
+
+bench-area: $(DEV) ## time and memory of planning the campus against its floor area; writes docs/benchmarks; goes on where it was interrupted
+	$(BIN)/python tests/benchmarks/bench_area.py --write docs/benchmarks/area.md
 
 bench-scale: $(DEV) ## time and memory from 10^4 to 3 * 10^7 triangles; writes docs/benchmarks; goes on where it was interrupted
 	$(BIN)/python tests/benchmarks/bench_scale.py --write docs/benchmarks/scale.md --memory 600MB

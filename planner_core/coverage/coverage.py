@@ -29,6 +29,7 @@ from planner_core.model import (
     UnseenElement,
     Visibility,
 )
+from planner_core.model.stored_rows import PatchColumn, StoredVisibility, visibility_budget
 
 #: Unseen parts of elements smaller than this are slivers, not something to go back for.
 MIN_UNSEEN_M2 = 0.01
@@ -38,11 +39,11 @@ _Value = TypeVar("_Value", bound=np.generic)
 
 def stacked_rows(first: Visibility, second: Visibility) -> Visibility:
     """Rows of both, those of the second behind those of the first."""
-    return Visibility(
-        starts=np.concatenate([first.starts, first.starts[-1] + second.starts[1:]]),
-        patch=np.concatenate([first.patch, second.patch]),
-        n_patches=first.n_patches,
-    )
+    column = PatchColumn(visibility_budget())
+    for rows in (first, second):
+        for _, patch in rows.pieces():
+            column.add(patch)
+    return column.rows(np.concatenate([first.starts, first.starts[-1] + second.starts[1:]]), first.n_patches)
 
 
 def taken_along(
@@ -63,6 +64,13 @@ def taken_along(
 
 def take_rows(visibility: Visibility, rows: Sequence[int] | Int64Array) -> Visibility:
     """Rows of `visibility` in the order given."""
+    if isinstance(visibility, StoredVisibility):
+        chosen = np.asarray(rows, dtype=np.int64)
+        column = PatchColumn(visibility_budget())
+        for position in chosen.tolist():
+            column.add(visibility.row(position))
+        begins = np.concatenate([[0], np.cumsum(np.diff(visibility.starts)[chosen])]).astype(np.int64)
+        return column.rows(begins, visibility.n_patches)
     starts, patch = taken_along(visibility.starts, visibility.patch, rows)
     return Visibility(starts=starts, patch=patch, n_patches=visibility.n_patches)
 
@@ -75,7 +83,7 @@ def kept_rows(visibility: Visibility, kept: BoolArray) -> Visibility:
 
 def times_seen(visibility: Visibility) -> Int32Array:
     """(P,) int32: number of positions that see each patch."""
-    return np.bincount(visibility.patch, minlength=visibility.n_patches).astype(np.int32)
+    return visibility.n_seers().astype(np.int32)
 
 
 def floor_of_patch(patches: Patches, floor_of_triangle: Int32Array) -> Int32Array:

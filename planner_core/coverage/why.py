@@ -253,9 +253,13 @@ def _best_positions(
     left = reason == NOT_WORTH
     group_of[unseen.patch[left]] = group[left]
     weight_m2[unseen.patch[left]] = unseen.area_m2[left]
-    entry = np.flatnonzero(group_of[rows.patch] >= 0)
+    entries, patches = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int32)]
+    for first, piece in rows.pieces():
+        which = np.flatnonzero(group_of[piece] >= 0)
+        entries.append(first + which)
+        patches.append(piece[which])
+    entry, patch = np.concatenate(entries), np.concatenate(patches)
     candidate = np.searchsorted(rows.starts, entry, side="right") - 1
-    patch = rows.patch[entry]
     adds_m2 = np.bincount(candidate, weights=weight_m2[patch], minlength=rows.n_positions)
     pair, which = np.unique(group_of[patch] * rows.n_positions + candidate, return_inverse=True)
     sees_m2 = np.bincount(which, weights=weight_m2[patch], minlength=pair.size)

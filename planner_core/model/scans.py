@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from planner_core.model.arrays import Float32Array, FloatArray, Int32Array, Int64Array
+
+ENTRIES_A_PIECE = 1_000_000
+"""Entries of rows that are looked at together where they are many."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +131,35 @@ class Visibility:
 
     def row(self, position: int) -> Int32Array:
         """Sorted patch ids that `position` sees."""
-        return self.patch[self.starts[position] : self.starts[position + 1]]
+        return self.entries(int(self.starts[position]), int(self.starts[position + 1]))
+
+    @property
+    def n_entries(self) -> int:
+        """Number of patches of all rows together."""
+        return int(self.starts[-1])
+
+    def entries(self, first: int, end: int) -> Int32Array:
+        """Patches of some entries: `patch[first:end]`."""
+        return self.patch[first:end]
+
+    def pieces(self) -> Iterator[tuple[int, Int32Array]]:
+        """All entries in pieces, each with the number of its first: temporaries stay small, and a file is streamed."""
+        for first in range(0, self.n_entries, ENTRIES_A_PIECE):
+            yield first, self.entries(first, min(first + ENTRIES_A_PIECE, self.n_entries))
+
+    def positions_of(self, first: int, n: int) -> Int64Array:
+        """(n,) positions whose entries these are, from `first` on."""
+        low, high = np.searchsorted(self.starts, [first, first + n - 1], side="right") - 1
+        bounds = np.clip(self.starts[low : high + 2], first, first + n)
+        size = bounds[1:] - bounds[:-1]
+        return np.repeat(np.arange(low, high + 1, dtype=np.int64), size)
+
+    def n_seers(self) -> Int64Array:
+        """(P,) number of positions that see each patch."""
+        total = np.zeros(self.n_patches, dtype=np.int64)
+        for _, patch in self.pieces():
+            np.add.at(total, patch, 1)
+        return total
 
 
 @dataclass(frozen=True)

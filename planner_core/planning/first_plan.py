@@ -13,6 +13,7 @@ import numpy as np
 from planner_core.engine.scan_engine import ScanEngine, device_of
 from planner_core.errors import RequirementError
 from planner_core.model import Candidates, Int64Array, Proven, Role, Survey
+from planner_core.model.stored_rows import VISIBILITY_VARIABLE, visibility_budget
 from planner_core.planning.pool import make_pool
 from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.progress import BestSoFar, Progress, ProgressEvent
@@ -73,7 +74,7 @@ def tell_first_plan(
         pool = make_pool(survey, goals, engine, few, given=given, kept=none, linked=True, known=known)
     except RequirementError:
         return  # what few candidates can't meet, all of them may; if they can't either, that is said then
-    if not pool.rows.met.patch.size:
+    if not pool.rows.met.n_entries:
         return
     found = select_by_size(
         pool.problem,
@@ -95,12 +96,13 @@ def as_memory_holds(
 ) -> tuple[AllowedPositions, Known | None, tuple[str, ...]]:
     """Leave out candidates that memory would not hold, evenly, by what the first few see; and a line if so.
 
-    Doorways, middles of rooms, landings, prior stations and what is known stay.
+    Doorways, middles of rooms, landings, prior stations and what is known stay. All do where a budget of memory is
+    told: what is beyond it goes to disk.
     """
     n_candidates = places.candidates.floor.size
-    if known is None:
+    if known is None or visibility_budget() is not None:
         return places, known, ()
-    each = known.looked.rows.seen.patch.size / known.row.size
+    each = known.looked.rows.seen.n_entries / known.row.size
     most = int(_MOST_ENTRIES / max(each, 1.0))
     if n_candidates <= most:
         return places, known, ()
@@ -109,7 +111,7 @@ def as_memory_holds(
     line = (
         f"candidates: {rows.size} of {n_candidates} valid positions are planned with, evenly spread, for what all of "
         f"them see, {n_candidates * each / 1e6:.0f} million patches, is too much for memory; plan floor by floor "
-        "(--floor) for all of them"
+        f"(--floor), or let them go to disk ({VISIBILITY_VARIABLE}=500MB), for all of them"
     )
     return places.keeping(rows), Known(np.searchsorted(rows, known.row), known.looked), (line,)
 

@@ -208,7 +208,7 @@ def _stations(survey: Survey, at: Candidates, names: list[str], scanned: BoolArr
 
 def _check_something_is_seen(pool: Pool) -> None:
     """Refuse a scanner that sees nothing from anywhere: without stations every requirement would be met."""
-    if not pool.rows.seen.patch.size:
+    if not pool.rows.seen.n_entries:
         low_m, high_m = pool.survey.template.range_min_m, pool.survey.template.range_max_m
         raise RequirementError(
             f"scanner {pool.survey.scanner.name}: no surface seen from any of {pool.n_candidates} valid tripod "

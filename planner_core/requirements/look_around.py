@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from planner_core.coverage.counted import WHOLE, most_counted, sees_enough, shares_of
-from planner_core.coverage.coverage import kept_rows, stacked_rows, take_rows, taken_along
+from planner_core.coverage.coverage import stacked_rows, take_rows, taken_along
 from planner_core.coverage.cut_patches import shares_of_cut_patches
 from planner_core.coverage.levels import Observations, observations_meeting
 from planner_core.coverage.observe import observations_in_batches
@@ -29,7 +29,8 @@ from planner_core.model import (
     UInt8Array,
     Visibility,
 )
-from planner_core.progress import Progress, silent
+from planner_core.model.stored_rows import PatchColumn, visibility_budget
+from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.goals import Goals
 from planner_core.spread import who_answers
 
@@ -102,6 +103,8 @@ class Looked:
 
 #: Fewer positions are looked from here: sending them away takes longer.
 _WORTH_SPREADING = 32
+#: Positions that are looked from together where rows may have to go to disk.
+_AT_A_TIME = 256
 
 
 def look_around(
@@ -138,13 +141,29 @@ def look_around_here(
         for each in goals.qualities
     )
     if goals.plain and not survey.counts_parts:
-        seen = visible_from(survey, engine, positions_m, progress=progress)
+        seen = _plainly_seen(survey, engine, positions_m, progress)
         return Looked(Rows(seen, seen), None, needed)
     found = _Found(goals, n_patches, needed, keeps_parts=survey.counts_parts and survey.patches.counted is None)
     noise = goals.requirements.limits_noise
     for observations in observations_in_batches(survey, engine, positions_m, noise=noise, progress=progress):
         found.add(observations)
     return found.looked()
+
+
+def _plainly_seen(survey: Survey, engine: ScanEngine, positions_m: FloatArray, progress: Progress) -> Visibility:
+    """What is seen from positions (N, 3): of a few at a time where not all of it may be in memory, to the same bits."""
+    n = positions_m.shape[0]
+    if visibility_budget() is None or n <= _AT_A_TIME:
+        return visible_from(survey, engine, positions_m, progress=progress)
+    pieces = _Pieces()
+    for first in range(0, n, _AT_A_TIME):
+
+        def told(event: ProgressEvent, first: int = first) -> None:
+            progress(replace(event, done=first + event.done, total=n) if event.stage == "scan" else event)
+
+        seen = visible_from(survey, engine, positions_m[first : first + _AT_A_TIME], progress=told)
+        pieces.add(np.diff(seen.starts), seen.patch, np.empty(0, dtype=np.uint8))
+    return pieces.joined(survey.patches.n_patches)[0]
 
 
 def limits_of(asked: PointLimits) -> tuple[str, ...]:
@@ -191,7 +210,7 @@ def in_a_row(looks: Sequence[Looked]) -> Looked:
             (pieces[0], look.rows.seen, no_share if parts is None else parts.seen),
             (pieces[1], look.rows.met, no_share if parts is None else parts.met),
         ):
-            piece.add(np.diff(rows.starts), rows.patch, share)
+            piece.add(np.diff(rows.starts), rows.entries(0, rows.n_entries), share)
         if parts is not None:
             any_seen |= parts.any_seen
             any_met |= parts.any_met
@@ -266,28 +285,21 @@ class _Pieces:
 
     def __init__(self) -> None:
         self._sizes: list[Int64Array] = []
-        self._patch: list[Int32Array] = []
+        self._patch = PatchColumn(visibility_budget())
         self._share: list[UInt8Array] = []
 
     def add(self, sizes: Int64Array, patch: Int32Array, share: UInt8Array) -> None:
         """Take the next rows."""
         self._sizes.append(sizes)
-        self._patch.append(patch)
+        self._patch.add(patch)
         self._share.append(share)
 
     def joined(self, n_patches: int) -> tuple[Visibility, UInt8Array]:
         """All rows, and the shares along them. The pieces go on the way, so that nothing is held twice."""
         starts = np.cumsum(np.concatenate([np.zeros(1, dtype=np.int64), *self._sizes]), dtype=np.int64)
-        patch = np.empty(starts[-1], dtype=np.int32)
-        share = np.empty(sum(each.size for each in self._share), dtype=np.uint8)
-        for out, pieces in ((patch, self._patch), (share, self._share)):
-            at = 0
-            pieces.reverse()
-            while pieces:
-                piece = pieces.pop()
-                out[at : at + piece.size] = piece
-                at += piece.size
-        return Visibility(starts, patch, n_patches), share
+        share = np.concatenate([np.empty(0, dtype=np.uint8), *self._share])
+        self._share.clear()
+        return self._patch.rows(starts, n_patches), share
 
 
 def _note_needed(observations: Observations, asked: PointLimits, least: dict[str, Float32Array]) -> None:
@@ -301,10 +313,16 @@ def _note_needed(observations: Observations, asked: PointLimits, least: dict[str
 def _best(rows: Visibility, share: UInt8Array, n_patches: int) -> Int32Array:
     """(P,) the largest share of each patch that one position sees; patches may be stacked."""
     best = np.zeros(n_patches, dtype=np.int32)
-    np.maximum.at(best, rows.patch % n_patches, share)
+    for at, patch in rows.pieces():
+        np.maximum.at(best, patch % n_patches, share[at : at + patch.size])
     return best
 
 
 def _enough(rows: Visibility, share: UInt8Array, counted: UInt8Array) -> Visibility:
     """Rows without patches of which too little is seen; patches may be stacked."""
-    return kept_rows(rows, sees_enough(share, counted[rows.patch % counted.size]))
+    column, size = PatchColumn(visibility_budget()), np.zeros(rows.n_positions, dtype=np.int64)
+    for at, patch in rows.pieces():
+        kept = sees_enough(share[at : at + patch.size], counted[patch % counted.size])
+        column.add(patch[kept])
+        size += np.bincount(rows.positions_of(at, patch.size)[kept], minlength=size.size)
+    return column.rows(np.concatenate([[0], np.cumsum(size)]).astype(np.int64), rows.n_patches)

@@ -118,7 +118,7 @@ def cover_problem(
     np.add.at(ticks, row_of_patch[merged], ticks_of_patch[merged])
     n_patches = np.bincount(row_of_patch[merged], minlength=n_rows)
     # What fewer candidates see than a target asks for is not achievable: it counts for nothing.
-    n_seers = np.bincount(visibility.patch, minlength=visibility.n_patches)[first]
+    n_seers = visibility.n_seers()[first]
     counts_for = np.array(
         [constraint.part[first] & (n_seers >= constraint.seen_from) for constraint in constraints], dtype=bool
     )
@@ -138,18 +138,21 @@ def cover_problem(
 def _merge(visibility: Visibility, constraints: tuple[Constraint, ...]) -> tuple[Int64Array, Int64Array]:
     """Row of every patch, -1 where nobody sees it or no target counts it; and the first patch of every row."""
     generator = np.random.default_rng(20230417)
-    owner = np.repeat(np.arange(visibility.n_positions), np.diff(visibility.starts))
     keys = np.zeros((2, visibility.n_patches), dtype=np.uint64)
-    for key in keys:
-        label = generator.integers(1, 2**63, size=visibility.n_positions, dtype=np.uint64)
-        np.add.at(key, visibility.patch, label[owner])  # wraps around, as it may
+    labels = [generator.integers(1, 2**63, size=visibility.n_positions, dtype=np.uint64) for _ in keys]
+    seen = np.zeros(visibility.n_patches, dtype=bool)
+    for at, patch in visibility.pieces():
+        owner = visibility.positions_of(at, patch.size)
+        seen[patch] = True
+        for key, label in zip(keys, labels, strict=True):
+            np.add.at(key, patch, label[owner])  # wraps around, as it may
     # Patches of one group are counted by the same targets. Renumbered at every step: bits of an integer run out.
     group = np.zeros(visibility.n_patches, dtype=np.int64)
     counted = np.zeros(visibility.n_patches, dtype=bool)
     for constraint in constraints:
         group = np.unique(group * 2 + constraint.part, return_inverse=True)[1].astype(np.int64)
         counted |= constraint.part
-    used = np.flatnonzero((np.bincount(visibility.patch, minlength=visibility.n_patches) > 0) & counted)
+    used = np.flatnonzero(seen & counted)
     order = used[np.lexsort((used, group[used], keys[1, used], keys[0, used]))]
     new = np.ones(order.size, dtype=bool)
     new[1:] = (np.diff(keys[:, order].astype(np.uint64)) != 0).any(axis=0) | (np.diff(group[order]) != 0)
@@ -168,7 +171,10 @@ def _merged_rows(visibility: Visibility, row_of_patch: Int64Array, n_rows: int) 
     first[row_of_patch[merged]] = merged
     is_first = np.zeros(visibility.n_patches, dtype=bool)
     is_first[first] = True
-    keep = is_first[visibility.patch]
-    owner = np.repeat(np.arange(visibility.n_positions), np.diff(visibility.starts))[keep]
-    starts = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=visibility.n_positions))]).astype(np.int64)
-    return starts, row_of_patch[visibility.patch[keep]]
+    size = np.zeros(visibility.n_positions, dtype=np.int64)
+    row = [np.empty(0, dtype=np.int64)]
+    for at, patch in visibility.pieces():
+        keep = is_first[patch]
+        np.add.at(size, visibility.positions_of(at, patch.size)[keep], 1)
+        row.append(row_of_patch[patch[keep]])
+    return np.concatenate([[0], np.cumsum(size)]).astype(np.int64), np.concatenate(row)
