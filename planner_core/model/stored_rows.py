@@ -10,6 +10,7 @@ import mmap
 import os
 import re
 import tempfile
+import threading
 import zlib
 from typing import IO, Any
 
@@ -144,6 +145,7 @@ class _PackedFile:
 
     def __init__(self) -> None:
         self._file = _nameless()
+        self._reading = threading.Lock()
         self._place: list[tuple[int, int, int]] = []  # of a block: its first byte, bytes of gaps, entries
         self.n_bytes = 0
         self._last: tuple[int, Int32Array] | None = None
@@ -172,7 +174,9 @@ class _PackedFile:
             return self._last[1]
         at, n_gaps, _ = self._place[number]
         end = self._place[number + 1][0] if number + 1 < len(self._place) else self.n_bytes
-        packed = os.pread(self._file.fileno(), end - at, at)
+        with self._reading:  # threads share the file's position
+            self._file.seek(at)
+            packed = _read(self._file, end - at)
         gap = np.frombuffer(zlib.decompress(packed[:n_gaps]), dtype=np.uint8).astype(np.int32)
         gap[gap == 0] = np.frombuffer(zlib.decompress(packed[n_gaps:]), dtype=np.int32)
         patch: Int32Array = np.cumsum(gap, dtype=np.int32)
@@ -186,6 +190,15 @@ def _nameless() -> IO[bytes]:
         return tempfile.TemporaryFile(prefix="tlsplan-", buffering=0)
     except OSError as error:
         raise _refused(error) from error
+
+
+def _read(file: IO[bytes], n_bytes: int) -> bytes:
+    """Read so many bytes: without a buffer, one call may give fewer."""
+    parts: list[bytes] = []
+    while n_bytes > 0 and (part := file.read(n_bytes)):
+        parts.append(part)
+        n_bytes -= len(part)
+    return b"".join(parts)
 
 
 def _written(file: IO[bytes], data: bytes) -> None:
