@@ -7,8 +7,6 @@ it aborted in the kernel's own event, and nowhere else for certain.
 
 from __future__ import annotations
 
-import os
-import re
 import sys
 import tempfile
 import warnings
@@ -22,12 +20,11 @@ from numpy.typing import NDArray
 from planner_core.device.faults import device_error, driver_errors
 from planner_core.device.pocl import HIGHEST_LEVEL, name_given
 from planner_core.device.sources import kernel_source, kernels_hash
-from planner_core.errors import DeviceError, DeviceMemoryError, RequirementError
+from planner_core.errors import DeviceError, DeviceMemoryError
+from planner_core.told_sizes import size_told
 
 #: Device memory that we may use at most, such as `8GB` or `500MB`; unset: what the device has.
 MEMORY_VARIABLE = "TLSPLAN_MEMORY"
-_MEMORY = re.compile(r"(\d+(?:\.\d+)?) ?(MB|GB|MiB|GiB)", re.IGNORECASE)
-_UNITS = {"mb": 10**6, "gb": 10**9, "mib": 2**20, "gib": 2**30}
 
 #: Share of the device's memory that we take at most: drivers and other programs need some too.
 _USABLE_SHARE = 0.9
@@ -461,15 +458,8 @@ def _large_pages(n_bytes: int) -> NDArray[np.uint8]:
 
 def memory_allowed() -> int:
     """What `MEMORY_VARIABLE` allows, in bytes; a wrong one is a RequirementError, which no fallback swallows."""
-    said = os.environ.get(MEMORY_VARIABLE, "").strip()
-    if not said:
-        return sys.maxsize
-    parts = _MEMORY.fullmatch(said)
-    if parts is None or float(parts[1]) == 0:
-        raise RequirementError(
-            f"{MEMORY_VARIABLE}: got {said!r}, expected a size such as 8GB or 500MB; correct or unset it"
-        )
-    return int(float(parts[1]) * _UNITS[parts[2].lower()])
+    told = size_told(MEMORY_VARIABLE)
+    return sys.maxsize if told is None else told
 
 
 def _mib(n_bytes: int) -> str:

@@ -5,6 +5,7 @@ Rows are `PatchReturns` with as much in them as was asked for: `Content`. Local 
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -136,7 +137,7 @@ class RowStore:
         return np.empty((0, *tail), dtype=dtype) if column is None else column.take()
 
 
-class RowCollector:
+class RowCollector(ABC):
     """What engines have in common that collect rows while positions stream through."""
 
     def visible_patches(
@@ -152,10 +153,11 @@ class RowCollector:
         content = Content.MOMENTS if moments else Content.COUNTS
         return self._collect(template, positions_m, content, progress).patch_returns(content)
 
+    @abstractmethod
     def _collect(
         self, template: BeamTemplate, positions_m: FloatArray, content: Content, progress: Progress
     ) -> RowStore:
-        raise NotImplementedError
+        """Look from all positions, and keep so much of what they see."""
 
 
 class _Column:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import mmap
 import os
-import re
 import tempfile
 import threading
 import zlib
@@ -19,30 +18,12 @@ import numpy as np
 from planner_core.errors import RequirementError
 from planner_core.model.arrays import BoolArray, Int32Array, Int64Array, UInt8Array
 from planner_core.model.scans import ENTRIES_A_PIECE, Visibility
+from planner_core.told_sizes import size_told
 
 #: Memory that what candidates see may take, such as `500MB`; beyond it is on disk. Unset: all is in memory.
 VISIBILITY_VARIABLE = "TLSPLAN_VISIBILITY_MEMORY"
-_SIZE = re.compile(r"(\d+(?:\.\d+)?) ?(MB|GB|MiB|GiB)", re.IGNORECASE)
-_UNITS = {"mb": 10**6, "gb": 10**9, "mib": 2**20, "gib": 2**30}
 #: Of zlib: higher ones save a tenth and take several times as long.
 _LEVEL = 1
-
-
-def size_told(variable: str) -> int | None:
-    """Bytes that a variable of the environment names; None where it is not set.
-
-    Raises
-    ------
-    RequirementError
-        It is no size.
-    """
-    said = os.environ.get(variable, "").strip()
-    if not said:
-        return None
-    parts = _SIZE.fullmatch(said)
-    if parts is None or float(parts[1]) == 0:
-        raise RequirementError(f"{variable}: got {said!r}, expected a size such as 8GB or 500MB; correct or unset it")
-    return int(float(parts[1]) * _UNITS[parts[2].lower()])
 
 
 def visibility_budget() -> int | None:
@@ -170,8 +151,9 @@ class _PackedFile:
         return whole[first - begin : end - begin]
 
     def _block(self, number: int) -> Int32Array:
-        if self._last is not None and self._last[0] == number:
-            return self._last[1]
+        last = self._last  # looked at once: another thread may put another block there meanwhile
+        if last is not None and last[0] == number:
+            return last[1]
         at, n_gaps, _ = self._place[number]
         end = self._place[number + 1][0] if number + 1 < len(self._place) else self.n_bytes
         with self._reading:  # threads share the file's position

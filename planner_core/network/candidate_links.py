@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import pickle
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -78,6 +79,10 @@ class LinkQuestion:
     min_overlap: float
     min_strength: float
     measure: OverlapMeasure
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What travels: what was worked out from it stays here."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @cached_property
     def _overlaps(self) -> PairOverlaps:

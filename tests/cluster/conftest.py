@@ -160,6 +160,22 @@ class Processes:
         )  # fmt: skip
 
 
+class Killer:
+    """Kills a worker at random, and starts another, as the share that is done passes each of some random moments."""
+
+    def __init__(self, processes: Processes, seed: int, *, last: float) -> None:
+        self._processes, self._chance = processes, np.random.default_rng(seed)
+        self._moments = sorted(self._chance.uniform(0.05, last, 3))
+        self.n_killed = 0
+
+    def __call__(self, share: float) -> None:
+        if self.n_killed < len(self._moments) and share >= self._moments[self.n_killed]:
+            alive = [each for each in self._processes.workers if each.poll() is None]
+            alive[int(self._chance.integers(len(alive)))].kill()
+            self._processes.start_worker()
+            self.n_killed += 1
+
+
 @pytest.fixture
 def processes(tmp_path: Path) -> Iterator[Processes]:
     import socket

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import pickle
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -21,14 +22,14 @@ from planner_core.cluster.spread import Cluster, open_cluster
 from planner_core.errors import ExportError
 from planner_core.export.clouds.points import Clouds
 from planner_core.export.clouds.simulated import FORMATS, simulated_clouds, write_simulated_scans
-from planner_core.model import Station
+from planner_core.model import OverlapMeasure, Station
 from planner_core.network import candidate_links as links
-from planner_core.network.candidate_links import CandidateLinks, candidate_links
+from planner_core.network.candidate_links import CandidateLinks, LinkQuestion, candidate_links
 from planner_core.network.links import surface_of_patches
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.spread import spread_over
 
-from .conftest import SETTINGS, Look, Processes, cluster_of
+from .conftest import SETTINGS, Killer, Look, Processes, cluster_of
 
 N_STATIONS = 6
 
@@ -80,6 +81,16 @@ def test_links_by_workers_are_those_of_one_process(look: Look, n_workers: int) -
         found = linked(look, 83)
     assert_same_links(found, linked(look, 83))
     assert told == []
+
+
+def test_a_question_of_links_travels_without_what_was_worked_out_from_it(look: Look) -> None:
+    seen = look.here(look.positions_m[:12]).rows.seen
+    surface = surface_of_patches(look.survey.scene, look.survey.patches, np.ones(seen.n_patches, dtype=bool))
+    question = LinkQuestion(seen, look.survey.patches.area_m2, surface, 0.2, 0.01, OverlapMeasure.SMALLER_SHARE)
+    before = pickle.dumps(question)
+    answer = question.answer((0, 12))
+    assert pickle.dumps(question) == before
+    assert pickle.loads(before).answer((0, 12)) == answer
 
 
 @pytest.mark.parametrize("n_workers", [2, *(pytest.param(n, marks=pytest.mark.slow) for n in (1, 4))])
@@ -176,23 +187,12 @@ def works(look: Look, folder: Path) -> dict[str, Work]:
 def test_workers_killed_at_random_moments_change_no_byte(
     look: Look, processes: Processes, tmp_path: Path, what: str, seed: int
 ) -> None:
-    chance = np.random.default_rng(seed)
-    moments = sorted(chance.uniform(0.05, 0.8, 3))
     for _ in range(2):
         processes.start_worker()
-    n_killed = 0
-
-    def disturb(share: float) -> None:
-        nonlocal n_killed
-        if n_killed < len(moments) and share >= moments[n_killed]:
-            alive = [each for each in processes.workers if each.poll() is None]
-            alive[int(chance.integers(len(alive)))].kill()
-            processes.start_worker()
-            n_killed += 1
-
+    killer = Killer(processes, seed, last=0.8)
     work = works(replace(look), tmp_path / "scans")[what]
-    found = disturbed(processes, work, disturb)
-    assert n_killed >= 2
+    found = disturbed(processes, work, killer)
+    assert killer.n_killed >= 2
     assert found == work(None, silent)
 
 

@@ -23,7 +23,7 @@ from planner_core.requirements import look_spread
 from planner_core.requirements.look_around import Looked
 from planner_core.spread import spread_over
 
-from .conftest import SETTINGS, Look, Processes, assert_same_bits, cluster_of, stand_in
+from .conftest import SETTINGS, Killer, Look, Processes, assert_same_bits, cluster_of, stand_in
 
 
 def text_of(plan: Plan) -> str:
@@ -172,22 +172,11 @@ def looked_while(look: Look, processes: Processes, disturb: Any) -> Looked:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_workers_killed_at_random_moments_change_no_bit(look: Look, processes: Processes, seed: int) -> None:
-    chance = np.random.default_rng(seed)
-    moments = sorted(chance.uniform(0.05, 0.9, 3))
     for _ in range(2):
         processes.start_worker()
-    n_killed = 0
-
-    def disturb(share: float) -> None:
-        nonlocal n_killed
-        if n_killed < len(moments) and share >= moments[n_killed]:
-            alive = [each for each in processes.workers if each.poll() is None]
-            alive[int(chance.integers(len(alive)))].kill()
-            processes.start_worker()
-            n_killed += 1
-
-    found = looked_while(replace(look, positions_m=np.tile(look.positions_m, (3, 1))), processes, disturb)
-    assert n_killed >= 2
+    killer = Killer(processes, seed, last=0.9)
+    found = looked_while(replace(look, positions_m=np.tile(look.positions_m, (3, 1))), processes, killer)
+    assert killer.n_killed >= 2
     assert_same_bits(found, look.here(np.tile(look.positions_m, (3, 1))))
 
 

@@ -1,0 +1,28 @@
+"""Sizes of memory that the environment names, such as `8GB`."""
+
+from __future__ import annotations
+
+import os
+import re
+
+from planner_core.errors import RequirementError
+
+_SIZE = re.compile(r"(\d+(?:\.\d+)?) ?(MB|GB|MiB|GiB)", re.IGNORECASE)
+_UNITS = {"mb": 10**6, "gb": 10**9, "mib": 2**20, "gib": 2**30}
+
+
+def size_told(variable: str) -> int | None:
+    """Bytes that a variable of the environment names; None where it is not set.
+
+    Raises
+    ------
+    RequirementError
+        It is no size.
+    """
+    said = os.environ.get(variable, "").strip()
+    if not said:
+        return None
+    parts = _SIZE.fullmatch(said)
+    if parts is None or float(parts[1]) == 0:
+        raise RequirementError(f"{variable}: got {said!r}, expected a size such as 8GB or 500MB; correct or unset it")
+    return int(float(parts[1]) * _UNITS[parts[2].lower()])
