@@ -28,6 +28,8 @@ _BALANCE, _BALANCE_OF_WAYS = 0.1, 0.03
 _MOVING_WAYS = 2
 #: What a target's price changes in a step if all of it is missing, as a share of a price that would pay for the plan.
 _TARGET_PACE = 1.0
+#: How much longer or shorter the steps of one side may become at once.
+_MOST_SHIFT = 2.0
 
 
 @dataclass(frozen=True)
@@ -128,9 +130,26 @@ class Saddle:
         if from_mean:
             self._x, self._z, self._u, self._p, self._s = (total / self._n_summed for total in self._sums)
             self._cover = self._cover_of(self._x)
+        self._shift_balance()
         self._clear()
 
+    def _shift_balance(self) -> None:
+        """Longer steps for stations and rows and shorter ones for prices, or the reverse: for the side that moves most.
+
+        Both sides ought to come equally far between two means, each in units of its steps (Applegate et al. 2021).
+        """
+        x, z, u, p = (new - old for new, old in zip((self._x, self._z, self._u, self._p), self._begun, strict=True))
+        here = float((x**2 / self._pace_x[self._owner]).sum() + (z**2 / self._pace_z).sum())
+        there = float((u**2 / self._pace_u).sum() + (p**2 / self._pace_p).sum())
+        if here <= 0.0 or there <= 0.0:
+            return
+        # The ratio of distances, half of the way on a scale of logarithms: balances swing otherwise.
+        shift = min(max((here / there) ** 0.25, 1.0 / _MOST_SHIFT), _MOST_SHIFT)
+        self._pace_x, self._pace_z = self._pace_x * shift, self._pace_z * shift
+        self._pace_u, self._pace_p, self._pace_s = self._pace_u / shift, self._pace_p / shift, self._pace_s / shift
+
     def _clear(self) -> None:
+        self._begun = (self._x, self._z.copy(), self._u.copy(), self._p)
         self._sums = [np.zeros_like(part) for part in (self._x, self._z, self._u, self._p, self._s)]
         self._n_summed = 0
 

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner_core.select import saddle
 from planner_core.select.large_bound import large_bound, price_bound
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import BOUND_UNIT, TARGET_UNIT
@@ -129,6 +130,16 @@ def test_bound_comes_within_a_percent_of_the_linear_relaxation_whatever_targets_
         assert value <= bound.relaxation_at_most + 1e-6, f"seed {seed}"
         # It also stops where no more than the whole number it has can be proven.
         assert bound.value >= 0.99 * value or bound.stations >= bound.relaxation_at_most, f"seed {seed}"
+
+
+@pytest.mark.parametrize("factor", [100, 0.01])
+def test_steps_that_begin_out_of_balance_find_it(monkeypatch, factor):
+    # With a balance that stays as it was set, 38.5 and 38.9 are proven of 40.1.
+    monkeypatch.setattr(saddle, "_BALANCE", factor * saddle._BALANCE)
+    problem = random_problem(1, n=120, r=500, density=0.04)
+    value = relaxation(problem, np.zeros(120, dtype=np.int64))
+    bound = large_bound(problem, n_stations=60, work_limit=0.5)
+    assert 0.99 * value <= bound.value <= value + 1e-6
 
 
 def test_bound_fixes_most_candidates_out_where_it_lies_near_the_plan():
