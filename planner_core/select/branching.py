@@ -23,6 +23,7 @@ from planner_core.select.network import Network
 from planner_core.select.network_cuts import NetworkCuts
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import BOUND_UNIT, Bound, Branch, Cut, CutMaker, CutProgram, exact_bound
+from planner_core.select.separators import Separators
 
 #: Rounds of cuts at a node, and the gain in stations for which another one is worth while.
 _ROUNDS = 100
@@ -91,6 +92,7 @@ class BranchAndBound:
         self._maker = CutMaker(problem)
         self._network = network
         self._joins = NetworkCuts(network, self._maker.reaches) if network is not None else None
+        self._separators = Separators(problem, network, self._maker.reaches) if network is not None else None
         self._groups = groups_of(problem)
         self._group_sizes = self._groups.sum(axis=1)
         self._program = CutProgram(n, slack_price=float(n_stations + 1), groups=self._groups)
@@ -123,8 +125,9 @@ class BranchAndBound:
         """Numbers looked at so far, roughly, in 1e9: the same for the same way through the tree."""
         n, rows, entries = self.problem.n_candidates, self.problem.n_rows, self.problem.row.size
         joining = 0
-        if self._joins is not None:
-            joining = self._joins.n_looks * (n * rows // 16 + 20 * rows) + self._joins.n_flows * _FLOW_WORK
+        for each in (self._joins, self._separators):
+            if each is not None:
+                joining += each.n_looks * (n * rows // 16 + 20 * rows) + each.n_flows * _FLOW_WORK
         return 1e-9 * (self._program.n_iterations * (20_000 + 50 * n) + self._n_looks * 6 * entries + joining)
 
     def stop(self) -> None:
@@ -140,7 +143,7 @@ class BranchAndBound:
 
     def _solve_root(self, progress: Progress, *, joining: bool) -> None:
         """Rounds of cuts: first those of coverage alone, which cost little and give most."""
-        best, values = 0, [0.0]
+        best, begun, values = 0, 0, [0.0]
         for number in range(_ROOT_ROUNDS):
             x, bound = self._solve()
             if self._fix(bound, self._lower, self._upper):
@@ -151,8 +154,12 @@ class BranchAndBound:
             progress(ProgressEvent("bound", number + 1, _ROOT_ROUNDS, f"at least {self._proven} stations"))
             if self._proven >= self.n_stations:
                 break
-            slow = number > _ROOT_WINDOW and values[-1] - values[-1 - _ROOT_WINDOW] < _ROOT_GAIN
-            if slow or self._stopped:
+            slow = number > begun + _ROOT_WINDOW and values[-1] - values[-1 - _ROOT_WINDOW] < _ROOT_GAIN
+            if self._stopped:
+                break
+            if joining and (slow or number % _ROOT_WINDOW == 0) and self._add_separators(x):
+                begun, slow = number, False
+            if slow:
                 break
             self._centre = self._centre + _ROOT_STEP * (x - self._centre)
             if not self._add_cuts(x, self._centre, joining=joining):
@@ -379,7 +386,17 @@ class BranchAndBound:
 
     def _cuts_for(self, x: FloatArray, *, joining: bool) -> list[Cut]:
         self._n_looks += 1
-        return self._maker.violated(x) + (self._joins.violated(x) if self._joins is not None and joining else [])
+        joins = self._joins.violated(x) if self._joins is not None and joining else []
+        return self._maker.violated(x, self._separators if joining else None) + joins
+
+    def _add_separators(self, x: FloatArray) -> bool:
+        """Look for separators of the network that the solution has little in; whether there are new ones."""
+        if self._separators is None:
+            return False
+        n_before = len(self._separators.between)
+        cuts = self._separators.sweep(x)
+        self._program.add(cuts)
+        return bool(cuts) or len(self._separators.between) > n_before
 
     def _fix(self, bound: Bound, lower: Int64Array, upper: Int64Array) -> bool:
         """Fix candidates with which, or without which, no plan in between is smaller than the best; whether any."""

@@ -20,6 +20,9 @@ who do, at least m - t of the others are chosen too:
 So A_i adds up ticks_r / (m - t_r) over the rows where i is not in T_r. T_r are the t_r largest x_i, and t_r is what
 makes the right side least; S has the rows where that is 1 or more. With m = 1 this is the above.
 
+Where stations hang together, a separator of the network (separators.py) may bound a row by less than those who see it
+have: its ticks then go to A_i of all candidates in the separator instead.
+
 The bound. For any prices p >= 0 of cuts A_c x >= b_c and any lower <= x <= upper,
 
     sum of x >= sum over cuts of p_c b_c + sum over i of min over x_i of (1 - sum over cuts of p_c A_ci) x_i
@@ -33,14 +36,18 @@ stations (network_cuts.py) have b = 1, 0 or -1.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int64Array, UInt8Array
 from planner_core.select.problem import CoverProblem
+
+if TYPE_CHECKING:
+    from planner_core.select.separators import Separators, Through
 
 #: 1, in coefficients and right sides of cuts. Rounding up costs a bound of n stations n * 2^-23 at most.
 CUT_UNIT = 2**24
@@ -100,7 +107,7 @@ class Shares:
     """What a point covers of each row at most, where `seen_from` candidates must see it.
 
     part : (R,), 1 or more is all. n_out : (R,) int64, the number t of candidates that are left out. row, owner : (E,)
-    int64, which ones.
+    int64, which ones. through : (R,) int64, which of `between`, separators of the network, bounds a row; -1: none.
     """
 
     seen_from: int
@@ -108,6 +115,14 @@ class Shares:
     n_out: Int64Array
     row: Int64Array
     owner: Int64Array
+    through: Int64Array | None = None
+    between: Sequence[Int64Array] = ()
+
+    def by(self, through: Through, between: Sequence[Int64Array]) -> Shares:
+        """The same, with rows bounded by separators where these have less."""
+        less = through.part < self.part
+        part = np.where(less, through.part, self.part)
+        return replace(self, part=part, through=np.where(less, through.number, -1), between=between)
 
 
 class CutMaker:
@@ -128,10 +143,12 @@ class CutMaker:
         self._owner = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))
         self._constraints = independent_constraints(problem)
 
-    def violated(self, x: FloatArray) -> list[Cut]:
-        """Cuts, one a target that x in [0, 1]^N does not meet."""
+    def violated(self, x: FloatArray, separators: Separators | None = None) -> list[Cut]:
+        """Cuts, one a target that x in [0, 1]^N does not meet. separators : rows may be counted by these."""
         problem = self.problem
         shares = {m: self.shares(x, m) for m in set(problem.seen_from[self._constraints].tolist())}
+        if separators is not None and separators.between and 1 in shares:
+            shares[1] = shares[1].by(separators.through(x), separators.between)
         cuts = []
         for constraint in self._constraints:
             weight, least = self._weight[constraint], int(problem.least[constraint])
@@ -179,7 +196,13 @@ class CutMaker:
         unit = self._unit(m)
         n_out = np.zeros(problem.n_rows, dtype=np.int64) if share is None else share.n_out
         ticks = np.where(counted & ~full, problem.ticks, 0) * (unit // (m - n_out))
-        seen = self._sum_seen(ticks, exact_in_float=self._all_ticks * unit < 2**53)
+        by_separator = np.zeros(problem.n_candidates, dtype=np.int64)
+        if share is not None and share.through is not None:
+            for number in np.unique(share.through[(share.through >= 0) & (ticks > 0)]).tolist():
+                at = share.through == number
+                by_separator[share.between[number]] += int(ticks[at].sum())
+                ticks[at] = 0
+        seen = by_separator + self._sum_seen(ticks, exact_in_float=self._all_ticks * unit < 2**53)
         if share is not None and share.row.size:
             np.subtract.at(seen, share.owner, ticks[share.row])
         seen = np.minimum(seen, min(need * unit, 2**63 - 1))

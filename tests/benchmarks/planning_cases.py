@@ -29,7 +29,7 @@ BASEMENT_WORK = 80.0
 #: The cover alone is no target: it gets so much of it.
 TARGET_COVER_WORK = 10.0
 #: Of large buildings that a mark is set for: what 15 minutes of CPU time allow, or from where on more brought nothing.
-LARGE_WORK = {"school": 600.0, "campus": 150.0, "atrium": 250.0, "office": 400.0}
+LARGE_WORK = {"school": 300.0, "campus": 150.0, "atrium": 250.0, "office": 250.0}
 #: Part of the area that a puzzle asks for: walls that meet hide slivers, by rounding, that no puzzle means.
 PUZZLE_COVERAGE = 0.999
 PUZZLE_BEAM_DEG = 0.05

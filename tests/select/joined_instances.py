@@ -1,7 +1,10 @@
 """Small problems whose candidates see rows around them on a line, with links between some that share rows."""
 
+import itertools
+
 import networkx as nx
 import numpy as np
+from selection_instances import problem_of
 
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
@@ -39,3 +42,56 @@ def network_of(graph):
         part[list(members)] = number
     starts = np.concatenate([[0], np.cumsum([len(row) for row in rows])]).astype(np.int64)
     return Network(starts, np.array([other for row in rows for other in row], dtype=np.int32), part)
+
+
+def sparse_graph(rng, n, *, n_parts, more=0.4):
+    """Trees with some more links."""
+    graph = nx.empty_graph(n)
+    home = rng.integers(0, n_parts, n)
+    for i in range(n):
+        before = np.flatnonzero(home[:i] == home[i])
+        for j in rng.choice(before, min(before.size, 1 + (rng.random() < more)), replace=False):
+            graph.add_edge(i, int(j))
+    return graph
+
+
+def random_problem(rng, n, *, seen_from=1, share=0.8, r=40):
+    sees, ticks = rng.random((n, r)) < 0.2 * seen_from, rng.integers(1, 20, r)
+    least = np.array([int(share * ticks[sees.sum(axis=0) >= seen_from].sum())])
+    return problem_of(sees, ticks, np.ones((1, r), dtype=bool), least, seen_from=[seen_from])
+
+
+def is_joined(graph, chosen):
+    return all(
+        nx.is_connected(graph.subgraph(part & set(chosen)))
+        for part in map(set, nx.connected_components(graph))
+        if part & set(chosen)
+    )
+
+
+def hangs_together(graph, chosen, *, loops):
+    if not is_joined(graph, chosen):
+        return False
+    unavoidable = {frozenset(link) for link in nx.bridges(graph)}
+    for part in map(set, nx.connected_components(graph)) if loops else ():
+        links = {frozenset(link) for link in nx.bridges(graph.subgraph(part & set(chosen)))}
+        if len(part & set(chosen)) > 2 and links - unavoidable:
+            return False
+    return True
+
+
+def solutions(problem, graph, *, loops=False):
+    """(S, N) of 0 and 1: all sets that hang together and meet the targets."""
+    n = problem.n_candidates
+    found = []
+    for bits in itertools.product((0, 1), repeat=n):
+        chosen = [i for i in range(n) if bits[i]]
+        if (problem.covered(chosen) >= problem.least).all() and hangs_together(graph, chosen, loops=loops):
+            found.append(bits)
+    return np.array(found, dtype=np.int64).reshape(-1, n)
+
+
+def points(rng, n):
+    """Whole points, blurred ones, and any."""
+    whole = (rng.random(n) < 0.4).astype(float)
+    return [whole, np.clip(whole * rng.random(n) * 1.5, 0, 1), np.where(rng.random(n) < 0.5, 0.0, rng.random(n))]

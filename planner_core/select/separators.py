@@ -1,0 +1,201 @@
+"""Separators of a network: what parts a side of it from the rest bounds what that side alone can cover.
+
+Input a `CoverProblem` and its `Network`, output the separators of points x, and `Cut`s of some that x violates.
+
+Let a set Z of candidates be taken away from a part of the graph, so that a side D of it has no link to the rest E of
+the part, and let every plan have a station in Z or in E (all other candidates miss a target). The stations of a part
+hang together: a plan with a station in D has one in Z, too. So for every row r that nobody sees but from D and Z
+
+    [r is seen] <= x(Z),  the sum of x over Z
+
+and x(Z) >= 1 where no plan does without both D and Z. x takes a little of everybody, so that many rows are seen in
+full and little is in Z: cuts of coverage (relaxation.py) then count such rows by Z, not by who sees them.
+
+Z is a least cut, with x_i for the capacity of i, between all who see a row and whoever is some links away from them;
+then farther out from there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planner_core.model import BoolArray, FloatArray, Int64Array
+from planner_core.select.network import Network
+from planner_core.select.problem import CoverProblem
+from planner_core.select.relaxation import CUT_UNIT, Cut
+
+#: The far side of a cut begins so many links away from those who see a row: one sweep over the rows for each.
+_HOPS = (2, 3, 5)
+#: Rows that a sweep begins at, and flows about each: every one begins from where the last one cut.
+_SEEDS, _OUTWARD = 60, 3
+#: More than this in Z is not worth while.
+_MOST_BETWEEN = 0.95
+#: Rows of which less is covered are no seeds.
+_LEAST_COVER = 0.3
+#: Flows are whole numbers of this.
+_FLOW_UNIT = 2**20
+_NO_LIMIT = 2**30
+#: An order of rows without any pattern: multiples of 2^32 / golden ratio.
+_STRIDE = 2654435769
+#: So many of them further, the next sweep begins.
+_SHIFT = 1009
+
+
+@dataclass(frozen=True)
+class Through:
+    """What a point has in separators at the rows that these bound.
+
+    part : (R,) least x(Z) of any; 1 where there is none below. number : (R,) int64, of that separator; -1: none.
+    """
+
+    part: FloatArray
+    number: Int64Array
+
+
+class Separators:
+    """Those of one network that were found so far.
+
+    reaches : whether the allowed candidates, (N,) bool, together reach every target. n_looks, n_flows : how often it
+    was asked, and flows computed.
+    """
+
+    def __init__(self, problem: CoverProblem, network: Network, reaches: Callable[[BoolArray], bool]) -> None:
+        from scipy import sparse
+
+        n = problem.n_candidates
+        self.n_looks = self.n_flows = self._n_orders = 0
+        self.between: list[Int64Array] = []
+        self._rows: list[Int64Array] = []
+        self._problem, self._network, self._reaches = problem, network, reaches
+        self._sees: Any = sparse.csr_matrix(
+            (np.ones(problem.row.size, dtype=np.int32), problem.row, problem.starts), shape=(n, problem.n_rows)
+        )
+        self._seen_by: Any = self._sees.T.tocsr()
+        linked = np.ones(network.neighbour.size, dtype=np.int32)
+        self._linked: Any = sparse.csr_matrix((linked, network.neighbour, network.starts), shape=(n, n))
+        self._n_viewers = np.bincount(problem.row, minlength=problem.n_rows)
+        self._counts = problem.counts_for.any(axis=0)
+        self._order = np.argsort(np.arange(problem.n_rows) * _STRIDE % 2**32, kind="stable")
+        self._known: set[bytes] = set()
+
+    def through(self, x: FloatArray) -> Through:
+        """What x has in them."""
+        number = np.full(self._problem.n_rows, -1, dtype=np.int64)
+        part = np.ones(self._problem.n_rows)
+        value = np.array([float(x[between].sum()) for between in self.between])
+        for at in np.argsort(-value, kind="stable").tolist():  # the least comes last, and stays
+            if value[at] < 1.0:
+                part[self._rows[at]], number[self._rows[at]] = value[at], at
+        return Through(part, number)
+
+    def sweep(self, x: FloatArray) -> list[Cut]:
+        """Look for separators that hold little of x, keep those that bound rows, and return cuts of the others."""
+        cuts = []
+        for hops in _HOPS:
+            order = np.roll(self._order, -_SHIFT * self._n_orders)  # others come first every time
+            self._n_orders += 1
+            left = self._counts & (self._seen_by @ x >= _LEAST_COVER)
+            for _ in range(_SEEDS):
+                if not left.any():
+                    break
+                seed = int(order[np.argmax(left[order])])
+                viewers = self._viewers(seed)
+                left[self._only_from(viewers)] = False
+                for side, between in self._outward(viewers, hops, x):
+                    rows = self._only_from(np.concatenate([side, between]))
+                    left[rows] = False
+                    if float(x[between].sum()) > _MOST_BETWEEN:
+                        break
+                    cuts += self._keep(side, between, rows)
+        return cuts
+
+    # ------------------------------------------------------------------------------------------ where to cut
+    def _outward(self, source: Int64Array, hops: int, x: FloatArray) -> Iterator[tuple[Int64Array, Int64Array]]:
+        """Sides and what parts each from the rest, from near to far."""
+        for _ in range(_OUTWARD):
+            found = self._least_cut(source, hops, x)
+            if found is None:
+                return
+            yield found
+            source = np.concatenate(found)
+
+    def _least_cut(self, source: Int64Array, hops: int, x: FloatArray) -> tuple[Int64Array, Int64Array] | None:
+        """(side, between) for `source` and all who are more than `hops` links away; None where there is nobody."""
+        from scipy import sparse
+        from scipy.sparse import csgraph
+
+        near, beyond = self._near(source, hops)
+        if not beyond:
+            return None
+        self.n_flows += 1
+        n = near.size
+        place = np.full(self._problem.n_candidates, -1, dtype=np.int64)
+        place[near] = np.arange(n)
+        links = self._linked[near]
+        tail, head = np.repeat(np.arange(n), np.diff(links.indptr)), place[links.indices]
+        inside, out = head >= 0, np.unique(tail[head < 0])
+        # Each is split into a way in and a way out n further, with x between; behind them source and far side.
+        row = np.concatenate([np.arange(n), tail[inside] + n, np.full(source.size, 2 * n), out + n])
+        column = np.concatenate([np.arange(n) + n, head[inside], place[source], np.full(out.size, 2 * n + 1)])
+        limit = np.full(row.size, _NO_LIMIT, dtype=np.int32)
+        limit[:n] = np.floor(x[near] * _FLOW_UNIT)
+        graph = sparse.csr_matrix((limit, (row, column)), shape=(2 * n + 2, 2 * n + 2))
+        left = graph - csgraph.maximum_flow(graph, 2 * n, 2 * n + 1).flow
+        left.data[left.data < 0] = 0
+        left.eliminate_zeros()
+        reached: BoolArray = np.zeros(2 * n + 2, dtype=bool)
+        reached[csgraph.breadth_first_order(left, 2 * n, return_predecessors=False)] = True
+        into, out_of = reached[:n], reached[n : 2 * n]
+        return near[out_of], near[into & ~out_of]
+
+    def _near(self, source: Int64Array, hops: int) -> tuple[Int64Array, bool]:
+        """Candidates at most `hops` links away, and whether there are others linked to them."""
+        reached: BoolArray = np.zeros(self._problem.n_candidates, dtype=bool)
+        reached[source] = True
+        for _ in range(hops):
+            reached |= self._linked @ reached > 0
+        near: Int64Array = np.flatnonzero(reached)
+        return near, bool((self._linked @ reached > 0)[~reached].any())
+
+    def _viewers(self, row: int) -> Int64Array:
+        """Those who see a row, of the part that the first of them is in."""
+        begin, end = self._seen_by.indptr[row : row + 2]
+        seen_by = self._seen_by.indices[begin:end].astype(np.int64)
+        viewers: Int64Array = seen_by[self._network.part[seen_by] == self._network.part[seen_by[0]]]
+        return viewers
+
+    # ------------------------------------------------------------------------------------------ what they bound
+    def _only_from(self, candidates: Int64Array) -> Int64Array:
+        """Rows that nobody else sees."""
+        n_viewers = np.bincount(self._sees[candidates].indices, minlength=self._n_viewers.size)
+        rows: Int64Array = np.flatnonzero((n_viewers == self._n_viewers) & self._counts)
+        return rows
+
+    def _keep(self, side: Int64Array, between: Int64Array, rows: Int64Array) -> list[Cut]:
+        """Keep a new separator where every plan has somebody beyond; its cut where every plan has somebody in it."""
+        key = np.sort(between).tobytes()
+        if key in self._known or not rows.size:
+            return []
+        self._known.add(key)
+        beyond = self._network.part == self._network.part[between[0]] if between.size else np.zeros(0, dtype=bool)
+        beyond[side] = False
+        beyond[between] = True
+        if not between.size or self._can_do_without(beyond):
+            return []
+        within = np.zeros(self._problem.n_candidates, dtype=bool)
+        within[side] = within[between] = True
+        if self._can_do_without(within):
+            self.between.append(between)
+            self._rows.append(rows)
+            return []
+        coefficient = np.zeros(self._problem.n_candidates, dtype=np.int64)
+        coefficient[between] = CUT_UNIT
+        return [Cut(coefficient)]
+
+    def _can_do_without(self, candidates: BoolArray) -> bool:
+        self.n_looks += 1
+        return self._reaches(~candidates)
