@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 from planner_core.errors import OutputExistsError, PlanFolderError
 from planner_core.operating_system import own_session
 
+from ..exit_codes import FULL_DISK
 from .folder import BatchFolder
 from .jobs import Job, digest_of, files_of
 from .runner import Ended, Runner, ThisMachine, end_all, failure_of, last_line, program
@@ -33,8 +34,8 @@ if TYPE_CHECKING:
 #: Stands in words for the folder that a worker lays files out in, as for the root of this machine's.
 _ROOT = "//tlsplan-root/"
 _LOOK_S = 0.1
-#: The exit code of a machine that lacks something.
-_LACKS = 6
+#: Exit codes of a machine that lacks something.
+_LACKS = (6, FULL_DISK)
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ class Command:
         message = failure_of(process.returncode, last_line(log)).replace(str(root), "")
         if not message and (root / self.folder).is_dir():
             (root / self.folder).replace(place.made / "plan")
-        return Outcome(message, is_of_worker=process.returncode == _LACKS)
+        return Outcome(message, is_of_worker=process.returncode in _LACKS)
 
 
 class OnWorkers:

@@ -24,7 +24,7 @@ from planner_core.cluster import spread, workplace
 from planner_core.cluster.parcels import Parcel
 from planner_core.cluster.spread import LOST, MOST_COPIES, MOST_FAILURES, Cluster, Crew
 from planner_core.cluster.worker import LackingError
-from planner_core.errors import ClusterError
+from planner_core.errors import ClusterError, is_of_full_disk
 
 #: How long a worker waits for the end of an errand before it says how far it is.
 _WAIT_S = 0.5
@@ -219,7 +219,7 @@ class Errands:
             self._send_files(address, order.files)
             self._ask(address, workplace.begin, number, order.parcel.digest, order.task)
         except OSError as error:
-            if workplace.is_of_the_disk(str(error)):
+            if is_of_full_disk(error):
                 raise _FaultError(str(error)) from error
             raise
         try:

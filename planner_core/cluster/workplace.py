@@ -20,7 +20,7 @@ from threading import Event, Thread
 from typing import Any, Protocol
 
 from planner_core.cluster.worker import LackingError, kept, question_of
-from planner_core.errors import PlannerError, one_line
+from planner_core.errors import PlannerError, is_of_full_disk, one_line
 from planner_core.spread import Kept
 
 LEASE_S = 120.0
@@ -30,8 +30,6 @@ PIECE_BYTES = 4_000_000
 LEAST_FREE_BYTES = 50_000_000
 #: Files beyond these go, unless the next errand needs them.
 _MOST_FILE_BYTES = 8_000_000_000
-#: What is said of a disk that holds no more, by the system and by us.
-_OF_THE_DISK = (*map(os.strerror, (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)), "the disk is full", "the disk quota")
 
 
 @dataclass(frozen=True)
@@ -61,7 +59,7 @@ class Errand(Protocol):
     """A question whose tasks leave files."""
 
     def do(self, task: Any, place: Place) -> Outcome:
-        """Do one task; what is raised is the worker's fault, unless it is a `PlannerError`."""
+        """Do one task; what is raised is the worker's fault, unless it is a `PlannerError` of no full disk."""
         ...
 
 
@@ -85,11 +83,6 @@ class _Going:
 
 
 _going: dict[str, _Going] = {}
-
-
-def is_of_the_disk(message: str) -> bool:
-    """Whether a failure is for want of room on a disk."""
-    return any(each.casefold() in message.casefold() for each in _OF_THE_DISK)
 
 
 # -------------------------------------------------------------------------------------------------- files
@@ -161,11 +154,9 @@ def begin(number: str, digest: str, task: Any) -> None:
         try:
             place.made.mkdir(parents=True)
             outcome = errand.do(task, place)
-            if is_of_the_disk(outcome.message):
-                outcome = Outcome(outcome.message, is_of_worker=True)
         except Exception as error:  # noqa: BLE001 - told by `state`
             message = one_line(str(error) or type(error).__name__)
-            outcome = Outcome(message, is_of_worker=not isinstance(error, PlannerError) or is_of_the_disk(message))
+            outcome = Outcome(message, is_of_worker=not isinstance(error, PlannerError) or is_of_full_disk(error))
         going.outcome = outcome
         going.ended.set()
         while is_wanted():  # until it is fetched

@@ -16,6 +16,7 @@ from planner_core.export.clouds.file_header import each_alone, facts, facts_of, 
 from planner_core.export.clouds.points import Clouds, Points, open_clouds
 from planner_core.export.options import Options
 from planner_core.model import FloatArray
+from planner_core.operating_system import not_written
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.progress import Progress
 
@@ -64,7 +65,7 @@ def _write(clouds: Clouds, stations: tuple[FieldStation, ...], path: Path) -> No
             raise
     except libe57.E57Exception as error:
         # Of all that can go wrong while writing only the disk is not our own doing. Further lines are of its sources.
-        raise OSError(str(error).partition("\n")[0]) from error
+        raise not_written(path, str(error).partition("\n")[0]) from error
 
 
 def rotation_of(matrix: FloatArray) -> tuple[float, float, float, float]:

@@ -18,11 +18,14 @@ from tlsplan.batch import on_workers
 from waiting import until
 
 from planner_core.cluster import errands, spread, worker, workplace
+from planner_core.errors import PlanFolderError
 
 from ...cluster.conftest import Processes, processes, stand_in, threads  # noqa: F401 - a fixture
 from .test_batch import PROGRAM, STAND_IN, begun, is_alive, process_of, rows, sites, some_plan, stood_in  # noqa: F401
 
 Batch = Callable[..., Any]
+#: What the system of a worker says of a full disk where its language is German.
+NO_ROOM = "Auf dem Gerät ist kein Speicherplatz mehr verfügbar"
 
 
 @pytest.fixture
@@ -119,10 +122,10 @@ def test_where_all_workers_are_of_another_version_it_is_refused_in_a_line(
 def test_a_full_disk_of_a_worker_is_told_and_nothing_is_lost(
     where: str, tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The first worker that is asked has no room; in one case its job says so, in another its folder can't be made."""
+    """The first worker that is asked has no room, and says so in German; in one case the job's process does."""
     from distributed import get_worker
 
-    full, full_disk = set[str](), OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "there")
+    full, full_disk = set[str](), OSError(errno.ENOSPC, NO_ROOM, "there")
 
     def is_full() -> bool:
         if not full:
@@ -147,8 +150,8 @@ def test_a_full_disk_of_a_worker_is_told_and_nothing_is_lost(
             if "full-" not in place.folder.name:
                 return do(self, task, place)
             if where == "of its cache":
-                raise full_disk
-            return workplace.Outcome(f"{place.folder}: the disk is full; free some or give another path")
+                raise PlanFolderError("kein Platz") from full_disk
+            return do(on_workers.Command(("plan", "nothing", "full"), (), "", "."), task, place)
 
         stand_in(monkeypatch, workplace, "begin", begin_there)
         monkeypatch.setattr(on_workers.Command, "do", do_there)
@@ -157,7 +160,7 @@ def test_a_full_disk_of_a_worker_is_told_and_nothing_is_lost(
     assert done.returncode == 0, done.stderr
     (line,) = [line for line in done.stderr.splitlines() if line.startswith("warning")]
     assert f"worker {full.pop()} is not used: " in line
-    assert "disk is full" in line or os.strerror(errno.ENOSPC) in line
+    assert NO_ROOM in line or "kein Platz" in line
     assert {row["state"] for row in rows(out).values()} == {"planned"}
     assert not (out / "jobs" / ".fetched").exists()
 
@@ -179,7 +182,7 @@ def test_a_full_disk_here_ends_the_batch_and_it_goes_on_later(
     with monkeypatch.context() as patch:
         patch.setattr(Path, "open", opened)
         done = tlsplan("batch", path, "-o", out, "--scheduler", two_workers, "--jobs", 1)
-    assert done.returncode == 3
+    assert done.returncode == 9
     assert "disk is full" in done.stderr.splitlines()[-1]
     assert {name: row["state"] for name, row in rows(out).items()} == {"a": "planned", "b": "not planned yet"}
     first = begun(out)
