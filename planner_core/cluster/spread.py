@@ -19,6 +19,7 @@ from asyncio import CancelledError as AsyncCancelledError
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from dataclasses import asdict
+from pathlib import Path
 from threading import Event
 from typing import Any
 
@@ -26,7 +27,7 @@ from planner_core.cluster import worker
 from planner_core.cluster.parcels import Packer, Parcel, squeezed
 from planner_core.errors import ClusterError, MissingPackageError, one_line
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.spread import Question, Task
+from planner_core.spread import AskedErrand, Question, Task
 
 LOCAL = "local"
 #: Without a scheduler or a worker for so long, this process goes on alone.
@@ -75,6 +76,15 @@ class Cluster:
         """
         progress(ProgressEvent(stage, 0, sum(task.size for task in tasks), "cluster"))
         return _Deal(self, self.parcel(question), tasks, here, stage, progress).answers()
+
+    def files(self, errand: AskedErrand, tasks: Sequence[Task], folder: Path, **how: Any) -> list[bytes]:
+        """Have the files of all tasks in a folder, and return what they answered: `planner_core.spread.Spread.files`.
+
+        Raises as `planner_core.cluster.errands.files_of`.
+        """
+        from planner_core.cluster.errands import files_of
+
+        return files_of(self, errand, tasks, folder, **how)
 
     # -------------------------------------------------------------------------------------------- workers
     def workers(self) -> set[str]:

@@ -12,16 +12,16 @@ import hashlib
 import os
 import shutil
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Event, Thread
-from typing import Any, Protocol
+from typing import Any
 
 from planner_core.cluster.worker import LackingError, kept, question_of
 from planner_core.errors import PlannerError, is_of_full_disk, one_line
-from planner_core.spread import Kept
+from planner_core.spread import Outcome, Place
 
 LEASE_S = 120.0
 #: Nothing larger travels at once.
@@ -30,37 +30,6 @@ PIECE_BYTES = 4_000_000
 LEAST_FREE_BYTES = 50_000_000
 #: Files beyond these go, unless the next errand needs them.
 _MOST_FILE_BYTES = 8_000_000_000
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where an errand is done. made : the folder that is fetched. file : where a file is that was sent, by its hash.
-
-    is_wanted : whether to go on. tell : a line on how far it is. kept : see `planner_core.spread`.
-    """
-
-    folder: Path
-    made: Path
-    file: Callable[[str], Path]
-    is_wanted: Callable[[], bool]
-    tell: Callable[[str], None]
-    kept: Kept
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """message : why it failed; empty where it did not. is_of_worker : another worker may do it."""
-
-    message: str = ""
-    is_of_worker: bool = False
-
-
-class Errand(Protocol):
-    """A question whose tasks leave files."""
-
-    def do(self, task: Any, place: Place) -> Outcome:
-        """Do one task; what is raised is the worker's fault, unless it is a `PlannerError` of no full disk."""
-        ...
 
 
 @dataclass(frozen=True)

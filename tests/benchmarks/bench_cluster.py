@@ -15,7 +15,6 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +22,13 @@ import numpy as np
 
 import scenes_synthetic
 from planner_core.cluster import worker
-from planner_core.cluster.clouds import StationScans, write_scans_spread
 from planner_core.cluster.parcels import Packer, squeezed
-from planner_core.cluster.spread import open_cluster
+from planner_core.cluster.spread import Cluster, open_cluster
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.export.clouds.each_station import StationClouds
 from planner_core.export.clouds.points import every_nth, thinning_step
-from planner_core.export.clouds.simulated import FORMATS, simulated_clouds, write_scans_here, write_simulated_scans
+from planner_core.export.clouds.simulated import FORMATS, simulated_clouds, write_simulated_scans
 from planner_core.model import (
     FloatArray,
     OverlapMeasure,
@@ -118,13 +117,14 @@ def measure_scans(rounds: int) -> str:
     ]
     thin = replace(survey, template=every_nth(survey.template, thinning_step(survey.template.shape, 10**6)))
     clouds = simulated_clouds(thin, settings, stations, engine)
-    question = StationScans(replace(clouds, scan_engine=None), FORMATS, engine.name, "x" * 64)
+    question = StationClouds(replace(clouds, scan_engine=None), (), engine.name, "x" * 64)
     lines = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
 
-        def write(by: Any = write_scans_here) -> float:
-            return seconds(lambda: write_simulated_scans(clouds, FORMATS, folder / "out", overwrite=True, write_all=by))
+        def write(by: Cluster | None = None) -> float:
+            with spread_over(by):
+                return seconds(lambda: write_simulated_scans(clouds, FORMATS, folder / "out", overwrite=True))
 
         write()
         size = sum(path.stat().st_size for path in (folder / "out").iterdir()) / N_STATIONS
@@ -139,9 +139,8 @@ def measure_scans(rounds: int) -> str:
         ]
         for count in (1, 2):
             with open_cluster(f"local:{count}", tell=print) as cluster:
-                by = partial(write_scans_spread, cluster)
-                write(by)
-                pairs = [(write(), write(by)) for _ in range(rounds)]
+                write(cluster)
+                pairs = [(write(), write(cluster)) for _ in range(rounds)]
                 lines.append(
                     f"| {count} worker{'s' * (count > 1)} here, time of one process | "
                     f"{statistics.median(there / one for one, there in pairs):.2f} of "

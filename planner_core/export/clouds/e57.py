@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.export.clouds.file_header import each_alone, facts, facts_of, guid_of, wkt_of
+from planner_core.export.clouds.each_station import one_file, write_each
+from planner_core.export.clouds.file_header import facts, facts_of, guid_of, wkt_of
 from planner_core.export.clouds.points import Clouds, Points, open_clouds
 from planner_core.export.options import Options
 from planner_core.model import FloatArray
@@ -37,7 +38,7 @@ def write_e57(plan: PlanSource, path: Path, options: Options, progress: Progress
 def write_e57_split(plan: PlanSource, folder: Path, options: Options, progress: Progress) -> tuple[str, ...]:
     """Write a file a station into `folder`."""
     clouds = open_clouds(plan, options, progress=progress)
-    each_alone(clouds, folder, ".e57", _write)
+    write_each(clouds, [one_file(".e57", _write)], folder)
     return (*clouds.remarks(), *_remarks(clouds))
 
 

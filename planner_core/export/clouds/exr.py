@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import MissingPackageError
-from planner_core.export.clouds.file_header import facts, facts_of, file_names, numbers
+from planner_core.export.clouds.each_station import write_each
+from planner_core.export.clouds.file_header import facts, facts_of, numbers
 from planner_core.export.clouds.points import Clouds, ScanBlock, open_clouds
 from planner_core.export.options import Options
 from planner_core.model import Float32Array, ScanBatch, UInt8Array
@@ -35,8 +36,7 @@ _SPOOLED_ROWS = 256
 def write_exr(plan: PlanSource, folder: Path, options: Options, progress: Progress) -> tuple[str, ...]:
     """Write an EXR and a PNG a station into `folder`."""
     clouds = open_clouds(plan, options, progress=progress)
-    for station, name in zip(clouds.stations, file_names(clouds), strict=True):
-        write_images(clouds, station, folder / name)
+    write_each(clouds, [write_images], folder)
     remarks = clouds.remarks()
     if clouds.noise is not None and clouds.noise.angle_sigma_rad:
         remarks = (*remarks, "ranges of images have noise, angles are those of the grid")

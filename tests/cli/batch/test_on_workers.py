@@ -19,6 +19,7 @@ from waiting import until
 
 from planner_core.cluster import errands, spread, worker, workplace
 from planner_core.errors import PlanFolderError
+from planner_core.spread import Outcome, Place
 
 from ...cluster.conftest import Processes, processes, stand_in, threads  # noqa: F401 - a fixture
 from .test_batch import PROGRAM, STAND_IN, begun, is_alive, process_of, rows, sites, some_plan, stood_in  # noqa: F401
@@ -146,7 +147,7 @@ def test_a_full_disk_of_a_worker_is_told_and_nothing_is_lost(
             if is_full():
                 workplace._going[number] = workplace._going[f"full-{number}"]
 
-        def do_there(self: Any, task: Any, place: workplace.Place) -> workplace.Outcome:
+        def do_there(self: Any, task: Any, place: Place) -> Outcome:
             if "full-" not in place.folder.name:
                 return do(self, task, place)
             if where == "of its cache":
@@ -196,7 +197,7 @@ def test_a_job_of_a_worker_without_a_device_goes_to_another(
     """One device is lost after the worker was found fit: the job there ends with the code of what is missing."""
     sound, lost = on_workers.Command.do, list[str]()
 
-    def do(self: Any, task: Any, place: workplace.Place) -> workplace.Outcome:
+    def do(self: Any, task: Any, place: Place) -> Outcome:
         if not lost:
             lost.append("")
             self = on_workers.Command(("scan", "nothing", "lacks"), (), "", ".")
@@ -214,9 +215,9 @@ def test_a_slow_worker_does_not_hold_the_others(
     tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One stops for good over a job: when there is nothing else, the other one does it, and the batch ends."""
-    sound, held = on_workers.Command.do, list[workplace.Place]()
+    sound, held = on_workers.Command.do, list[Place]()
 
-    def do(self: Any, task: Any, place: workplace.Place) -> workplace.Outcome:
+    def do(self: Any, task: Any, place: Place) -> Outcome:
         if not held:
             held.append(place)
             while place.is_wanted():

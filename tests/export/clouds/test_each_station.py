@@ -1,0 +1,61 @@
+"""Clouds by station, written by workers: the bytes, remarks and figures of one process, in every format."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from tlsplan.group import cli
+
+from planner_core.cluster import errands
+from planner_core.cluster.spread import Cluster
+from planner_core.export.formats import FORMATS
+from planner_core.export.options import Options
+from planner_core.export.write import export_plan
+from planner_core.plan_folder.plan_source import PlanSource
+from planner_core.spread import spread_over
+
+from ...cluster.conftest import cluster_of, threads
+
+BY_STATION = [each.name for each in FORMATS.values() if each.by_station]
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in sorted(folder.rglob("*"))}
+
+
+def exported(
+    source: PlanSource, name: str, folder: Path, cluster: Cluster | None = None
+) -> tuple[dict[str, bytes], tuple[str, ...]]:
+    with spread_over(cluster):
+        told = export_plan(name, source, folder, Options(noise=True, seed=3, max_points=4000))
+    return contents(folder), told.remarks
+
+
+def test_clouds_by_workers_are_the_files_of_one_process_in_every_format(
+    source: PlanSource, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(errands, "_WAIT_S", 0.05)
+    assert set(BY_STATION) == {"e57-split", "las-split", "laz-split", "ply-split", "exr"}
+    with cluster_of(2) as (cluster, told):
+        for name in BY_STATION:
+            found = exported(source, name, tmp_path / f"{name}-there", cluster)
+            assert found == exported(source, name, tmp_path / name), name
+            assert sum(path.startswith("S00") for path in found[0]) in (2, 4), "a file a station, or two"
+            assert any("weak returns dropped" in remark for remark in found[1])
+    assert told == []
+
+
+def test_a_scheduler_is_taken_for_clouds_with_a_file_a_station_alone(plan_folder: Path, tmp_path: Path) -> None:
+    words = ["export", str(plan_folder), "-o", str(tmp_path / "out"), "--max-points", "700", "--format"]
+    refused = CliRunner().invoke(cli, [*words, "las", "--scheduler", "tcp://nobody:1"])
+    assert refused.exit_code == 2
+    assert "got it with las, expected a cloud with a file per station (e57-split, las-split" in refused.output
+    assert list(tmp_path.iterdir()) == []
+    with threads(1) as address:
+        done = CliRunner().invoke(cli, [*words, "las-split", "--scheduler", address, "-q"], catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    there = contents(tmp_path / "out")
+    CliRunner().invoke(cli, [*words, "las-split", "--overwrite", "-q"], catch_exceptions=False)
+    assert contents(tmp_path / "out") == there
