@@ -104,7 +104,7 @@ class DeviceMemoryError(DeviceError, MemoryError):
 
 
 class ClusterError(PlannerError, RuntimeError):
-    """A cluster can't be used: no scheduler, no worker that scans as this machine does."""
+    """A cluster can't be used: no scheduler, no worker that does as this machine does."""
 
 
 class MissingPackageError(PlannerError, ImportError):

@@ -56,12 +56,15 @@ _going: dict[str, _Going] = {}
 
 # -------------------------------------------------------------------------------------------------- files
 def lacks_files(digests: Sequence[str]) -> list[str]:
-    """Return which files are not here; others go where there are too many."""
+    """Return which files are not here; others go where there are too many, unless somebody may just need them."""
     folder = _own_folder("files")
-    there = {path.name: path.stat().st_size for path in folder.iterdir()}
-    if sum(there.values()) > _MOST_FILE_BYTES:
+    there = {path.name: path.stat() for path in folder.iterdir()}
+    if sum(each.st_size for each in there.values()) > _MOST_FILE_BYTES:
         for name in there.keys() - set(digests):
-            (folder / name).unlink(missing_ok=True)
+            if time.time() - there[name].st_mtime > LEASE_S:
+                (folder / name).unlink(missing_ok=True)
+    for digest in there.keys() & set(digests):
+        (folder / digest).touch()
     return [digest for digest in digests if digest not in there]
 
 

@@ -19,6 +19,7 @@ from waiting import until
 
 from planner_core.cluster import errands, spread, worker, workplace
 from planner_core.errors import PlanFolderError
+from planner_core.plan_folder import folder
 from planner_core.spread import Outcome, Place
 
 from ...cluster.conftest import Processes, processes, stand_in, threads  # noqa: F401 - a fixture
@@ -115,7 +116,7 @@ def test_where_all_workers_are_of_another_version_it_is_refused_in_a_line(
     out = tmp_path / "out"
     done = tlsplan("batch", sites(tmp_path, a="plan"), "-o", out, "--scheduler", two_workers)
     assert done.returncode == 6
-    assert "none of 2 workers scans as this machine does" in done.stderr.splitlines()[-1]
+    assert "none of 2 workers can be used" in done.stderr.splitlines()[-1]
     assert rows(out)["a"]["state"] == "not planned yet"
 
 
@@ -253,6 +254,37 @@ def test_a_plan_that_was_reviewed_is_kept(tlsplan: Batch, fit: Path, tmp_path: P
     assert tlsplan("batch", path, "-o", out, "--scheduler", two_workers).returncode == 8
     assert "holds reviewers' changes" in rows(out)["a"]["message"]
     assert (out / "plans" / "a" / "review.usda").read_text() == "mine"
+
+
+def test_a_plan_that_has_no_place_here_fails_alone(
+    tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sound = folder.staged_plan_folder
+
+    def staged(of: Path, **how: Any) -> Any:
+        return raise_(PlanFolderError("the review is damaged")) if of.name == "a" else sound(of, **how)
+
+    monkeypatch.setattr(folder, "staged_plan_folder", staged)
+    out = tmp_path / "out"
+    done = tlsplan("batch", sites(tmp_path, a="plan", b="plan"), "-o", out, "--scheduler", two_workers)
+    assert done.returncode == 8
+    assert {name: row["message"] for name, row in rows(out).items()} == {"a": "the review is damaged", "b": ""}
+
+
+def test_a_process_ends_whatever_becomes_of_its_errand(
+    stood_in: Path,  # noqa: F811
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    started, sound = list[subprocess.Popen[bytes]](), subprocess.Popen
+    monkeypatch.setattr(subprocess, "Popen", lambda *of, **more: started.append(sound(*of, **more)) or started[0])
+    (tmp_path / "made").mkdir()
+    (tmp_path / "a.obj").write_text("wait")
+    place = Place(tmp_path, tmp_path / "made", lambda name: tmp_path, lambda: True, lambda note: raise_(KeyError()),
+                  lambda key, make: make())  # fmt: skip
+    with pytest.raises(KeyError):
+        on_workers.Command(("plan", str(tmp_path / "a.obj"), "-o", "a"), (), "a", ".").do(None, place)
+    assert started[0].poll() is not None
 
 
 # ------------------------------------------------------------------------------------------------ processes
