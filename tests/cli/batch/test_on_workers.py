@@ -120,7 +120,14 @@ def test_where_all_workers_are_of_another_version_it_is_refused_in_a_line(
     assert rows(out)["a"]["state"] == "not planned yet"
 
 
-@pytest.mark.parametrize("where", ["at the start", "while files come", "while it plans", "of its cache"])
+@pytest.mark.parametrize(
+    "where",
+    [
+        "while it plans",
+        "of its cache",
+        *(pytest.param(each, marks=pytest.mark.slow) for each in ("at the start", "while files come")),
+    ],
+)
 def test_a_full_disk_of_a_worker_is_told_and_nothing_is_lost(
     where: str, tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
