@@ -7,7 +7,7 @@ import os
 import pickle
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import astuple, replace
 from pathlib import Path
 from typing import Any
 
@@ -185,7 +185,8 @@ def works(look: Look, folder: Path) -> dict[str, Work]:
         clouds = replace(clouds_of(look, progress), noise=noise_model(SETTINGS.scanner), seed=3)
         with spread_over(cluster):
             told = write_each(clouds, [one_file(".e57", e57._write), one_file(".laz", las._write_compressed)], into)
-        return {"told": told, "all": clouds.tally, **{path.name: path.read_bytes() for path in sorted(into.iterdir())}}
+        beams = [astuple(each) for each in (*told, clouds.tally)]
+        return {"beams": beams, **{path.name: path.read_bytes() for path in sorted(into.iterdir())}}
 
     return {"links": by_links, "scans": by_scans, "clouds": by_clouds}
 

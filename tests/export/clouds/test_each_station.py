@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from pathlib import Path
 
 import pytest
@@ -10,10 +11,12 @@ from tlsplan.group import cli
 
 from planner_core.cluster import errands
 from planner_core.cluster.spread import Cluster
+from planner_core.export.clouds.each_station import write_each
+from planner_core.export.clouds.points import Clouds, open_clouds
 from planner_core.export.formats import FORMATS
 from planner_core.export.options import Options
 from planner_core.export.write import export_plan
-from planner_core.plan_folder.plan_source import PlanSource
+from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.spread import spread_over
 
 from ...cluster.conftest import cluster_of, threads
@@ -47,6 +50,16 @@ def test_clouds_by_workers_are_the_files_of_one_process(
     assert sum(path.startswith("S00") for path in found[0]) == (4 if name == "exr" else 2), "files of two stations"
     assert any("weak returns dropped" in remark for remark in found[1])
     assert told == []
+
+
+def test_what_became_of_the_beams_is_told_by_station_and_added_up(source: PlanSource, tmp_path: Path) -> None:
+    clouds = open_clouds(source, Options())
+
+    def write(own: Clouds, station: FieldStation, path: Path) -> None:
+        own.tally.n_points, own.tally.n_dropped, own.tally.n_beyond_table = station.order, 10, 100 * station.order
+
+    assert [astuple(each) for each in write_each(clouds, [write], tmp_path)] == [(1, 10, 100), (2, 10, 200)]
+    assert astuple(clouds.tally) == (3, 20, 300)
 
 
 def test_every_format_with_a_file_a_station_is_known() -> None:
