@@ -207,7 +207,7 @@ def fit_for_jobs(cluster: Cluster, engine: str, device: str | None) -> Callable[
     import numpy as np
 
     import scenes_synthetic
-    from planner_core.cluster.spread import scans_alike
+    from planner_core.cluster.spread import answers_alike
     from planner_core.coverage.survey import make_survey
     from planner_core.engine.scan_engine import open_engine
     from planner_core.model import PlanSettings
@@ -224,7 +224,7 @@ def fit_for_jobs(cluster: Cluster, engine: str, device: str | None) -> Callable[
     low, high = survey.scene.vertices_m.min(axis=0), survey.scene.vertices_m.max(axis=0)
     at_m = low + (high - low) * np.array([[0.3, 0.4, 0.5], [0.7, 0.6, 0.5]])
     parcel, expected = cluster.parcel(question), question.answer(at_m, lambda key, make: opened)
-    return lambda address: scans_alike(cluster, address, parcel, at_m, expected)
+    return lambda address: answers_alike(cluster, address, parcel, at_m, expected)
 
 
 def _job_of(order: Order) -> Job:

@@ -23,7 +23,7 @@ from typing import Any
 
 from planner_core.cluster import spread, workplace
 from planner_core.cluster.parcels import Parcel
-from planner_core.cluster.spread import MOST_COPIES, MOST_FAILURES, Cluster, Crew, scans_alike
+from planner_core.cluster.spread import MOST_COPIES, MOST_FAILURES, Cluster, Crew, answers_alike
 from planner_core.cluster.worker import LackingError
 from planner_core.errors import ClusterError, ExportError, is_of_full_disk, one_line
 from planner_core.progress import Progress, ProgressEvent
@@ -349,7 +349,7 @@ def files_of(
         The folder can't be written.
     """
     parcel, expected = cluster.parcel(errand), errand.answer(tasks[0].of, kept)
-    errands = Errands(cluster, lambda address: scans_alike(cluster, address, parcel, tasks[0].of, expected))
+    errands = Errands(cluster, lambda address: answers_alike(cluster, address, parcel, tasks[0].of, expected))
     waiting, answers = list(range(len(tasks))), dict[int, bytes]()
     n_steps = sum(task.size for task in tasks)
 

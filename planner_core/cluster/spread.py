@@ -217,7 +217,7 @@ class Crew:
         return self._is_fit(address)
 
 
-def scans_alike(cluster: Cluster, address: str, parcel: Parcel, task: Any, expected: bytes) -> bool:
+def answers_alike(cluster: Cluster, address: str, parcel: Parcel, task: Any, expected: bytes) -> bool:
     """Whether a worker answers a task as this process does, bit by bit; refused where it does not."""
     cluster.supply(address, parcel)
     try:
@@ -253,7 +253,7 @@ class _Deal:
         self._out: dict[Any, tuple[str, int]] = {}
         self._failures: dict[int, int] = {}
         self._for_here: list[int] = []
-        self._crew = Crew(cluster, lambda address: scans_alike(cluster, address, parcel, tasks[0].of, first))
+        self._crew = Crew(cluster, lambda address: answers_alike(cluster, address, parcel, tasks[0].of, first))
 
     def answers(self) -> list[bytes]:
         """All answers, in the order of the tasks."""
