@@ -6,6 +6,8 @@ import errno
 import os
 from pathlib import Path
 
+#: That of a disk that takes no more.
+FULL_DISK = 9
 EXIT_CODES: dict[int, str] = {
     0: "done",
     1: "internal error: a bug of tlsplan; please report it with the output of --debug. Of doctor: something is "
@@ -18,6 +20,7 @@ EXIT_CODES: dict[int, str] = {
     6: "the OpenCL device, a cluster, or a package or system library is missing or failed",
     7: "compare: scanned stations do not meet the requirements, or their network is worse than planned",
     8: "batch: a building could not be planned; the others are",
+    9: "a disk is full, or its quota used up",
     130: "interrupted (Ctrl-C or SIGTERM)",
 }
 
@@ -26,6 +29,8 @@ def exit_code_of(error: BaseException) -> int:
     """Return the documented exit code of an error."""
     from planner_core import errors
 
+    if errors.is_of_full_disk(error):
+        return FULL_DISK
     by_type: tuple[tuple[type[BaseException], int], ...] = (
         (KeyboardInterrupt, 130),
         (errors.RequirementError, 4),

@@ -130,7 +130,7 @@ device_option = click.option(
 )  # fmt: skip
 scheduler_option = click.option(
     "--scheduler", default=None, metavar="tcp://HOST:PORT|local[:N]",
-    help="Dask scheduler whose workers scan, and find links; what is written stays the same. local: N workers on this "
+    help="Dask scheduler whose workers do part of the work; what is written stays the same. local: N workers on this "
     "machine. Needs the extra tlsplan[cluster]; see docs/howto/cluster.md.",
 )  # fmt: skip
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON on standard output.")

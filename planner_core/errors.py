@@ -4,6 +4,7 @@ A message says, in one line: what, got, expected, remedy. The command line print
 and names is made fit for a terminal here, once for all messages.
 """
 
+import errno
 import unicodedata
 from collections.abc import Callable
 
@@ -42,6 +43,21 @@ def _is_text(sign: str) -> bool:
 def _spelt(sign: str) -> str:
     of_byte = "\udc80" <= sign <= "\udcff"  # as Python reads a file name's byte that is no UTF-8
     return f"\\x{ord(sign) - 0xDC00:02x}" if of_byte else sign.encode("unicode_escape").decode("ascii")
+
+
+_TAKES_NO_MORE = frozenset((errno.ENOSPC, errno.EDQUOT, errno.EFBIG))
+
+
+def is_of_full_disk(error: BaseException | None) -> bool:
+    """Whether an error, or one that it was raised from, is of a disk that takes no more: full, or its quota used up.
+
+    By the system's number: its words are in the language of the process that met it, which may be another machine's.
+    """
+    while error is not None:
+        if isinstance(error, OSError) and error.errno in _TAKES_NO_MORE:
+            return True
+        error = error.__cause__
+    return False
 
 
 class PlannerError(Exception):
@@ -88,7 +104,7 @@ class DeviceMemoryError(DeviceError, MemoryError):
 
 
 class ClusterError(PlannerError, RuntimeError):
-    """A cluster can't be used: no scheduler, no worker that scans as this machine does."""
+    """A cluster can't be used: no scheduler, no worker that does as this machine does."""
 
 
 class MissingPackageError(PlannerError, ImportError):

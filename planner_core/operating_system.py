@@ -91,9 +91,25 @@ def sync(path: Path) -> None:
         os.close(handle)
 
 
+def is_disk_full(path: Path) -> bool:
+    """Whether the disk has no room for a hundredth more than is written of a file.
+
+    For where a library could not write it: what these say of a full disk has no number, or is something else.
+    """
+    import shutil  # here, as others below: the command line begins without them
+
+    written = path.stat().st_size if path.exists() else 0
+    return shutil.disk_usage(path.parent).free < max(written // 100, 64 * 1024)
+
+
+def not_written(path: Path, reason: str) -> OSError:
+    """Return the error of a file that a library could not write: that of a full disk, or the library's own reason."""
+    return OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path)) if is_disk_full(path) else OSError(reason)
+
+
 def exchange(one: Path, other: Path) -> bool:
     """Exchange two names in one step; False where the system or file system can't."""
-    import ctypes  # here, as elsewhere below: the command line begins without them
+    import ctypes
 
     renameat2 = None if sys.platform == "win32" else getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
     if renameat2 is None:

@@ -1,6 +1,7 @@
 """Work that other processes do for this one, to the bit: questions, their tasks, and who answers them meanwhile.
 
-A question goes to each of them once, its tasks one by one; an answer is bytes. `planner_core.cluster` has who answers.
+A question goes to each of them once, its tasks one by one; an answer is bytes, and an errand leaves files, too.
+`planner_core.cluster` has who answers.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
 from planner_core.progress import Progress
@@ -26,11 +28,48 @@ class Question(Protocol):
 
 
 @dataclass(frozen=True)
+class Place:
+    """Where an errand is done. made : the folder that is fetched. file : where a file is that was sent, by its hash.
+
+    is_wanted : whether to go on. tell : a line on how far it is.
+    """
+
+    folder: Path
+    made: Path
+    file: Callable[[str], Path]
+    is_wanted: Callable[[], bool]
+    tell: Callable[[str], None]
+    kept: Kept
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """message : why it failed; empty: it did not. is_of_worker : another worker may do it. answer : besides files."""
+
+    message: str = ""
+    is_of_worker: bool = False
+    answer: bytes = b""
+
+
+class Errand(Protocol):
+    """A question whose tasks leave files."""
+
+    def do(self, task: Any, place: Place) -> Outcome:
+        """Do one task; what is raised is the worker's fault, unless it is a `PlannerError` of no full disk."""
+        ...
+
+
+class AskedErrand(Errand, Question, Protocol):
+    """An errand that answers, too: by whose first answer it is known who does it as this process would."""
+
+
+@dataclass(frozen=True)
 class Task:
-    """A part of a question. of : what `answer` gets. size : steps of progress."""
+    """A part of a question. of : what `answer` and `do` get. size : steps of progress. name : for messages."""
 
     of: Any
     size: int
+    name: str = ""
 
 
 class Spread(Protocol):
@@ -44,6 +83,23 @@ class Spread(Protocol):
         self, question: Question, tasks: Sequence[Task], *, here: Callable[[Any], bytes], stage: str, progress: Progress
     ) -> list[bytes]:
         """Return the answers in the order of the tasks. here : does one of them in this process; the first always."""
+        ...
+
+    def files(
+        self,
+        errand: AskedErrand,
+        tasks: Sequence[Task],
+        folder: Path,
+        *,
+        kept: Kept,
+        here: Callable[[Any], bytes],
+        stage: str,
+        progress: Progress,
+    ) -> list[bytes]:
+        """Have the files of all tasks in a folder, and return what `do` answered, in their order.
+
+        kept : what this process has, to answer the first task. here : does one in this process, files and answer.
+        """
         ...
 
 

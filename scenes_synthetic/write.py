@@ -9,11 +9,11 @@ from __future__ import annotations
 import errno
 import glob
 import os
-import shutil
 import tempfile
 from pathlib import Path
 
 from planner_core.errors import RequirementError
+from planner_core.operating_system import is_disk_full
 from scenes_synthetic.damage import as_in_files
 from scenes_synthetic.glb import glb_bytes
 from scenes_synthetic.mesh_files import obj_bytes, ply_bytes, stl_bytes
@@ -47,27 +47,15 @@ def write(synthetic: SyntheticScene, path: Path | str) -> Path:
         _fill(as_in_files(synthetic, suffix), beside, suffix)
         beside.chmod(0o644)  # mkstemp makes files that only their owner can read
         beside.replace(target)
-    except Exception:
-        _check_space(target, beside)
+    except Exception as error:
+        if is_disk_full(beside):  # IfcOpenShell and usd-core name other reasons
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(target)) from error
         raise
     finally:
         # Writers of libraries leave files of their own where they fail: all of them begin with our name.
         for left in target.parent.glob(f"{glob.escape(beside.name)}*"):
             left.unlink(missing_ok=True)
     return target
-
-
-def _check_space(target: Path, beside: Path) -> None:
-    """Say that the disk is full where that is why writing failed: IfcOpenShell and usd-core name other reasons.
-
-    Raises
-    ------
-    OSError
-        There is no room for a hundredth more than is written.
-    """
-    written = beside.stat().st_size if beside.exists() else 0
-    if shutil.disk_usage(target.parent).free < max(written // 100, 64 * 1024):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(target))
 
 
 def _fill(synthetic: SyntheticScene, path: Path, suffix: str) -> None:

@@ -13,6 +13,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import hashlib
 import os
 import shutil
@@ -157,7 +158,7 @@ class BatchFolder:
             raise PlanFolderError(
                 f"{self.root}: its disk has {free / 1e6:.0f} MB left, expected {LEAST_FREE_BYTES / 1e6:.0f} MB for a "
                 "plan; what is planned is kept; free some and run the same command"
-            )
+            ) from OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self.root))
 
     def _plan_sha256(self, job: Job) -> str:
         try:

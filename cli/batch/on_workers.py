@@ -18,9 +18,11 @@ from dataclasses import dataclass
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
-from planner_core.errors import OutputExistsError, PlanFolderError
+from planner_core.errors import OutputExistsError, PlanFolderError, is_of_full_disk
 from planner_core.operating_system import own_session
+from planner_core.spread import Outcome, Place
 
+from ..exit_codes import FULL_DISK
 from .folder import BatchFolder
 from .jobs import Job, digest_of, files_of
 from .runner import Ended, Runner, ThisMachine, end_all, failure_of, last_line, program
@@ -28,13 +30,12 @@ from .runner import Ended, Runner, ThisMachine, end_all, failure_of, last_line, 
 if TYPE_CHECKING:
     from planner_core.cluster.errands import Order
     from planner_core.cluster.spread import Cluster
-    from planner_core.cluster.workplace import Outcome, Place
 
 #: Stands in words for the folder that a worker lays files out in, as for the root of this machine's.
 _ROOT = "//tlsplan-root/"
 _LOOK_S = 0.1
-#: The exit code of a machine that lacks something.
-_LACKS = 6
+#: Exit codes of a machine that lacks something.
+_LACKS = (6, FULL_DISK)
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Command:
 
     def do(self, task: Any, place: Place) -> Outcome:
         """Run it; what it wrote, printed and told is in the folder that is fetched."""
-        from planner_core.cluster.workplace import Outcome, linked
+        from planner_core.cluster.workplace import linked
 
         root, log = place.folder / "root", place.made / "log"
         for name, digest in self.files:
@@ -63,14 +64,16 @@ class Command:
                 program(*words), cwd=root / self.at, stdin=subprocess.DEVNULL, stdout=output, stderr=told,
                 **own_session(),
             )  # fmt: skip
-            while process.poll() is None and place.is_wanted():
-                place.tell(last_line(log).replace(str(root), ""))
-                time.sleep(_LOOK_S)
-            end_all([process] if process.poll() is None else [])
+            try:
+                while process.poll() is None and place.is_wanted():
+                    place.tell(last_line(log).replace(str(root), ""))
+                    time.sleep(_LOOK_S)
+            finally:
+                end_all([process] if process.poll() is None else [])
         message = failure_of(process.returncode, last_line(log)).replace(str(root), "")
         if not message and (root / self.folder).is_dir():
             (root / self.folder).replace(place.made / "plan")
-        return Outcome(message, is_of_worker=process.returncode == _LACKS)
+        return Outcome(message, is_of_worker=process.returncode in _LACKS)
 
 
 class OnWorkers:
@@ -88,9 +91,8 @@ class OnWorkers:
     ) -> None:
         from planner_core.cluster.errands import Errands
 
-        self._here, self._folder, self._cluster = here, folder, cluster
-        self._most, self._engine = most, engine
-        self._errands = Errands(cluster, is_fit)
+        self._here, self._folder, self._cluster, self._engine = here, folder, cluster, engine
+        self._errands = Errands(cluster, is_fit, most=most)
         self._alone: list[Job] | None = None
         self._refused: list[Ended] = []
 
@@ -98,8 +100,7 @@ class OnWorkers:
         """How many more jobs may be begun."""
         if self._alone is not None:
             return self._here.free() - len(self._alone)
-        free = self._errands.free()
-        return free if self._most is None else min(free, self._most - len(self._errands.orders()))
+        return self._errands.free()
 
     def begin(self, job: Job) -> None:
         """Give a job to a worker."""
@@ -119,7 +120,7 @@ class OnWorkers:
         """Jobs that ended since the last call; the plans of those that did not fail are in place."""
         ended, self._refused = self._refused, []
         if self._alone is None:
-            ended += [self._kept(order, message) for order, message in self._errands.done()]
+            ended += [self._kept(order, outcome.message) for order, outcome in self._errands.done()]
             left = self._errands.left_alone()
             if left is not None:
                 self._alone = [_job_of(order) for order in left]
@@ -172,7 +173,9 @@ class OnWorkers:
                 with staged_plan_folder(self._folder.plan(job), overwrite=True) as staging:
                     for path in sorted((made / "plan").iterdir()):
                         path.rename(staging / path.name)
-            except OutputExistsError as error:  # it was reviewed meanwhile
+            except (OutputExistsError, PlanFolderError) as error:  # it was reviewed meanwhile
+                if is_of_full_disk(error):
+                    raise
                 message = str(error)
         shutil.rmtree(made, ignore_errors=True)
         return Ended(job, message)
@@ -204,7 +207,7 @@ def fit_for_jobs(cluster: Cluster, engine: str, device: str | None) -> Callable[
     import numpy as np
 
     import scenes_synthetic
-    from planner_core.cluster.spread import scans_alike
+    from planner_core.cluster.spread import answers_alike
     from planner_core.coverage.survey import make_survey
     from planner_core.engine.scan_engine import open_engine
     from planner_core.model import PlanSettings
@@ -221,7 +224,7 @@ def fit_for_jobs(cluster: Cluster, engine: str, device: str | None) -> Callable[
     low, high = survey.scene.vertices_m.min(axis=0), survey.scene.vertices_m.max(axis=0)
     at_m = low + (high - low) * np.array([[0.3, 0.4, 0.5], [0.7, 0.6, 0.5]])
     parcel, expected = cluster.parcel(question), question.answer(at_m, lambda key, make: opened)
-    return lambda address: scans_alike(cluster, address, parcel, at_m, expected)
+    return lambda address: answers_alike(cluster, address, parcel, at_m, expected)
 
 
 def _job_of(order: Order) -> Job:

@@ -10,7 +10,7 @@ import click
 
 from ..coordinates import COORDINATE_OPTIONS, coordinate_options, frame_request
 from ..formats_reference import option_of
-from ..options import Length, apply, output_options, overwrite_option, plan_scene_option
+from ..options import Length, apply, output_options, overwrite_option, plan_scene_option, scheduler_option
 
 if TYPE_CHECKING:
     from planner_core.coordinates.request import FrameRequest
@@ -161,27 +161,32 @@ class _Sectioned(click.Command):
               help="List the formats, and exit.")  # fmt: skip
 @_format_options
 @coordinate_options
-@apply(overwrite_option, output_options)
+@apply(scheduler_option, overwrite_option, output_options)
 def command(
     plan: Path,
     names: tuple[str, ...],
     target: Path,
     scene: tuple[Path, ...],
+    scheduler: str | None,
     overwrite: bool,
     as_json: bool,
     quiet: bool,
     **told: Any,
 ) -> None:
     """Export the plan folder PLAN to formats of other programs, and sheets for the crew."""
-    from .. import output
+    from planner_core.spread import spread_over
+
+    from .. import inputs, output
     from ..progress import ProgressReporter
 
     options, frame = _options(names, told), frame_request(told)
+    _check_scheduler(names, scheduler)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         if names == (WEB,):
             written = _web(plan, target, overwrite, reporter.show)
         else:
-            written = _export(names, plan, target, options, overwrite, scene, frame, reporter.show)
+            with inputs.opened_cluster(scheduler, reporter) as cluster, spread_over(cluster):
+                written = _export(names, plan, target, options, overwrite, scene, frame, reporter.show)
         reporter.warn(written.remarks)
     if as_json:
         document = {"format": ",".join(names), "path": str(target)}
@@ -223,6 +228,18 @@ def _web(plan: Path, folder: Path, overwrite: bool, progress: Progress) -> Writt
 
     exported = export_viewer(plan, folder, overwrite=overwrite, progress=progress)
     return Written(folder, exported.n_files, exported.n_bytes, exported.remarks)
+
+
+def _check_scheduler(names: tuple[str, ...], scheduler: str | None) -> None:
+    """Refuse workers where they would have nothing to do."""
+    from planner_core.export.formats import FORMATS, formats_named
+
+    if scheduler is not None and not any(each.by_station for each in formats_named([n for n in names if n != WEB])):
+        spread = ", ".join(each.name for each in FORMATS.values() if each.by_station)
+        raise click.UsageError(
+            f"--scheduler: got it with {', '.join(names)}, expected a cloud with a file per station ({spread}); leave "
+            "it out."
+        )
 
 
 def _options(names: tuple[str, ...], told: dict[str, Any]) -> Options:

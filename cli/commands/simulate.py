@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -20,10 +19,6 @@ from ..options import (
     scheduler_option,
     stations_option,
 )
-
-if TYPE_CHECKING:
-    from planner_core.cluster.spread import Cluster
-    from planner_core.export.clouds.simulated import WriteAll
 
 FORMATS = ("exr", "png", "ply")
 
@@ -54,7 +49,7 @@ def command(
     quiet: bool,
 ) -> None:
     """Simulate the scans of a station list in SCENE: range images and point clouds per station."""
-    from planner_core.export.clouds.simulated import simulated_clouds, write_scans_here, write_simulated_scans
+    from planner_core.export.clouds.simulated import simulated_clouds, write_simulated_scans
     from planner_core.model import PlanSettings
     from planner_core.plan_folder.stations_csv import read_station_list
     from planner_core.planning.evaluate import place_stations
@@ -62,6 +57,7 @@ def command(
     from planner_core.positions.free_space import free_space
     from planner_core.scanner import DEFAULT_SCANNER
     from planner_core.scanner.load_scanner import load_scanner
+    from planner_core.spread import spread_over
 
     from .. import inputs, output
     from ..progress import ProgressReporter
@@ -78,9 +74,8 @@ def command(
         warnings = [*told, *remarks]
         reporter.warn(warnings)
         clouds = simulated_clouds(survey, settings, listed, scan_engine, progress=reporter.show)
-        with inputs.opened_cluster(scheduler, reporter) as cluster:
-            write_all = write_scans_here if cluster is None else _by(cluster)
-            written = write_simulated_scans(clouds, formats, folder, overwrite=overwrite, write_all=write_all)
+        with inputs.opened_cluster(scheduler, reporter) as cluster, spread_over(cluster):
+            written = write_simulated_scans(clouds, formats, folder, overwrite=overwrite)
     scans: list[dict[str, Any]] = [
         {
             "station": scan.station_id,
@@ -97,12 +92,6 @@ def command(
             ("station", "beams", "returns", "files"),
             [(s["station"], str(s["n_beams"]), str(s["n_returns"]), " ".join(s["files"])) for s in scans],
         )
-
-
-def _by(cluster: Cluster) -> WriteAll:
-    from planner_core.cluster.clouds import write_scans_spread
-
-    return partial(write_scans_spread, cluster)
 
 
 def _check_folder(folder: Path, *, overwrite: bool) -> None:

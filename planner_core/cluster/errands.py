@@ -2,32 +2,36 @@
 
 Whole jobs of a batch and clouds of stations go this way. A worker that dies loses its errand to another; one whose disk
 is full, or that lacks something else, is told and not used; when none wait, idle workers get copies of those that are
-out for much longer than others took, and the first one that ends counts. What is fetched is whole: folders of what is
-not are removed.
+out for much longer than others took, and the first one that ends counts. What is fetched is whole: of what is not
+wanted any more nothing is written, and what was is removed.
 """
 
 from __future__ import annotations
 
+import hashlib
 import secrets
 import shutil
 import time
 from asyncio import CancelledError as AsyncCancelledError
-from collections.abc import Callable, Hashable, Iterator, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from threading import Event
+from threading import Lock
 from typing import Any
 
 from planner_core.cluster import spread, workplace
 from planner_core.cluster.parcels import Parcel
-from planner_core.cluster.spread import LOST, MOST_COPIES, MOST_FAILURES, Cluster, Crew
+from planner_core.cluster.spread import MOST_COPIES, MOST_FAILURES, Cluster, Crew, answers_alike
 from planner_core.cluster.worker import LackingError
-from planner_core.errors import ClusterError
+from planner_core.errors import ClusterError, ExportError, is_of_full_disk, one_line
+from planner_core.progress import Progress, ProgressEvent
+from planner_core.spread import AskedErrand, Kept, Outcome, Task
 
 #: How long a worker waits for the end of an errand before it says how far it is.
 _WAIT_S = 0.5
+_LOOK_S = 0.1
 _DROPS_WITHIN_S = 5.0
 #: An errand that is out for longer, and for twice as long as any that was done, is given to an idle worker, too.
 _LONG_S = 60.0
@@ -49,37 +53,68 @@ class _FaultError(Exception):
     """A worker can't do it; another one may."""
 
 
+class _RefusedError(Exception):
+    """Nobody can do it."""
+
+
 class _HereError(Exception):
-    """What is fetched can't be written here."""
+    """What is fetched can't be written here. error : why."""
+
+    def __init__(self, error: OSError) -> None:
+        super().__init__(str(error))
+        self.error = error
 
 
-@dataclass(eq=False)
+class _NotWantedError(Exception):
+    """Another worker was first, or all is over."""
+
+
 class _Out:
-    order: Order
-    address: str
-    made: Path
-    done: Future[str]
-    is_wanted: Event
-    begun_s: float
-    note: str = ""
+    """An order that is out at a worker. made : where its files come to."""
+
+    def __init__(self, order: Order, address: str) -> None:
+        self.order, self.address = order, address
+        self.made = order.made.with_name(f"{order.made.name}-{secrets.token_hex(4)}")
+        self.begun_s = time.monotonic()
+        self.note = ""
+        self.is_wanted = True
+        self.done: Future[Outcome] = Future()
+        self._lock = Lock()
+
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """Write something of what comes, as long as it is wanted; raises `_NotWantedError` and `_HereError`."""
+        with self._lock:
+            if not self.is_wanted:
+                raise _NotWantedError
+            try:
+                yield
+            except OSError as error:
+                raise _HereError(error) from error
+
+    def end(self) -> None:
+        """Want it no more: nothing is written from now on, and what was is removed."""
+        with self._lock:
+            self.is_wanted = False
+            shutil.rmtree(self.made, ignore_errors=True)
 
 
 class Errands:
-    """Orders that workers do. is_fit : asks a worker, see `Crew`."""
+    """Orders that workers do. is_fit : asks a worker, see `Crew`. most : at the same time, copies included."""
 
-    def __init__(self, cluster: Cluster, is_fit: Callable[[str], bool]) -> None:
-        self._cluster, self._crew = cluster, Crew(cluster, is_fit)
+    def __init__(self, cluster: Cluster, is_fit: Callable[[str], bool], *, most: int | None = None) -> None:
+        self._cluster, self._crew, self._most = cluster, Crew(cluster, is_fit), most or _MOST_THREADS
         self._threads = ThreadPoolExecutor(_MOST_THREADS, thread_name_prefix="errand")
         self._waiting: list[Order] = []
         self._out: list[_Out] = []
-        self._gone: list[_Out] = []
+        self._was_idle: set[str] = set()
         self._losses: dict[Order, int] = {}
-        self._given_up: list[tuple[Order, str]] = []
+        self._given_up: list[tuple[Order, Outcome]] = []
         self._longest_s: float | None = None
 
     def free(self) -> int:
         """How many more orders would be begun at once."""
-        return len(self._crew.used - {each.address for each in self._out}) - len(self._waiting)
+        return min(len(self._idle()), self._most - len(self._out)) - len(self._waiting)
 
     def orders(self) -> dict[Order, str]:
         """Orders that are not done, and what each tells."""
@@ -98,8 +133,8 @@ class Errands:
         self.stop()
         return orders
 
-    def done(self) -> list[tuple[Order, str]]:
-        """Deal orders out, and return those that were done since: why they failed, or an empty text.
+    def done(self) -> list[tuple[Order, Outcome]]:
+        """Deal orders out, and return those that were done since, or that nobody can do.
 
         Raises
         ------
@@ -125,68 +160,63 @@ class Errands:
     def stop(self) -> None:
         """End all orders, and remove what is half-fetched."""
         for each in self._out:
-            each.is_wanted.clear()
-        for each in self._out:
-            with suppress(Exception, AsyncCancelledError):
-                each.done.result(timeout=_DROPS_WITHIN_S + 2 * _WAIT_S)
-        for each in (*self._out, *self._gone):
-            shutil.rmtree(each.made, ignore_errors=True)
+            each.end()
+        # Their threads tell the workers. One whose worker does not answer waits on, and has nothing to write.
+        wait([each.done for each in self._out], timeout=_DROPS_WITHIN_S + 2 * _WAIT_S)
         self._out.clear()
         self._waiting.clear()
         self._crew.close()
         self._threads.shutdown(wait=False, cancel_futures=True)
 
+    def _idle(self) -> set[str]:
+        return self._crew.used - {each.address for each in self._out}
+
     def _deal(self) -> None:
-        idle = sorted(self._crew.used - {each.address for each in self._out})
-        while idle and self._waiting:
+        idle = sorted(self._idle())
+        while idle and self._waiting and len(self._out) < self._most:
             self._send(self._waiting.pop(0), idle.pop())
-        # Whoever gives orders gives as many as are free: where somebody is idle, none wait.
+        # Whoever gives orders has had a chance to give one to those that were idle at the last look.
         late_s = time.monotonic() - max(_LONG_S, 2 * (self._longest_s or 0.0))
-        for order in {out.order: None for out in self._wanted() if out.begun_s < late_s}:
-            n_copies = sum(each.order is order for each in self._out)
-            if idle and n_copies < MOST_COPIES:
-                self._send(order, idle.pop())
+        late = [order for order in {out.order: None for out in self._wanted() if out.begun_s < late_s}
+                if sum(each.order is order for each in self._out) < MOST_COPIES]  # fmt: skip
+        for address, order in zip([each for each in idle if each in self._was_idle], late, strict=False):
+            if len(self._out) < self._most:
+                self._send(order, address)
+        self._was_idle = self._idle()
 
     def _wanted(self) -> list[_Out]:
-        return [out for out in self._out if out.is_wanted.is_set()]
+        return [out for out in self._out if out.is_wanted]
 
     def _send(self, order: Order, address: str) -> None:
-        made = order.made.with_name(f"{order.made.name}-{secrets.token_hex(4)}")
-        out = _Out(order, address, made, Future(), Event(), time.monotonic())
-        out.is_wanted.set()
+        out = _Out(order, address)
         self._out.append(out)
         out.done = self._threads.submit(self._attend, out)
 
-    def _collected(self) -> list[tuple[Order, str]]:
+    def _collected(self) -> list[tuple[Order, Outcome]]:
         ended = []
         for out in [each for each in self._out if each.done.done()]:
             self._out.remove(out)
-            order = out.order
-            try:
-                message = out.done.result()
-            except _HereError as error:
-                self._out.append(out)  # it is removed with the others
-                raise OSError(*error.args) from error
-            except (_FaultError, *LOST, LackingError, RuntimeError, ImportError, MemoryError) as error:
-                shutil.rmtree(out.made, ignore_errors=True)
-                if not out.is_wanted.is_set():
-                    continue
+            error, order = out.done.exception(), out.order
+            if not out.is_wanted:
+                continue
+            if error is not None:
+                out.end()
+            if isinstance(error, _HereError):
+                raise error.error
+            if isinstance(error, _FaultError):
                 self._crew.used.discard(out.address)
-                if isinstance(error, _FaultError):
-                    self._cluster.refuse(out.address, f"{error}; what it had is given to others")
-                    self._put_back(order)
-                else:
-                    self._lose(out, str(error) or type(error).__name__)
-                continue
-            if not out.is_wanted.is_set():  # a copy was first
-                shutil.rmtree(out.made, ignore_errors=True)
-                continue
-            for each in self._out:
-                if each.order is order:
-                    each.is_wanted.clear()
-            self._longest_s = max(self._longest_s or 0.0, time.monotonic() - out.begun_s)
-            out.made.replace(order.made)
-            ended.append((order, message))
+                self._cluster.refuse(out.address, f"{error}; what it had is given to others")
+                self._put_back(order)
+            elif error is not None and not isinstance(error, _RefusedError):
+                self._crew.used.discard(out.address)
+                self._lose(out, one_line(str(error) or type(error).__name__))
+            else:
+                for each in [each for each in self._out if each.order is order]:
+                    each.end()
+                self._longest_s = max(self._longest_s or 0.0, time.monotonic() - out.begun_s)
+                if error is None:
+                    out.made.replace(order.made)
+                ended.append((order, out.done.result() if error is None else Outcome(str(error))))
         given_up, self._given_up = self._given_up, []
         return ended + given_up
 
@@ -194,46 +224,44 @@ class Errands:
         """Take an order from a worker that is gone; its thread may wait for long, but has nothing to write."""
         if out in self._out:
             self._out.remove(out)
-            self._gone.append(out)
-        was_wanted = out.is_wanted.is_set()
-        out.is_wanted.clear()
-        if not was_wanted:
-            return
+            if not out.is_wanted:
+                return
+            out.end()
         self._losses[out.order] = self._losses.get(out.order, 0) + 1
         if self._losses[out.order] < MOST_FAILURES:
             self._put_back(out.order)
         elif all(each.order is not out.order for each in self._wanted()):
             message = f"{MOST_FAILURES} workers were lost over it ({why}); run the same command to try again"
-            self._given_up.append((out.order, message))
+            self._given_up.append((out.order, Outcome(message)))
 
     def _put_back(self, order: Order) -> None:
         if order not in self._waiting and all(each.order is not order for each in self._wanted()):
             self._waiting.insert(0, order)
 
     # ------------------------------------------------------------------------------------------ a worker's thread
-    def _attend(self, out: _Out) -> str:
-        """See one order through at one worker; returns why it failed there."""
+    def _attend(self, out: _Out) -> Outcome:
+        """See one order through at one worker."""
         order, address, number = out.order, out.address, secrets.token_hex(8)
         try:
             self._cluster.supply(address, order.parcel)
-            self._send_files(address, order.files)
+            self._send_files(out)
             self._ask(address, workplace.begin, number, order.parcel.digest, order.task)
         except OSError as error:
-            if workplace.is_of_the_disk(str(error)):
+            if is_of_full_disk(error):
                 raise _FaultError(str(error)) from error
             raise
         try:
             state = self._ask(address, workplace.state, number, _WAIT_S)
-            while state.outcome is None and out.is_wanted.is_set():
+            while state.outcome is None and out.is_wanted:
                 out.note = state.note
                 state = self._ask(address, workplace.state, number, _WAIT_S)
             if state.outcome is None:
-                return ""
+                raise _NotWantedError
             if state.outcome.is_of_worker:
                 raise _FaultError(state.outcome.message)
-            self._fetch(address, number, state.made, out)
-            message: str = state.outcome.message
-            return message
+            self._fetch(number, state.made, out)
+            outcome: Outcome = state.outcome
+            return outcome
         finally:
             with suppress(Exception, AsyncCancelledError):
                 self._cluster.submit(address, workplace.drop, number).result(timeout=_DROPS_WITHIN_S)
@@ -241,48 +269,114 @@ class Errands:
     def _ask(self, address: str, function: Callable[..., Any], *arguments: Any) -> Any:
         return self._cluster.submit(address, function, *arguments).result(timeout=spread.PATIENCE_S)
 
-    def _send_files(self, address: str, files: Mapping[str, Path]) -> None:
-        sender = secrets.token_hex(4)
-        for digest in self._ask(address, workplace.lacks_files, list(files)):
-            try:
-                size, offset = files[digest].stat().st_size, 0
-                with files[digest].open("rb") as file:
-                    while offset == 0 or offset < size:
-                        content = file.read(workplace.PIECE_BYTES)
-                        is_last = offset + len(content) >= size
-                        self._ask(address, workplace.take_piece, digest, sender, offset, content, is_last)
-                        offset += max(len(content), 1)
-            except FileNotFoundError as error:
-                raise _HereError(*error.args) from error
+    def _send_files(self, out: _Out) -> None:
+        files, sender = out.order.files, secrets.token_hex(4)
+        for digest in self._ask(out.address, workplace.lacks_files, list(files)):
+            offset = 0
+            for content, is_last in _pieces(files[digest], digest):
+                if not out.is_wanted:
+                    raise _NotWantedError
+                self._ask(out.address, workplace.take_piece, digest, sender, offset, content, is_last)
+                offset += len(content)
 
-    def _fetch(self, address: str, number: str, made: tuple[tuple[str, int], ...], out: _Out) -> None:
+    def _fetch(self, number: str, made: tuple[tuple[str, int], ...], out: _Out) -> None:
         content, offset = b"", 0
-        with _writing_here():
+        with out.writing():
             out.made.mkdir(parents=True)
         for name, size in made:
             path, left = out.made / name, size
-            with _writing_here():
+            with out.writing():
                 if size < 0:
                     path.mkdir()
                 else:
                     path.touch()
             while left > 0:
                 if not content:
-                    content = self._ask(address, workplace.piece, number, offset)
+                    content = self._ask(out.address, workplace.piece, number, offset)
                     offset += len(content)
                     if not content:
                         raise LackingError(name)
                 part, content = content[:left], content[left:]
                 left -= len(part)
-                with _writing_here(), path.open("ab") as file:
+                with out.writing(), path.open("ab") as file:
                     file.write(part)
-            if not out.is_wanted.is_set():
-                return
 
 
-@contextmanager
-def _writing_here() -> Iterator[None]:
+def _pieces(path: Path, digest: str) -> Iterator[tuple[bytes, bool]]:
+    """Pieces of a file of this machine, and whether each is the last, of which there is one of an empty file, too.
+
+    Raises
+    ------
+    _RefusedError
+        It can't be read, or is not what it was.
+    """
+    found = hashlib.sha256()
     try:
-        yield
+        with path.open("rb") as file:
+            content, more = file.read(workplace.PIECE_BYTES), True
+            while more:
+                following = file.read(workplace.PIECE_BYTES)
+                found.update(content)
+                more = bool(following)
+                if not more and found.hexdigest() != digest:
+                    raise _RefusedError(f"{path}: changed meanwhile, expected the same; run the same command again")
+                yield content, not more
+                content = following
     except OSError as error:
-        raise _HereError(error.errno, error.strerror, error.filename) from error
+        raise _RefusedError(f"{path}: can't be read ({error.strerror or error}); check the file") from error
+
+
+def files_of(
+    cluster: Cluster,
+    errand: AskedErrand,
+    tasks: Sequence[Task],
+    folder: Path,
+    *,
+    kept: Kept,
+    here: Callable[[Any], bytes],
+    stage: str,
+    progress: Progress,
+) -> list[bytes]:
+    """Have the files of all tasks in a folder; see `planner_core.spread.Spread.files`.
+
+    Raises
+    ------
+    ClusterError
+        All workers that there are scan otherwise than this process, or are of another version.
+    ExportError
+        A worker can't write what another one can't, either.
+    OSError
+        The folder can't be written.
+    """
+    parcel, expected = cluster.parcel(errand), errand.answer(tasks[0].of, kept)
+    errands = Errands(cluster, lambda address: answers_alike(cluster, address, parcel, tasks[0].of, expected))
+    waiting, answers = list(range(len(tasks))), dict[int, bytes]()
+    n_steps = sum(task.size for task in tasks)
+
+    def show(note: str) -> None:
+        progress(ProgressEvent(stage, sum(tasks[number].size for number in answers), n_steps, note))
+
+    try:
+        while waiting or errands.orders():
+            while waiting and errands.free() > 0:
+                number = waiting.pop(0)
+                errands.give(Order(number, parcel, tasks[number].of, {}, folder / f".{number}"))
+            for order, outcome in errands.done():
+                done = order.key
+                assert isinstance(done, int)
+                if outcome.message:
+                    raise ExportError(f"{tasks[done].name}: {outcome.message}")
+                for path in order.made.iterdir():
+                    path.rename(folder / path.name)
+                order.made.rmdir()
+                answers[done] = outcome.answer
+            if errands.left_alone() is not None:
+                for number in sorted(set(range(len(tasks))) - answers.keys()):
+                    answers[number] = here(tasks[number].of)
+                    show("alone")
+                break
+            show("workers")
+            time.sleep(_LOOK_S)
+    finally:
+        errands.stop()
+    return [answers[number] for number in range(len(tasks))]

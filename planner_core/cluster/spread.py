@@ -19,6 +19,7 @@ from asyncio import CancelledError as AsyncCancelledError
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from dataclasses import asdict
+from pathlib import Path
 from threading import Event
 from typing import Any
 
@@ -26,7 +27,7 @@ from planner_core.cluster import worker
 from planner_core.cluster.parcels import Packer, Parcel, squeezed
 from planner_core.errors import ClusterError, MissingPackageError, one_line
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.spread import Question, Task
+from planner_core.spread import AskedErrand, Question, Task
 
 LOCAL = "local"
 #: Without a scheduler or a worker for so long, this process goes on alone.
@@ -75,6 +76,15 @@ class Cluster:
         """
         progress(ProgressEvent(stage, 0, sum(task.size for task in tasks), "cluster"))
         return _Deal(self, self.parcel(question), tasks, here, stage, progress).answers()
+
+    def files(self, errand: AskedErrand, tasks: Sequence[Task], folder: Path, **how: Any) -> list[bytes]:
+        """Have the files of all tasks in a folder, and return what they answered: `planner_core.spread.Spread.files`.
+
+        Raises as `planner_core.cluster.errands.files_of`.
+        """
+        from planner_core.cluster.errands import files_of
+
+        return files_of(self, errand, tasks, folder, **how)
 
     # -------------------------------------------------------------------------------------------- workers
     def workers(self) -> set[str]:
@@ -137,6 +147,8 @@ class Crew:
         self.some_done = Event()
         """Set where somebody has answered, or may be dealt to."""
         self._joining: dict[str, Future[bool]] = {}
+        self._silent: set[str] = set()
+        """Those that did not answer in time: they are asked again, and count for nobody until they do."""
         self._askers = ThreadPoolExecutor(_JOIN_AT_ONCE, thread_name_prefix="join")
         self._alone_s = time.monotonic()
 
@@ -158,14 +170,17 @@ class Crew:
                 self._joining[address].add_done_callback(lambda _: self.some_done.set())
         for address, fit in [each for each in self._joining.items() if each[1].done()]:
             del self._joining[address]
-            with contextlib.suppress(*LOST, worker.LackingError):  # if it still is there, it is asked again
+            try:
+                self._silent.discard(address)
                 if fit.result() and address in there:
                     self.used.add(address)
+            except (Exception, AsyncCancelledError):  # noqa: BLE001 - if it still is there, it is asked again
+                self._silent.add(address)
         is_alone = not self.used and not self._joining and nothing_done
         if there and is_alone and all(map(self._cluster.is_refused, there)):
             raise ClusterError(
-                f"cluster: none of {len(there)} workers scans as this machine does, expected one that does; start "
-                "workers of the same version of tlsplan and the same kind of device"
+                f"cluster: none of {len(there)} workers can be used, for the reasons told, expected one; mend "
+                "these, or start workers of the same version of tlsplan and the same kind of device"
             )
         return there
 
@@ -177,7 +192,7 @@ class Crew:
 
     def is_gone(self) -> bool:
         """Whether nobody was there for too long."""
-        if self.used or self._joining:
+        if self.used or self._joining.keys() - self._silent:
             self._alone_s = time.monotonic()
         return time.monotonic() - self._alone_s > PATIENCE_S
 
@@ -202,17 +217,17 @@ class Crew:
         return self._is_fit(address)
 
 
-def scans_alike(cluster: Cluster, address: str, parcel: Parcel, task: Any, expected: bytes) -> bool:
+def answers_alike(cluster: Cluster, address: str, parcel: Parcel, task: Any, expected: bytes) -> bool:
     """Whether a worker answers a task as this process does, bit by bit; refused where it does not."""
     cluster.supply(address, parcel)
     try:
         found = cluster.submit(address, worker.answer, parcel.digest, task).result(timeout=10 * PATIENCE_S)
     except (ImportError, RuntimeError) as error:  # DeviceError among them
-        cluster.refuse(address, f"got no scan of it ({error}), expected one; see `tlsplan doctor` there")
+        cluster.refuse(address, f"got no answer ({error}), expected one; see `tlsplan doctor` there")
         return False
     if found != expected:
         cluster.refuse(
-            address, "got a scan that differs from this machine's, expected the same bits; give it the same device"
+            address, "got an answer that differs from this machine's, expected the same bits; give it the same device"
         )
         return False
     return True
@@ -237,7 +252,8 @@ class _Deal:
         self._waiting = list(range(len(tasks) - 1, 0, -1))
         self._out: dict[Any, tuple[str, int]] = {}
         self._failures: dict[int, int] = {}
-        self._crew = Crew(cluster, lambda address: scans_alike(cluster, address, parcel, tasks[0].of, first))
+        self._for_here: list[int] = []
+        self._crew = Crew(cluster, lambda address: answers_alike(cluster, address, parcel, tasks[0].of, first))
 
     def answers(self) -> list[bytes]:
         """All answers, in the order of the tasks."""
@@ -267,6 +283,9 @@ class _Deal:
                 if isinstance(error, ClusterError):
                     raise
                 self._forget_workers()
+            while self._for_here:  # what it raises is this process's own
+                number = self._for_here.pop()
+                self._answers[number] = self._here(self._tasks[number].of)
             if self._crew.is_gone():
                 self._cluster.tell(f"no worker for {PATIENCE_S:.0f} s: this machine goes on alone")
                 self._do_here()
@@ -331,7 +350,7 @@ class _Deal:
             self._crew.used.discard(address)
         if self._failures[number] >= MOST_FAILURES and number in self._waiting:
             self._waiting.remove(number)
-            self._answers[number] = self._here(self._tasks[number].of)
+            self._for_here.append(number)
 
     def _put_back(self, number: int) -> None:
         is_out = any(other == number for _, other in self._out.values())

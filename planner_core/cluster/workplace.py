@@ -12,16 +12,16 @@ import hashlib
 import os
 import shutil
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Event, Thread
-from typing import Any, Protocol
+from typing import Any
 
 from planner_core.cluster.worker import LackingError, kept, question_of
-from planner_core.errors import PlannerError, one_line
-from planner_core.spread import Kept
+from planner_core.errors import PlannerError, is_of_full_disk, one_line
+from planner_core.spread import Outcome, Place
 
 LEASE_S = 120.0
 #: Nothing larger travels at once.
@@ -30,39 +30,6 @@ PIECE_BYTES = 4_000_000
 LEAST_FREE_BYTES = 50_000_000
 #: Files beyond these go, unless the next errand needs them.
 _MOST_FILE_BYTES = 8_000_000_000
-#: What is said of a disk that holds no more, by the system and by us.
-_OF_THE_DISK = (*map(os.strerror, (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)), "the disk is full", "the disk quota")
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where an errand is done. made : the folder that is fetched. file : where a file is that was sent, by its hash.
-
-    is_wanted : whether to go on. tell : a line on how far it is. kept : see `planner_core.spread`.
-    """
-
-    folder: Path
-    made: Path
-    file: Callable[[str], Path]
-    is_wanted: Callable[[], bool]
-    tell: Callable[[str], None]
-    kept: Kept
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """message : why it failed; empty where it did not. is_of_worker : another worker may do it."""
-
-    message: str = ""
-    is_of_worker: bool = False
-
-
-class Errand(Protocol):
-    """A question whose tasks leave files."""
-
-    def do(self, task: Any, place: Place) -> Outcome:
-        """Do one task; what is raised is the worker's fault, unless it is a `PlannerError`."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -87,19 +54,17 @@ class _Going:
 _going: dict[str, _Going] = {}
 
 
-def is_of_the_disk(message: str) -> bool:
-    """Whether a failure is for want of room on a disk."""
-    return any(each.casefold() in message.casefold() for each in _OF_THE_DISK)
-
-
 # -------------------------------------------------------------------------------------------------- files
 def lacks_files(digests: Sequence[str]) -> list[str]:
-    """Return which files are not here; others go where there are too many."""
+    """Return which files are not here; others go where there are too many, unless somebody may just need them."""
     folder = _own_folder("files")
-    there = {path.name: path.stat().st_size for path in folder.iterdir()}
-    if sum(there.values()) > _MOST_FILE_BYTES:
+    there = {path.name: path.stat() for path in folder.iterdir()}
+    if sum(each.st_size for each in there.values()) > _MOST_FILE_BYTES:
         for name in there.keys() - set(digests):
-            (folder / name).unlink(missing_ok=True)
+            if time.time() - there[name].st_mtime > LEASE_S:
+                (folder / name).unlink(missing_ok=True)
+    for digest in there.keys() & set(digests):
+        (folder / digest).touch()
     return [digest for digest in digests if digest not in there]
 
 
@@ -161,11 +126,9 @@ def begin(number: str, digest: str, task: Any) -> None:
         try:
             place.made.mkdir(parents=True)
             outcome = errand.do(task, place)
-            if is_of_the_disk(outcome.message):
-                outcome = Outcome(outcome.message, is_of_worker=True)
         except Exception as error:  # noqa: BLE001 - told by `state`
             message = one_line(str(error) or type(error).__name__)
-            outcome = Outcome(message, is_of_worker=not isinstance(error, PlannerError) or is_of_the_disk(message))
+            outcome = Outcome(message, is_of_worker=not isinstance(error, PlannerError) or is_of_full_disk(error))
         going.outcome = outcome
         going.ended.set()
         while is_wanted():  # until it is fetched

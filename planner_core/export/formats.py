@@ -45,6 +45,8 @@ class Format:
     """Whether it can be in feet, or has metres by its own definition; others are in metres, and a remark says so."""
     page: str = ""
     """Its page in docs/formats/field-pack."""
+    by_station: bool = False
+    """Whether it has files of clouds by station, which others may write: `planner_core.export.clouds.each_station`."""
 
     @property
     def is_folder(self) -> bool:
@@ -253,6 +255,7 @@ _FORMATS = (
         verified_with="e57 0.2 (Rust), pye57 0.4",
         in_pack=False,
         page="clouds.md",
+        by_station=True,
     ),
     Format(
         name="las",
@@ -275,6 +278,7 @@ _FORMATS = (
         verified_with="laspy 2.7; byte by byte against the specification",
         in_pack=False,
         page="clouds.md",
+        by_station=True,
     ),
     Format(
         name="laz",
@@ -297,6 +301,7 @@ _FORMATS = (
         verified_with="laspy 2.7 with lazrs 0.8",
         in_pack=False,
         page="clouds.md",
+        by_station=True,
     ),
     Format(
         name="ply",
@@ -319,6 +324,7 @@ _FORMATS = (
         verified_with="Open3D 0.20, trimesh 5",
         in_pack=False,
         page="clouds.md",
+        by_station=True,
     ),
     Format(
         name="exr",
@@ -330,6 +336,7 @@ _FORMATS = (
         verified_with="OpenEXR 3.5, OpenImageIO 3.2",
         in_pack=False,
         page="clouds.md",
+        by_station=True,
     ),
 )
 

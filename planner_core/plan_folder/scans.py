@@ -12,6 +12,7 @@ import numpy as np
 
 from planner_core.errors import MissingPackageError, PlanFolderError, RequirementError
 from planner_core.model import Float32Array, ScanBatch, Station, Survey, UInt8Array
+from planner_core.operating_system import not_written
 from planner_core.plan_folder.atomic import staged_file
 from planner_core.plan_folder.palette import range_colour_index, range_ramp_srgb
 from planner_core.scanner.template import azimuth_step_rad, first_azimuths_rad
@@ -108,7 +109,7 @@ def _write_exr(survey: Survey, station: Station, scan: ScanBatch, path: Path) ->
     out = io.ImageOutput.create(str(path))
     done = out.open(str(path), (returns, surfaces)) and out.write_image(np.ascontiguousarray(values))
     done = done and out.open(str(path), surfaces, "AppendSubimage") and out.write_image(np.ascontiguousarray(ids))
-    _finish(out, done)
+    _finish(out, done, path)
 
 
 def _write_png(survey: Survey, station: Station, scan: ScanBatch, path: Path) -> None:
@@ -117,13 +118,13 @@ def _write_png(survey: Survey, station: Station, scan: ScanBatch, path: Path) ->
     rgb = preview_rgb(scan, survey.template.range_max_m)
     spec = io.ImageSpec(rgb.shape[1], rgb.shape[0], 3, io.UINT8)
     out = io.ImageOutput.create(str(path))
-    _finish(out, out.open(str(path), spec) and out.write_image(rgb))
+    _finish(out, out.open(str(path), spec) and out.write_image(rgb), path)
 
 
-def _finish(out: Any, done: bool) -> None:
+def _finish(out: Any, done: bool, path: Path) -> None:
     closed = out.close()
     if not (done and closed):
-        raise OSError(out.geterror() or "OpenImageIO could not write")
+        raise not_written(path, out.geterror() or "OpenImageIO could not write")
 
 
 def _pose(survey: Survey, station: Station) -> dict[str, str]:

@@ -13,11 +13,15 @@ where fewest_b is bounded by branch and bound on the block alone; a bound for on
 sets that are known for these demands tell what to do next. Together fewer stations than the plan, and all targets met:
 a better plan. Fewer, and a target missed: two nodes, in one of which a block covers more than its set does. As many as
 the plan: prove them.
+
+Blocks know nothing of each other when they are first looked at, for a set or for a proof: these looks are tasks, of
+which others do some within `spread_over` (`_first_looks`). What comes next depends on all that is known by then.
 """
 
 from __future__ import annotations
 
 import heapq
+import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -30,14 +34,17 @@ from planner_core.select.network import Network, network_within
 from planner_core.select.polish import polish
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import independent_constraints
+from planner_core.spread import Kept, Task, who_answers
 
 #: Blocks that share more than this part of what the lesser one sees are one; the smallest are merged beyond so many.
 _SHARED = 0.02
 _MOST_BLOCKS = 6
 #: Parts that are compared with each other, and parts by rows: a quarter of a gigabyte.
 _MOST_PARTS, _MOST_ENTRIES = 1000, 32_000_000
-#: Work of looking for a set that meets a demand, and of one turn of a proof.
-_FIND_WORK, _PROOF_WORK = 0.5, 1.0
+#: Work of looking for a set that meets a demand, of one turn of a proof, and of its first turn, the root included.
+_FIND_WORK, _PROOF_WORK, _FIRST_PROOF_WORK = 0.5, 1.0, 5.0
+#: Blocks that have fewer entries together are looked at sooner than others are asked.
+_WORTH_SPREADING = 10_000
 #: Finds few candidates that meet all targets, and says what work it was: of a problem and network, with candidates that
 #: are in it, a set to begin with, if one is known, and work to be done.
 Find = Callable[[CoverProblem, Network, tuple[int, ...], tuple[int, ...] | None, float], tuple[tuple[int, ...], float]]
@@ -190,6 +197,83 @@ class _Known:
         return self.sets[min(fit)[2]] if fit else None
 
 
+@dataclass(frozen=True)
+class Look:
+    """What is asked of a block, by its number, for a demand, (K,): a set, or a proof that it takes `wanted` stations.
+
+    wanted : 0: a set; start : one to begin with. known : stations that are taken at least. work : of a proof, at most.
+    """
+
+    number: int
+    demand: Int64Array
+    wanted: int = 0
+    start: tuple[int, ...] | None = None
+    known: int = 0
+    work: float = 0.0
+
+    @property
+    def key(self) -> tuple[int, bytes]:
+        """Block and demand."""
+        return self.number, self.demand.tobytes()
+
+
+@dataclass(frozen=True)
+class Found:
+    """chosen : a set; of a proof a better one, empty: none. stations : that are taken at least. work : that it took."""
+
+    chosen: tuple[int, ...]
+    stations: int
+    work: float
+
+
+@dataclass(frozen=True)
+class BlockQuestion:
+    """Looks at blocks, which know nothing of each other. find : see `Find`."""
+
+    blocks: tuple[Block, ...]
+    find: Find
+
+    def answer(self, look: Look, kept: Kept) -> bytes:
+        """Look at a block; see `Found`."""
+        del kept
+        return pickle.dumps(self.first_turn(look)[0] if look.wanted else self.found(look), protocol=5)
+
+    def found(self, look: Look) -> Found:
+        """Return a set of a block."""
+        block = self.blocks[look.number]
+        asked = block.asked(look.demand)
+        chosen, work = self.find(asked, block.network, block.pinned, look.start, _FIND_WORK)
+        return Found(polish(asked, chosen, network=block.network, given=block.pinned), 0, work)
+
+    def first_turn(
+        self, look: Look, progress: Progress = silent, begun: Callable[[BranchAndBound], None] = lambda _: None
+    ) -> tuple[Found, BranchAndBound]:
+        """Return what the first turn of a proof finds, root and all, and its tree. begun : hears of that before."""
+        block = self.blocks[look.number]
+        tree = BranchAndBound(
+            block.asked(look.demand), n_stations=look.wanted, lower_bound=look.known, network=block.network,
+            given=block.pinned,
+        )  # fmt: skip
+        begun(tree)
+        tree.root(work=look.work, progress=progress)
+        tree.advance(work=max(look.work - tree.work, 0.0), progress=progress)
+        return Found(tree.best or (), tree.lower_bound, tree.work), tree
+
+
+@dataclass
+class _Turns:
+    """Of one proof. first : the first one, which took `work`. tree : None: others did that, and have it."""
+
+    first: Look
+    work: float
+    tree: BranchAndBound | None
+
+    @property
+    def all_work(self) -> float:
+        """That counts: a tree that is made anew is where it was."""
+        return self.work if self.tree is None else max(self.work, self.tree.work)
+
+
 class BlockProof:
     """The search. `lower_bound` holds at any moment; `best` is the smallest plan found here, or None.
 
@@ -199,19 +283,35 @@ class BlockProof:
         Size of a plan that meets `required`.
     find
         See `Find`; what it returns is a set, no larger than the one it begins with where that is one, and its work.
+    sent_find
+        The same for other processes, which it is sent to: a function of a module.
+    work_limit
+        First turns of proofs do no more together, `find` left aside.
     """
 
-    def __init__(self, problem: CoverProblem, blocks: Sequence[Block], *, n_stations: int, find: Find) -> None:
+    def __init__(
+        self,
+        problem: CoverProblem,
+        blocks: Sequence[Block],
+        *,
+        n_stations: int,
+        find: Find,
+        sent_find: Find | None = None,
+        work_limit: float = float("inf"),
+    ) -> None:
         self.n_stations = n_stations
         self.best: tuple[int, ...] | None = None
         self.n_nodes = 0
         self._done = 0.0  # work of looking for sets, and of proofs that are over
         asked = independent_constraints(problem)
-        self._problem, self._find = problem, find
+        self._problem, self._sent_find, self._work_limit = problem, sent_find, work_limit
         self._least = problem.least[asked]
-        self._blocks = [block.of_constraints(asked) for block in blocks]
+        self._blocks = tuple(block.of_constraints(asked) for block in blocks)
         self._known = [_Known() for _ in blocks]
-        self._trees: dict[tuple[int, bytes], BranchAndBound] = {}
+        self._turns: dict[tuple[int, bytes], _Turns] = {}
+        self._growing: BranchAndBound | None = None  # in its first turn
+        self._grown: dict[tuple[int, bytes], BranchAndBound] = {}
+        self._question = BlockQuestion(self._blocks, find)
         self._open: list[tuple[int, int, int, _Node]] = []
         self._given_up = 2**31
         self._number = 0
@@ -232,13 +332,14 @@ class BlockProof:
     @property
     def work(self) -> float:
         """Numbers looked at so far, roughly, in 1e9."""
-        return self._done + sum(tree.work for tree in self._trees.values())
+        return self._done + sum(turns.all_work for turns in self._turns.values())
 
     def stop(self) -> None:
         """End what is under way at the next opportunity; for callbacks of progress."""
         self._stopped = True
-        for tree in self._trees.values():
-            tree.stop()
+        for tree in (self._growing, *(turns.tree for turns in self._turns.values())):
+            if tree is not None:
+                tree.stop()
 
     def advance(self, *, work: float, progress: Progress = silent) -> None:
         """Look at nodes until about `work` more is done, or until all is proven; some turns do more."""
@@ -257,10 +358,11 @@ class BlockProof:
         """What is left to look at of a node: nothing, itself once more, or two."""
         if self._stations(node) >= self.n_stations:
             return []
-        sets = [self._set_for(number, demand) for number, demand in enumerate(node.low)]
+        sets = self._sets_for(node.low, progress)
         together = sum(len(chosen) for _, chosen in sets)
         if together >= self.n_stations:
-            return [node] if self._prove(node, [len(chosen) for _, chosen in sets], progress) else self._give_up(node)
+            may_rise = self._prove(node.low, [len(chosen) for _, chosen in sets], progress)
+            return [node] if may_rise else self._give_up(node)
         plan = [int(block.candidate[c]) for block, (_, chosen) in zip(self._blocks, sets, strict=True) for c in chosen]
         if (self._problem.covered(plan) >= self._problem.required).all():
             self.best, self.n_stations = tuple(plan), together
@@ -300,56 +402,95 @@ class BlockProof:
         heapq.heappush(self._open, (self._stations(node), -node.depth, -self._number, node))
 
     # ------------------------------------------------------------------------------------------ blocks
-    def _set_for(self, number: int, demand: Int64Array) -> tuple[Int64Array, tuple[int, ...]]:
-        """The best set that is known of a block for a demand, having looked for one."""
-        block, known = self._blocks[number], self._known[number]
-        if demand.tobytes() not in known.looked_for:
-            asked, begun = block.asked(demand), known.best(demand)
-            start = None if begun is None else begun[1]
-            chosen, work = self._find(asked, block.network, block.pinned, start, _FIND_WORK)
-            self._done += work
-            self._keep(number, polish(asked, chosen, network=block.network, given=block.pinned))
-            known.looked_for.add(demand.tobytes())
-        best = known.best(demand)
-        assert best is not None  # one was just put there
-        return best
+    def _sets_for(self, demands: Int64Array, progress: Progress) -> list[tuple[Int64Array, tuple[int, ...]]]:
+        """The best set that is known of each block for its demand, having looked for one."""
+        looks = []
+        for number, (demand, known) in enumerate(zip(demands, self._known, strict=True)):
+            if demand.tobytes() not in known.looked_for:
+                begun = known.best(demand)
+                looks.append(Look(number, demand, start=None if begun is None else begun[1]))
+        for look, found in zip(looks, self._looks(looks, progress), strict=True):
+            self._done += found.work
+            self._keep(look.number, found.chosen)
+            self._known[look.number].looked_for.add(look.demand.tobytes())
+        sets = [known.best(demand) for known, demand in zip(self._known, demands, strict=True)]
+        return [each for each in sets if each is not None]  # all: one of each block was put there
 
     def _keep(self, number: int, chosen: tuple[int, ...]) -> None:
         self._known[number].sets.append((self._blocks[number].problem.covered(list(chosen)), chosen))
 
-    def _prove(self, node: _Node, sizes: list[int], progress: Progress) -> bool:
-        """Work on the bound of one block; whether there is one whose bound may rise."""
-        bounds = [known.bound(demand) for known, demand in zip(self._known, node.low, strict=True)]
+    def _prove(self, demands: Int64Array, sizes: list[int], progress: Progress) -> bool:
+        """Work on the bounds of blocks; whether there is one whose bound may rise."""
+        bounds = [known.bound(demand) for known, demand in zip(self._known, demands, strict=True)]
         lacking = self.n_stations - sum(bounds)
-        due = []
-        for number, (bound, size) in enumerate(zip(bounds, sizes, strict=True)):
-            tree = self._trees.get((number, node.low[number].tobytes()))
-            wanted = min(size, bound + lacking)
-            if bound < wanted:
-                due.append((0.0 if tree is None else tree.work, number, wanted))
-        if not due:
-            return False
-        _, number, wanted = min(due)
-        self._raise(number, node.low[number], wanted, progress)
-        return True
+        new: list[Look] = []
+        due: list[tuple[float, int]] = []
+        for number, (bound, size, demand) in enumerate(zip(bounds, sizes, demands, strict=True)):
+            look = Look(number, demand, wanted=min(size, bound + lacking), known=bound)
+            turns = self._turns.get(look.key)
+            if bound >= look.wanted:
+                continue
+            if turns is None or turns.first.wanted < look.wanted:
+                new.append(look)
+            else:
+                due.append((turns.all_work, number))
+        if new:
+            self._begin(new, progress)
+        elif due:
+            self._go_on(self._turns[min(due)[1], demands[min(due)[1]].tobytes()], progress)
+        return bool(new or due)
 
-    def _raise(self, number: int, demand: Int64Array, wanted: int, progress: Progress) -> None:
-        """One turn of proving that a block takes `wanted` stations for a demand."""
-        block, known, key = self._blocks[number], self._known[number], (number, demand.tobytes())
-        tree = self._trees.get(key)
-        if tree is None or tree.n_stations < wanted:
-            self._done += 0.0 if tree is None else tree.work
-            tree = BranchAndBound(
-                block.asked(demand),
-                n_stations=wanted,
-                lower_bound=known.bound(demand),
-                network=block.network,
-                given=block.pinned,
-            )
-            self._trees[key] = tree
-            tree.root(progress=progress)
-        else:
-            tree.advance(work=_PROOF_WORK, progress=progress)
-        known.bounds.append((demand, tree.lower_bound))
-        if tree.best is not None:
-            self._keep(number, tree.best)
+    def _begin(self, looks: Sequence[Look], progress: Progress) -> None:
+        """Do the first turns of some proofs."""
+        each = min(_FIRST_PROOF_WORK, max(self._work_limit - self.work, 0.0) / len(looks))
+        looks = [replace(look, work=each) for look in looks]
+        for look, found in zip(looks, self._looks(looks, progress), strict=True):
+            before = self._turns.get(look.key)
+            self._done += 0.0 if before is None else before.all_work
+            self._turns[look.key] = _Turns(look, found.work, self._grown.pop(look.key, None))
+            self._take(look, found.stations, found.chosen)
+
+    def _go_on(self, turns: _Turns, progress: Progress) -> None:
+        """Do another turn of a proof."""
+        if turns.tree is None:
+            turns.tree = self._question.first_turn(turns.first, progress, self._grow)[1]
+            self._growing = None
+        turns.tree.advance(work=_PROOF_WORK, progress=progress)
+        self._take(turns.first, turns.tree.lower_bound, turns.tree.best or ())
+
+    def _take(self, look: Look, stations: int, chosen: tuple[int, ...]) -> None:
+        self._known[look.number].bounds.append((look.demand, stations))
+        if chosen:
+            self._keep(look.number, chosen)
+
+    # ------------------------------------------------------------------------------------------ looks
+    def _looks(self, looks: Sequence[Look], progress: Progress) -> list[Found]:
+        """Look at blocks, here or, within `spread_over`, by others: the same is found."""
+        spread, entries = who_answers(), [self._blocks[look.number].problem.row.size for look in looks]
+        if spread is None or self._sent_find is None or len(looks) < 2 or sum(entries) < _WORTH_SPREADING:
+            return [self._look_here(look, progress) for look in looks]
+        least = looks[entries.index(min(entries))]  # all are asked about this one, for a moment
+        probe = replace(least, wanted=len(self._blocks[least.number].candidate), start=None, work=0.0)
+        question = BlockQuestion(self._blocks, self._sent_find)
+        answers = spread.answers(
+            question,
+            [Task(probe, 0), *(Task(look, 1) for look in looks)],
+            here=lambda look: (
+                question.answer(look, lambda _, make: make())
+                if look is probe
+                else pickle.dumps(self._look_here(look, progress), protocol=5)
+            ),
+            stage="prove",
+            progress=progress,
+        )
+        return [pickle.loads(each) for each in answers[1:]]
+
+    def _look_here(self, look: Look, progress: Progress) -> Found:
+        if look.wanted == 0:
+            return self._question.found(look)
+        found, self._grown[look.key] = self._question.first_turn(look, progress, self._grow)
+        self._growing = None
+        return found
+
+    def _grow(self, tree: BranchAndBound) -> None:
+        self._growing = tree

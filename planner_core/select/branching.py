@@ -134,14 +134,17 @@ class BranchAndBound:
         """End what is under way at the next opportunity; for callbacks of progress."""
         self._stopped = True
 
-    def root(self, *, progress: Progress = silent) -> None:
-        """Solve the relaxation itself, and fix candidates that no smaller plan holds, or that each holds."""
-        self._program.add(self._cuts_for(np.zeros(self.problem.n_candidates), joining=False))
-        self._solve_root(progress, joining=False)
-        if self._joins is not None and not (self._stopped or self._proven >= self.n_stations):
-            self._solve_root(progress, joining=True)
+    def root(self, *, work: float = float("inf"), progress: Progress = silent) -> None:
+        """Solve the relaxation itself, and fix candidates that no smaller plan holds, or that each holds.
 
-    def _solve_root(self, progress: Progress, *, joining: bool) -> None:
+        work : with so much it ends, having done a little at least.
+        """
+        self._program.add(self._cuts_for(np.zeros(self.problem.n_candidates), joining=False))
+        self._solve_root(work, progress, joining=False)
+        if self._joins is not None and not (self._stopped or self.work >= work or self._proven >= self.n_stations):
+            self._solve_root(work, progress, joining=True)
+
+    def _solve_root(self, work: float, progress: Progress, *, joining: bool) -> None:
         """Rounds of cuts: first those of coverage alone, which cost little and give most."""
         best, begun, values = 0, 0, [0.0]
         for number in range(_ROOT_ROUNDS):
@@ -155,7 +158,7 @@ class BranchAndBound:
             if self._proven >= self.n_stations:
                 break
             slow = number > begun + _ROOT_WINDOW and values[-1] - values[-1 - _ROOT_WINDOW] < _ROOT_GAIN
-            if self._stopped:
+            if self._stopped or self.work >= work:
                 break
             if joining and (slow or number % _ROOT_WINDOW == 0) and self._add_separators(x):
                 begun, slow = number, False

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -194,6 +195,21 @@ def _known(problem: CoverProblem, reduced: Reduced, start: Sequence[int] | None)
     return [place[c] for c in dict.fromkeys(start) if c in place]
 
 
+def _find_alone(
+    settings: Proven,
+    host: bool,
+    problem: CoverProblem,
+    network: Network,
+    pinned: tuple[int, ...],
+    start: tuple[int, ...] | None,
+    work: float,
+) -> tuple[tuple[int, ...], float]:
+    """Few candidates of a block; see `planner_core.select.blocks.Find`."""
+    how = replace(settings, work_limit=work)
+    found = select(problem, how, network=network, given=pinned, start=start, host=host)
+    return found.chosen, found.work
+
+
 class _Search:
     """The state of one `select`: the best set of the reduced problem, the bound, and the work done."""
 
@@ -264,12 +280,20 @@ class _Search:
         blocks = [] if self._network is None else blocks_of(self._problem, self._network, self._pinned)
         if not blocks:
             return
-        self._blocks = proof = BlockProof(self._problem, blocks, n_stations=len(self._best), find=self._find)
-        while self._go_on() and not proof.finished and proof.work < _BLOCK_SHARE * self._settings.work_limit:
+        work_limit = _BLOCK_SHARE * self._settings.work_limit
+        self._blocks = proof = BlockProof(
+            self._problem,
+            blocks,
+            n_stations=len(self._best),
+            find=self._find,
+            sent_find=partial(_find_alone, replace(self._settings, time_limit_s=None, prove=False), self._host),
+            work_limit=min(work_limit, self._settings.work_limit - self._work),
+        )
+        while self._go_on() and not proof.finished and proof.work < work_limit:
             proof.advance(work=_LEAST_TURN, progress=self._tell_of_blocks)
             self._take_from(proof)
 
-    def _find(
+    def _find(  # as `_find_alone`, but heard of, and within the time
         self,
         problem: CoverProblem,
         network: Network,

@@ -23,18 +23,19 @@ import numpy as np
 
 import scenes_synthetic
 from planner_core.cluster import worker
-from planner_core.cluster.clouds import StationScans, write_scans_spread
 from planner_core.cluster.parcels import Packer, squeezed
-from planner_core.cluster.spread import open_cluster
+from planner_core.cluster.spread import Cluster, open_cluster
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.export.clouds.each_station import StationClouds
 from planner_core.export.clouds.points import every_nth, thinning_step
-from planner_core.export.clouds.simulated import FORMATS, simulated_clouds, write_scans_here, write_simulated_scans
+from planner_core.export.clouds.simulated import FORMATS, simulated_clouds, write_simulated_scans
 from planner_core.model import (
     FloatArray,
     OverlapMeasure,
     PlanSettings,
     PointLimits,
+    Proven,
     Requirements,
     ScanBy,
     Station,
@@ -49,7 +50,11 @@ from planner_core.requirements.goals import goals_of
 from planner_core.requirements.look_around import look_around_here
 from planner_core.requirements.look_spread import TASK_POSITIONS, LookQuestion, look_spread, pack_looked
 from planner_core.scanner.load_scanner import load_scanner
-from planner_core.spread import spread_over
+from planner_core.select.blocks import BlockQuestion, Look, blocks_of
+from planner_core.select.network import Network
+from planner_core.select.problem import CoverProblem
+from planner_core.select.proven import _find_alone
+from planner_core.spread import Task, spread_over
 
 N_POSITIONS, N_TASKS, N_LINKED, N_STATIONS, N_JOBS = 164, 100, 1500, 4, 2
 MARK = "<!-- measured -->"
@@ -118,13 +123,14 @@ def measure_scans(rounds: int) -> str:
     ]
     thin = replace(survey, template=every_nth(survey.template, thinning_step(survey.template.shape, 10**6)))
     clouds = simulated_clouds(thin, settings, stations, engine)
-    question = StationScans(replace(clouds, scan_engine=None), FORMATS, engine.name, "x" * 64)
+    question = StationClouds(replace(clouds, scan_engine=None), (), engine.name, "x" * 64)
     lines = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
 
-        def write(by: Any = write_scans_here) -> float:
-            return seconds(lambda: write_simulated_scans(clouds, FORMATS, folder / "out", overwrite=True, write_all=by))
+        def write(by: Cluster | None = None) -> float:
+            with spread_over(by):
+                return seconds(lambda: write_simulated_scans(clouds, FORMATS, folder / "out", overwrite=True))
 
         write()
         size = sum(path.stat().st_size for path in (folder / "out").iterdir()) / N_STATIONS
@@ -139,9 +145,8 @@ def measure_scans(rounds: int) -> str:
         ]
         for count in (1, 2):
             with open_cluster(f"local:{count}", tell=print) as cluster:
-                by = partial(write_scans_spread, cluster)
-                write(by)
-                pairs = [(write(), write(by)) for _ in range(rounds)]
+                write(cluster)
+                pairs = [(write(), write(cluster)) for _ in range(rounds)]
                 lines.append(
                     f"| {count} worker{'s' * (count > 1)} here, time of one process | "
                     f"{statistics.median(there / one for one, there in pairs):.2f} of "
@@ -176,6 +181,80 @@ def measure_jobs() -> str:
             f"| by one worker of this machine | {there:.0f} s, of which {sum(known):.0f} s are jobs, and the rest the "
             "start of the worker and its first scan |",
         ])  # fmt: skip
+
+
+def measure_blocks(rounds: int) -> str:
+    """First looks at blocks of a selection: flats of a chance of their own, each a part of the network."""
+    problem, network = flats()
+    blocks = blocks_of(problem, network)
+    find = partial(_find_alone, Proven(prove=False), False)
+    question = BlockQuestion(tuple(blocks), find)
+    sets = [Look(number, (block.ticks * 17 // 20).astype(np.int64)) for number, block in enumerate(blocks)]
+    found = [question.found(look) for look in sets]
+    proofs = [replace(look, wanted=len(one.chosen), work=2.0) for look, one in zip(sets, found, strict=True)]
+    least = replace(proofs[0], work=0.0)
+
+    def here() -> Any:
+        return [question.answer(look, made) for look in (*sets, *proofs)]
+
+    lines = [
+        f"Blocks of selection: {len(blocks)} flats of {blocks[0].candidate.size} candidates, {problem.row.size} "
+        "entries together.",
+        "",
+        "| what | figure |",
+        "|---|---|",
+        f"| sent to a worker once, compressed | {sent_bytes(question) / 1e6:.2f} MB |",
+        f"| sent back per task | {max(len(question.answer(look, made)) for look in sets)} bytes and less |",
+    ]
+    for count in (1, 2):
+        with open_cluster(f"local:{count}", tell=print) as cluster:
+
+            def there(looks: Any, cluster: Any = cluster) -> Any:
+                tasks = [Task(look, 1) for look in looks]
+                return cluster.answers(
+                    question, tasks, here=lambda look: question.answer(look, made), stage="prove", progress=silent
+                )
+
+            def both(there: Any = there) -> Any:
+                return [there([least, *sets]), there([least, *proofs])]
+
+            both()
+            alone = statistics.median(seconds(lambda: question.answer(least, made)) for _ in range(5))
+            empty = seconds(lambda: there([least] * N_TASKS)) / N_TASKS
+            pairs = [(seconds(here), seconds(both)) for _ in range(rounds)]
+            lines += [
+                f"| {count} worker{'s' * (count > 1)} here, a task that does hardly anything | "
+                f"{1e3 * empty:.0f} ms, {1e3 * alone:.0f} ms in this process |",
+                f"| {count} worker{'s' * (count > 1)} here, time of one process | "
+                f"{statistics.median(there_s / one for one, there_s in pairs):.2f} of "
+                f"{statistics.median(one for one, _ in pairs):.1f} s |",
+            ]
+    return "\n".join(lines)
+
+
+def made(key: str, make: Callable[[], Any]) -> Any:
+    return make()
+
+
+def flats(n_flats: int = 3, n: int = 40, n_rows: int = 300) -> tuple[CoverProblem, Network]:
+    """Candidates of a flat see four tenths of its rows, and are linked in a row."""
+    chance = np.random.default_rng(1)
+    sees = np.kron(np.eye(n_flats), np.ones((n, n_rows))).astype(bool)
+    sees &= chance.random(sees.shape) < 0.4
+    ticks = chance.integers(50, 100, n_flats * n_rows)
+    counts_for = sees.any(axis=0)[None]
+    least = (counts_for @ ticks * 17 // 20).astype(np.int64)
+    problem = CoverProblem(
+        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64), row=np.nonzero(sees)[1],
+        ticks=ticks, counts_for=counts_for, required=least, least=least,
+    )  # fmt: skip
+    linked = np.kron(np.eye(n_flats), np.eye(n, k=1) + np.eye(n, k=-1)).astype(bool)
+    network = Network(
+        starts=np.concatenate([[0], np.cumsum(linked.sum(axis=1))]).astype(np.int64),
+        neighbour=np.nonzero(linked)[1].astype(np.int32), part=np.repeat(np.arange(n_flats, dtype=np.int32), n),
+        loops=False,
+    )  # fmt: skip
+    return problem, network
 
 
 def opened_house() -> tuple[Survey, ScanEngine, PlanSettings]:
@@ -241,16 +320,22 @@ def measure_looks(rounds: int) -> str:
     ])  # fmt: skip
 
 
+PARTS: dict[str, Callable[[int], str]] = {
+    "looks": measure_looks, "links": measure_links, "blocks": measure_blocks, "scans": measure_scans,
+    "jobs": lambda rounds: measure_jobs(),
+}  # fmt: skip
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--write", type=Path)
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--parts", nargs="+", choices=PARTS, default=list(PARTS), help="all are needed to write")
     told = parser.parse_args()
-    table = "\n\n".join([
-        measure_looks(told.rounds), measure_links(told.rounds), measure_scans(told.rounds), measure_jobs(),
-    ])  # fmt: skip
+    table = "\n\n".join(PARTS[part](told.rounds) for part in told.parts)
     print(table)
     if told.write is not None:
+        if told.parts != list(PARTS):
+            parser.error("--write: the page has all parts; leave out --parts")
         page = told.write.read_text(encoding="utf-8")
         before, _, after = page.split(MARK)
         told.write.write_text(f"{before}{MARK}\n{table}\n{MARK}{after}", encoding="utf-8")

@@ -3,6 +3,8 @@
 import errno
 import importlib
 import os
+import pickle
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,6 +18,8 @@ from tlsplan.group import cli
 from tlsplan.output import materials
 
 import scenes_synthetic
+from planner_core.errors import ExportError, PlanFolderError
+from planner_core.operating_system import not_written
 
 
 @pytest.mark.parametrize(
@@ -33,7 +37,31 @@ def test_errors_of_the_system_are_told_in_words_of_the_users_path(number: int, p
     assert line.startswith("tlsplan: /data/out: ")
     assert part in line
     assert "Errno" not in line
-    assert exit_code_of(OSError(number, "")) == 3
+    assert exit_code_of(OSError(number, "")) == (9 if number == errno.ENOSPC else 3)
+
+
+def test_a_full_disk_is_known_by_its_number_whatever_the_language_and_whoever_tells_of_it() -> None:
+    """Also what went through another process, as errors of workers do."""
+    number = OSError(errno.EDQUOT, "Der zugewiesene Plattenplatz ist überschritten", "plan")
+    assert exit_code_of(pickle.loads(pickle.dumps(number))) == 9
+    told = PlanFolderError("plan: kann nicht geschrieben werden")
+    assert exit_code_of(told) == 3
+    told.__cause__ = ExportError("wolken")
+    told.__cause__.__cause__ = number
+    assert exit_code_of(told) == 9
+    assert exit_code_of(OSError(os.strerror(errno.ENOSPC))) == 3, "words alone say nothing"
+
+
+def test_what_a_library_could_not_write_to_a_full_disk_is_told_as_such(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert exit_code_of(not_written(tmp_path / "a.exr", "unknown error")) == 3
+
+    class Full:
+        free = 100
+
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: Full)
+    assert exit_code_of(not_written(tmp_path / "a.exr", "unknown error")) == 9
 
 
 def test_an_error_of_the_system_without_a_path_still_says_what_to_do() -> None:
@@ -58,7 +86,7 @@ def test_a_writer_that_fails_leaves_nothing_and_tells_of_a_full_disk(
     monkeypatch.setattr(writer, "_fill", fails)
     with pytest.raises(RuntimeError, match="unknown"):
         scenes_synthetic.write(scenes_synthetic.build("box"), tmp_path / f"a{suffix}")
-    monkeypatch.setattr(writer.shutil, "disk_usage", lambda path: Full)
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: Full)
     with pytest.raises(OSError, match="No space left") as full:
         scenes_synthetic.write(scenes_synthetic.build("box"), tmp_path / f"a{suffix}")
     assert full.value.filename == str(tmp_path / f"a{suffix}")

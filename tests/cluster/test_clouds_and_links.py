@@ -5,9 +5,9 @@ from __future__ import annotations
 import errno
 import os
 import pickle
+import time
 from collections.abc import Callable
-from dataclasses import replace
-from functools import partial
+from dataclasses import astuple, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,19 +15,20 @@ import numpy as np
 import pytest
 from waiting import until
 
-from planner_core.cluster import clouds as spread_clouds
-from planner_core.cluster import errands, workplace
-from planner_core.cluster.clouds import write_scans_spread
+from planner_core.cluster import errands
 from planner_core.cluster.spread import Cluster, open_cluster
 from planner_core.errors import ExportError
-from planner_core.export.clouds.points import Clouds
+from planner_core.export.clouds import e57, each_station, las
+from planner_core.export.clouds.each_station import one_file, write_each
+from planner_core.export.clouds.noise import noise_model
+from planner_core.export.clouds.points import Clouds, Tally
 from planner_core.export.clouds.simulated import FORMATS, simulated_clouds, write_simulated_scans
 from planner_core.model import OverlapMeasure, Station
 from planner_core.network import candidate_links as links
 from planner_core.network.candidate_links import CandidateLinks, LinkQuestion, candidate_links
 from planner_core.network.links import surface_of_patches
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.spread import spread_over
+from planner_core.spread import Outcome, Place, spread_over
 
 from .conftest import SETTINGS, Killer, Look, Processes, cluster_of
 
@@ -50,8 +51,8 @@ def clouds_of(look: Look, progress: Progress = silent) -> Clouds:
 
 def written(look: Look, folder: Path, cluster: Cluster | None = None, progress: Progress = silent) -> dict[str, Any]:
     """What is told of the scans, and their files."""
-    by = {} if cluster is None else {"write_all": partial(write_scans_spread, cluster)}
-    told = write_simulated_scans(clouds_of(look, progress), FORMATS, folder, **by)
+    with spread_over(cluster):
+        told = write_simulated_scans(clouds_of(look, progress), FORMATS, folder)
     return {"told": told, **{path.name: path.read_bytes() for path in sorted(folder.iterdir())}}
 
 
@@ -105,23 +106,23 @@ def test_scans_by_workers_are_the_files_of_one_process(look: Look, tmp_path: Pat
 def test_a_worker_whose_disk_fills_up_is_told_and_another_writes(
     look: Look, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    sound, n_failed = spread_clouds.write_station, 0
+    sound, n_failed = each_station.write_station, 0
 
-    def write(clouds: Clouds, formats: Any, number: int, folder: Path) -> int:
+    def write(clouds: Clouds, passes: Any, number: int, folder: Path) -> Tally:
         nonlocal n_failed
         if n_failed == 0:
             n_failed += 1
             (folder / "half.ply").write_bytes(b"half")
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(folder))
-        return sound(clouds, formats, number, folder)
+            raise OSError(errno.ENOSPC, "kein Platz", str(folder))
+        return sound(clouds, passes, number, folder)
 
-    monkeypatch.setattr(spread_clouds, "write_station", write)
+    monkeypatch.setattr(each_station, "write_station", write)
     with cluster_of(2) as (cluster, told):
         found = written(look, tmp_path / "there", cluster)
     assert found == written(look, tmp_path / "here")
     (line,) = told
     assert "is not used: " in line
-    assert os.strerror(errno.ENOSPC) in line
+    assert "kein Platz" in line
 
 
 def test_a_full_disk_here_leaves_nothing(look: Look, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -139,16 +140,16 @@ def test_a_full_disk_here_leaves_nothing(look: Look, tmp_path: Path, monkeypatch
 
 
 def test_a_slow_worker_does_not_hold_the_scans(look: Look, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    sound, held = spread_clouds.StationScans.do, list[workplace.Place]()
+    sound, held = each_station.StationClouds.do, list[Place]()
 
-    def do(self: Any, number: int, place: workplace.Place) -> workplace.Outcome:
+    def do(self: Any, number: int, place: Place) -> Outcome:
         if not held:
             held.append(place)
             while place.is_wanted():
-                workplace.time.sleep(0.05)
+                time.sleep(0.05)
         return sound(self, number, place)
 
-    monkeypatch.setattr(spread_clouds.StationScans, "do", do)
+    monkeypatch.setattr(each_station.StationClouds, "do", do)
     monkeypatch.setattr(errands, "_LONG_S", 0.5)
     with cluster_of(2) as (cluster, _):
         found = written(look, tmp_path / "there", cluster)
@@ -178,11 +179,20 @@ def works(look: Look, folder: Path) -> dict[str, Work]:
     def by_scans(cluster: Cluster | None, progress: Progress) -> dict[str, Any]:
         return written(look, folder / ("here" if cluster is None else "there"), cluster, progress)
 
-    return {"links": by_links, "scans": by_scans}
+    def by_clouds(cluster: Cluster | None, progress: Progress) -> dict[str, Any]:
+        into = folder / ("here" if cluster is None else "there")
+        into.mkdir(parents=True)
+        clouds = replace(clouds_of(look, progress), noise=noise_model(SETTINGS.scanner), seed=3)
+        with spread_over(cluster):
+            told = write_each(clouds, [one_file(".e57", e57._write), one_file(".laz", las._write_compressed)], into)
+        beams = [astuple(each) for each in (*told, clouds.tally)]
+        return {"beams": beams, **{path.name: path.read_bytes() for path in sorted(into.iterdir())}}
+
+    return {"links": by_links, "scans": by_scans, "clouds": by_clouds}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("what", ["links", "scans"])
+@pytest.mark.parametrize("what", ["links", "scans", "clouds"])
 @pytest.mark.parametrize("seed", [1])
 def test_workers_killed_at_random_moments_change_no_byte(
     look: Look, processes: Processes, tmp_path: Path, what: str, seed: int
@@ -197,7 +207,7 @@ def test_workers_killed_at_random_moments_change_no_byte(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("what", ["links", "scans"])
+@pytest.mark.parametrize("what", ["links", "scans", "clouds"])
 def test_a_scheduler_that_is_started_anew_changes_no_byte(
     look: Look, processes: Processes, tmp_path: Path, what: str
 ) -> None:

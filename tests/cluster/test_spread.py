@@ -49,7 +49,7 @@ def test_a_plan_over_workers_has_the_bytes_of_one_process() -> None:
 def test_a_worker_of_another_version_is_refused_in_one_line(look: Look, monkeypatch: pytest.MonkeyPatch) -> None:
     own = worker.greet()
     stand_in(monkeypatch, worker, "greet", lambda: {**own, "sources": "other"})
-    with cluster_of(1) as (cluster, told), pytest.raises(ClusterError, match="none of 1 workers scans as this"):
+    with cluster_of(1) as (cluster, told), pytest.raises(ClusterError, match="none of 1 workers can be used"):
         look.by(cluster)
     (line,) = told
     assert f"got sources other, expected {own['sources']}" in line
@@ -73,7 +73,7 @@ def test_a_worker_that_scans_otherwise_is_refused_and_the_others_do_all(
     with cluster_of(2) as (cluster, told):
         assert_same_bits(look.by(cluster), look.here())
     (line,) = told
-    assert line.startswith(f"worker {odd.pop()} is not used: got a scan that differs")
+    assert line.startswith(f"worker {odd.pop()} is not used: got an answer that differs")
 
 
 def test_a_worker_without_a_device_is_refused(look: Look, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -86,7 +86,7 @@ def test_a_worker_without_a_device_is_refused(look: Look, monkeypatch: pytest.Mo
     monkeypatch.setattr(worker, "_kept", {})
     with cluster_of(1) as (cluster, told), pytest.raises(ClusterError):
         look.by(cluster)
-    assert "got no scan of it (no OpenCL platform, expected one" in told[0]
+    assert "got no answer (no OpenCL platform, expected one" in told[0]
 
 
 def test_a_worker_that_forgot_is_sent_it_again(look: Look, monkeypatch: pytest.MonkeyPatch) -> None:

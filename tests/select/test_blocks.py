@@ -11,12 +11,16 @@ from hypothesis import strategies as st
 from selection_instances import network_of, problem_of
 
 from planner_core.model import Proven
+from planner_core.select import blocks as blocks_module
 from planner_core.select import proven
-from planner_core.select.blocks import BlockProof, _apart, blocks_of
+from planner_core.select.blocks import BlockProof, BlockQuestion, _apart, blocks_of
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.network_start import joined
 from planner_core.select.proven import select
+from planner_core.spread import spread_over
+
+from ..cluster.conftest import cluster_of
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -127,6 +131,53 @@ def test_selection_of_flats_is_proven_by_blocks(seed, monkeypatch):
     found = select(problem, Proven(work_limit=5.0, n_walks=1), network=network)
     assert found.proven
     assert len(found.chosen) == smallest(problem, network), f"seed {seed}"
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """What others are asked, however small blocks are."""
+    looks, sound = [], BlockQuestion.answer
+    monkeypatch.setattr(BlockQuestion, "answer", lambda self, look, kept: looks.append(look) or sound(self, look, kept))
+    monkeypatch.setattr(blocks_module, "_WORTH_SPREADING", 1)
+    return looks
+
+
+def test_blocks_that_others_look_at_give_the_same_set_bound_and_work(asked, monkeypatch):
+    """First turns of proofs end at once, so that what others began is gone on with here."""
+    monkeypatch.setattr(blocks_module, "_FIRST_PROOF_WORK", 1e-9)
+    problem, network = flats(2, n=6, r=40)
+
+    def proven():
+        blocks = blocks_of(problem, network)
+        proof = BlockProof(problem, blocks, n_stations=problem.n_candidates, find=find, sent_find=find)
+        curve = []
+        while not proof.finished:
+            proof.advance(work=1e-6)
+            curve.append((proof.work, proof.lower_bound, proof.n_stations, proof.n_nodes))
+        return proof.best, curve
+
+    alone = proven()
+    assert asked == []
+    with cluster_of(2) as (cluster, told), spread_over(cluster):
+        assert proven() == alone
+    assert told == []
+    assert {look.number for look in asked if look.wanted == 0} == {0, 1}, "sets"
+    assert {look.number for look in asked if look.work > 0} == {0, 1}, "proofs"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n_workers", [1, 2, 4])
+def test_selection_whose_blocks_others_look_at_is_the_same(n_workers, asked):
+    problem, network = flats(2, n=8, r=60)
+
+    def selected():
+        return select(problem, Proven(work_limit=5.0, n_walks=1), network=network)
+
+    alone = selected()
+    assert (asked, alone.proven) == ([], True)
+    with cluster_of(n_workers) as (cluster, _), spread_over(cluster):
+        assert selected() == alone
+    assert len(asked) > 4
 
 
 def test_blocks_see_what_their_candidates_see():

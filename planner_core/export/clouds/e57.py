@@ -12,10 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.export.clouds.file_header import each_alone, facts, facts_of, guid_of, wkt_of
+from planner_core.export.clouds.each_station import one_file, write_each
+from planner_core.export.clouds.file_header import facts, facts_of, guid_of, wkt_of
 from planner_core.export.clouds.points import Clouds, Points, open_clouds
 from planner_core.export.options import Options
 from planner_core.model import FloatArray
+from planner_core.operating_system import not_written
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.progress import Progress
 
@@ -36,7 +38,7 @@ def write_e57(plan: PlanSource, path: Path, options: Options, progress: Progress
 def write_e57_split(plan: PlanSource, folder: Path, options: Options, progress: Progress) -> tuple[str, ...]:
     """Write a file a station into `folder`."""
     clouds = open_clouds(plan, options, progress=progress)
-    each_alone(clouds, folder, ".e57", _write)
+    write_each(clouds, [one_file(".e57", _write)], folder)
     return (*clouds.remarks(), *_remarks(clouds))
 
 
@@ -64,7 +66,7 @@ def _write(clouds: Clouds, stations: tuple[FieldStation, ...], path: Path) -> No
             raise
     except libe57.E57Exception as error:
         # Of all that can go wrong while writing only the disk is not our own doing. Further lines are of its sources.
-        raise OSError(str(error).partition("\n")[0]) from error
+        raise not_written(path, str(error).partition("\n")[0]) from error
 
 
 def rotation_of(matrix: FloatArray) -> tuple[float, float, float, float]:

@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import MissingPackageError
-from planner_core.export.clouds.file_header import facts, facts_of, file_names, numbers
+from planner_core.export.clouds.each_station import write_each
+from planner_core.export.clouds.file_header import facts, facts_of, numbers
 from planner_core.export.clouds.points import Clouds, ScanBlock, open_clouds
 from planner_core.export.options import Options
 from planner_core.model import Float32Array, ScanBatch, UInt8Array
+from planner_core.operating_system import not_written
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.plan_folder.scans import PREVIEW_MIN_HEIGHT, PREVIEW_WIDTH, preview_rgb
 from planner_core.progress import Progress
@@ -34,8 +36,7 @@ _SPOOLED_ROWS = 256
 def write_exr(plan: PlanSource, folder: Path, options: Options, progress: Progress) -> tuple[str, ...]:
     """Write an EXR and a PNG a station into `folder`."""
     clouds = open_clouds(plan, options, progress=progress)
-    for station, name in zip(clouds.stations, file_names(clouds), strict=True):
-        write_images(clouds, station, folder / name)
+    write_each(clouds, [write_images], folder)
     remarks = clouds.remarks()
     if clouds.noise is not None and clouds.noise.angle_sigma_rad:
         remarks = (*remarks, "ranges of images have noise, angles are those of the grid")
@@ -104,7 +105,7 @@ class _Preview:
         io, rgb = _image_io(), self.rgb()
         spec = io.ImageSpec(rgb.shape[1], rgb.shape[0], 3, io.UINT8)
         out = io.ImageOutput.create(str(path))
-        _closed(out, out.open(str(path), spec) and out.write_image(rgb))
+        _closed(out, out.open(str(path), spec) and out.write_image(rgb), path)
 
 
 def _write_exr(clouds: Clouds, station: FieldStation, path: Path, preview: _Preview) -> None:
@@ -129,7 +130,7 @@ def _write_exr(clouds: Clouds, station: FieldStation, path: Path, preview: _Prev
         raise
     finally:
         waiting.unlink(missing_ok=True)
-    _closed(out, done)
+    _closed(out, done, path)
 
 
 def _values(block: ScanBlock) -> Float32Array:
@@ -183,7 +184,7 @@ def _specs(io: Any, clouds: Clouds, station: FieldStation) -> tuple[Any, Any]:
     return parts[0], parts[1]
 
 
-def _closed(out: Any, done: bool) -> None:
+def _closed(out: Any, done: bool, path: Path) -> None:
     closed = out.close()
     if not (done and closed):
-        raise OSError(out.geterror() or "OpenImageIO could not write")
+        raise not_written(path, out.geterror() or "OpenImageIO could not write")

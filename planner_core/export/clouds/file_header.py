@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import uuid
-from collections.abc import Callable
-from pathlib import Path
 
 from planner_core.coordinates.crs import metric_crs
 from planner_core.export.clouds.points import Clouds
@@ -15,14 +13,6 @@ from planner_core.plan_folder.station_marks import prim_names_of_ids
 
 #: Of ids that are names alone: made by `uuid5` from this and a text, so that the same cloud has the same id.
 _NAMESPACE = uuid.UUID("5c0d3c4e-7a58-5d2a-9a52-0f1e6a3f8b11")
-
-Write = Callable[[Clouds, tuple[FieldStation, ...], Path], None]
-
-
-def each_alone(clouds: Clouds, folder: Path, suffix: str, write: Write) -> None:
-    """Write a file a station into `folder`, named after the station."""
-    for station, name in zip(clouds.stations, file_names(clouds), strict=True):
-        write(clouds, (station,), folder / f"{name}{suffix}")
 
 
 def file_names(clouds: Clouds) -> tuple[str, ...]:

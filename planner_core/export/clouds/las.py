@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import ExportError
-from planner_core.export.clouds.file_header import Write, each_alone, facts, facts_of, wkt_of
+from planner_core.export.clouds.each_station import Write, one_file, write_each
+from planner_core.export.clouds.file_header import facts, facts_of, wkt_of
 from planner_core.export.clouds.points import Clouds, Points, open_clouds
 from planner_core.export.options import Options
 from planner_core.model import FloatArray
@@ -40,14 +41,14 @@ def write_laz(plan: PlanSource, path: Path, options: Options, progress: Progress
 def write_las_split(plan: PlanSource, folder: Path, options: Options, progress: Progress) -> tuple[str, ...]:
     """Write a LAS file a station into `folder`."""
     clouds = open_clouds(plan, options, progress=progress)
-    each_alone(clouds, folder, ".las", _write_plain)
+    write_each(clouds, [one_file(".las", _write_plain)], folder)
     return clouds.remarks()
 
 
 def write_laz_split(plan: PlanSource, folder: Path, options: Options, progress: Progress) -> tuple[str, ...]:
     """Write a LAZ file a station into `folder`."""
     clouds = open_clouds(plan, options, progress=progress)
-    each_alone(clouds, folder, ".laz", _write_compressed)
+    write_each(clouds, [one_file(".laz", _write_compressed)], folder)
     return clouds.remarks()
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from planner_core.export.clouds.file_header import each_alone, facts, facts_of
+from planner_core.export.clouds.each_station import one_file, write_each
+from planner_core.export.clouds.file_header import facts, facts_of
 from planner_core.export.clouds.points import Clouds, Points, open_clouds
 from planner_core.export.options import Options
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
@@ -41,7 +42,7 @@ def write_ply(plan: PlanSource, path: Path, options: Options, progress: Progress
 def write_ply_split(plan: PlanSource, folder: Path, options: Options, progress: Progress) -> tuple[str, ...]:
     """Write a file a station into `folder`."""
     clouds = open_clouds(plan, options, progress=progress)
-    each_alone(clouds, folder, ".ply", write_points)
+    write_each(clouds, [one_file(".ply", write_points)], folder)
     return clouds.remarks()
 
 

@@ -5,8 +5,8 @@ Survey, stations, engine -> a folder, in scene coordinates. What is in the files
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -14,20 +14,17 @@ import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import ExportError, PlannerError, RequirementError
+from planner_core.export.clouds.each_station import WriteStation, one_file, write_each
 from planner_core.export.clouds.exr import write_images
 from planner_core.export.clouds.file_header import file_names
 from planner_core.export.clouds.ply import write_points
-from planner_core.export.clouds.points import Clouds, Tally
+from planner_core.export.clouds.points import Clouds
 from planner_core.model import PlanSettings, SiteFrame, Station, Survey
 from planner_core.plan_folder.atomic import staged_folder
 from planner_core.plan_folder.plan_source import FieldStation
-from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.progress import Progress, silent
 
 FORMATS = ("exr", "png", "ply")
-
-_Write = Callable[[Clouds, FieldStation, Path], None]
-WriteAll = Callable[[Clouds, Sequence[str], Path], list[int]]
-"""Writes the files of all stations into a folder -> returns of each."""
 
 
 @dataclass(frozen=True)
@@ -66,22 +63,17 @@ def simulated_clouds(
     )
 
 
-def write_scans_here(clouds: Clouds, formats: Sequence[str], folder: Path) -> list[int]:
-    """Write the files of all stations into a folder, one after the other -> returns of each."""
-    return [write_station(clouds, formats, number, folder) for number in range(len(clouds.stations))]
-
-
 def write_simulated_scans(
     clouds: Clouds,
     formats: Sequence[str],
     folder: Path,
     *,
     overwrite: bool = False,
-    write_all: WriteAll = write_scans_here,
 ) -> tuple[SimulatedScan, ...]:
     """Write the scans of all stations into `folder`, which appears whole or not at all.
 
-    Memory holds one block of a scan. Images and points are scanned for one after the other: nothing of a scan is kept.
+    Here or, within `spread_over`, by others: see `write_each`. Memory holds one block of a scan. Images and points are
+    scanned for one after the other: nothing of a scan is kept.
 
     Parameters
     ----------
@@ -89,8 +81,6 @@ def write_simulated_scans(
         Some of `FORMATS`.
     overwrite
         Replace the folder, whatever it holds.
-    write_all
-        Who writes: this process, or others for it.
 
     Raises
     ------
@@ -103,10 +93,10 @@ def write_simulated_scans(
     MissingPackageError
         OpenImageIO is missing (EXR, PNG).
     """
-    _passes(formats)
+    passes = _passes(formats)
     try:
         with staged_folder(folder, replace=overwrite) as staging:
-            n_returns = write_all(clouds, formats, staging)
+            tallies = write_each(clouds, passes, staging)
     except PlannerError:
         raise
     except OSError as error:
@@ -119,47 +109,26 @@ def write_simulated_scans(
         SimulatedScan(
             station_id=station.id,
             n_beams=n_rows * n_columns,
-            n_returns=n_returns[index],
+            n_returns=tallies[index].n_points,
             files=tuple(f"{name}.{suffix}" for suffix in FORMATS if suffix in formats),
         )
         for index, (station, name) in enumerate(zip(clouds.stations, file_names(clouds), strict=True))
     )
 
 
-def _passes(formats: Sequence[str]) -> tuple[_Write, ...]:
+def _passes(formats: Sequence[str]) -> tuple[WriteStation, ...]:
     """What is written of a scan at once."""
     unknown = sorted(set(formats) - set(FORMATS))
     if unknown or not formats:
         raise RequirementError(
             f"format: got {unknown[0] if unknown else 'none'}, expected some of {', '.join(FORMATS)}"
         )
-    passes: list[_Write] = []
+    passes: list[WriteStation] = []
     if "exr" in formats or "png" in formats:
         passes.append(partial(write_images, exr="exr" in formats, png="png" in formats))
     if "ply" in formats:
-        passes.append(_write_ply)
+        passes.append(one_file(".ply", write_points))
     return tuple(passes)
-
-
-def _write_ply(clouds: Clouds, station: FieldStation, path: Path) -> None:
-    write_points(clouds, (station,), path.with_name(f"{path.name}.ply"))
-
-
-def write_station(clouds: Clouds, formats: Sequence[str], number: int, folder: Path) -> int:
-    """Write the files of one station, by its number -> its returns."""
-    passes, station, name = _passes(formats), clouds.stations[number], file_names(clouds)[number]
-    n_returns = 0
-    for n_done, write in enumerate(passes):
-
-        def report(event: ProgressEvent, n_done: int = n_done) -> None:
-            n_beams = event.total // len(clouds.stations)
-            done = event.done - number * n_beams + (number * len(passes) + n_done) * n_beams
-            clouds.progress(replace(event, done=done, total=len(passes) * event.total))
-
-        counted = replace(clouds, progress=report, tally=Tally())
-        write(counted, station, folder / name)
-        n_returns = counted.tally.n_points
-    return n_returns
 
 
 def _in_scene(station: Station, survey: Survey) -> FieldStation:

@@ -10,13 +10,15 @@ import sys
 import time
 from pathlib import Path
 
+from tlsplan.exit_codes import exit_code_of
+
 from planner_core.operating_system import end_with_parent
 
 end_with_parent(int(sys.argv[1]))
 _, _, command, scene, *words = sys.argv
-if words == ["lacks"]:
-    print("tlsplan: no OpenCL device", file=sys.stderr)
-    sys.exit(6)
+if words in (["lacks"], ["full"]):
+    print("tlsplan: no OpenCL device" if words == ["lacks"] else "tlsplan: kein Platz", file=sys.stderr)
+    sys.exit(6 if words == ["lacks"] else 9)
 if command == "floors":
     print('{"floors": [{"id": "F0", "name": "Ground"}, {"id": "F1", "name": "Upper"}]}')
     sys.exit(0)
@@ -38,4 +40,4 @@ try:
     (folder / "plan.json").write_bytes(Path(os.environ["STAND_IN_PLAN"]).read_bytes())
 except OSError as error:  # told as the command tells it
     print(f"tlsplan: {folder}: can't be written ({error.strerror}), nothing was changed", file=sys.stderr)
-    sys.exit(3)
+    sys.exit(exit_code_of(error))

@@ -18,11 +18,16 @@ from tlsplan.batch import on_workers
 from waiting import until
 
 from planner_core.cluster import errands, spread, worker, workplace
+from planner_core.errors import PlanFolderError
+from planner_core.plan_folder import folder
+from planner_core.spread import Outcome, Place
 
 from ...cluster.conftest import Processes, processes, stand_in, threads  # noqa: F401 - a fixture
 from .test_batch import PROGRAM, STAND_IN, begun, is_alive, process_of, rows, sites, some_plan, stood_in  # noqa: F401
 
 Batch = Callable[..., Any]
+#: What the system of a worker says of a full disk where its language is German.
+NO_ROOM = "Auf dem Gerät ist kein Speicherplatz mehr verfügbar"
 
 
 @pytest.fixture
@@ -111,18 +116,25 @@ def test_where_all_workers_are_of_another_version_it_is_refused_in_a_line(
     out = tmp_path / "out"
     done = tlsplan("batch", sites(tmp_path, a="plan"), "-o", out, "--scheduler", two_workers)
     assert done.returncode == 6
-    assert "none of 2 workers scans as this machine does" in done.stderr.splitlines()[-1]
+    assert "none of 2 workers can be used" in done.stderr.splitlines()[-1]
     assert rows(out)["a"]["state"] == "not planned yet"
 
 
-@pytest.mark.parametrize("where", ["at the start", "while files come", "while it plans", "of its cache"])
+@pytest.mark.parametrize(
+    "where",
+    [
+        "while it plans",
+        "of its cache",
+        *(pytest.param(each, marks=pytest.mark.slow) for each in ("at the start", "while files come")),
+    ],
+)
 def test_a_full_disk_of_a_worker_is_told_and_nothing_is_lost(
     where: str, tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The first worker that is asked has no room; in one case its job says so, in another its folder can't be made."""
+    """The first worker that is asked has no room, and says so in German; in one case the job's process does."""
     from distributed import get_worker
 
-    full, full_disk = set[str](), OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "there")
+    full, full_disk = set[str](), OSError(errno.ENOSPC, NO_ROOM, "there")
 
     def is_full() -> bool:
         if not full:
@@ -143,12 +155,12 @@ def test_a_full_disk_of_a_worker_is_told_and_nothing_is_lost(
             if is_full():
                 workplace._going[number] = workplace._going[f"full-{number}"]
 
-        def do_there(self: Any, task: Any, place: workplace.Place) -> workplace.Outcome:
+        def do_there(self: Any, task: Any, place: Place) -> Outcome:
             if "full-" not in place.folder.name:
                 return do(self, task, place)
             if where == "of its cache":
-                raise full_disk
-            return workplace.Outcome(f"{place.folder}: the disk is full; free some or give another path")
+                raise PlanFolderError("kein Platz") from full_disk
+            return do(on_workers.Command(("plan", "nothing", "full"), (), "", "."), task, place)
 
         stand_in(monkeypatch, workplace, "begin", begin_there)
         monkeypatch.setattr(on_workers.Command, "do", do_there)
@@ -157,7 +169,7 @@ def test_a_full_disk_of_a_worker_is_told_and_nothing_is_lost(
     assert done.returncode == 0, done.stderr
     (line,) = [line for line in done.stderr.splitlines() if line.startswith("warning")]
     assert f"worker {full.pop()} is not used: " in line
-    assert "disk is full" in line or os.strerror(errno.ENOSPC) in line
+    assert NO_ROOM in line or "kein Platz" in line
     assert {row["state"] for row in rows(out).values()} == {"planned"}
     assert not (out / "jobs" / ".fetched").exists()
 
@@ -179,7 +191,7 @@ def test_a_full_disk_here_ends_the_batch_and_it_goes_on_later(
     with monkeypatch.context() as patch:
         patch.setattr(Path, "open", opened)
         done = tlsplan("batch", path, "-o", out, "--scheduler", two_workers, "--jobs", 1)
-    assert done.returncode == 3
+    assert done.returncode == 9
     assert "disk is full" in done.stderr.splitlines()[-1]
     assert {name: row["state"] for name, row in rows(out).items()} == {"a": "planned", "b": "not planned yet"}
     first = begun(out)
@@ -193,7 +205,7 @@ def test_a_job_of_a_worker_without_a_device_goes_to_another(
     """One device is lost after the worker was found fit: the job there ends with the code of what is missing."""
     sound, lost = on_workers.Command.do, list[str]()
 
-    def do(self: Any, task: Any, place: workplace.Place) -> workplace.Outcome:
+    def do(self: Any, task: Any, place: Place) -> Outcome:
         if not lost:
             lost.append("")
             self = on_workers.Command(("scan", "nothing", "lacks"), (), "", ".")
@@ -211,9 +223,9 @@ def test_a_slow_worker_does_not_hold_the_others(
     tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One stops for good over a job: when there is nothing else, the other one does it, and the batch ends."""
-    sound, held = on_workers.Command.do, list[workplace.Place]()
+    sound, held = on_workers.Command.do, list[Place]()
 
-    def do(self: Any, task: Any, place: workplace.Place) -> workplace.Outcome:
+    def do(self: Any, task: Any, place: Place) -> Outcome:
         if not held:
             held.append(place)
             while place.is_wanted():
@@ -249,6 +261,37 @@ def test_a_plan_that_was_reviewed_is_kept(tlsplan: Batch, fit: Path, tmp_path: P
     assert tlsplan("batch", path, "-o", out, "--scheduler", two_workers).returncode == 8
     assert "holds reviewers' changes" in rows(out)["a"]["message"]
     assert (out / "plans" / "a" / "review.usda").read_text() == "mine"
+
+
+def test_a_plan_that_has_no_place_here_fails_alone(
+    tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sound = folder.staged_plan_folder
+
+    def staged(of: Path, **how: Any) -> Any:
+        return raise_(PlanFolderError("the review is damaged")) if of.name == "a" else sound(of, **how)
+
+    monkeypatch.setattr(folder, "staged_plan_folder", staged)
+    out = tmp_path / "out"
+    done = tlsplan("batch", sites(tmp_path, a="plan", b="plan"), "-o", out, "--scheduler", two_workers)
+    assert done.returncode == 8
+    assert {name: row["message"] for name, row in rows(out).items()} == {"a": "the review is damaged", "b": ""}
+
+
+def test_a_process_ends_whatever_becomes_of_its_errand(
+    stood_in: Path,  # noqa: F811
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    started, sound = list[subprocess.Popen[bytes]](), subprocess.Popen
+    monkeypatch.setattr(subprocess, "Popen", lambda *of, **more: started.append(sound(*of, **more)) or started[0])
+    (tmp_path / "made").mkdir()
+    (tmp_path / "a.obj").write_text("wait")
+    place = Place(tmp_path, tmp_path / "made", lambda name: tmp_path, lambda: True, lambda note: raise_(KeyError()),
+                  lambda key, make: make())  # fmt: skip
+    with pytest.raises(KeyError):
+        on_workers.Command(("plan", str(tmp_path / "a.obj"), "-o", "a"), (), "a", ".").do(None, place)
+    assert started[0].poll() is not None
 
 
 # ------------------------------------------------------------------------------------------------ processes

@@ -1,0 +1,190 @@
+"""Errands and who does them: nothing is lost, written twice, left behind, or waited for without end."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from waiting import until
+
+from planner_core.cluster import errands, spread, workplace
+from planner_core.cluster.errands import Errands, Order, _NotWantedError, _Out, _pieces
+from planner_core.cluster.parcels import Packer
+from planner_core.cluster.spread import Crew
+from planner_core.progress import silent
+from planner_core.spread import Kept, Outcome, Place, Task
+
+from .conftest import cluster_of
+
+
+@dataclass(frozen=True)
+class Writes:
+    """An errand that writes its task into files of several folders."""
+
+    def answer(self, task: Any, kept: Kept) -> bytes:
+        if task == "fails":
+            raise ValueError("fails")
+        return b"same"
+
+    def do(self, task: Any, place: Place) -> Outcome:
+        (place.made / "deep").mkdir()
+        (place.made / "deep" / "of").write_bytes(place.file(task).read_bytes() if len(task) == 64 else task.encode())
+        (place.made / "empty").touch()
+        return Outcome(answer=b"done")
+
+
+def order_of(task: str, made: Path, **files: Path) -> Order:
+    return Order(task, Packer().parcel(Writes()), task, files, made)
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(errands, "_WAIT_S", 0.05)
+
+
+@pytest.mark.parametrize("size", [0, 1, 4, 5, 8, 11])
+def test_files_go_in_pieces_of_which_one_is_the_last(
+    size: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(workplace, "PIECE_BYTES", 4)
+    content = bytes(range(size))
+    (tmp_path / "file").write_bytes(content)
+    pieces = list(_pieces(tmp_path / "file", hashlib.sha256(content).hexdigest()))
+    assert b"".join(piece for piece, _ in pieces) == content
+    assert [is_last for _, is_last in pieces] == [False] * (len(pieces) - 1) + [True]
+    assert max(len(piece) for piece, _ in pieces) <= 4
+
+
+def test_a_file_that_changed_or_is_gone_fails_its_errand_and_no_other(tmp_path: Path) -> None:
+    digest = hashlib.sha256(b"before").hexdigest()
+    (tmp_path / "changed").write_bytes(b"after")
+    (tmp_path / "sound").write_bytes(b"before")
+    found: dict[Any, Outcome] = {}
+    with cluster_of(1) as (cluster, told):
+        given = Errands(cluster, lambda address: True)
+        for name in ("changed", "gone", "sound"):
+            order = order_of(digest, tmp_path / f"made-{name}", **{digest: tmp_path / name})
+            given.give(Order(name, order.parcel, digest, order.files, order.made))
+        until(lambda: found.update({order.key: outcome for order, outcome in given.done()}) or len(found) == 3)
+        given.stop()
+    assert "changed: changed meanwhile" in found["changed"].message
+    assert "gone: can't be read" in found["gone"].message
+    assert found["sound"] == Outcome(answer=b"done")
+    assert (tmp_path / "made-sound" / "deep" / "of").read_bytes() == b"before"
+    assert (tmp_path / "made-sound" / "empty").read_bytes() == b""
+    assert sorted(path.name for path in tmp_path.glob("made-*")) == ["made-sound"]
+    assert told == []
+
+
+def test_what_is_no_longer_wanted_is_not_written(tmp_path: Path) -> None:
+    out = _Out(order_of("a", tmp_path / "made"), "worker")
+    with out.writing():
+        out.made.mkdir(parents=True)
+    out.end()
+    with pytest.raises(_NotWantedError), out.writing():
+        out.made.mkdir(parents=True)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_whatever_goes_wrong_at_workers_an_errand_is_given_up_in_a_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(self: Errands, out: _Out) -> Outcome:
+        raise KeyError("whatever")
+
+    monkeypatch.setattr(Errands, "_attend", fails)
+    found: list[tuple[Order, Outcome]] = []
+    with cluster_of(2) as (cluster, _):
+        given = Errands(cluster, lambda address: True)
+        given.give(order_of("a", tmp_path / "made"))
+        until(lambda: found.extend(given.done()) or found)
+        given.stop()
+    assert found[0][1].message == "3 workers were lost over it ('whatever'); run the same command to try again"
+    assert given.orders() == {}
+
+
+def dealt(
+    monkeypatch: pytest.MonkeyPatch, folder: Path, *, most: int | None
+) -> tuple[Errands, Callable[[], list[str]]]:
+    """Errands of which two are out for long, and who has one after another look."""
+    monkeypatch.setattr(errands, "_LONG_S", -1.0)
+    given = Errands(SimpleNamespace(), lambda address: True, most=most)  # type: ignore[arg-type]
+    monkeypatch.setattr(given, "_send", lambda order, address: given._out.append(_Out(order, address)))
+    given._crew.used.update(("w1", "w2"))
+    for name in ("a", "b"):
+        given.give(order_of(name, folder / name))
+
+    def look() -> list[str]:
+        given._deal()
+        return sorted(out.address for out in given._out)
+
+    assert look() == ["w1", "w2"]
+    return given, look
+
+
+def test_idle_workers_get_copies_once_no_new_errand_came(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    given, look = dealt(monkeypatch, tmp_path, most=None)
+    given._crew.used.update(("w3", "w4"))
+    assert look() == ["w1", "w2"]
+    given.give(order_of("c", tmp_path / "c"))
+    assert look() == ["w1", "w2", "w3", "w4"]
+    assert sorted(out.order.key for out in given._out if out.address in ("w3", "w4"))[1] == "c", "one of the two"
+
+
+def test_copies_keep_to_the_most_at_the_same_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    given, look = dealt(monkeypatch, tmp_path, most=2)
+    given._crew.used.add("w3")
+    assert [look(), look()] == [["w1", "w2"]] * 2
+    given._out.pop()
+    assert given.free() == 1
+
+
+def test_workers_that_never_answer_are_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    def silent_future() -> Any:
+        return SimpleNamespace(result=lambda timeout: Future[None]().result(timeout))
+
+    cluster = SimpleNamespace(
+        workers=lambda: {"w1"}, is_refused=lambda address: False, submit=lambda *of: silent_future()
+    )
+    monkeypatch.setattr(spread, "PATIENCE_S", 0.3)
+    crew = Crew(cluster, lambda address: True)  # type: ignore[arg-type]
+
+    def is_gone() -> bool:
+        crew.find(nothing_done=True)
+        return crew.is_gone()
+
+    until(is_gone)
+    crew.close()
+
+
+def test_what_a_task_raises_here_after_all_workers_failed_comes_out() -> None:
+    def here(task: Any) -> bytes:
+        if task == "fails":
+            raise ValueError("here, too")
+        return b"same"
+
+    tasks = [Task("first", 1), Task("fails", 1), Task("other", 1)]
+    with cluster_of(1) as (cluster, _), pytest.raises(ValueError, match="here, too"):
+        cluster.answers(Writes(), tasks, here=here, stage="scan", progress=silent)
+
+
+def test_files_that_were_just_needed_stay_where_there_are_too_many(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(workplace, "_own_folder", lambda name: tmp_path)
+    monkeypatch.setattr(workplace, "_MOST_FILE_BYTES", 2)
+    for name, age_s in (("old", 1000), ("needed", 1000), ("young", 0)):
+        (tmp_path / name).write_bytes(b"x")
+        now_s = (tmp_path / name).stat().st_mtime
+        os.utime(tmp_path / name, (now_s - age_s, now_s - age_s))
+    assert workplace.lacks_files(["needed", "other"]) == ["other"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["needed", "young"]
+    assert workplace.lacks_files([]) == []
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["needed", "young"], "it was asked for a moment ago"
