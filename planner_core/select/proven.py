@@ -270,28 +270,39 @@ class _Search:
         )
         tree.root(progress=self._prove)
         self._take_from(tree)
-        if self._go_on():
-            self._prove_by_blocks()
-        if self._go_on():
-            self._prove_as_one(tree)
+        self._blocks = self._block_proof()
+        while self._go_on():
+            if self._blocks is not None and self._blocks_are_due(self._blocks, tree):
+                self._blocks.advance(work=_LEAST_TURN, progress=self._tell_of_blocks)
+                self._take_from(self._blocks)
+            elif tree.finished:
+                self.limits.why_stopped = ROUNDING
+                return
+            elif self._proof_due(tree) > 0 or not self._anneal():
+                tree.n_stations = len(self._best)
+                tree.advance(work=max(self._proof_due(tree), _LEAST_TURN), progress=self._prove)
+                self._take_from(tree)
 
-    def _prove_by_blocks(self) -> None:
-        """Prove what hardly see the same apart, where there are such blocks."""
-        blocks = [] if self._network is None else blocks_of(self._problem, self._network, self._pinned)
+    def _block_proof(self) -> BlockProof | None:
+        """Proof of what hardly see the same apart, where there are such blocks."""
+        blocks = (
+            [] if self._network is None or not self._go_on() else blocks_of(self._problem, self._network, self._pinned)
+        )
         if not blocks:
-            return
-        work_limit = _BLOCK_SHARE * self._settings.work_limit
-        self._blocks = proof = BlockProof(
+            return None
+        return BlockProof(
             self._problem,
             blocks,
             n_stations=len(self._best),
             find=self._find,
             sent_find=partial(_find_alone, replace(self._settings, time_limit_s=None, prove=False), self._host),
-            work_limit=min(work_limit, self._settings.work_limit - self._work),
+            work_limit=min(_BLOCK_SHARE * self._settings.work_limit, self._settings.work_limit - self._work),
         )
-        while self._go_on() and not proof.finished and proof.work < work_limit:
-            proof.advance(work=_LEAST_TURN, progress=self._tell_of_blocks)
-            self._take_from(proof)
+
+    def _blocks_are_due(self, blocks: BlockProof, tree: BranchAndBound) -> bool:
+        """Blocks and the whole get the same work; blocks all that is left to prove where the whole is done."""
+        within = blocks.work < _BLOCK_SHARE * self._settings.work_limit
+        return within and not blocks.finished and (tree.finished or blocks.work <= tree.work)
 
     def _find(  # as `_find_alone`, but heard of, and within the time
         self,
@@ -320,17 +331,6 @@ class _Search:
         """Tell of the whole instead of a block."""
         note = f"{len(self._best)} stations, at least {self._bound}, block by block"
         self._prove(replace(event, done=0, total=0, note=note))
-
-    def _prove_as_one(self, tree: BranchAndBound) -> None:
-        """Branch and bound on the whole, in turns with longer annealing."""
-        while self._go_on():
-            if tree.finished:
-                self.limits.why_stopped = ROUNDING
-                return
-            if self._proof_due(tree) > 0 or not self._anneal():
-                tree.n_stations = len(self._best)
-                tree.advance(work=max(self._proof_due(tree), _LEAST_TURN), progress=self._prove)
-                self._take_from(tree)
 
     def _proof_due(self, tree: BranchAndBound) -> float:
         return _PROOF_SHARE * self._walk_work - tree.work
