@@ -15,7 +15,7 @@ import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int64Array
 from planner_core.positions.free_space import FreeSpace, half_links
-from planner_core.positions.reach import Footing, Reach
+from planner_core.positions.reach import Reach
 from planner_core.positions.spread import NEIGHBOURS
 from planner_core.progress import Progress, ProgressEvent, silent
 
@@ -44,7 +44,7 @@ class Walking:
     """The walking graph of what is reached: for many questions about one building."""
 
     def __init__(self, reach: Reach) -> None:
-        self._space, self._footing = reach.space, Footing(reach)
+        self._space, self._footing = reach.space, reach.footing
         self._walkable = reach.reached_node
         self._cells = self._space.cells()
         block, self._spot = _blocks(self._space, self._walkable)
