@@ -149,7 +149,6 @@ def measure(n_pavilions: int) -> Row:
         "n_patches": seen.n_patches,
         "n_candidates": seen.n_positions,
         "n_entries": seen.n_entries,
-        "packed_bytes": getattr(seen, "disk_bytes", 0),
         "disk_bytes": watch.n_written,
         "n_links": 0 if links is None else links.n_links,
         "n_stations": len(plan.stations),
@@ -254,16 +253,16 @@ def as_markdown(rows: list[Row], store: Row | None) -> str:
     ]
     missed = [f"{100 * n}" for n in SIZES if 100.0 * n not in {row["area_m2"] for row in rows}]
     if missed:
-        last = rows[-1]
+        last, times = rows[-1], SIZES[-1] / rows[-1]["n_pavilions"]
         total_s, gb = sum(last["seconds"].values()), max(last["peak"].values()) / 1e9
         by_time = float(slope(large, lambda row: sum(row["seconds"].values())) or 1.0)
         by_memory = float(slope(large, lambda row: max(row["peak"].values())) or 1.0)
-        times = 100.0 * SIZES[-1] / last["area_m2"]
         lines += [
             "",
-            f"Not run: {', '.join(missed)} m2. By the slopes from {LARGE_M2:.0f} m2 on, the largest of them would take "
-            f"{total_s * times**by_time / 60:.0f} minutes of processor time and {gb * times**by_memory:.0f} GB: "
-            "extrapolated, not measured.",
+            f"Not run: {', '.join(missed)} m2. Extrapolated, not measured: by the slopes from {LARGE_M2:.0f} m2 on, "
+            f"the largest of them would take {total_s * times**by_time / 60:.0f} minutes of processor time and "
+            f"{gb * times**by_memory:.0f} GB; in proportion to the largest that was run, {total_s * times / 60:.0f} "
+            f"minutes and {gb * times:.0f} GB.",
         ]
     if store is not None:
         n, n_patches, _ = STREAM
@@ -280,9 +279,6 @@ def as_markdown(rows: list[Row], store: Row | None) -> str:
             f"the problem was made, whose {store['n_rows']} rows have {store['problem_entries'] / 1e6:.0f} million "
             f"entries: {store['problem_bytes'] / 1e9:.2f} GB with all of its arrays.",
         ]
-        if rows[-1]["packed_bytes"]:
-            each = rows[-1]["packed_bytes"] / rows[-1]["n_entries"]
-            lines.append(f"Of the largest campus above: {each:.2f} bytes an entry.")
     return "\n".join([*lines, ""])
 
 
