@@ -2,6 +2,8 @@
 
 Offices, schools and basements (as pavilions) stand on a square grid of plots; a park in the south makes up what is
 missing. No more than one building is in memory at once.
+
+`write_pavilions` writes a campus of bare ones instead, all alike: for as much floor area as there is patience for.
 """
 
 from __future__ import annotations
@@ -16,8 +18,10 @@ import numpy as np
 from planner_core.errors import RequirementError
 from planner_core.progress import Progress, ProgressEvent, silent
 from scenes_synthetic import basement, office, school
+from scenes_synthetic.building import Opening, slab, wall
 from scenes_synthetic.model import Part, SyntheticScene
 from scenes_synthetic.solids import Point, Solid, box, join, place
+from scenes_synthetic.storeys import outer_walls
 from scenes_synthetic.stream import stream_file
 from scenes_synthetic.tessellated import copies, ellipsoid, lathe
 
@@ -33,6 +37,13 @@ _PLOT_M = 62.0
 _TREE_EVERY_M = 7.0
 _GROUND_M = 0.5
 _PARK, _LANDSCAPE = "Park", "IfcGeographicElement"
+PAVILION_M2 = 100.0
+"""Floor area of a bare pavilion: four rooms of 5 x 5 m."""
+_ROOM_M, _CLEAR_M, _OUTER_M, _INNER_M, _SLAB_M = 5.0, 2.8, 0.3, 0.2, 0.2
+#: From one bare pavilion to the next: a passage of 1.2 m is left between them.
+_PAVILION_EVERY_M = 12.0
+#: Two cells of free space wide on a site of a million square metres, so that rooms hang together there too.
+_DOORWAY_M = 2.4
 
 
 @dataclass(frozen=True)
@@ -77,6 +88,28 @@ def write_campus(path: Path | str, *, n_triangles: int, seed: int = 0, progress:
     stream_file(path, told(), "campus", n_triangles=n_triangles)
     progress(ProgressEvent("writing", n_triangles, n_triangles))
     return maker.campus()
+
+
+def write_pavilions(path: Path | str, *, n_pavilions: int) -> float:
+    """Write bare pavilions of one storey on a square of plots, no ground between them; return their floor area, m2.
+
+    Raises RequirementError for none of them, and as `write_campus` for the file.
+    """
+    if n_pavilions < 1:
+        raise RequirementError(f"pavilions: got {n_pavilions}, expected 1 or more.")
+    pavilion, per_row = _pavilion(), math.isqrt(n_pavilions - 1) + 1
+
+    def rows() -> Iterator[tuple[str, Part]]:
+        for start in range(0, n_pavilions, per_row):
+            column = np.arange(min(per_row, n_pavilions - start))
+            at = np.column_stack([column, np.full(column.size, start // per_row), np.zeros(column.size)])
+            yield (
+                "Pavilions",
+                Part(f"Row {start // per_row + 1}", "IfcWall", 0, copies(pavilion, _PAVILION_EVERY_M * at)),
+            )
+
+    stream_file(path, rows(), "campus", n_triangles=n_pavilions * len(pavilion.triangles))
+    return n_pavilions * PAVILION_M2
 
 
 def campus_parts(n_triangles: int, *, seed: int = 0) -> Iterator[Part]:
@@ -171,6 +204,23 @@ def _plot(number: int) -> tuple[int, int]:
     shell = math.isqrt(number)
     step = number - shell**2
     return (shell, step) if step < shell else (2 * shell - step, shell)
+
+
+def _pavilion() -> Solid:
+    """Four rooms about a cross of walls, each with a doorway to both beside it; floor, ceiling and no windows."""
+    size = round(2 * (_ROOM_M + _OUTER_M) + _INNER_M, 6)
+    low, high, inner = _OUTER_M, round(size - _OUTER_M, 6), (_OUTER_M + _ROOM_M, _OUTER_M + _ROOM_M + _INNER_M)
+    starts = [round(first + 0.5 * (_ROOM_M - _DOORWAY_M), 6) for first in (low, inner[1])]
+    west, east = ([Opening(f"Doorway {start:g}", start, _DOORWAY_M, 2.2)] for start in starts)
+    parts = [
+        slab("Base slab", 0, (0.0, 0.0, -_SLAB_M), (size, size, 0.0), lowest=True),
+        slab("Ceiling", 0, (0.0, 0.0, _CLEAR_M), (size, size, _CLEAR_M + _SLAB_M), lowest=False),
+        *outer_walls("Pavilion", 0, (size, size), 0.0, _CLEAR_M, _OUTER_M, {}),
+        wall("Wall across", 0, (low, inner[0], 0.0), (high, inner[1], _CLEAR_M), [*west, *east]),
+        wall("Wall south", 0, (inner[0], low, 0.0), (inner[1], inner[0], _CLEAR_M), west),
+        wall("Wall north", 0, (inner[0], inner[1], 0.0), (inner[1], high, _CLEAR_M), east),
+    ]
+    return join([part.solid for part in parts])
 
 
 def _tree() -> Solid:

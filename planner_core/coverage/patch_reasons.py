@@ -35,6 +35,7 @@ from planner_core.model.unseen import (
     OUT_OF_SCOPE,
     TOO_FEW,
 )
+from planner_core.scene.equal_rows import groups_of_equal_rows
 from planner_core.scene.inside import enclosures
 from planner_core.scene.rooms import IN_FRONT_M, room_of_points
 
@@ -42,6 +43,8 @@ from planner_core.scene.rooms import IN_FRONT_M, room_of_points
 #: be more than `MAX_SAMPLES` in all.
 SAMPLE_M = 0.4
 MAX_SAMPLES = 65536
+#: One of so many rows tells at once that there would be too many samples.
+_PART_OF_ROWS = 16
 #: A surface with another one this near in front of it touches it.
 TOUCHING_M = 0.02
 #: A line of sight begins this far off its surface: float32 coordinates.
@@ -115,16 +118,21 @@ def samples_of(unseen: Surfaces, rows: Int64Array) -> tuple[Int64Array, Int64Arr
     """The rows that are looked into (K,), and which of these stands for each of `rows`."""
     facing = np.abs(unseen.normal[rows]).argmax(axis=1) if rows.size else rows
     facing = 2 * facing + (unseen.normal[rows, facing] > 0)
+    place = np.column_stack([unseen.element[rows], unseen.room[rows], facing])
+
+    def grouped(some: slice, side_m: float) -> tuple[Int64Array, Int64Array]:
+        cube = np.floor(unseen.centroid_m[rows[some]] / side_m).astype(np.int64)
+        return groups_of_equal_rows(np.column_stack([place[some], cube]))
+
     side_m = SAMPLE_M
     while True:
-        cube = np.floor(unseen.centroid_m[rows] / side_m).astype(np.int64)
-        key = np.column_stack([unseen.element[rows], unseen.room[rows], facing, cube])
-        _, group = np.unique(key, axis=0, return_inverse=True)
-        group = group.ravel()
-        n_groups = int(group.max(initial=-1)) + 1
         whole = side_m > 1e5  # all of an element's faces in one cube: this is as few as it gets
-        if n_groups <= MAX_SAMPLES or whole:
-            break
+        # Where a part of the rows alone has too many, all of them have.
+        if whole or grouped(slice(None, None, _PART_OF_ROWS), side_m)[0].size <= MAX_SAMPLES:
+            first, group = grouped(slice(None), side_m)
+            n_groups = first.size
+            if n_groups <= MAX_SAMPLES or whole:
+                break
         side_m *= 1.5
     order = np.argsort(group, kind="stable")
     count = np.bincount(group, minlength=n_groups)
@@ -198,8 +206,11 @@ def _in_sealed(survey: Survey, sealed: tuple[SealedArea, ...], points_m: FloatAr
         ground_m = float(area.inside_m[2])
         above = elevations_m[elevations_m > ground_m + 1.0]
         top_m = float(above.min()) if above.size else ground_m + _ROOM_HEIGHT_M
-        level = np.flatnonzero((points_m[:, 2] > ground_m - _STRIP_MARGIN_M) & (points_m[:, 2] < top_m))
-        at = points_m[level, None, :2]
         low, high = area.strips_m[:, 0] - _STRIP_MARGIN_M, area.strips_m[:, 1] + _STRIP_MARGIN_M
+        level = np.flatnonzero((points_m[:, 2] > ground_m - _STRIP_MARGIN_M) & (points_m[:, 2] < top_m))
+        # Most points are nowhere near: not every strip is asked for them.
+        plan_m = points_m[level, :2]
+        level = level[np.all((plan_m >= low.min(axis=0)) & (plan_m <= high.max(axis=0)), axis=1)]
+        at = points_m[level, None, :2]
         out[level] |= np.any(np.all((at >= low) & (at <= high), axis=2), axis=1)
     return out

@@ -17,6 +17,7 @@ import numpy as np
 
 from planner_core.engine.patch_samples import patch_corner_weights
 from planner_core.model import FloatArray, Int32Array, Int64Array, Patches, Scene
+from planner_core.scene.equal_rows import groups_of_equal_rows
 from planner_core.scene.patches import squared_edges
 
 
@@ -30,9 +31,9 @@ def connected_pieces(scene: Scene, patches: Patches, patch: Int32Array, group: I
 
     line, low, high = _stretches(scene, patches, patch)
     owner = np.tile(np.arange(patch.size), 3)
-    _, number = np.unique(np.column_stack([group[owner], line]), axis=0, return_inverse=True)
-    order = np.lexsort((owner, -high, low, number.ravel()))
-    number, low, high, owner = number.ravel()[order], low[order], high[order], owner[order]
+    _, number = groups_of_equal_rows(np.column_stack([group[owner], line]))
+    order = np.lexsort((owner, -high, low, number))
+    number, low, high, owner = number[order], low[order], high[order], owner[order]
     # The farthest end so far on each line: lines are set two apart, stretches lie in 0 .. 1.
     reach = np.maximum.accumulate(2.0 * number + high)
     joins = np.flatnonzero(2.0 * number[1:] + low[1:] < reach[:-1]) + 1

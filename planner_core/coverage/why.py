@@ -106,9 +106,13 @@ def explain(
     surfaces, piece_of_patch = _unseen_surfaces(survey, unseen, why_unseen, candidates_m, seen_by_candidates)
     progress(ProgressEvent(_STAGE, 2, 3, "stations"))
     stations = _station_reasons(survey, station_ids, seen_by_stations, n_stations, needed, at_least)
-    counted = [k for k in links if k.overlap >= requirements.overlap and not k.strength < requirements.min_strength]
+    linked: dict[str, list[str]] = {station: [] for station in station_ids}
+    for link in links:
+        if link.overlap >= requirements.overlap and not link.strength < requirements.min_strength:
+            linked[link.a].append(link.b)
+            linked[link.b].append(link.a)
     why = Why(
-        stations=tuple(_linked(one, counted) for one in stations),
+        stations=tuple(replace(one, linked=tuple(sorted(linked[one.station]))) for one in stations),
         curve=steepest_curve(seen_by_stations, station_ids, area_m2, scannable & scope, at_least),
         unseen=surfaces,
         reason_of_patch=reason,
@@ -145,11 +149,6 @@ def _station_reasons(
     return out
 
 
-def _linked(reason: StationReason, links: Sequence[Link]) -> StationReason:
-    others = [link.b if link.a == reason.station else link.a for link in links if reason.station in (link.a, link.b)]
-    return replace(reason, linked=tuple(sorted(others)))
-
-
 def steepest_curve(
     rows: Visibility, station_ids: Sequence[str], area_m2: FloatArray, counted: BoolArray, seen_from: int = 1
 ) -> tuple[CurveStep, ...]:
@@ -161,15 +160,31 @@ def steepest_curve(
     total_m2 = float(area_m2[counted].sum())
     n_seen = np.zeros(area_m2.size, dtype=np.int64)
     weight_m2 = area_m2 * counted
-    left = list(range(len(station_ids)))
-    steps = []
-    while left:
-        gains = [float(weight_m2[row[n_seen[row] < seen_from]].sum()) for row in (rows.row(index) for index in left)]
-        best = left.pop(int(np.argmax(gains)))
-        n_seen[rows.row(best)] += 1
-        covered_m2 = float(weight_m2[n_seen >= seen_from].sum())
-        steps.append(CurveStep(station_ids[best], covered_m2, covered_m2 / total_m2 if total_m2 > 0 else 1.0))
-    return tuple(steps)
+
+    def gain_m2(index: int) -> float:
+        row = rows.row(index)
+        return float(weight_m2[row[n_seen[row] < seen_from]].sum())
+
+    seers = rows.turned()
+    gains = np.array([gain_m2(index) for index in range(len(station_ids))])
+    order = np.zeros(gains.size, dtype=np.int64)
+    covered_by = np.zeros(area_m2.size, dtype=np.int64)  # the number of the station that covers a patch
+    for number in range(1, gains.size + 1):
+        best = int(np.argmax(gains))
+        order[number - 1], gains[best] = best, -np.inf
+        row = rows.row(best)
+        n_seen[row] += 1
+        now = row[n_seen[row] == seen_from]
+        covered_by[now] = number
+        # Only who sees what is covered now adds less than before.
+        for index in np.unique(np.concatenate([seers.row(patch) for patch in now])).tolist() if now.size else ():
+            if np.isfinite(gains[index]):
+                gains[index] = gain_m2(index)
+    covered_m2 = np.cumsum(np.bincount(covered_by, weights=weight_m2, minlength=gains.size + 1)[1:])
+    return tuple(
+        CurveStep(station_ids[index], float(m2), float(m2) / total_m2 if total_m2 > 0 else 1.0)
+        for index, m2 in zip(order.tolist(), covered_m2.tolist(), strict=True)
+    )
 
 
 # ------------------------------------------------------------------------------------------------ unseen

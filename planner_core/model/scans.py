@@ -133,6 +133,13 @@ class Visibility:
         """Sorted patch ids that `position` sees."""
         return self.entries(int(self.starts[position]), int(self.starts[position + 1]))
 
+    def turned(self) -> Visibility:
+        """The same entries the other way round: a row of positions for each patch."""
+        order = np.argsort(self.patch, kind="stable")
+        position = np.repeat(np.arange(self.n_positions, dtype=np.int32), np.diff(self.starts))[order]
+        starts = np.concatenate([[0], np.cumsum(np.bincount(self.patch, minlength=self.n_patches))])
+        return Visibility(starts.astype(np.int64), position, self.n_positions)
+
     @property
     def n_entries(self) -> int:
         """Number of patches of all rows together."""

@@ -80,7 +80,7 @@ def registration_warnings(registration: Registration, floor_names: Mapping[str, 
 
     floor_names : names of floor ids, for people; ids stand for themselves where they have none.
     """
-    gaps = {number: _best_gap(registration, number) for number in range(1, len(registration.networks))}
+    gaps = _best_gaps(registration)
     alone = [number for number, gap in gaps.items() if gap is None]
     near: dict[tuple[int, int], list[int]] = {}  # of both sides of a gap, where it is the best of both
     for number, gap in gaps.items():
@@ -246,9 +246,15 @@ def _check(links: Sequence[Link], station_ids: Sequence[str], floors: Sequence[s
 
 
 # ------------------------------------------------------------------------------------------------- words
-def _best_gap(registration: Registration, number: int) -> NetworkGap | None:
-    gaps = [gap for gap in registration.gaps if number in gap.networks]
-    return max(gaps, key=lambda gap: gap.best.overlap, default=None)
+def _best_gaps(registration: Registration) -> dict[int, NetworkGap | None]:
+    """Of each network but the first its gap of most overlap, the first of equals; None where it has none."""
+    best: dict[int, NetworkGap | None] = dict.fromkeys(range(1, len(registration.networks)))
+    for gap in registration.gaps:
+        for number in gap.networks:
+            before = best.get(number)
+            if number and (before is None or gap.best.overlap > before.best.overlap):
+                best[number] = gap
+    return best
 
 
 def _alone(networks: Sequence[RegistrationNetwork], floor_names: Mapping[str, str]) -> str:

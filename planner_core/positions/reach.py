@@ -7,6 +7,7 @@ nodes make regions: one a building where doors are open and stairs lead up, one 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -16,6 +17,7 @@ from planner_core.model import BoolArray, Candidates, FloatArray, Int32Array, In
 from planner_core.positions.free_space import FreeSpace, components
 from planner_core.positions.spread import spread
 from planner_core.scene.columns import sample_columns
+from planner_core.scene.portions import portions
 
 #: Sealed regions smaller than this are cupboards and shafts that nobody asks for.
 MIN_REGION_M2 = 1.0
@@ -66,6 +68,11 @@ class Reach:
     def sealed(self) -> tuple[Region, ...]:
         """Regions of at least `MIN_REGION_M2` that no entrance leads to, largest first."""
         return tuple(r for r in self.regions if not r.reached and not r.in_solid and r.area_m2 >= MIN_REGION_M2)
+
+    @cached_property
+    def footing(self) -> Footing:
+        """Where one stands to set a tripod up."""
+        return Footing(self)
 
     @property
     def reached_node(self) -> BoolArray:
@@ -119,7 +126,7 @@ def reachable(reach: Reach, candidates: Candidates) -> BoolArray:
 
 def stand_nodes(reach: Reach, ground_m: FloatArray) -> Int64Array:
     """(K,) the reached node from which a tripod is put down on ground (K, 3); -1 where there is none, see `Footing`."""
-    return Footing(reach).nodes(ground_m)
+    return reach.footing.nodes(ground_m)
 
 
 class Footing:
@@ -175,41 +182,74 @@ def _described(
     elsewhere = ~space.on_ground[node] | (space.floor[node] != area.argmax(axis=1)[region[node]])
     order = node[np.lexsort((node, -space.clearance_m[node], elsewhere, region[node]))]
     number, first, count = np.unique(region[order], return_index=True, return_counts=True)
-    out = []
-    for index, start, n in zip(number.tolist(), first.tolist(), count.tolist(), strict=True):
-        reached = index in lead_to
-        some = order[start : start + n : max(1, n // _N_PLUMB_LINES)]
-        small = float(area[index].sum()) < MIN_REGION_M2
-        out.append(
-            Region(
-                floor=int(np.argmax(area[index])),
-                area_m2=float(area[index].sum()),
-                area_by_floor_m2=tuple(float(value) for value in area[index]),
-                inside_m=space.position_m(order[start : start + 1])[0],
-                reached=reached,
-                in_solid=not reached and not small and _in_solid(survey.scene, space.position_m(some)),
-            )
+    asked = {
+        index: space.position_m(order[start : start + n : max(1, n // _N_PLUMB_LINES)])
+        for index, start, n in zip(number.tolist(), first.tolist(), count.tolist(), strict=True)
+        if index not in lead_to and float(area[index].sum()) >= MIN_REGION_M2
+    }
+    in_solid = _in_solid(survey.scene, asked)
+    return tuple(
+        Region(
+            floor=int(np.argmax(area[index])),
+            area_m2=float(area[index].sum()),
+            area_by_floor_m2=tuple(float(value) for value in area[index]),
+            inside_m=space.position_m(order[start : start + 1])[0],
+            reached=index in lead_to,
+            in_solid=index in in_solid,
         )
-    return tuple(out)
+        for index, start in zip(number.tolist(), first.tolist(), strict=True)
+    )
 
 
-def _in_solid(scene: Scene, ground_m: FloatArray) -> bool:
-    """Whether most places (K, 3) on the ground are inside an element: with an odd number of faces above and below.
+def _in_solid(scene: Scene, ground_m: dict[int, FloatArray]) -> set[int]:
+    """Regions most of whose places (K, 3) on the ground are inside an element."""
+    if not ground_m:
+        return set()
+    region = np.repeat(list(ground_m), [place.shape[0] for place in ground_m.values()])
+    places_m = np.concatenate(list(ground_m.values()))
+    over = triangles_over(scene, places_m[:, :2])
+    inside = [_is_inside(scene, place, under) for place, under in zip(places_m, over, strict=True)]
+    n_inside = np.bincount(region, weights=inside)
+    return {index for index, place in ground_m.items() if n_inside[index] > _SOLID_SHARE * place.shape[0]}
 
-    An element that is itself the only ground there is none: a room modelled as one closed surface is a room.
+
+def triangles_over(scene: Scene, plan_m: FloatArray) -> list[Int32Array]:
+    """Triangles whose bounds in plan hold each of places (K, 2), in their order.
+
+    Of each triangle only places between its least and greatest x are looked at: all places at all triangles would be
+    the square of the site's area.
     """
-    corners_m = scene.vertices_m[scene.triangles]
-    low, high = corners_m[:, :, :2].min(axis=1), corners_m[:, :, :2].max(axis=1)
-    n_inside = 0
-    for place in ground_m:
-        over = np.flatnonzero(((low <= place[:2]) & (high >= place[:2])).all(axis=1)).astype(np.int32)
-        line = sample_columns(corners_m[over], over, low_m=place[:2], step_m=1.0, shape=(1, 1))
-        element = scene.element_of_triangle[line.triangle]
-        above = line.z_m > place[2] + 0.5 * _SAME_GROUND_M
-        n_above = np.bincount(element[above], minlength=len(scene.elements))
-        n_below = np.bincount(element[~above], minlength=len(scene.elements))
-        ground = np.unique(element[np.abs(line.z_m - place[2]) <= 0.5 * _SAME_GROUND_M])
-        if ground.size == 1:
-            n_below[ground] = 0
-        n_inside += bool(((n_above % 2 == 1) & (n_below % 2 == 1)).any())
-    return bool(n_inside > _SOLID_SHARE * ground_m.shape[0])
+    by_x = np.argsort(plan_m[:, 0], kind="stable")
+    found: list[tuple[Int64Array, Int64Array]] = []
+    for some in portions(scene.n_triangles):
+        x, y = (scene.vertices_m[:, axis][scene.triangles[some]] for axis in (0, 1))
+        first = np.searchsorted(plan_m[by_x, 0], x.min(axis=1), side="left")
+        count = np.searchsorted(plan_m[by_x, 0], x.max(axis=1), side="right") - first
+        triangle = np.repeat(np.arange(count.size), count)
+        place = by_x[np.arange(triangle.size) + np.repeat(first - np.cumsum(count) + count, count)]
+        at = plan_m[place, 1]
+        holds = (y.min(axis=1)[triangle] <= at) & (y.max(axis=1)[triangle] >= at)
+        found.append((place[holds], some.start + triangle[holds]))
+    place, triangle = (np.concatenate(column) for column in zip(*found, strict=True))
+    order = np.lexsort((triangle, place))
+    ends = np.cumsum(np.bincount(place, minlength=plan_m.shape[0]))
+    return np.split(triangle[order].astype(np.int32), ends[:-1])
+
+
+def _is_inside(scene: Scene, place: FloatArray, over: Int32Array) -> bool:
+    """Whether a place on the ground (3,) is inside an element: with an odd number of faces above and below.
+
+    over : (T,) triangles that a plumb line through it may meet. An element that is itself the only ground there is
+    none: a room modelled as one closed surface is a room.
+    """
+    corners_m = scene.vertices_m[scene.triangles[over]]
+    line = sample_columns(corners_m, over, low_m=place[:2], step_m=1.0, shape=(1, 1))
+    element = scene.element_of_triangle[line.triangle]
+    above = line.z_m > place[2] + 0.5 * _SAME_GROUND_M
+    met, of_line = np.unique(element, return_inverse=True)
+    n_above = np.bincount(of_line[above], minlength=met.size)
+    n_below = np.bincount(of_line[~above], minlength=met.size)
+    ground = np.unique(of_line[np.abs(line.z_m - place[2]) <= 0.5 * _SAME_GROUND_M])
+    if ground.size == 1:
+        n_below[ground] = 0
+    return bool(((n_above % 2 == 1) & (n_below % 2 == 1)).any())

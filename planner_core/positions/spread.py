@@ -43,7 +43,9 @@ def spread(
     seeded = np.flatnonzero(owner >= 0)
     best[seeded] = ((at[seeded] - place[owner[seeded]]) ** 2).sum(axis=1)
     limit = reach_cells * reach_cells + 1e-9
-    front = seeded
+    # Among nodes that are their own nearest source none has anything to offer: the rim of these is where it begins.
+    done = np.append(best == 0.0, True)  # the last entry is for no neighbour, -1
+    front = seeded[~(done[seeded] & done[links[seeded]].all(axis=1))]
     while front.size:
         changed = []
         for direction in range(NEIGHBOURS.shape[0]):

@@ -8,14 +8,16 @@ corners only. Lengths follow slopes and stairs.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int64Array
 from planner_core.positions.free_space import FreeSpace, half_links
-from planner_core.positions.reach import Footing, Reach
+from planner_core.positions.reach import Reach
 from planner_core.positions.spread import NEIGHBOURS
 from planner_core.progress import Progress, ProgressEvent, silent
 
@@ -25,6 +27,10 @@ BLOCK_M = 0.2
 _OFF_LINE_M = 0.3
 #: Sources of one go; bounds memory.
 _SOURCES = 32
+#: A way is first looked for up to so many times the straight line's length, and so much more.
+_FIRST_DETOUR, _FIRST_MORE_M = 1.2, 1.0
+#: Rounding of sums of lengths.
+_SLACK_M = 1e-6
 #: Corners of a way looked ahead to while it is pulled taut; it is pulled again until that changes nothing.
 _AHEAD = 40
 #: Directions by (dx + 1, dy + 1), -1 for no move.
@@ -44,12 +50,14 @@ class Walking:
     """The walking graph of what is reached: for many questions about one building."""
 
     def __init__(self, reach: Reach) -> None:
-        self._space, self._footing = reach.space, Footing(reach)
+        self._space, self._footing = reach.space, reach.footing
         self._walkable = reach.reached_node
         self._cells = self._space.cells()
         block, self._spot = _blocks(self._space, self._walkable)
         self._block = block
         self._edges = _block_edges(self._space, self._walkable, block, self._spot)
+        spot_m = self._space.position_m(self._spot)
+        self._spots = spot_m, np.argsort(spot_m[:, 1], kind="stable")
 
     def distances_m(self, ground_m: FloatArray, *, progress: Progress = silent) -> FloatArray:
         """(K, K) float64: walking distances between places on the ground (K, 3), inf where one leads to no other.
@@ -57,21 +65,38 @@ class Walking:
         Symmetric, with a zero diagonal, and no detour is shorter than the direct way. A place where the mover has no
         room is set up from the nearest spot within arm's length, and the walk ends there: `positions.reach.Footing`.
         """
-        from scipy.sparse.csgraph import dijkstra
-
         node, place = self._stands(ground_m)
-        there = np.flatnonzero(node >= 0)
-        graph = self._graph(node[there], place[there])
-        n_blocks = self._spot.size
         out = np.full((node.size, node.size), np.inf)
-        for start in range(0, there.size, _SOURCES):
-            some = np.arange(start, min(start + _SOURCES, there.size))
-            length = dijkstra(graph, directed=False, indices=n_blocks + some)
-            out[there[some][:, None], there] = length[:, n_blocks:]
-            progress(ProgressEvent("walking", int(some[-1]) + 1, int(there.size)))
+        n_done, n_there = 0, int(np.count_nonzero(node >= 0))
+        for stops in self._by_part(node):
+            for some, length_m in self._rows(node[stops], place[stops]):
+                out[stops[some][:, None], stops] = length_m
+                n_done += some.size
+                progress(ProgressEvent("walking", n_done, n_there))
         out = np.minimum(out, out.T)  # sums of the same lengths from either end differ in the last places
         np.fill_diagonal(out, np.where(node >= 0, 0.0, np.inf))
         return np.asarray(out)
+
+    def parts(self, ground_m: FloatArray) -> list[Int64Array]:
+        """Places on the ground (K, 3), by number, of each part that ways join; parts by their first place."""
+        return self._by_part(self._stands(ground_m)[0])
+
+    def _by_part(self, node: Int64Array) -> list[Int64Array]:
+        there = np.flatnonzero(node >= 0)
+        _, first, part = np.unique(self._edges.part[self._block[node[there]]], return_index=True, return_inverse=True)
+        order = np.argsort(first[part], kind="stable")
+        return np.split(there[order], np.cumsum(np.bincount(part)[np.argsort(first)]))[:-1]
+
+    def _rows(self, node: Int64Array, place: FloatArray) -> Iterator[tuple[Int64Array, FloatArray]]:
+        """Some of the places (K, 3) of one part at a time, and their distances (M, K) to all of them."""
+        from scipy.sparse.csgraph import dijkstra
+
+        blocks = self._edges.blocks_of(int(self._block[node[0]]))
+        graph = self._graph(node, place, blocks=blocks)
+        for start in range(0, node.size, _SOURCES):
+            some = np.arange(start, min(start + _SOURCES, node.size))
+            length = dijkstra(graph, directed=False, indices=blocks.size + some)
+            yield some, length[:, blocks.size :]
 
     def from_each(self, ground_m: FloatArray) -> WalkingFrom:
         """Distances from single ones of many places (K, 3) to all of them."""
@@ -79,23 +104,48 @@ class Walking:
 
     def path(self, from_m: FloatArray, to_m: FloatArray) -> WalkingPath:
         """Shortest way between two places on the ground, (3,) each, pulled taut round the corners."""
-        from scipy.sparse.csgraph import dijkstra
-
-        none = WalkingPath(np.empty((0, 3)), float("inf"))
         node, place = self._stands(np.stack([from_m, to_m]))
-        if (node < 0).any():
-            return none
-        n_blocks = self._spot.size
-        length, before = dijkstra(self._graph(node, place), directed=False, indices=n_blocks, return_predecessors=True)
-        if not np.isfinite(length[n_blocks + 1]):
-            return none
-        chain = [n_blocks + 1]
-        while chain[-1] != n_blocks:
-            chain.append(int(before[chain[-1]]))
-        way = np.concatenate([self._spot, node])[chain[::-1]]
+        if (node < 0).any() or not self.joined(node[0], node[1]):
+            return WalkingPath(np.empty((0, 3)), float("inf"))
+        # No way of some length leaves the ellipsoid about its ends with that sum of distances: the blocks in it do,
+        # and where they hold no way that short, those of a larger one.
+        most_m = _FIRST_DETOUR * float(_length_m(place[:1], place[1:])[0]) + _FIRST_MORE_M
+        while True:
+            length_m, way = self._shortest(node, place, self._within(place, most_m))
+            if length_m <= most_m:
+                break
+            most_m = length_m if np.isfinite(length_m) else 2.0 * most_m
         points = self._space.position_m(self._pulled(self._edges.with_bends(way, self._block)))
         points[0], points[-1] = place
         return WalkingPath(points, float(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)).sum()))
+
+    def joined(self, node: int, other: int) -> bool:
+        """Whether a way leads from one walkable node to another."""
+        part = self._edges.part
+        return bool(part[self._block[node]] == part[self._block[other]])
+
+    def _within(self, place: FloatArray, most_m: float) -> Int64Array:
+        """Blocks whose distances to both places, (2, 3), add up to so much at most, in their order."""
+        spot_m, by_y = self._spots
+        about_m, reach_m = place[:, 1].mean(), 0.5 * most_m + _SLACK_M
+        first, end = np.searchsorted(spot_m[by_y, 1], [about_m - reach_m, about_m + reach_m])
+        near = by_y[first:end]
+        away_m = _length_m(spot_m[near], place[:1]) + _length_m(spot_m[near], place[1:])
+        return np.sort(near[away_m <= most_m + _SLACK_M])
+
+    def _shortest(self, node: Int64Array, place: FloatArray, blocks: Int64Array) -> tuple[float, Int64Array]:
+        """Length of the shortest way over some blocks between two places, (2, 3) at nodes (2,), and its nodes."""
+        from scipy.sparse.csgraph import dijkstra
+
+        n = blocks.size
+        graph = self._graph(node, place, blocks=blocks)
+        length, before = dijkstra(graph, directed=False, indices=n, return_predecessors=True)
+        if not np.isfinite(length[n + 1]):
+            return float("inf"), np.empty(0, dtype=np.int64)
+        chain = [n + 1]
+        while chain[-1] != n:
+            chain.append(int(before[chain[-1]]))
+        return float(length[n + 1]), np.concatenate([self._spot[blocks], node])[chain[::-1]]
 
     def _stands(self, ground_m: FloatArray) -> tuple[Int64Array, FloatArray]:
         """Node (K,) and place (K, 3) where one stands for each of places (K, 3)."""
@@ -107,30 +157,37 @@ class Walking:
         place[own, :2] = ground_m[own, :2]
         return node, place
 
-    def _graph(self, node: Int64Array, place: FloatArray, *, with_pairs: bool = True) -> Any:
-        """Sparse lengths over the blocks and, after them, places (K, 3) at nodes (K,).
+    def _graph(
+        self, node: Int64Array, place: FloatArray, *, with_pairs: bool = True, blocks: Int64Array | None = None
+    ) -> Any:
+        """Sparse lengths over the blocks, or sorted ones (B,) of them, and, after them, places (K, 3) at nodes (K,).
 
         with_pairs : places that see each other are linked straight.
         """
         from scipy.sparse import csr_array
 
-        n_blocks, number = self._spot.size, np.arange(node.size)
-        spots = self._space.position_m(self._spot)
+        n_blocks, number = self._spot.size if blocks is None else blocks.size, np.arange(node.size)
         own = self._block[node]
         # To the place's own block, to those around that it sees, and to other places that it sees.
         near, around = self._edges.around(own)
         sees = self.sees(node[near], self._spot[around])
+        near, around = near[sees], around[sees]
+        spots, _ = self._spots
+        to_own, to_around = _length_m(place, spots[own]), _length_m(place[near], spots[around])
         a, b = np.triu_indices(node.size if with_pairs else 0, k=1)
         straight = self.sees(node[a], node[b])
         a, b = a[straight], b[straight]
-        rows = [self._edges.a, n_blocks + number, n_blocks + near[sees], n_blocks + a]
-        columns = [self._edges.b, own, around[sees], n_blocks + b]
-        lengths = [
-            self._edges.length_m,
-            _length_m(place, spots[own]),
-            _length_m(place[near[sees]], spots[around[sees]]),
-            _length_m(place[a], place[b]),
-        ]
+        if blocks is None:
+            edge_a, edge_b, edge_m = self._edges.a, self._edges.b, self._edges.length_m
+        else:
+            edge_a, edge_b, edge_m = self._edges.among(blocks)
+            here, at = number_among(blocks, own)
+            number, own, to_own = number[here], at, to_own[here]
+            here, at = number_among(blocks, around)
+            near, around, to_around = near[here], at, to_around[here]
+        rows = [edge_a, n_blocks + number, n_blocks + near, n_blocks + a]
+        columns = [edge_b, own, around, n_blocks + b]
+        lengths = [edge_m, to_own, to_around, _length_m(place[a], place[b])]
         size = n_blocks + node.size
         # A length of zero would be no link at all.
         data = np.maximum(np.concatenate(lengths), 1e-9)
@@ -197,24 +254,75 @@ class _Edges:
 
     def around(self, block: Int64Array) -> tuple[Int64Array, Int64Array]:
         """Pairs of an index into `block` (K,) and a block linked to it."""
+        row, column = self._links[block].nonzero()
+        return row.astype(np.int64), column.astype(np.int64)
+
+    def among(self, blocks: Int64Array) -> tuple[Int64Array, Int64Array, FloatArray]:
+        """Links of sorted blocks (B,) with one another: ends by their place among these, and lengths."""
+        of_them = self._edge_number[blocks].tocoo()
+        edge = of_them.data.astype(np.int64) - 1
+        here, b = number_among(blocks, self.b[edge])
+        return of_them.coords[0].astype(np.int64)[here], b, self.length_m[edge[here]]
+
+    @cached_property
+    def part(self) -> Int64Array:
+        """(B,) which blocks hang together."""
+        from scipy.sparse.csgraph import connected_components
+
+        return np.asarray(connected_components(self._links, directed=False)[1], dtype=np.int64)
+
+    @cached_property
+    def _by_part(self) -> tuple[Int64Array, Int64Array]:
+        return np.argsort(self.part, kind="stable"), np.cumsum(np.append(0, np.bincount(self.part)))
+
+    def blocks_of(self, block: int) -> Int64Array:
+        """Blocks that hang together with one, sorted."""
+        order, starts = self._by_part
+        return order[starts[self.part[block]] : starts[self.part[block] + 1]]
+
+    @cached_property
+    def _links(self) -> Any:
         from scipy.sparse import csr_array
 
-        shape = (self.n_blocks, self.n_blocks)
         ends = (np.concatenate([self.a, self.b]), np.concatenate([self.b, self.a]))
-        links = csr_array((np.ones(ends[0].size, dtype=np.int8), ends), shape=shape)[block]
-        row, column = links.nonzero()
-        return row.astype(np.int64), column.astype(np.int64)
+        return csr_array((np.ones(ends[0].size, dtype=np.int8), ends), shape=(self.n_blocks, self.n_blocks))
+
+    @cached_property
+    def _edge_number(self) -> Any:
+        """Numbers of the links, from 1, by their first block."""
+        from scipy.sparse import csr_array
+
+        order = np.argsort(self.a, kind="stable")
+        starts = np.concatenate([[0], np.cumsum(np.bincount(self.a, minlength=self.n_blocks))])
+        return csr_array((order + 1, self.b[order], starts), shape=(self.n_blocks, self.n_blocks))
+
+    @cached_property
+    def _bent(self) -> tuple[Int64Array, Int64Array]:
+        """Links that bend, sorted by their ends: (M,) of both ends, (M,) the link."""
+        bent = np.flatnonzero(self.bend[:, 0] >= 0)
+        ends = self.a[bent] * self.n_blocks + self.b[bent]
+        order = np.argsort(ends, kind="stable")
+        return ends[order], bent[order]
 
     def with_bends(self, way: Int64Array, block: Int64Array) -> Int64Array:
         """Put the nodes in by which a way of nodes crosses the borders of its blocks."""
-        bent = np.flatnonzero((self.bend[:, 0] >= 0) & np.isin(self.a, block[way]) & np.isin(self.b, block[way]))
-        bends = {(int(self.a[e]), int(self.b[e])): self.bend[e].tolist() for e in bent}
+        ends, link = self._bent
+        a, b = block[way[:-1]], block[way[1:]]
+        is_bent, at = number_among(ends, np.minimum(a, b) * self.n_blocks + np.maximum(a, b))
+        bends = dict(zip(is_bent.tolist(), self.bend[link[at]].tolist(), strict=True))
         out = [int(way[0])]
-        for node in way[1:].tolist():
-            a, b = int(block[out[-1]]), int(block[node])
-            out += bends.get((a, b), bends.get((b, a), [])[::-1])
+        for step, node in enumerate(way[1:].tolist()):
+            out += bends.get(step, [])[:: 1 if a[step] < b[step] else -1]
             out.append(node)
         return np.array(out, dtype=np.int64)
+
+
+def number_among(sorted_: Int64Array, value: Int64Array) -> tuple[Int64Array, Int64Array]:
+    """Which of values (K,) are among sorted ones (B,), as indices, and their places there."""
+    at = np.searchsorted(sorted_, value)
+    there = np.flatnonzero(at < sorted_.size)
+    there = there[sorted_[at[there]] == value[there]]
+    return there, at[there]
 
 
 def walks_straight(

@@ -98,8 +98,10 @@ def coverage_curve(demand: Demand, rows: Rows) -> tuple[float, ...]:
     total = float(area_m2[counted].sum())
     visibility = rows_of_quality(demand, rows)
     times = np.zeros(demand.n_patches, dtype=np.int32)
-    curve = []
-    for index in range(visibility.n_positions):
-        times[visibility.row(index)] += 1
-        curve.append(float(area_m2[counted & (times >= goal.seen_from)].sum()) / total if total > 0 else 1.0)
-    return tuple(curve)
+    covered_by = np.zeros(demand.n_patches, dtype=np.int64)  # the number of the row that covers a patch
+    for number in range(1, visibility.n_positions + 1):
+        row = visibility.row(number - 1)
+        times[row] += 1
+        covered_by[row[times[row] == goal.seen_from]] = number
+    covered_m2 = np.cumsum(np.bincount(covered_by, weights=area_m2 * counted, minlength=visibility.n_positions + 1)[1:])
+    return tuple(float(m2) / total if total > 0 else 1.0 for m2 in covered_m2.tolist())

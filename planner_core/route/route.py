@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int32Array, Leg, Route
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Leg, Route
 from planner_core.positions.local_site import ANYWHERE, Ends
 from planner_core.positions.reach import ARM_M, Reach, stand_nodes
 from planner_core.positions.walking import Walking
@@ -22,6 +22,9 @@ from planner_core.route.order import N_KICKS, visiting_order
 #: A start or an end is moved to where one can stand, this far at most in plan and in height: a door's threshold, say.
 _END_M = 1.0
 _END_HEIGHT_M = 0.6
+#: Of more stops each part that ways join is ordered by itself, as if the walk ended there: distances of all from all,
+#: most of them infinite, would take gigabytes.
+_MOST_STOPS = 2048
 #: So many are named in a note; the rest is counted.
 _MAX_NAMED = 6
 
@@ -68,26 +71,57 @@ def plan_route(
     start = on.size if ends.start_m is not None else None
     end = on.size + len(places) - 1 if ends.end_m is not None else None
     walking = Walking(reach)
-    distance_m = walking.distances_m(stops_m, progress=progress)
-    found = visiting_order(distance_m, stop_floor, start=start, end=end, closed=ends.closed, seed=seed, n_kicks=n_kicks)
-    walk = np.append(found.order, found.order[:1]) if ends.closed and stops_m.shape[0] > 1 else found.order
+    if stops_m.shape[0] <= _MOST_STOPS:
+        parts = [np.arange(stops_m.shape[0])]
+    else:
+        parts = _parts_in_order(walking.parts(stops_m), stop_floor, start, end)
+    order, exact = [np.empty(0, dtype=np.int64)], True
+    for stops in parts:
+        of_part = visiting_order(
+            walking.distances_m(stops_m[stops], progress=progress),
+            stop_floor[stops],
+            start=_among(stops, start),
+            end=_among(stops, end),
+            closed=ends.closed and len(parts) == 1,
+            seed=seed,
+            n_kicks=n_kicks,
+        )
+        order.append(stops[of_part.order])
+        exact &= of_part.exact
+    found = np.concatenate(order)
+    walk = np.append(found, found[:1]) if ends.closed and stops_m.shape[0] > 1 else found
     station = np.append(on, np.full(len(places), -1))
     legs = []
     for number, (a, b) in enumerate(pairwise(walk.tolist()), start=1):
         legs.append(_leg(walking, reach, stops_m[a], stops_m[b], int(station[a]), int(station[b])))
         progress(ProgressEvent("route", number, walk.size - 1))
     return Route(
-        order=np.concatenate([on[found.order[found.order < on.size]], not_walked]).astype(np.int64),
+        order=np.concatenate([on[found[found < on.size]], not_walked]).astype(np.int64),
         legs=tuple(legs),
         length_m=float(sum(leg.length_m for leg in legs if leg.walkable)),
         n_unwalkable=sum(not leg.walkable for leg in legs),
-        exact=found.exact,
+        exact=exact,
         closed=ends.closed,
         start_m=ends.start_m,
         end_m=ends.end_m,
         left_out=tuple(np.setdiff1d(to_visit, on).tolist()),
         notes=notes,
     )
+
+
+def _parts_in_order(parts: list[Int64Array], floor: Int32Array, start: int | None, end: int | None) -> list[Int64Array]:
+    """Parts of a large site, the lowest first, but for those of the start and of the end."""
+
+    def place(stops: Int64Array) -> tuple[bool, bool, int]:
+        at_end, at_start = end in stops, start in stops
+        return not at_start, at_end and not at_start, int(floor[stops].min())
+
+    return sorted(parts, key=place)
+
+
+def _among(stops: Int64Array, stop: int | None) -> int | None:
+    at = [] if stop is None else np.flatnonzero(stops == stop).tolist()
+    return at[0] if at else None
 
 
 def in_visiting_order(route: Route) -> Route:

@@ -6,6 +6,7 @@ sought is the order inside the blocks, the ways from block to block included.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import pairwise
 
 import numpy as np
@@ -89,12 +90,13 @@ def improved_tour(
     neighbouring stretches of one block (double bridge) and the same again, kept where it is no longer.
     """
     block_of = np.repeat(np.arange(len(blocks)), [block.size for block in blocks])
-    tour = _descend(distance_m, _nearest_neighbours(distance_m, blocks), block_of)
+    moves = _Moves(distance_m, block_of)
+    tour = _descend(_nearest_neighbours(distance_m, blocks), moves)
     length_m = tour_length_m(distance_m, tour)
     large = [b for b, block in enumerate(blocks) if block.size >= 4]
     for _ in range(n_kicks if large else 0):
         kicked = _kick(tour, np.flatnonzero(block_of == large[int(rng.integers(len(large)))]), rng)
-        kicked = _descend(distance_m, kicked, block_of)
+        kicked = _descend(kicked, moves)
         kicked_m = tour_length_m(distance_m, kicked)
         if kicked_m <= length_m:
             tour, length_m = kicked, kicked_m
@@ -119,67 +121,110 @@ def _kick(tour: Int64Array, at: Int64Array, rng: np.random.Generator) -> Int64Ar
     return np.concatenate([tour[:a], tour[b:c], tour[a:b], tour[c:]])
 
 
-def _descend(distance_m: FloatArray, tour: Int64Array, block_of: Int64Array) -> Int64Array:
+class _Moves:
+    """The best moves within each block of a tour, worked out anew only where the block or a stop beside it changed."""
+
+    def __init__(self, distance_m: FloatArray, block_of: Int64Array) -> None:
+        self._distance_m, self._n = distance_m, block_of.size
+        self._first = np.flatnonzero(np.diff(block_of, prepend=-1))
+        self._end = np.append(self._first[1:], block_of.size)
+        n_blocks = self._first.size
+        self._key: list[bytes] = [b""] * n_blocks
+        #: Change in length; first and last position of the stretch to turn round.
+        self._turn_m, self._turn = np.full(n_blocks, np.inf), np.zeros((n_blocks, 2), dtype=np.int64)
+        #: By size of the segment, and turned round or not: change in length; its position, its new gap.
+        self._kinds = [(size, turned) for size in range(1, min(_LONGEST_SEGMENT, self._n - 2) + 1) for turned in (0, 1)]
+        shape = (len(self._kinds), n_blocks)
+        self._move_m, self._move = np.full(shape, np.inf), np.zeros((*shape, 2), dtype=np.int64)
+
+    @property
+    def n_blocks(self) -> int:
+        """Number of blocks."""
+        return int(self._first.size)
+
+    def look(self, tour: Int64Array, blocks: Iterable[int]) -> None:
+        """Work out the moves within some blocks; the first follows the last."""
+        for block in {number % self.n_blocks for number in blocks}:
+            first, end = int(self._first[block]), int(self._end[block])
+            stops = tour[np.arange(first - 1, end + 1) % self._n]
+            if (key := stops.tobytes()) == self._key[block]:
+                continue
+            self._key[block] = key
+            between = self._distance_m[np.ix_(stops, stops)]
+            self._turn_m[block], self._turn[block] = _best_turn(between, first, whole=end - first == self._n)
+            for kind, (size, turned) in enumerate(self._kinds):
+                found = _best_move(between, first, size, self._n, reverse=bool(turned))
+                self._move_m[kind, block], self._move[kind, block] = found
+
+    def best(self, tour: Int64Array) -> tuple[Int64Array, int] | None:
+        """The tour after the move that shortens it most, and the block of it; None where none does."""
+        block = int(self._turn_m.argmin())
+        turn_m = float(self._turn_m[block])
+        move_m, chosen = 0.0, (0, 0)
+        for kind in range(len(self._kinds)):
+            at = int(self._move_m[kind].argmin())
+            if self._move_m[kind, at] < move_m:
+                move_m, chosen = float(self._move_m[kind, at]), (kind, at)
+        if min(turn_m, move_m) >= -_LEAST_GAIN_M:
+            return None
+        if turn_m <= move_m:
+            i, j = self._turn[block].tolist()
+            return np.concatenate([tour[:i], tour[i : j + 1][::-1], tour[j + 1 :]]), block
+        (size, turned), (i, gap) = self._kinds[chosen[0]], self._move[chosen].tolist()
+        segment = tour[i : i + size][:: -1 if turned else 1]
+        rest = np.concatenate([tour[:i], tour[i + size :]])
+        gap -= size if gap > i else 0
+        return np.concatenate([rest[:gap], segment, rest[gap:]]), chosen[1]
+
+
+def _descend(tour: Int64Array, moves: _Moves) -> Int64Array:
     """Apply the best move until none shortens the tour."""
     if tour.size < 3:
         return tour
-    while True:
-        between = distance_m[np.ix_(tour, tour)]
-        step = between[np.arange(tour.size), (np.arange(tour.size) + 1) % tour.size]
-        turned = _best_turn(between, step, block_of)
-        moved = _best_move(between, step, block_of)
-        if min(turned[0], moved[0]) >= -_LEAST_GAIN_M:
-            return tour
-        if turned[0] <= moved[0]:
-            _, i, j = turned
-            tour = np.concatenate([tour[:i], tour[i : j + 1][::-1], tour[j + 1 :]])
-        else:
-            _, i, size, gap, reverse = moved
-            segment = tour[i : i + size][:: -1 if reverse else 1]
-            rest = np.concatenate([tour[:i], tour[i + size :]])
-            gap -= size if gap > i else 0
-            tour = np.concatenate([rest[:gap], segment, rest[gap:]])
+    moves.look(tour, range(moves.n_blocks))
+    while (moved := moves.best(tour)) is not None:
+        tour, block = moved
+        moves.look(tour, (block - 1, block, block + 1))
+    return tour
 
 
-def _best_turn(between: FloatArray, step: FloatArray, block_of: Int64Array) -> tuple[float, int, int]:
-    """Find the 2-opt move: change in length, and first and last position of the stretch to turn round.
+def _best_turn(between: FloatArray, first: int, *, whole: bool) -> tuple[float, tuple[int, int]]:
+    """Find a block's 2-opt move: change in length, and first and last position of the stretch to turn round.
 
-    between : (N, N) distances by position in the tour. step : (N,) from each position to the next.
+    between : (M + 2, M + 2) distances among the stop before the block, its M stops from position `first` on, and the
+    stop behind. whole : the block is the tour.
     """
-    n = step.size
-    change = np.roll(between, 1, axis=0) + np.roll(between, -1, axis=1) - np.roll(step, 1)[:, None] - step[None]
-    allowed = np.triu(block_of[:, None] == block_of[None], k=1)
-    allowed[0, n - 1] = False  # the whole tour turned round is itself
+    n = between.shape[0] - 2
+    step = np.diagonal(between, offset=1)
+    change = between[:n, 1:-1] + between[1:-1, 2:] - step[:n, None] - step[None, 1:]
+    allowed = np.triu(np.ones((n, n), dtype=bool), k=1)
+    if whole:
+        allowed[0, n - 1] = False  # the whole tour turned round is itself
     change = np.where(allowed, change, np.inf)
     at = int(change.argmin())
-    return float(change.flat[at]), at // n, at % n
+    return float(change.flat[at]), (first + at // n, first + at % n)
 
 
-def _best_move(between: FloatArray, step: FloatArray, block_of: Int64Array) -> tuple[float, int, int, int, bool]:
-    """Find the Or-opt move: change in length, the segment's position and size, its new gap, whether it is turned round.
+def _best_move(
+    between: FloatArray, first: int, size: int, n_tour: int, *, reverse: bool
+) -> tuple[float, tuple[int, int]]:
+    """Find a block's Or-opt move of so many stops: change in length, the segment's position and its new gap.
 
-    Gap g lies before position g; a segment goes to gaps inside its block and at its ends.
+    between, first : as in `_best_turn`. Gap g lies before position g; a segment goes to gaps inside its block and at
+    its ends. reverse : it is turned round.
     """
-    n = step.size
-    best = (0.0, 0, 0, 0, False)
-    gaps = np.arange(n + 1)
-    before, after = (gaps - 1) % n, gaps % n
-    first_of = np.searchsorted(block_of, block_of, side="left")
-    end_of = np.searchsorted(block_of, block_of, side="right")
-    for size in range(1, min(_LONGEST_SEGMENT, n - 2) + 1):
-        i = np.arange(n - size + 1)
-        last, next_, previous = i + size - 1, (i + size) % n, (i - 1) % n
-        removed = between[previous, next_] - step[previous] - step[last]
-        allowed = _open_gaps(gaps, i, size, n) & (gaps >= first_of[i][:, None]) & (gaps <= end_of[i][:, None])
-        allowed &= (block_of[i] == block_of[last])[:, None]
-        for reverse in (False, True):
-            head, tail = (last, i) if reverse else (i, last)
-            change = removed[:, None] + between[before][:, head].T + between[tail][:, after] - step[before][None]
-            change = np.where(allowed, change, np.inf)
-            at = int(change.argmin())
-            if change.flat[at] < best[0]:
-                best = (float(change.flat[at]), int(i[at // (n + 1)]), size, at % (n + 1), reverse)
-    return best
+    n = between.shape[0] - 2
+    if size > n:
+        return np.inf, (first, first)
+    step = np.diagonal(between, offset=1)
+    gaps, i = np.arange(n + 1), np.arange(n - size + 1)  # within the block; place k of it is row k + 1
+    last = i + size - 1
+    removed = between[i, last + 2] - step[i] - step[last + 1]
+    head, tail = (last, i) if reverse else (i, last)
+    change = removed[:, None] + between[gaps][:, head + 1].T + between[tail + 1][:, gaps + 1] - step[gaps][None]
+    change = np.where(_open_gaps(first + gaps, first + i, size, n_tour), change, np.inf)
+    at = int(change.argmin())
+    return float(change.flat[at]), (first + at // (n + 1), first + at % (n + 1))
 
 
 def _open_gaps(gaps: Int64Array, i: Int64Array, size: int, n: int) -> BoolArray:

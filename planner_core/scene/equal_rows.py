@@ -1,6 +1,6 @@
 """Scene stage: which rows of a table are equal, by sorting keys instead of columns. Vertices are welded by it.
 
-Input (V, 3) float64 or (T, 3) small integers; output the number of the first equal row for each.
+Input (V, 3) float64, (T, 3) small integers or (N, K) any; output the number of the first equal row for each, or groups.
 """
 
 from __future__ import annotations
@@ -40,6 +40,19 @@ def first_of_equal_triples(triples: Int64Array) -> Int64Array:
     key = triples[:, 0] * n_values + triples[:, 1]  # below 2^62: vertex numbers fit int32
     order = np.lexsort((triples[:, 2], key))
     return _first_in_groups(order, _differs_from_next([key[order], triples[order, 2]]))
+
+
+def groups_of_equal_rows(rows: Int64Array) -> tuple[Int64Array, Int64Array]:
+    """(G,) the first of each group of equal rows (N, K), groups by their columns, and (N,) the group of each row.
+
+    As `np.unique(rows, axis=0, return_index=True, return_inverse=True)`, in a fraction of the time: that compares rows
+    byte by byte.
+    """
+    order = np.lexsort(rows.T[::-1])
+    new = np.append(True, _differs_from_next([column[order] for column in rows.T]))[: order.size]
+    group = np.empty(order.size, dtype=np.int64)
+    group[order] = np.cumsum(new) - 1
+    return order[new], group
 
 
 def _differs_from_next(columns: Sequence[NDArray[np.generic]]) -> BoolArray:

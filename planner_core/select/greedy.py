@@ -28,7 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import Int64Array
+from planner_core.model import Int64Array, Visibility
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
@@ -85,23 +85,33 @@ def drop_redundant(
 
     `given` ones stay; with a network so do those without whom the others do not hang together.
     """
-    kept, fixed = list(chosen), set(given)
-    n_seen = problem.times_seen(kept)
+    kept, is_fixed = np.array(chosen, dtype=np.int64), np.isin(chosen, list(given))
+    n_seen = problem.times_seen(chosen)
     spare = problem.ticks_of(n_seen) - problem.required
-    while kept:
-        loose = []
-        for place, candidate in enumerate(kept):
-            own = _at_count(problem, problem.rows_of(candidate), n_seen, problem.seen_from)
-            if candidate not in fixed and (own <= spare).all():
-                loose.append((int(own.sum()), -place))
-        may_go = (lambda _: True) if network is None else network.can_spare(kept)
-        spared = next((-place for _, place in sorted(loose) if may_go(-place)), None)
+    rows_of = [problem.rows_of(candidate) for candidate in chosen]
+    of_row = Visibility(
+        np.cumsum([0, *(rows.size for rows in rows_of)], dtype=np.int64),
+        np.concatenate([np.empty(0, dtype=np.int64), *rows_of]).astype(np.int32),
+        problem.n_rows,
+    ).turned()
+    own = np.array([_at_count(problem, rows, n_seen, problem.seen_from) for rows in rows_of], dtype=np.int64)
+    own = own.reshape(kept.size, spare.size)
+    left = np.arange(kept.size)
+    while left.size:
+        places = np.flatnonzero(~is_fixed[left] & (own[left] <= spare).all(axis=1))
+        places = places[np.lexsort((-places, own[left[places]].sum(axis=1)))]
+        may_go = (lambda _: True) if network is None else network.can_spare(kept[left].tolist())
+        spared = next((place for place in places.tolist() if may_go(place)), None)
         if spared is None:
             break
-        rows = problem.rows_of(kept.pop(spared))
-        spare -= _at_count(problem, rows, n_seen, problem.seen_from)
+        gone, left = left[spared], np.delete(left, spared)
+        rows = rows_of[gone]
+        spare -= own[gone]
         n_seen[rows] -= 1
-    return kept
+        # Only who shares a row with it needs to be looked at again.
+        for other in np.unique(np.concatenate([left[:0], *(of_row.row(row) for row in rows.tolist())])).tolist():
+            own[other] = _at_count(problem, rows_of[other], n_seen, problem.seen_from)
+    return [int(candidate) for candidate in kept[left]]
 
 
 def _gain(problem: CoverProblem, candidate: int, n_seen: Int64Array, missing: Int64Array) -> tuple[int, int]:

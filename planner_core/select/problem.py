@@ -130,7 +130,7 @@ def cover_problem(
         slack = int(n_patches[counts_for[index]].sum())
         exact = int(np.ceil(constraint.fraction * whole))
         required[index], least[index] = min(whole, exact + slack), max(0, exact - slack)
-    starts, row = _merged_rows(visibility, row_of_patch, n_rows)
+    starts, row = _merged_rows(visibility, row_of_patch, first, n_entries=int(n_seers.sum()))
     seen_from = np.array([constraint.seen_from for constraint in constraints], dtype=np.int64)
     return CoverProblem(starts, row, ticks, counts_for, required, least, seen_from)
 
@@ -164,17 +164,19 @@ def _merge(visibility: Visibility, constraints: tuple[Constraint, ...]) -> tuple
     return row_of_patch, np.sort(heads)
 
 
-def _merged_rows(visibility: Visibility, row_of_patch: Int64Array, n_rows: int) -> tuple[Int64Array, Int64Array]:
+def _merged_rows(
+    visibility: Visibility, row_of_patch: Int64Array, first: Int64Array, *, n_entries: int
+) -> tuple[Int64Array, Int64Array]:
     """Candidates' rows, each once: all patches of a row are in exactly the same candidates, the first stands for it."""
-    first = np.full(n_rows, -1, dtype=np.int64)
-    merged = np.flatnonzero(row_of_patch >= 0)[::-1]
-    first[row_of_patch[merged]] = merged
     is_first = np.zeros(visibility.n_patches, dtype=bool)
     is_first[first] = True
     size = np.zeros(visibility.n_positions, dtype=np.int64)
-    row = [np.empty(0, dtype=np.int64)]
+    row = np.empty(n_entries, dtype=np.int64)  # filled piece by piece: put together from these, it would be there twice
+    n_done = 0
     for at, patch in visibility.pieces():
         keep = is_first[patch]
         np.add.at(size, visibility.positions_of(at, patch.size)[keep], 1)
-        row.append(row_of_patch[patch[keep]])
-    return np.concatenate([[0], np.cumsum(size)]).astype(np.int64), np.concatenate(row)
+        n_kept = int(np.count_nonzero(keep))
+        row[n_done : n_done + n_kept] = row_of_patch[patch[keep]]
+        n_done += n_kept
+    return np.concatenate([[0], np.cumsum(size)]).astype(np.int64), row

@@ -19,6 +19,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -94,11 +95,12 @@ def grid_faces(low: np.ndarray, high: np.ndarray, cells: int) -> tuple[np.ndarra
     u, v = (x.ravel() for x in np.meshgrid(at, at, indexing="ij"))
     quad = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
     split = np.stack([quad, quad + cells + 1, quad + 1, quad + 1, quad + cells + 1, quad + cells + 2], axis=1)
-    vertices, triangles = [], []
+    vertices: list[np.ndarray] = []
+    triangles: list[np.ndarray] = []
     for axis in range(3):
         for side in (0.0, 1.0):
             unit = np.insert(np.stack([u, v], axis=1), axis, side, axis=1)
-            triangles.append(split.reshape(-1, 3) + sum(map(len, vertices)))
+            triangles.append(split.reshape(-1, 3) + sum(len(face) for face in vertices))
             vertices.append(low + unit * (high - low))
     return np.concatenate(vertices), np.concatenate(triangles)
 
@@ -128,7 +130,7 @@ def office(n_rooms: int, cells: int, *, seed: int) -> Scene:
     return scene_of(vertices, np.concatenate([t + o for (_, t), o in zip(parts, offsets, strict=True)]))
 
 
-def raycasting_of(scene: Scene) -> open3d.t.geometry.RaycastingScene:
+def raycasting_of(scene: Scene) -> Any:  # an open3d.t.geometry.RaycastingScene
     raycasting = open3d.t.geometry.RaycastingScene()
     raycasting.add_triangles(
         open3d.core.Tensor(scene.vertices_m.astype(np.float32)), open3d.core.Tensor(scene.triangles.astype(np.uint32))
@@ -138,14 +140,14 @@ def raycasting_of(scene: Scene) -> open3d.t.geometry.RaycastingScene:
     return raycasting
 
 
-def stations_of(scene: Scene, count: int, raycasting: open3d.t.geometry.RaycastingScene) -> np.ndarray:
+def stations_of(scene: Scene, count: int, raycasting: Any) -> np.ndarray:
     """Random points above which and below which there is something: inside the building."""
     low, high = scene.vertices_m.min(axis=0), scene.vertices_m.max(axis=0)
     points = low + (high - low) * np.random.default_rng(2).uniform(0.1, 0.9, (4000, 3))
     rays = np.concatenate([np.repeat(points, 2, axis=0), np.tile([[0, 0, 1.0], [0, 0, -1.0]], (4000, 1))], axis=1)
     hit = raycasting.cast_rays(open3d.core.Tensor(rays.astype(np.float32)))["t_hit"].numpy().reshape(-1, 2)
     inside = (hit > 0.3).all(axis=1) & (hit < 4.0).all(axis=1)
-    return points[inside][:count]
+    return np.asarray(points[inside][:count])
 
 
 class Watch:
@@ -173,7 +175,7 @@ class Subject:
     scene: Scene
     patches: Patches
     engine: OpenCLEngine
-    raycasting: open3d.t.geometry.RaycastingScene
+    raycasting: Any
     stations: np.ndarray
     rounds: int
     fine: bool
@@ -183,7 +185,7 @@ class Subject:
 def dome() -> BeamTemplate:
     """A survey scanner's field of view, -60 to 90 degrees, at 0.18 degrees."""
     return BeamTemplate(
-        azimuth_rad=np.arange(2000) * (2 * np.pi / 2000),
+        azimuth_rad=np.asarray(np.arange(2000) * (2 * np.pi / 2000), dtype=np.float64),
         elevation_rad=np.deg2rad(np.linspace(90.0, -60.0, 833)),
         range_min_m=0.0,
         range_max_m=np.inf,
@@ -239,14 +241,14 @@ def bench_template(
             rays = np.empty((len(beams), 6), dtype=np.float32)
             rays[:, :3], rays[:, 3:] = station, beams
             tensor = open3d.core.Tensor(rays)
-            scan = ours.time(lambda at=station[None]: engine.scan(template, at))
-            hits = theirs.time(lambda tensor=tensor: subject.raycasting.cast_rays(tensor))
+            scan = ours.time(partial(engine.scan, template, station[None]))
+            hits = theirs.time(partial(subject.raycasting.cast_rays, tensor))
             if round_ == 0:
                 triangle, range_m = hits["primitive_ids"].numpy().astype(np.int64), hits["t_hit"].numpy()
                 triangle[~(range_m <= template.range_max_m) | np.isinf(range_m)] = -1
                 other.append((engine.traced.in_whole_scene(triangle) != scan.triangle.ravel()).mean())
         many = np.repeat(stations, 4, axis=0)
-        visibility.time(lambda many=many: engine.visible_patches(template, many))
+        visibility.time(partial(engine.visible_patches, template, many))
     of_all, n = visibility.cost, 4 * len(stations)
     a_position = Cost(of_all.wall_ms / n, of_all.cpu_ms / n)
     return [

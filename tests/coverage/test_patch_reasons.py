@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -221,3 +222,29 @@ def test_reasons_are_the_same_bytes_twice_and_few_samples_keep_the_sums(build, m
     coarse = world.explain()
     assert sum(coarse.area_by_reason_m2) == pytest.approx(sum(first.area_by_reason_m2), abs=1e-9)
     assert coarse.area_by_reason_m2[NOT_WORTH] == first.area_by_reason_m2[NOT_WORTH]  # known of every patch
+
+
+@pytest.mark.parametrize("most", [1, 5, 40, 10_000])
+def test_samples_are_those_of_trying_every_size_of_cube_in_turn(most, monkeypatch):
+    monkeypatch.setattr(patch_reasons, "MAX_SAMPLES", most)
+    rng = np.random.default_rng(most)
+    n = 3000
+    normal = np.eye(3)[rng.integers(0, 3, n)] * rng.choice([-1.0, 1.0], (n, 1))
+    unseen = SimpleNamespace(
+        element=rng.integers(0, 2, n), room=rng.integers(-1, 1, n), normal=normal, centroid_m=rng.uniform(-9, 9, (n, 3))
+    )
+    rows = np.sort(rng.choice(n, 2500, replace=False))
+    facing = 2 * np.abs(normal).argmax(axis=1) + (normal.sum(axis=1) > 0)
+    side_m = patch_reasons.SAMPLE_M
+    while True:
+        cube = np.floor(unseen.centroid_m / side_m).astype(np.int64)
+        key = np.column_stack([unseen.element, unseen.room, facing, cube])[rows]
+        group = np.unique(key, axis=0, return_inverse=True)[1].ravel()
+        if group.max() < most or side_m > 1e5:
+            break
+        side_m *= 1.5
+    samples, of_sample = patch_reasons.samples_of(unseen, rows)
+    assert of_sample.tolist() == group.tolist()
+    for number, sample in enumerate(samples.tolist()):
+        same = rows[group == number]
+        assert sample == same[same.size // 2]

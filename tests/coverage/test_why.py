@@ -142,3 +142,25 @@ def test_curve_takes_the_station_that_adds_most_and_ends_at_all(drawn):
         before_m2 = step.covered_area_m2
         assert step.fraction_of_achievable == step.covered_area_m2 / area_m2.sum()
     assert before_m2 == area_m2[sorted(seen)].sum()
+
+
+def curve_by_looking_at_all(rows, area_m2, seen_from):
+    """Stations, and what is covered, where each step looks at every station that is left."""
+    looks, left, out = dict.fromkeys(range(area_m2.size), 0), list(range(len(rows))), []
+    while left:
+        best = max(left, key=lambda index: (sum(area_m2[p] for p in rows[index] if looks[p] < seen_from), -index))
+        left.remove(best)
+        for patch in rows[best]:
+            looks[patch] += 1
+        out.append((f"S{best}", sum(area_m2[p] for p, n in looks.items() if n >= seen_from)))
+    return out
+
+
+@settings(max_examples=60, deadline=None)
+@given(observations(), st.integers(1, 3))
+def test_curve_is_that_of_looking_at_every_station_again(drawn, seen_from):
+    rows, visibility, area_m2 = drawn
+    ids = [f"S{i}" for i in range(len(rows))]
+    curve = steepest_curve(visibility, ids, area_m2, np.ones(area_m2.size, dtype=bool), seen_from)
+    expected = curve_by_looking_at_all(rows, area_m2, seen_from)
+    assert [(step.station, step.covered_area_m2) for step in curve] == expected

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
 from planner_core.model import Link, WeakMotion
+from planner_core.network import network_report
 from planner_core.network.network_report import registration_report, registration_warnings
 
 THRESHOLD, MIN_STRENGTH = 0.3, 0.01
@@ -258,3 +259,15 @@ def test_loops_that_are_asked_and_missing_are_named():
 def test_lists_that_do_not_fit_are_refused(links, ids, floors, word):
     with pytest.raises(RequirementError, match=word):
         report(links, ids, floors)
+
+
+@settings(max_examples=60, deadline=None)
+@given(surveys())
+def test_the_best_gap_of_a_network_is_the_first_of_most_overlap(survey):
+    links, ids, floors = survey
+    found = report(links, ids, floors)
+    best = network_report._best_gaps(found)
+    for number in range(1, len(found.networks)):
+        gaps = [gap for gap in found.gaps if number in gap.networks]
+        assert best[number] == max(gaps, key=lambda gap: gap.best.overlap, default=None)
+    assert sorted(best) == list(range(1, len(found.networks)))

@@ -13,8 +13,9 @@ from planner_core.model import Candidates, Element, PlanSettings, Scene, Survey
 from planner_core.positions.carrier import Mover, Zone
 from planner_core.positions.free_space import free_space
 from planner_core.positions.outlines import over_polygon
-from planner_core.positions.reach import Reach, reachability, reachable, stand_nodes
+from planner_core.positions.reach import Reach, reachability, reachable, stand_nodes, triangles_over
 from planner_core.scanner.load_scanner import load_scanner
+from planner_core.scene import portions
 from planner_core.scene.build import scene_from_arrays
 from scenes_synthetic import SyntheticScene, build
 from scenes_synthetic.basement import ENCLOSED
@@ -202,3 +203,19 @@ def test_both_storeys_of_a_real_house_are_one_walk(
     for region in reach.regions:
         if region.reached:
             assert min(region.area_by_floor_m2) > 40.0, "a storey without a way up"
+
+
+@pytest.mark.parametrize("portion", [7, 10_000])
+def test_triangles_over_places_are_those_whose_bounds_hold_them(portion: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(portions, "_PORTION", portion)
+    scene = build("two-rooms").scene
+    corners = scene.vertices_m[scene.triangles][:, :, :2]
+    rng = np.random.default_rng(2)
+    # Also on edges and corners of the bounds.
+    places = np.concatenate([rng.uniform(-1.0, 9.0, (40, 2)), corners.reshape(-1, 2)[::5]])
+    found = triangles_over(scene, places)
+    for place, over in zip(places, found, strict=True):
+        holds = (corners.min(axis=1) <= place).all(axis=1) & (corners.max(axis=1) >= place).all(axis=1)
+        assert over.tolist() == np.flatnonzero(holds).tolist()
+    assert any(over.size for over in found)
+    assert not all(over.size for over in found)

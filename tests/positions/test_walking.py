@@ -202,3 +202,64 @@ def test_distances_are_the_same_twice() -> None:
     places = some_places(reach, 12)
     one, two = Walking(reach).distances_m(places), Walking(reach).distances_m(places)
     assert one.tobytes() == two.tobytes()
+
+
+@pytest.mark.parametrize("name", ["corridor-comb", "closed-rooms"])
+def test_ways_among_few_blocks_are_those_of_the_whole_graph(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    reach = reach_of(build(name).scene, cell_m=0.1)
+    pairs = list(combinations(some_places(reach, 6), 2))
+    walking, asked, within = Walking(reach), [], Walking._within
+    monkeypatch.setattr(Walking, "_within", lambda self, *args: asked.append(within(self, *args)) or asked[-1])
+    few = [walking.path(a, b) for a, b in pairs]
+    assert min(blocks.size for blocks in asked) < 0.5 * walking._spot.size
+    monkeypatch.setattr(Walking, "_within", lambda self, *_: np.arange(self._spot.size))
+    for path, (a, b) in zip(few, pairs, strict=True):
+        whole = walking.path(a, b)
+        assert path.length_m == pytest.approx(whole.length_m, rel=1e-12), "inf where no way leads"
+        np.testing.assert_allclose(path.points_m, whole.points_m, atol=1e-12)
+
+
+def test_a_way_longer_than_blocks_were_chosen_for_is_looked_for_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As if the blocks had held a detour of 100 m only."""
+    reach = reach_of(build("corridor-comb").scene, cell_m=0.1)
+    walking, n_blocks, shortest = Walking(reach), [], Walking._shortest
+    a, b = np.array([1.5, 4.0, 0.0]), np.array([7.8, 4.0, 0.0])
+    expected = walking.path(a, b)
+
+    def longer_first(self: Walking, node: np.ndarray, place: np.ndarray, blocks: np.ndarray) -> tuple:
+        n_blocks.append(blocks.size)
+        length, way = shortest(self, node, place, blocks)
+        return (100.0 if len(n_blocks) == 1 else length), way
+
+    monkeypatch.setattr(Walking, "_shortest", longer_first)
+    assert walking.path(a, b).length_m == expected.length_m
+    assert n_blocks[0] < n_blocks[1] == walking._spot.size
+
+
+def test_a_way_round_a_long_wall_is_found_beyond_the_first_ellipse() -> None:
+    reach = reach_of(build("corridor-comb").scene, cell_m=0.1)
+    # In neighbouring rooms, against the wall between them and far from their doorways.
+    a, b = np.array([2.7, 5.3, 0.0]), np.array([3.45, 5.3, 0.0])
+    walking = Walking(reach)
+    path = walking.path(a, b)
+    assert path.length_m > 5.0 * np.linalg.norm(b - a)
+    assert path.length_m == pytest.approx(walking.distances_m(np.stack([a, b]))[0, 1], rel=0.03)
+
+
+def test_distances_of_parts_are_those_of_one_search_over_everything() -> None:
+    from scipy.sparse.csgraph import dijkstra
+
+    reach = reach_of(build("closed-rooms").scene)
+    places = some_places(reach, 20)
+    walking = Walking(reach)
+    node, place = walking._stands(places)
+    n_blocks = walking._spot.size
+    whole = dijkstra(walking._graph(node, place), directed=False, indices=n_blocks + np.arange(20))[:, n_blocks:]
+    whole = np.minimum(whole, whole.T)
+    np.fill_diagonal(whole, 0.0)
+    np.testing.assert_array_equal(walking.distances_m(places), whole)
+    parts = walking.parts(places)
+    assert sorted(np.concatenate(parts).tolist()) == list(range(20))
+    assert [int(stops[0]) for stops in parts] == sorted(int(stops[0]) for stops in parts)
+    for stops in parts:
+        assert np.isfinite(whole[stops[0]]).nonzero()[0].tolist() == stops.tolist()

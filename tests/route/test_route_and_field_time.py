@@ -12,6 +12,7 @@ from planner_core.positions.free_space import free_space
 from planner_core.positions.local_site import ANYWHERE, Ends, ends_of
 from planner_core.positions.reach import Reach, reachability
 from planner_core.positions.walking import Walking
+from planner_core.route import route as route_module
 from planner_core.route.field_time import field_time
 from planner_core.route.floors_passed import pieces_by_floor
 from planner_core.route.route import (
@@ -232,3 +233,23 @@ def test_time_of_scanning_is_unknown_where_nobody_tells_how_long_a_scan_takes() 
 def test_figures_that_are_no_times_or_speeds_are_refused(change: dict[str, float], message: str) -> None:
     with pytest.raises(RequirementError, match=message):
         dataclasses.replace(PlanSettings(scanner=SCANNER), **change)
+
+
+def test_many_stops_are_ordered_part_by_part_with_start_and_end_in_their_places(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Three sealed rooms of 3 x 4 m with three stations each."""
+    x = np.array([0.6, 1.5, 2.4, 3.75, 4.65, 5.55, 6.9, 7.8, 8.7])
+    stations = np.column_stack([x, np.full(9, 2.0), np.zeros(9)])[[4, 0, 8, 2, 6, 1, 3, 7, 5]]
+    survey = make_survey(build("closed-rooms").scene, PlanSettings(scanner=SCANNER, max_patch_area_m2=1.0))
+    reach = reachability(survey, free_space(survey), stations[:3])
+    ends = Ends(np.array([8.8, 2.0, 0.0]), np.array([0.5, 2.0, 0.0]))
+    at_once = walk(reach, stations, np.zeros(9), ends)
+    monkeypatch.setattr(route_module, "_MOST_STOPS", 8)
+    by_parts = walk(reach, stations, np.zeros(9), ends)
+    assert stations[by_parts.order, 0].tolist() == [8.7, 7.8, 6.9, 3.75, 4.65, 5.55, 2.4, 1.5, 0.6] or (
+        stations[by_parts.order, 0].tolist() == [8.7, 7.8, 6.9, 5.55, 4.65, 3.75, 2.4, 1.5, 0.6]
+    )
+    assert by_parts.length_m == pytest.approx(at_once.length_m)
+    assert by_parts.n_unwalkable == 2
+    assert by_parts.exact

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
+from planner_core.route import tour as tour_module
 from planner_core.route.order import visiting_order
 from planner_core.route.tour import exact_tour, improved_tour, paths_through, tour_length_m
 
@@ -208,3 +209,61 @@ def test_wrong_matrices_and_ends_are_refused() -> None:
         visiting_order(distance, floor, start=9)
     with pytest.raises(RequirementError, match="closed route"):
         visiting_order(distance, floor, start=0, end=1, closed=True)
+
+
+def descended_by_the_whole_matrix(distance: np.ndarray, tour: np.ndarray, block_of: np.ndarray) -> np.ndarray:
+    """2-opt and Or-opt as they are defined: of all moves of the whole tour the best, the first of equals, again."""
+    n = tour.size
+    while True:
+        length = tour_length_m(distance, tour)
+        best, after = -1e-9, None
+        moves = [
+            ((0, i, j), np.concatenate([tour[:i], tour[i : j + 1][::-1], tour[j + 1 :]]))
+            for i in range(n)
+            for j in range(i + 1, n)
+            if block_of[i] == block_of[j] and (i, j) != (0, n - 1)
+        ]
+        for size in range(1, min(3, n - 2) + 1):
+            for i in range(n - size + 1):
+                rest = np.concatenate([tour[:i], tour[i + size :]])
+                if block_of[i] != block_of[i + size - 1]:
+                    continue
+                first, end = np.flatnonzero(block_of == block_of[i])[[0, -1]]
+                for gap in range(first, end - size + 2):
+                    for segment in (tour[i : i + size], tour[i : i + size][::-1]):
+                        moves.append(((1, size, i), np.concatenate([rest[:gap], segment, rest[gap:]])))
+        for _, moved in moves:
+            change = tour_length_m(distance, moved) - length
+            if change < best - 1e-12:
+                best, after = change, moved
+        if after is None:
+            return tour
+        tour = after
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000), st.lists(st.integers(1, 6), min_size=1, max_size=4))
+def test_blocks_looked_at_one_by_one_give_the_tour_of_the_whole_matrix(seed: int, sizes: list[int]) -> None:
+    rng = np.random.default_rng(seed)
+    distance = plan_distances(rng.random((sum(sizes), 2)) * 10)
+    blocks = np.split(rng.permutation(sum(sizes)), np.cumsum(sizes)[:-1])
+    block_of = np.repeat(np.arange(len(sizes)), sizes)
+    start = tour_module._nearest_neighbours(distance, blocks)
+    expected = descended_by_the_whole_matrix(distance, start, block_of) if start.size > 2 else start
+    found = improved_tour(distance, blocks, n_kicks=0, rng=rng)
+    assert tour_length_m(distance, found) == pytest.approx(tour_length_m(distance, expected), rel=1e-12)
+    assert found.tolist() == expected.tolist(), f"seed {seed}, blocks {sizes}"
+
+
+def test_a_search_that_remembers_blocks_finds_what_one_that_does_not_finds(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Forgetful(tour_module._Moves):
+        def look(self, tour, blocks):
+            self._key = [b""] * self.n_blocks
+            super().look(tour, range(self.n_blocks))
+
+    rng = np.random.default_rng(4)
+    distance = plan_distances(rng.random((60, 2)) * 20)
+    blocks = np.split(rng.permutation(60), [9, 10, 31, 44])
+    found = improved_tour(distance, blocks, n_kicks=20, rng=np.random.default_rng(1))
+    monkeypatch.setattr(tour_module, "_Moves", Forgetful)
+    assert improved_tour(distance, blocks, n_kicks=20, rng=np.random.default_rng(1)).tolist() == found.tolist()

@@ -15,13 +15,17 @@ import pytest
 from click.testing import CliRunner
 from tlsplan.commands.scene import command
 
+from planner_core.coverage.survey import make_survey
 from planner_core.errors import RequirementError
-from planner_core.model import Scene
+from planner_core.model import PlanSettings, Scene
+from planner_core.positions.free_space import free_space
+from planner_core.positions.reach import reachability
 from planner_core.progress import ProgressEvent
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.floors import find_floors
 from planner_core.scene.load import load_scene
 from scenes_synthetic import basement, campus, stream
-from scenes_synthetic.campus import Campus, campus_parts, write_campus
+from scenes_synthetic.campus import PAVILION_M2, Campus, campus_parts, write_campus, write_pavilions
 from scenes_synthetic.model import SyntheticScene
 from scenes_synthetic.stream import STREAM_FORMATS
 
@@ -261,3 +265,23 @@ def test_command_writes_a_campus_shows_progress_and_gives_other_scenes_no_size(t
     refused = CliRunner().invoke(command, ["house", "--triangles", "150000", "-o", str(tmp_path / "house.ply")])
     assert isinstance(refused.exception, RequirementError)
     assert not (tmp_path / "house.ply").exists()
+
+
+@pytest.mark.parametrize("n", [1, 5])
+def test_bare_pavilions_have_the_floor_area_that_is_told_and_rooms_that_hang_together(n: int, tmp_path: Path) -> None:
+    path = tmp_path / "pavilions.ply"
+    assert write_pavilions(path, n_pavilions=n) == n * PAVILION_M2
+    scene = load_scene(path)
+    assert scene.report.warnings == ()
+    survey = make_survey(scene, PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0))
+    (floor,) = survey.floors
+    # The slabs below the walls are in it: 10.8 m squares.
+    assert floor.ground_area_m2 == pytest.approx(n * 10.8**2, rel=0.05)
+    regions = [region for region in reachability(survey, free_space(survey)).regions if region.area_m2 > 1.0]
+    assert len(regions) == n
+    assert all(region.reached and 0.9 * PAVILION_M2 < region.area_m2 < 1.1 * PAVILION_M2 for region in regions)
+
+
+def test_none_of_the_pavilions_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RequirementError, match="pavilions: got 0, expected 1 or more"):
+        write_pavilions(tmp_path / "none.ply", n_pavilions=0)

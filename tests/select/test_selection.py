@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from oracles import floor_constraints
 
 from planner_core.errors import RequirementError
-from planner_core.model import Visibility
+from planner_core.model import Visibility, scans
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.problem import Constraint, cover_problem
 from planner_core.select.quick_bound import counting_bound, lagrange_bound, lower_bound
@@ -180,3 +181,46 @@ def test_fraction_out_of_bounds_is_refused():
     _, visibility, area_m2, _ = instance(0)
     with pytest.raises(RequirementError, match=r"coverage: got 1\.5"):
         cover_problem(visibility, area_m2, (Constraint(np.ones(40, dtype=bool), 1.5),))
+
+
+def dropped_one_by_one(problem, chosen, given):
+    """Oracle: look at every station again after each that is dropped."""
+    kept = list(chosen)
+    while True:
+        loose = []
+        for place, candidate in enumerate(kept):
+            rest = kept[:place] + kept[place + 1 :]
+            if candidate not in given and (problem.covered(rest) >= problem.required).all():
+                own = int((problem.covered(kept) - problem.covered(rest)).sum())
+                loose.append((own, -place))
+        if not loose:
+            return kept
+        kept.pop(-min(loose)[1])
+
+
+@settings(max_examples=40, deadline=None)
+@given(SEEDS, st.integers(1, 2))
+def test_stations_are_dropped_as_if_all_were_looked_at_after_each(seed, looks):
+    _, visibility, area_m2, constraints = instance(seed, n_positions=14, fraction=0.8)
+    constraints = tuple(Constraint(one.part, one.fraction, looks) for one in constraints)
+    problem = cover_problem(visibility, area_m2, constraints)
+    chosen = np.random.default_rng(seed).permutation(14).tolist()
+    given_ones = chosen[:2]
+    assert drop_redundant(problem, chosen, given=given_ones) == dropped_one_by_one(problem, chosen, given_ones)
+
+
+def test_merged_rows_are_held_once(monkeypatch):
+    monkeypatch.setattr(scans, "ENTRIES_A_PIECE", 20_000)  # small temporaries
+    rng = np.random.default_rng(1)
+    n, n_patches = 2000, 3000
+    rows = [np.flatnonzero(rng.random(n_patches) < 0.3).astype(np.int32) for _ in range(n)]
+    starts = np.cumsum([0, *(row.size for row in rows)], dtype=np.int64)
+    visibility = Visibility(starts, np.concatenate(rows), n_patches)
+    tracemalloc.start()
+    problem = cover_problem(visibility, np.ones(n_patches), (Constraint(np.ones(n_patches, dtype=bool), 0.9),))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    for position in (0, 7, n - 1):
+        assert problem.rows_of(position).tolist() == rows[position].tolist(), "no two patches are alike here"
+    # Held in pieces and put together, they would be there twice.
+    assert peak < 1.3 * problem.row.nbytes

@@ -21,7 +21,7 @@ from planner_core.planning.live.draft import Draft, Place, rounded_place
 from planner_core.planning.live.ground_cells import GroundCells
 from planner_core.positions.admissibility import NO_GROUND, Tripods, TripodTests
 from planner_core.positions.local_site import LocalSite, floor_named, local_site
-from planner_core.positions.reach import Footing, Reach
+from planner_core.positions.reach import Reach
 
 #: Values of `GroundMap.values`.
 NOTHING, WALKABLE, ADMISSIBLE, KEPT_OUT = range(4)
@@ -75,7 +75,7 @@ class TripodPositions:
     def __init__(self, tripods: Tripods, site: LocalSite, reach: Reach, *, height_m: float) -> None:
         self._survey, self._tripods, self._site = tripods.survey, tripods, site
         self._reach, self._height_m = reach, height_m
-        self._footing = Footing(reach)
+        self._footing = reach.footing
         self._floors: dict[int, _Floor] = {}
         self._free: dict[tuple[int, object, object], tuple[FloatArray, BoolArray, cKDTree]] = {}
 
