@@ -6,7 +6,7 @@ published: its digest is in library.json. Classes go by candidates: small up to 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,8 @@ from .plans import PLANS, Survey, instance_of
 from .scanned import Scan, scanned
 
 SMALL, MEDIUM = 130, 300
+#: Plans of this seed and beyond are large: they are made on demand.
+LARGE_SEED = 61
 
 
 @dataclass(frozen=True)
@@ -33,8 +35,13 @@ class Entry:
 
     @property
     def is_kept(self) -> bool:
-        """Whether the library holds its file: all but what is made from polygons of others."""
-        return self.generator != "gallery"
+        """Whether the library holds its file: not what is made from polygons of others, nor what is made large."""
+        return not self.needs_gallery and self.arguments.get("seed", 0) < LARGE_SEED
+
+    @property
+    def needs_gallery(self) -> bool:
+        """Whether it is made from a file of the art-gallery set."""
+        return self.generator == "gallery"
 
 
 def class_of(instance: Instance) -> str:
@@ -54,7 +61,7 @@ def make(entry: Entry, *, gallery: Path | None = None) -> Instance:
     if entry.scan is not None:
         return scanned(entry.name, entry.scan, entry.survey)
     about = {"generator": entry.generator, **entry.arguments}
-    if entry.generator != "gallery":
+    if not entry.needs_gallery:
         plan = PLANS[entry.generator](**entry.arguments)
         return instance_of(entry.name, entry.generator, about, plan, entry.survey)
     path = None if gallery is None else gallery / f"{entry.arguments['file']}.graphml.xz"
@@ -82,7 +89,9 @@ _REQUIRED: dict[str, dict[str, int]] = {
 }
 
 
-def _plans(generator: str, numbers: range, required: str, survey: dict[str, int], **size: int) -> Iterator[Entry]:
+def _plans(
+    generator: str, numbers: Iterable[int], required: str, survey: dict[str, int], **size: int
+) -> Iterator[Entry]:
     for seed in numbers:
         told = Survey(**{"grid": 150, "most": 800, **survey, **_REQUIRED[required]})
         yield Entry(f"{generator}-{seed:02d}-{required}", generator, told, {"seed": seed, **size})
@@ -97,6 +106,18 @@ def _rooms() -> Iterator[Entry]:
     floor = {"width": 3000, "depth": 2000, "largest_m2": 40}
     yield from _plans("rooms", range(41, 44), "whole", {"grid": 175, "most": 1000}, **floor)
     yield from _plans("rooms", range(44, 47), "links", {"grid": 175, "most": 1000}, **floor)
+    usual: dict[str, int] = {}
+    for seed, required, survey, width, depth in (
+        (51, "links", usual, 3200, 2500),
+        (52, "links", usual, 2800, 2000),
+        (61, "whole", usual, 5000, 3000),
+        (62, "links", usual, 5000, 3000),
+        (63, "whole", {"grid": 175}, 8000, 6000),
+        (64, "links", usual, 8000, 6000),
+        (65, "links", {"grid": 125, "patch": 75}, 9000, 7500),
+    ):
+        wide = {"width": width, "depth": depth, "largest_m2": 40}
+        yield from _plans("rooms", [seed], required, {"most": 1000, **survey}, **wide)
 
 
 def _offices() -> Iterator[Entry]:
@@ -106,12 +127,21 @@ def _offices() -> Iterator[Entry]:
     long = {"length": 5000, "corridor": 250, "depth": 550}
     yield from _plans("offices", range(41, 43), "whole", {"grid": 175, "most": 1200}, **long)
     yield from _plans("offices", range(43, 44), "links", {"grid": 175, "most": 1200}, **long)
+    yield from _plans("offices", [51], "links", {"most": 1200}, **long)
+    yield from _plans("offices", [61], "links", {"grid": 125, "most": 1200}, **{**long, "length": 16000})
 
 
 def _halls() -> Iterator[Entry]:
     store = {"width": 2500, "depth": 1500, "n_pillars": 10, "n_shelves": 8}
     for required, numbers in (("whole", range(1, 6)), ("links", range(6, 11)), ("twice", range(11, 13))):
         yield from _plans("hall", numbers, required, {"grid": 200, "most": 1000}, **store)
+    for seed, required, width, depth, n_pillars, n_shelves in (
+        (51, "links", 3600, 2500, 20, 16),
+        (61, "whole", 6000, 3500, 60, 50),
+        (62, "links", 7500, 5000, 100, 80),
+    ):
+        size = {"width": width, "depth": depth, "n_pillars": n_pillars, "n_shelves": n_shelves}
+        yield from _plans("hall", [seed], required, {"grid": 200, "most": 1000}, **size)
 
 
 #: File, centimetres of its unit, grid, side of a surface, range.
@@ -127,6 +157,7 @@ _MEDIUM_GALLERIES = (
     ("general_40_20", 100, 125, 100, 800), ("simple_80_9", 100, 250, 125, 1200), ("general_80_1", 100, 250, 125, 1200),
     ("simple_120_14", 75, 350, 150, 1500),
 )  # fmt: skip
+_LARGE_GALLERIES = (("simple_120_14", 105, 200, 125, 1200),)
 
 
 def _galleries() -> Iterator[Entry]:
@@ -134,6 +165,7 @@ def _galleries() -> Iterator[Entry]:
         (_SMALL_GALLERIES, "whole", ""),
         (_SMALL_GALLERIES, "links", ""),
         (_MEDIUM_GALLERIES, "whole", "-fine"),
+        (_LARGE_GALLERIES, "whole", "-large"),
     ):
         for file, unit, grid, patch, most in files:
             overlap = 15 if required == "links" else 0  # at 25 % half of the stations have no link
@@ -153,6 +185,7 @@ def _scans() -> Iterator[Entry]:
         ("stairwell-links", Scan("stairwell", 0.6, 6.0), {"overlap": 20}),
         ("hall-whole", Scan("double-height-hall", 1.0, 8.0), {}),
         ("hall-twice", Scan("double-height-hall", 1.0, 8.0), {"twice": 70}),
+        ("house-fine-whole", Scan("house", 0.35, 5.0, patch_m2=0.5), {}),
     ):
         survey = Survey(grid=round(100 * scan.grid_m), most=round(100 * scan.range_m), **required)
         yield Entry(f"scan-{name}", "scan", survey, scan=scan)

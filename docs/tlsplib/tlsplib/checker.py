@@ -1,21 +1,19 @@
 """Check a certificate of TLSPLIB: the plan meets what is required, and no plan has fewer stations than the bound.
 
-    python checker.py INSTANCE CERTIFICATE          each .json or .json.xz; exit code 1 where it is refused
-
-Python's standard library and whole numbers alone, no code of the solvers; docs/tlsplib/formats.md says why it holds.
+Run as `python checker.py INSTANCE CERTIFICATE`, each .json or .json.xz; exit code 1 where it is refused. Nothing but
+Python's own library and whole numbers, no code of the solvers; docs/tlsplib/formats.md says why it holds.
 """
 
 import hashlib
 import json
 import lzma
-import math
 import sys
 from functools import reduce
 from pathlib import Path
 from typing import Any
 
-MOST_BYTES, MOST_DIGITS = 256 << 20, 18
-ONE, SHARE = 2**24, 256  # 1 in coefficients of cuts; a whole station in the shares that make them
+MOST_BYTES, MOST_DIGITS = 256 << 20, 18  # of a file; of a number, of which none has a fraction
+ONE, SHARE, LOOKS = 2**24, 256, 840  # 1 in coefficients, in shares that make them, and what 1 to 8 looks divide
 Cut = tuple[dict[int, int], int]  # coefficients by candidate, right side: sum of coefficients times x >= right side
 
 
@@ -34,7 +32,6 @@ def number(value: Any, low: int, high: int, what: str) -> int:
 
 
 def unpacked(packed: bytes) -> bytes:
-    """Text of a file, decompressed where it is packed, of MOST_BYTES at most."""
     if not packed.startswith(b"\xfd7zXZ\x00"):
         return packed
     raw = (unpacker := lzma.LZMADecompressor()).decompress(packed, MOST_BYTES)
@@ -43,8 +40,6 @@ def unpacked(packed: bytes) -> bytes:
 
 
 def parsed(raw: bytes, form: str) -> dict[str, Any]:
-    """JSON of whole numbers: no fraction, no NaN, nothing of more than MOST_DIGITS digits."""
-
     def whole(text: str) -> int:
         demand(len(text) <= MOST_DIGITS and text.lstrip("-").isdigit(), f"got {text:.30}, expected whole numbers")
         return int(text)
@@ -76,16 +71,14 @@ class Instance:
         needs = [(c["rows"], c["required"], c["seen_from"]) for c in told["constraints"]]
         self.needs = [(bits(r, size), number(a, 1, 10**15, "need"), number(m, 1, 8, "need")) for r, a, m in needs]
         self.links = None if told["links"] is None else [bits(text, self.n) for text in told["links"]]
-        if self.links is not None:
-            pairs = {(i, j) for i, near in enumerate(self.links) for j in members(near)}
-            demand(len(self.links) == self.n and all((j, i) in pairs and i != j for i, j in pairs), "links: one-sided")
+        ends = {(i, j) for i, near in enumerate(self.links or ()) for j in members(near)}
+        demand(len(self.links or self.sees) == self.n and all((j, i) in ends and i != j for i, j in ends), "one-sided")
 
     def meets(self, candidates: list[int]) -> bool:
         """Whether the candidates together reach what every constraint requires."""
-        deepest = max(m for _, _, m in self.needs)
-        seen = [-1] + [0] * deepest  # seen[m]: rows that m of them see, or more
+        seen = [-1] + [0] * max(m for _, _, m in self.needs)  # seen[m]: rows that m of them see, or more
         for i in candidates:
-            for m in range(deepest, 0, -1):
+            for m in range(len(seen) - 1, 0, -1):
                 seen[m] |= seen[m - 1] & self.sees[i]
         return all(sum(self.ticks[r] for r in members(seen[m] & rows)) >= least for rows, least, m in self.needs)
 
@@ -97,34 +90,39 @@ class Instance:
             while new:
                 new = reduce(int.__or__, (self.links[i] for i in members(new))) & allowed & ~piece
                 piece |= new
-            found.append(piece)
-            allowed &= ~piece
+            found, allowed = [*found, piece], allowed & ~piece
         return found
 
-    def cover_cut(self, k: int, shares: dict[int, int]) -> Cut:
-        """The cut of constraint k that shares of stations give; coefficients are rounded up."""
-        counted, required, m = self.needs[k]
-        lcm = math.lcm(*range(1, m + 1))
-        weight = [t * (lcm // m) * (counted >> r & 1) for r, t in enumerate(self.ticks)]
+    def cover_cut(self, k: int, told: list[int]) -> tuple[list[int], list[int], int]:
+        """Of constraint k and shares of stations: weights of rows, what each candidate is spared, the right side."""
+        (counted, required, m), full, spared = self.needs[k], 0, [0] * self.n
+        weight = [t * (LOOKS // m) * (counted >> r & 1) for r, t in enumerate(self.ticks)]
+        pairs = zip(told[::2], told[1::2], strict=True)
+        shares = {number(i, 0, self.n - 1, "cut"): -number(v, 0, SHARE, "share") for i, v in pairs}
         seers: dict[int, list[tuple[int, int]]] = {}
         for i, share in shares.items():
-            for r in self.rows[i]:
-                if weight[r]:
-                    seers.setdefault(r, []).append((-share, i))
-        full, spared = 0, [0] * self.n
+            for r in filter(weight.__getitem__, self.rows[i]):
+                seers.setdefault(r, []).append((share, i))
         for r, found in seers.items():
             found.sort()  # the t largest shares are left out, with the t that says least
-            ways = ((-sum(v for v, _ in found[t:]), m - t, t) for t in range(min(m - 1, len(found)) + 1))
-            least, divisor, left_out = min(ways, key=lambda way: way[0] * (lcm // way[1]))
-            weight[r] = self.ticks[r] * (lcm // divisor)
-            if least >= SHARE * divisor:
+            least, left_out = min((-sum(v for v, _ in found[t:]) * LOOKS // (m - t), t) for t in range(m))
+            weight[r] = self.ticks[r] * (LOOKS // (m - left_out))
+            if least >= SHARE * LOOKS:
                 full, weight[r] = full + self.ticks[r], 0
             for _, i in found[:left_out]:
                 spared[i] += weight[r]
-        top = (required - full) * lcm
-        demand(top > 0, "cut: its rows alone meet the constraint")
-        seen = [min(sum(map(weight.__getitem__, rows)) - spared[i], top) for i, rows in enumerate(self.rows)]
-        return {i: -(-a * ONE // top) for i, a in enumerate(seen) if a}, ONE
+        return weight, spared, (required - full) * LOOKS
+
+    def rows_cut(self, k: int, told: list[int]) -> tuple[list[int], list[int], int]:
+        """The same of constraint k and shares of its rows; with links, what the one before sees is spared."""
+        (counted, required, m), weight, spared = self.needs[k], [0] * len(self.ticks), [0] * self.n
+        for r, v in zip(members(counted), told, strict=True):
+            weight[r], required = number(v, 0, SHARE, "share") * self.ticks[r], required - self.ticks[r]
+        if self.links and m == 1:  # all but the first stand after a linked one
+            own = [set(filter(weight.__getitem__, rows)) for rows in self.rows]
+            for i, near in enumerate(map(members, self.links)):
+                spared[i] = min((sum(map(weight.__getitem__, own[i] & own[j])) for j in near), default=0)
+        return weight, spared, m * (sum(weight) + SHARE * required) - max(spared)
 
     def links_cut(self, between: list[int], paid: list[int]) -> Cut:
         """x(between) >= 1, x_i or x_i + x_j - 1 for `paid` of none, i, or i and j."""
@@ -137,12 +135,14 @@ class Instance:
         return dict.fromkeys(between, ONE) | dict.fromkeys(paid, -ONE), (1 - len(paid)) * ONE
 
     def cut(self, kind: str, first: Any, rest: list[int]) -> Cut:
-        if kind == "cover":
-            who = [number(i, 0, self.n - 1, "cut") for i in rest[::2]]
-            shares = dict(zip(who, (number(v, 0, SHARE, "share") for v in rest[1::2]), strict=True))
-            return self.cover_cut(number(first, 0, len(self.needs) - 1, "constraint"), shares)
-        demand(kind == "links", "cut: got another kind, expected cover or links")
-        return self.links_cut(*([number(i, 0, self.n - 1, "cut") for i in some] for some in (first, rest)))
+        if kind == "links":
+            return self.links_cut(*([number(i, 0, self.n - 1, "cut") for i in some] for some in (first, rest)))
+        demand(kind in ("cover", "rows"), "cut: got another kind, expected cover, rows or links")
+        make = self.rows_cut if kind == "rows" else self.cover_cut
+        weight, spared, right = make(number(first, 0, len(self.needs) - 1, "constraint"), rest)
+        demand(right > 0, "cut: its rows alone meet the constraint")
+        seen = (sum(map(weight.__getitem__, rows)) - less for rows, less in zip(self.rows, spared, strict=True))
+        return {i: -(-min(a, right) * ONE // right) for i, a in enumerate(seen) if a}, ONE
 
     def check_tree(self, bound: int, cuts: list[Cut], tree: list[Any]) -> None:
         """No leaf holds a plan of fewer than `bound` stations, and the branches leave nothing out."""

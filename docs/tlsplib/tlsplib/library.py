@@ -1,7 +1,7 @@
 """The folder of the library: its list with digests, instances, certificates, and what solvers made of them.
 
     library.json          per instance: class, kind, sizes, digest, stations of the best plan, proven bound
-    instances/            files of all but those from the art-gallery set, which are made on demand
+    instances/            files of all but large plans and those from the art-gallery set, which are made on demand
     certificates/         plan, bound and proof of every instance
     results.json          what solvers found, and how long they took
 
@@ -24,10 +24,12 @@ from . import checker
 from .catalogue import Entry, class_of, entries, make
 from .instance import Instance, from_raw, packed, path_of
 from .proof import certify
-from .solvers import SOLVERS, Outcome, solve
+from .solvers import LARGE, SOLVERS, Outcome, solve
 
 #: CPU time of the general solvers, work of ours, nodes and CPU time of a proof, by class.
-LIMITS = {"small": (3.0, 6.0, 250, 15.0), "medium": (6.0, 12.0, 120, 10.0), "large": (10.0, 20.0, 60, 15.0)}
+LIMITS = {"small": (3.0, 6.0, 250, 15.0), "medium": (6.0, 12.0, 120, 10.0), "large": (10.0, 6.0, 60, 10.0)}
+#: Work of prices that certificates of large instances begin with, and CPU time of cuts that they go on with.
+LARGE_PROOF: dict[str, float] = {"work_limit": 6.0, "root_limit_s": 8.0}
 Tell = Callable[[str], None]
 
 
@@ -62,7 +64,7 @@ class Library:
     # ------------------------------------------------------------------------------------------ generate
     def _here(self, names: Sequence[str]) -> list[Entry]:
         """Entries that can be had: those from the art-gallery set only where its folder is known."""
-        return [entry for entry in chosen(names) if entry.is_kept or self.gallery is not None]
+        return [entry for entry in chosen(names) if self.gallery is not None or not entry.needs_gallery]
 
     def n_left_out(self, names: Sequence[str]) -> int:
         """How many of the named ones cannot be had."""
@@ -106,11 +108,10 @@ class Library:
                 write_atomically(path, packed(instance.raw))
             yield entry.name, there
 
-    def enlist(self, entry: Entry) -> dict[str, Any]:
-        """Line of library.json, made where there is none; for who adds an instance."""
+    def enlist(self, entry: Entry, instance: Instance | None) -> dict[str, Any]:
+        """Line of library.json, made where there is none, from the instance; for who adds one."""
         listed = self.listed()
-        if entry.name not in listed:
-            instance = self.instance(entry)
+        if instance is not None:
             listed[entry.name] = {
                 "class": class_of(instance),
                 "kind": instance.kind,
@@ -123,22 +124,24 @@ class Library:
             if entry.is_kept:
                 (self.folder / "instances").mkdir(parents=True, exist_ok=True)
                 write_atomically(path_of(self.folder / "instances", entry.name), packed(instance.raw))
-            self._write("library.json", listed)
+            self._write("library.json", {e.name: listed[e.name] for e in entries() if e.name in listed})
         return listed[entry.name]
 
     # ------------------------------------------------------------------------------------------ solve
     def solve(self, names: Sequence[str], solvers: Sequence[str], *, again: bool, tell: Tell) -> None:
         """Run solvers, and certify the best plan that any of them found."""
         for entry in self._here(names):
-            told = self.enlist(entry)
+            instance = None if entry.name in self.listed() else self.instance(entry)
+            told = self.enlist(entry, instance)
             limit_s, work, most_nodes, proof_s = LIMITS[told["class"]]
             results = self.results()
             mine = results.setdefault(entry.name, {})
-            left = [name for name in solvers if again or name not in mine]
+            fit = [name for name in solvers if name != LARGE or told["class"] == LARGE]
+            left = [name for name in fit if again or name not in mine]
             certified = self._certified(entry.name)
             if not left and certified is not None:
                 continue
-            instance = self.instance(entry)
+            instance = instance or self.instance(entry)
             best = list(certified or ())
             for name in left:
                 found = solve(name, instance, limit_s=limit_s, work=work)
@@ -148,7 +151,8 @@ class Library:
                 if found.valid and (not best or len(found.chosen) < len(best)):
                     best = list(found.chosen)
             if best and (certified is None or len(best) < len(certified)):
-                certificate = certify(instance, best, most_nodes=most_nodes, time_limit_s=proof_s)
+                more = LARGE_PROOF if told["class"] == "large" else {}
+                certificate = certify(instance, best, most_nodes=most_nodes, time_limit_s=proof_s, **more)
                 self.keep(instance, certificate)
                 tell(f"{entry.name}: certificate: {len(certificate['plan'])} stations, at least {certificate['bound']}")
 

@@ -14,7 +14,7 @@ from typing import Any
 Listed = dict[str, dict[str, Any]]
 
 OURS = "proven"
-ORDER = ("greedy", "greedy-links", "paper", "highs", "cp-sat", OURS)
+ORDER = ("greedy", "greedy-links", "paper", "highs", "cp-sat", "large", OURS)
 _CLASSES = ("small", "medium", "large")
 
 
@@ -28,9 +28,15 @@ def ranking(listed: Listed, results: Listed, names: Sequence[str] = ()) -> tuple
 
 
 def compared(listed: Listed, results: Listed) -> list[str]:
-    """Instances on which every solver that has any result was run: others would tilt a ranking."""
-    solvers = {solver for of_one in results.values() for solver in of_one}
-    return [name for name, told in listed.items() if "stations" in told and solvers <= results.get(name, {}).keys()]
+    """Instances on which every solver that has any result in their class was run: others would tilt a ranking."""
+    solvers: dict[str, set[str]] = {}
+    for name, told in listed.items():
+        solvers.setdefault(told["class"], set()).update(results.get(name, {}))
+    return [
+        name
+        for name, told in listed.items()
+        if "stations" in told and solvers[told["class"]] <= results.get(name, {}).keys()
+    ]
 
 
 def _summary(solver: str, which: Sequence[str], listed: Listed, results: Listed) -> list[str] | None:

@@ -210,8 +210,11 @@ def assembled(name: str, kind: str, about: dict[str, Any], surveyed: Surveyed, s
 
 def linked(sees: BoolArray, ticks: Int64Array, *, percent: int) -> BoolArray:
     """(N, N): stations that share so much of what the one of them sees that sees less."""
-    own = sees @ ticks
-    shared = (sees * ticks) @ sees.T.astype(np.int64)
+    from scipy.sparse import csr_array
+
+    seen = csr_array(sees).astype(np.int64)  # whole numbers have no fast dense product
+    own = seen @ ticks
+    shared = (seen.multiply(ticks) @ seen.T).toarray()
     links: BoolArray = (100 * shared >= percent * np.minimum(own[:, None], own)) & (shared > 0)
     np.fill_diagonal(links, val=False)
     return links

@@ -2,9 +2,10 @@
 
 Input an `Instance` and a plan of it, output the certificate as JSON holds it. The proof is a tree of branches. It is
 made by linear programs of cuts as in `planner_core.select.relaxation`, with what a checker needs kept: a cut of
-coverage is named by a constraint and shares of stations in 1/256, a cut of links by the candidates in between. CONTROL
-FLOW, `certify`: solve the root by rounds of cuts; prove by a tree that no plan is smaller than the one at hand; where
-that takes too long, than by one station less; else the root's bound is the bound.
+coverage is named by a constraint and shares of stations in 1/256, a cut of rows by a constraint and shares of its rows,
+a cut of links by the candidates in between. CONTROL FLOW, `certify`: for large instances begin with cuts of rows, whose
+shares are prices of the linear relaxation; solve the root by rounds of cuts; prove by a tree that no plan is smaller
+than the one at hand; where that takes too long, than by one station less; else the root's bound is the bound.
 
 A node is closed where its prices, as they are written, reach the bound in whole numbers: `exact_bound` says so. Its
 coefficients are those of the cuts or a little larger, so that the checker, which rounds up exactly, finds no less.
@@ -21,10 +22,12 @@ import numpy as np
 
 from planner_core.model import FloatArray, Int64Array
 from planner_core.select.groups import groups_of
+from planner_core.select.large_bound import large_bound
 from planner_core.select.network_cuts import NetworkCuts
 from planner_core.select.relaxation import (
     BOUND_UNIT,
     NO_MOST,
+    TARGET_UNIT,
     Bound,
     Branch,
     Cut,
@@ -34,9 +37,10 @@ from planner_core.select.relaxation import (
     independent_constraints,
 )
 
+from . import checker
 from .instance import Instance
 
-SHARE = 256
+SHARE = checker.SHARE
 #: Prices are whole numbers of 1 / 2^bits: the coarsest that still proves a node is written.
 _BITS = (8, 11, 14, 20)
 _ROOT_ROUNDS, _ROOT_WINDOW, _ROOT_GAIN = 600, 25, 0.005
@@ -46,6 +50,8 @@ _ROOT_STEP, _STEP = 0.1, 0.2
 _VIOLATION = 1e-4
 _PROBES = 8
 _WHOLE = 1e-6
+#: No tree of a large instance is tried where the plan has more stations than that above the root.
+_MOST_ABOVE_ROOT = 3
 _NO_PRICES: tuple[int, list[int]] = (0, [])
 
 
@@ -75,7 +81,7 @@ class _Node:
 class Prover:
     """Linear programs of one instance, and the trees made of them."""
 
-    def __init__(self, instance: Instance, plan: Sequence[int]) -> None:
+    def __init__(self, instance: Instance, plan: Sequence[int], rows: Sequence[tuple[Cut, list[Any]]] = ()) -> None:
         self.instance = instance
         self._maker = CutMaker(instance.problem)
         network = instance.network
@@ -84,21 +90,23 @@ class Prover:
         n = instance.n_candidates
         self._program = CutProgram(n, slack_price=float(len(plan) + 1), groups=self._groups)
         self._constraints = independent_constraints(instance.problem)
-        self._known: dict[bytes, list[Any]] = {}
+        self._known: dict[bytes, list[Any]] = {_key(cut.coefficient, cut.right): name for cut, name in rows}
+        self._program.add([cut for cut, _ in rows])
         self._centre = np.full(n, 0.5)
         self._end_s = 0.0
         self._nodes_left = 0
         self._used: dict[bytes, int] = {}
 
     # ------------------------------------------------------------------------------------------ bounds
-    def root(self) -> int:
-        """Solve the relaxation of the whole; return its bound."""
+    def root(self, *, time_limit_s: float) -> int:
+        """Solve the relaxation of the whole, in half the time without cuts of links; return its bound."""
         none = np.zeros(self.instance.n_candidates, dtype=np.int64)
         node = _Node(none, none + 1)
         self._program.set_range(node.lower, node.upper)
         best = 0
         for joining in (False, True):
             values: list[int] = []
+            end_s = time.process_time() + time_limit_s / 2
             for _ in range(_ROOT_ROUNDS):
                 x, price = self._program.solve()
                 values.append(self._bound(price, node).scaled)
@@ -107,7 +115,8 @@ class Prover:
                 slow = len(values) > _ROOT_WINDOW and (
                     max(values[-_ROOT_WINDOW:]) - max(values[:-_ROOT_WINDOW]) < _ROOT_GAIN * BOUND_UNIT
                 )
-                if slow or not self._add_cuts(x, self._centre, joining=joining):
+                late = time.process_time() > end_s
+                if late or slow or not self._add_cuts(x, self._centre, joining=joining):
                     break
             best = max(best, *values)
             if self._joins is None:
@@ -315,16 +324,63 @@ def _key(coefficient: Int64Array, right: int) -> bytes:
     return coefficient.tobytes() + right.to_bytes(8, "little", signed=True)
 
 
-def certify(
-    instance: Instance, plan: Sequence[int], *, most_nodes: int = 3000, time_limit_s: float = 60.0
-) -> dict[str, Any]:
-    """Make the certificate of a plan with the best bound that the limits allow; a smaller plan takes its place."""
-    chosen = [int(i) for i in plan]
-    while True:
-        prover = Prover(instance, chosen)
-        root = min(prover.root(), len(chosen))
+def rows_cuts(instance: Instance, *, n_stations: int, work_limit: float) -> list[tuple[Cut, list[Any]]]:
+    """Cuts of rows for prices of the linear relaxation, one a constraint that has a price, and what names them.
+
+    With the prices of constraints they say what `planner_core.select.large_bound` does, but for rounding of shares.
+    """
+    problem, needs = instance.problem, instance.needs
+    found = large_bound(problem, n_stations=n_stations, network=instance.network, n_parts=1, work_limit=work_limit)
+    times = np.unique(problem.seen_from).tolist()
+    reader = checker.Instance(instance.raw)
+    cuts: list[tuple[Cut, list[Any]]] = []
+    for k, need in enumerate(needs):
+        if not found.constraint_price[k]:
+            continue
+        alike = [(o.rows, float(p)) for o, p in zip(needs, found.constraint_price, strict=True)]
+        alike = [pair for pair, o in zip(alike, needs, strict=True) if o.seen_from == need.seen_from]
+        worth = sum(np.where(rows, price, 0.0) for rows, price in alike) / TARGET_UNIT * instance.ticks
+        price = need.seen_from * found.row_price[times.index(need.seen_from)].astype(np.float64)
+        share = np.rint(np.clip(price[need.rows] / worth[need.rows], 0.0, 1.0) * SHARE).astype(np.int64)
+        name = ["rows", k, share.tolist()]
         try:
-            bound, tree = _best_tree(prover, root, len(chosen), most_nodes, time_limit_s)
+            told, right = reader.cut(*name)
+        except checker.RefusedError:
+            continue  # it asks for nothing, less what the first station is spared
+        coefficient = np.zeros(instance.n_candidates, dtype=np.int64)
+        coefficient[list(told)] = list(told.values())
+        cuts.append((Cut(coefficient, right), name))
+    return cuts
+
+
+def certify(
+    instance: Instance,
+    plan: Sequence[int],
+    *,
+    most_nodes: int = 3000,
+    time_limit_s: float = 60.0,
+    root_limit_s: float = float("inf"),
+    work_limit: float = 0.0,
+) -> dict[str, Any]:
+    """Make the certificate of a plan with the best bound that the limits allow; a smaller plan takes its place.
+
+    Parameters
+    ----------
+    most_nodes, time_limit_s
+        Of the tree of each bound that is tried.
+    root_limit_s
+        CPU time of the cuts before.
+    work_limit
+        Of prices of rows to begin with, which serve large instances; 0: none.
+    """
+    chosen = [int(i) for i in plan]
+    rows = rows_cuts(instance, n_stations=len(chosen), work_limit=work_limit) if work_limit else []
+    while True:
+        prover = Prover(instance, chosen, rows)
+        root = max(1, min(prover.root(time_limit_s=root_limit_s), len(chosen)))
+        try:
+            most = len(chosen) if not rows or len(chosen) <= root + _MOST_ABOVE_ROOT else root
+            bound, tree = _best_tree(prover, root, most, most_nodes, time_limit_s)
         except SmallerPlanError as better:
             chosen = better.chosen
             continue
@@ -340,9 +396,10 @@ def certify(
 
 
 def _best_tree(
-    prover: Prover, root: int, n_stations: int, most_nodes: int, time_limit_s: float
+    prover: Prover, root: int, most: int, most_nodes: int, time_limit_s: float
 ) -> tuple[int, list[list[Any]]]:
-    for bound in range(n_stations, root, -1):
+    """The highest bound from `most` down to the root's that a tree proves, and the tree."""
+    for bound in range(most, root, -1):
         try:
             return bound, prover.tree(bound, most_nodes=most_nodes, time_limit_s=time_limit_s)
         except GivenUpError:

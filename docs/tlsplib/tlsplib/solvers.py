@@ -5,6 +5,7 @@
     paper          genetic selection of López et al. 2023, Table 3, and its repair      planner_core.paper
     highs          HiGHS' MIP on the model of `mip_model`
     cp-sat         OR-Tools' CP-SAT on the same in its own terms; an optional package
+    large          what method `proven` does where problems are too large to prove      planner_core.select.large
     proven         method `proven`                                                      planner_core.select
 
 Time is CPU time of the process, all threads together; so is the limit of the two general solvers: a watcher stops them.
@@ -35,13 +36,15 @@ from planner_core.model.genetic import GeneticSettings
 from planner_core.paper.genetic import select_genetic
 from planner_core.paper.overlap_repair import repair_overlap
 from planner_core.select.greedy import drop_redundant, select_greedy
-from planner_core.select.large import select_by_size
+from planner_core.select.large import select_by_size, select_large
 from planner_core.select.network_start import joined
 
 from .cp_sat import NO_ORTOOLS
 from .instance import Instance
 from .stop_watch import stopped_after
 
+#: Run on large instances alone: it is not made for others.
+LARGE = "large"
 #: What the paper's repair asks of circles of the scanner's range.
 _REPAIR_OVERLAP = 0.3
 
@@ -94,6 +97,11 @@ def _paper(instance: Instance, limit_s: float, work: float) -> Found:
         )
         chosen += [int(i) for i in left[more.added]]
     return chosen, 0, found.why_stopped
+
+
+def _large(instance: Instance, limit_s: float, work: float) -> Found:
+    found = select_large(instance.problem, Proven(work_limit=work), network=instance.network)
+    return [int(i) for i in found.chosen], found.lower_bound, found.why_stopped
 
 
 def _proven(instance: Instance, limit_s: float, work: float) -> Found:
@@ -224,5 +232,6 @@ SOLVERS: dict[str, Callable[[Instance, float, float], Found]] = {
     "paper": _paper,
     "highs": _highs,
     "cp-sat": _cp_sat,
+    LARGE: _large,
     "proven": _proven,
 }

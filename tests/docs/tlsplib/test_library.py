@@ -13,13 +13,14 @@ from tlsplib.catalogue import class_of, entries, make
 from tlsplib.gallery import plan_of
 from tlsplib.instance import packed, path_of
 from tlsplib.library import Library, known_solvers
-from tlsplib.page import page, ranking
+from tlsplib.page import compared, page, ranking
 
 from planner_core.errors import PlannerError, SceneError
 
 ROOT = Path(__file__).resolve().parents[3]
 FOLDER = ROOT / "docs" / "tlsplib"
 GALLERY = ROOT.parent / "shared" / "data" / "agp"
+LARGE = "rooms-62-links"
 QUICK = ("rooms-01-whole", "rooms-09-links", "rooms-17-zones-links", "rooms-23-classes", "hall-06-links", "offices-13")
 
 
@@ -41,7 +42,10 @@ def test_the_folder_is_small_and_holds_nothing_of_the_art_gallery_set():
     files = [path for path in FOLDER.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
     assert max(path.stat().st_size for path in files) < 2**20
     assert sum(path.stat().st_size for path in files) < 4 * 2**20
-    assert not list((FOLDER / "instances").glob("gallery*"))
+    kept = list((FOLDER / "instances").iterdir())
+    assert {path.name.removesuffix(".json.xz") for path in kept} == {e.name for e in entries() if e.is_kept}
+    assert max(path.stat().st_size for path in kept) < 100_000
+    assert not [path for path in kept if path.name.startswith("gallery")]
 
 
 @pytest.mark.parametrize("name", QUICK)
@@ -53,9 +57,11 @@ def test_an_instance_comes_out_of_its_geometry_to_the_byte(name):
 
 @pytest.mark.slow
 def test_all_instances_come_out_of_their_geometry_to_the_byte():
+    """But large ones, which the test of all certificates makes."""
     listed = Library(FOLDER).listed()
     for entry in entries():
-        if entry.scan is None and (entry.is_kept or GALLERY.exists()):
+        is_here = entry.is_kept or (entry.needs_gallery and GALLERY.exists())
+        if entry.scan is None and is_here and listed[entry.name]["class"] != "large":
             instance = make(entry, gallery=GALLERY)
             assert instance.sha256 == listed[entry.name]["sha256"], entry.name
             assert class_of(instance) == listed[entry.name]["class"]
@@ -88,6 +94,46 @@ def test_quick_certificates_hold():
     found = list(Library(FOLDER).check(QUICK))
     assert len(found) == len(QUICK)
     assert all(stations >= bound for _, stations, bound in found)
+
+
+@pytest.fixture(scope="module")
+def large():
+    """The text of a large instance, made anew, and its certificate."""
+    [entry] = [entry for entry in entries() if entry.name == LARGE]
+    raw = checker.unpacked(path_of(FOLDER / "certificates", LARGE).read_bytes())
+    return Library(FOLDER).instance(entry).raw, json.loads(raw)
+
+
+def test_the_certificate_of_a_large_instance_holds_by_prices_of_rows(large):
+    raw, certificate = large
+    told = Library(FOLDER).listed()[LARGE]
+    assert told["class"] == "large"
+    assert checker.check(raw, json.dumps(certificate).encode()) == (LARGE, told["stations"], told["bound"])
+    assert "rows" in [cut[0] for cut in certificate["cuts"]]
+
+
+def test_falsified_bounds_of_a_large_instance_are_refused(large):
+    raw, certificate = large
+    assert certificate["bound"] < len(certificate["plan"])
+    at = next(k for k, cut in enumerate(certificate["cuts"]) if cut[0] == "rows")
+
+    def with_shares(share):
+        cuts = list(certificate["cuts"])
+        cuts[at] = ["rows", cuts[at][1], [share(v) for v in cuts[at][2]]]
+        return {"cuts": cuts}
+
+    [[bits, prices, branch]] = certificate["tree"]
+    dearer = [v if place % 2 == 0 else v + v // 8 for place, v in enumerate(prices)]
+    for false in (
+        {"bound": certificate["bound"] + 1},
+        with_shares(lambda v: 256),
+        with_shares(lambda v: v // 2),
+        with_shares(lambda v: min(256, v + 16)),
+        {"tree": [[bits, dearer, branch]]},
+        {"tree": [[bits, [], branch]]},
+    ):
+        with pytest.raises(checker.RefusedError):
+            checker.check(raw, json.dumps(certificate | false).encode())
 
 
 @pytest.mark.slow
@@ -128,7 +174,7 @@ def test_solving_goes_on_where_it_ended(tmp_path):
     library = copied(tmp_path, name)
     path_of(tmp_path / "certificates", name).unlink()
     told = []
-    library.solve((name,), ["greedy", "proven"], again=False, tell=told.append)
+    library.solve((name,), ["greedy", "large", "proven"], again=False, tell=told.append)  # it is a small one
     assert [line.split(": ")[1] for line in told] == ["greedy", "proven", "certificate"]
     assert [entry[0] for entry in library.check((name,))] == [name]
     told.clear()
@@ -179,6 +225,16 @@ def test_a_ranking_counts_what_was_found_where_all_were_run():
         "solver": "proven", "plans": "2", "best": "2", "proves": "2", "stations more": "0.00", "CPU time, ours 1": "1",
     }  # fmt: skip
     assert rows[1] == ["greedy", "1", "0", "0", "1.00", "1.2"]
+
+
+def test_a_solver_of_one_class_leaves_those_of_others_compared():
+    listed = {
+        name: {"class": name[:5], "links": 0, "stations": 5, "bound": 5} for name in ("small", "large-1", "large-2")
+    }
+    found = {"stations": 5, "bound": 5, "valid": True, "cpu_s": 2.0}
+    results = {name: {"proven": found} for name in listed}
+    results["large-1"]["large"] = found
+    assert compared(listed, results) == ["small", "large-1"]
 
 
 def test_entries_are_told_apart_by_all_that_they_are_made_from():

@@ -15,7 +15,7 @@ from tiny_instances import fewest, meets, tiny
 from tlsplib import checker
 from tlsplib.instance import Instance, Need, from_raw, packed
 from tlsplib.plans import Survey, instance_of, rooms
-from tlsplib.proof import certify
+from tlsplib.proof import certify, rows_cuts
 
 CHECKER = Path(checker.__file__)
 
@@ -82,11 +82,13 @@ def test_cuts_hold_for_every_set_that_meets_everything(seed, n_shares):
     sets = [[i for i in range(instance.n_candidates) if mask >> i & 1] for mask in whole[1:]]
     sets = [chosen for chosen in sets if meets(instance, chosen)]
     cuts = []
-    for k in range(len(instance.needs)):
-        try:
-            cuts.append(problem.cut("cover", k, [v for pair in shares.items() for v in pair]))
-        except checker.RefusedError:
-            continue
+    for k, need in enumerate(instance.needs):
+        of_rows = np.minimum(rng.integers(0, 512, size=int(need.rows.sum())), 256).tolist()
+        for kind, told in (("cover", [v for pair in shares.items() for v in pair]), ("rows", of_rows)):
+            try:
+                cuts.append(problem.cut(kind, k, told))
+            except checker.RefusedError:
+                continue
     between = [int(i) for i in np.flatnonzero(rng.random(instance.n_candidates) < 0.4)]
     for paid in ([], [0], [0, 1]):
         try:
@@ -96,6 +98,29 @@ def test_cuts_hold_for_every_set_that_meets_everything(seed, n_shares):
     for coefficients, right in cuts:
         for chosen in sets:
             assert sum(coefficients.get(i, 0) for i in chosen) >= right, (seed, chosen)
+
+
+@given(seed=st.integers(0, 10**6))
+@settings(max_examples=25, deadline=None)
+def test_prices_of_rows_alone_prove_no_more_than_the_fewest_stations(seed):
+    instance = tiny(seed, n=8, n_rows=20)
+    best = fewest(instance)
+    certificate = certify(instance, best, most_nodes=0, root_limit_s=0.0, work_limit=0.01)
+    assert checker.check(instance.raw, text_of(certificate))[1:] == (len(best), certificate["bound"]), seed
+    assert 1 <= certificate["bound"] <= len(best), seed
+
+
+def test_prices_of_rows_prove_what_the_relaxation_has():
+    """Of twelve stations that see a row each, alone, any plan of all but one row needs eleven."""
+    sees = np.eye(12, dtype=bool)
+    told = [("all", sees.any(axis=0), 1100), ("half", np.arange(12) < 6, 600)]
+    needs = tuple(Need(title, rows, required, 1) for title, rows, required in told)
+    instance = Instance("eye", "tiny", {}, np.zeros((12, 3), int), np.full(12, 100), sees, needs, None)
+    [*cuts] = rows_cuts(instance, n_stations=12, work_limit=0.1)
+    assert {name[0] for _, name in cuts} == {"rows"}
+    certificate = certify(instance, list(range(11)), most_nodes=0, root_limit_s=0.0, work_limit=0.1)
+    assert certificate["bound"] == 11
+    assert {cut[0] for cut in certificate["cuts"]} == {"rows"}
 
 
 @pytest.fixture(scope="module")
@@ -222,6 +247,10 @@ def test_false_cuts_are_refused(instance, certificate):
         (["cover", 7, [0, 256]], "expected 0 to"),
         (["cover", 0, [0, 300]], "expected 0 to"),
         (["cover", 0, [0]], "not as the format says"),
+        (["rows", 0, [0] * len(instance.ticks)], "its rows alone"),
+        (["rows", 0, [256]], "not as the format says"),
+        (["rows", 0, [257] * len(instance.ticks)], "expected 0 to 256"),
+        (["rows", 7, []], "expected 0 to"),
         (["links", [], []], "a piece will do alone"),
         (["links", [0], [0]], "in between"),
         (["links", [], [0, 1]], "holds both"),

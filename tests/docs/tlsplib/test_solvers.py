@@ -57,6 +57,13 @@ def test_other_solvers_say_whether_their_plan_meets_everything(name):
             assert found.valid, seed
 
 
+def test_selection_of_large_problems_has_a_plan_and_a_bound_that_is_none_too_high():
+    instance = tiny(1, linked=True)
+    found = solvers.solve("large", instance, limit_s=1.0, work=0.1)
+    assert found.valid
+    assert found.bound <= len(fewest(instance)) <= len(found.chosen)
+
+
 def test_a_solver_is_stopped_by_the_time_of_the_processor():
     stopped = []
     with stopped_after(0.0, lambda: stopped.append(True)):
