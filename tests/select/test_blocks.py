@@ -2,6 +2,7 @@
 
 import itertools
 from dataclasses import replace
+from types import SimpleNamespace
 
 import networkx as nx
 import numpy as np
@@ -126,7 +127,8 @@ def test_selection_of_flats_is_proven_by_blocks(seed, monkeypatch):
     def never(self, tree):
         raise AssertionError("blocks leave nothing to be proven as one")
 
-    monkeypatch.setattr(proven._Search, "_prove_as_one", never)
+    monkeypatch.setattr(proven._Search, "_blocks_are_due", lambda self, blocks, tree: not blocks.finished)
+    monkeypatch.setattr(proven._Search, "_proof_due", never)
     problem, network = flats(seed, n=5)
     found = select(problem, Proven(work_limit=5.0, n_walks=1), network=network)
     assert found.proven
@@ -265,3 +267,18 @@ def test_more_parts_than_can_be_compared_are_proven_as_one():
         np.eye(many, dtype=bool), np.ones(many, dtype=np.int64), np.ones((1, many), dtype=bool), [many]
     )
     assert blocks_of(problem, network_of(nx.empty_graph(many))) == []
+
+
+def test_blocks_and_the_whole_take_turns_until_either_is_done_or_most_work_is():
+    search = proven._Search.__new__(proven._Search)
+    search._settings = Proven(work_limit=100.0)
+
+    def are_due(of_blocks, of_whole, *, blocks_done=False, whole_done=False):
+        blocks = SimpleNamespace(work=of_blocks, finished=blocks_done)
+        return search._blocks_are_due(blocks, SimpleNamespace(work=of_whole, finished=whole_done))
+
+    assert are_due(5.0, 5.0)
+    assert not are_due(5.1, 5.0)
+    assert are_due(60.0, 5.0, whole_done=True)
+    assert not are_due(80.0, 90.0)
+    assert not are_due(5.0, 6.0, blocks_done=True)
