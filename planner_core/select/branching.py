@@ -134,17 +134,18 @@ class BranchAndBound:
         """End what is under way at the next opportunity; for callbacks of progress."""
         self._stopped = True
 
-    def root(self, *, work: float = float("inf"), progress: Progress = silent) -> None:
+    def root(self, *, work: float = float("inf"), sweeping: float = float("inf"), progress: Progress = silent) -> None:
         """Solve the relaxation itself, and fix candidates that no smaller plan holds, or that each holds.
 
-        work : with so much it ends, having done a little at least.
+        work : with so much it ends, having done a little at least. sweeping : with so much it ends looking for
+        separators of the network.
         """
         self._program.add(self._cuts_for(np.zeros(self.problem.n_candidates), joining=False))
-        self._solve_root(work, progress, joining=False)
+        self._solve_root(work, 0.0, progress, joining=False)
         if self._joins is not None and not (self._stopped or self.work >= work or self._proven >= self.n_stations):
-            self._solve_root(work, progress, joining=True)
+            self._solve_root(work, sweeping, progress, joining=True)
 
-    def _solve_root(self, work: float, progress: Progress, *, joining: bool) -> None:
+    def _solve_root(self, work: float, sweeping: float, progress: Progress, *, joining: bool) -> None:
         """Rounds of cuts: first those of coverage alone, which cost little and give most."""
         best, begun, values = 0, 0, [0.0]
         for number in range(_ROOT_ROUNDS):
@@ -160,7 +161,8 @@ class BranchAndBound:
             slow = number > begun + _ROOT_WINDOW and values[-1] - values[-1 - _ROOT_WINDOW] < _ROOT_GAIN
             if self._stopped or self.work >= work:
                 break
-            if joining and (slow or number % _ROOT_WINDOW == 0) and self._add_separators(x):
+            due = self.work < sweeping and (slow or number % _ROOT_WINDOW == 0)
+            if due and self._add_separators(x):
                 begun, slow = number, False
             if slow:
                 break

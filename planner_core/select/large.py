@@ -45,8 +45,8 @@ from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, Walks, 
 if TYPE_CHECKING:
     from planner_core.select.regrow import Regrowth
 
-#: From so many entries on (candidates times the rows that each sees) prices serve better than `select`.
-LARGE_ENTRIES = 3_000_000
+#: Beyond so many candidates, or entries (candidates times the rows that each sees), prices serve better than `select`.
+_MOST_CANDIDATES, _MOST_ENTRIES = 1000, 3_000_000
 #: A candidate is of the core if nearly a solution of the relaxation takes so much of it, or it costs so little more.
 _CORE_SHARE = 1e-3
 _CORE_MARGIN = BOUND_UNIT // 50
@@ -163,8 +163,13 @@ def select_large(
 
 def select_by_size(problem: CoverProblem, settings: Proven = _DEFAULTS, **how: Any) -> ProvenSelection:
     """`select` for problems that it is made for, `select_large` for others; see there for `how`."""
-    search = select_large if problem.row.size > LARGE_ENTRIES else select
+    search = select_large if is_large(problem) else select
     return search(problem, settings, **how)
+
+
+def is_large(problem: CoverProblem) -> bool:
+    """Whether a problem is for `select_large`."""
+    return problem.n_candidates > _MOST_CANDIDATES or problem.row.size > _MOST_ENTRIES
 
 
 def _check_asked(

@@ -51,8 +51,10 @@ _FIRST_STEPS_A_CANDIDATE = 10
 _STEPS_BEFORE_BOUND = 80
 #: From then on the proof gets so many times the work of annealing: what annealing has not found by then it rarely does.
 _PROOF_SHARE = 3.0
-#: A proof by blocks gets so much of all work at most.
-_BLOCK_SHARE = 0.8
+#: A proof by blocks gets so much of all work before the whole has its turns, and so much at most.
+_FIRST_BLOCK_SHARE, _BLOCK_SHARE = 0.4, 0.8
+#: The root looks for separators of the network within the first of all work, so much of it.
+_SWEEP_SHARE = 0.2
 #: The proof's turn lasts at least so long, in units of work.
 _LEAST_TURN = 0.1
 _MAX_STEPS = 2**28
@@ -268,7 +270,7 @@ class _Search:
             network=self._network,
             given=self._pinned,
         )
-        tree.root(progress=self._prove)
+        tree.root(sweeping=_SWEEP_SHARE * self._settings.work_limit, progress=self._prove)
         self._take_from(tree)
         self._blocks = self._block_proof()
         while self._go_on():
@@ -300,9 +302,10 @@ class _Search:
         )
 
     def _blocks_are_due(self, blocks: BlockProof, tree: BranchAndBound) -> bool:
-        """Blocks and the whole get the same work; blocks all that is left to prove where the whole is done."""
-        within = blocks.work < _BLOCK_SHARE * self._settings.work_limit
-        return within and not blocks.finished and (tree.finished or blocks.work <= tree.work)
+        """Blocks go first; from some work on they and the whole get the same."""
+        first, most = (share * self._settings.work_limit for share in (_FIRST_BLOCK_SHARE, _BLOCK_SHARE))
+        turn = tree.finished or blocks.work <= max(first, tree.work)
+        return turn and blocks.work < most and not blocks.finished
 
     def _find(  # as `_find_alone`, but heard of, and within the time
         self,

@@ -21,8 +21,8 @@ from planning_cases import Case, cases
 from planner_core.engine.scan_engine import device_of
 from planner_core.model import Proven, ScanBy
 from planner_core.requirements.look_around import Looked
-from planner_core.select.large import LARGE_ENTRIES, select_large
-from planner_core.select.proven import ProvenSelection, select
+from planner_core.select.large import select_by_size
+from planner_core.select.proven import ProvenSelection
 from tests.benchmarks.bench_real_buildings import put
 
 HEAD = [
@@ -44,11 +44,10 @@ def planned(case: Case) -> ProvenSelection | None:
     if on is None:
         return None
     problem = on.pool.problem
-    search = select_large if problem.row.size > LARGE_ENTRIES else select
     method = case.settings.seeded_method
     assert isinstance(method, Proven)
     limit = replace(method, work_limit=case.work)
-    return search(problem, limit, network=on.network, device=device_of(on.engine))
+    return select_by_size(problem, limit, network=on.network, device=device_of(on.engine))
 
 
 def row(case: Case) -> str | None:

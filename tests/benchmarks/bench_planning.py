@@ -41,11 +41,11 @@ from planner_core.positions.local_site import local_site
 from planner_core.requirements.goals import goals_of
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
-from planner_core.select.large import LARGE_ENTRIES, select_large
+from planner_core.select.large import select_by_size
 from planner_core.select.network import Network
 from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem, cover_problem
-from planner_core.select.proven import ProvenSelection, select
+from planner_core.select.proven import ProvenSelection
 
 T = TypeVar("T")
 #: What the planner was when a row was measured, for readers of the page: change it with the planner.
@@ -206,8 +206,7 @@ def ours(on: Ready) -> dict[str, Found]:
     def of(network: Network | None) -> Found:
         limit = replace(settings, work_limit=on.case.cover_work if network is None else on.case.work)
         problem = on.whole if network is None else on.pool.problem
-        search = select_large if problem.row.size > LARGE_ENTRIES else select
-        found, cpu_s, wall_s = timed(lambda: search(problem, limit, network=network, device=device))
+        found, cpu_s, wall_s = timed(lambda: select_by_size(problem, limit, network=network, device=device))
         chosen[network is not None] = found.chosen
         return proven(judged(on, found.chosen, cpu_s, wall_s), found)
 

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
 from planner_core.model import Proven
+from planner_core.select import large
 from planner_core.select.greedy import select_greedy
-from planner_core.select.large import core_problem, select_large
+from planner_core.select.large import core_problem, select_by_size, select_large
 from planner_core.select.large_bound import large_bound
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
@@ -170,3 +171,16 @@ def test_candidates_outside_the_core_are_no_numbers_in_it() -> None:
     outside = replace(core, candidate=core.candidate[:-1])
     with pytest.raises(ValueError, match="expected candidates that are in it"):
         outside.own([inside[0], inside[-1]])
+
+
+@pytest.mark.parametrize(
+    ("most_candidates", "most_entries", "is_large"), [(29, 10**6, True), (30, 0, True), (30, 10**6, False)]
+)
+def test_many_candidates_or_entries_make_a_problem_large(monkeypatch, most_candidates, most_entries, is_large):
+    asked = []
+    monkeypatch.setattr(large, "_MOST_CANDIDATES", most_candidates)
+    monkeypatch.setattr(large, "_MOST_ENTRIES", most_entries)
+    monkeypatch.setattr(large, "select", lambda problem, settings, **how: asked.append(False))
+    monkeypatch.setattr(large, "select_large", lambda problem, settings, **how: asked.append(True))
+    select_by_size(random_problem(1, n=30), LITTLE)
+    assert asked == [is_large]

@@ -36,8 +36,9 @@ from planner_core.model.genetic import GeneticSettings
 from planner_core.paper.genetic import select_genetic
 from planner_core.paper.overlap_repair import repair_overlap
 from planner_core.select.greedy import drop_redundant, select_greedy
-from planner_core.select.large import select_by_size, select_large
+from planner_core.select.large import select_large
 from planner_core.select.network_start import joined
+from planner_core.select.proven import select
 
 from .cp_sat import NO_ORTOOLS
 from .instance import Instance
@@ -105,7 +106,7 @@ def _large(instance: Instance, limit_s: float, work: float) -> Found:
 
 
 def _proven(instance: Instance, limit_s: float, work: float) -> Found:
-    found = select_by_size(instance.problem, Proven(work_limit=work), network=instance.network)
+    found = select(instance.problem, Proven(work_limit=work), network=instance.network)
     return [int(i) for i in found.chosen], found.lower_bound, found.why_stopped
 
 
