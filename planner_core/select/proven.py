@@ -54,7 +54,7 @@ _PROOF_SHARE = 3.0
 #: A proof by blocks gets so much of all work before the whole has its turns, and so much at most.
 _FIRST_BLOCK_SHARE, _BLOCK_SHARE = 0.4, 0.8
 #: The root looks for separators of the network within the first of all work, so much of it.
-_SWEEP_SHARE = 0.2
+_SWEEP_SHARE = 0.1
 #: The proof's turn lasts at least so long, in units of work.
 _LEAST_TURN = 0.1
 _MAX_STEPS = 2**28
