@@ -277,9 +277,9 @@ def test_blocks_and_the_whole_take_turns_until_either_is_done_or_most_work_is():
         blocks = SimpleNamespace(work=of_blocks, finished=blocks_done)
         return search._blocks_are_due(blocks, SimpleNamespace(work=of_whole, finished=whole_done))
 
-    assert are_due(40.0, 5.0)
-    assert not are_due(40.1, 40.0)
-    assert are_due(45.0, 45.0)
+    assert are_due(50.0, 5.0)
+    assert not are_due(50.1, 50.0)
+    assert are_due(55.0, 55.0)
     assert are_due(60.0, 5.0, whole_done=True)
     assert not are_due(80.0, 90.0)
     assert not are_due(5.0, 6.0, blocks_done=True)
