@@ -15,7 +15,7 @@ a better plan. Fewer, and a target missed: two nodes, in one of which a block co
 the plan: prove them.
 
 Blocks know nothing of each other when they are first looked at, for a set or for a proof: these looks are tasks, of
-which others do some within `spread_over` (`_first_looks`). What comes next depends on all that is known by then.
+which others do some within `spread_over` (`_looks`). What comes next depends on all that is known by then.
 """
 
 from __future__ import annotations

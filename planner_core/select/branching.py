@@ -92,7 +92,7 @@ class BranchAndBound:
         self._maker = CutMaker(problem)
         self._network = network
         self._joins = NetworkCuts(network, self._maker.reaches) if network is not None else None
-        self._separators = Separators(problem, network, self._maker.reaches) if network is not None else None
+        self._separators = Separators(self._maker, network) if network is not None else None
         self._groups = groups_of(problem)
         self._group_sizes = self._groups.sum(axis=1)
         self._program = CutProgram(n, slack_price=float(n_stations + 1), groups=self._groups)

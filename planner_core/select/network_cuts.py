@@ -41,8 +41,8 @@ _THRESHOLDS = (1e-6, 0.1, 0.4)
 #: So many pieces of a part are cut off from the rest, and so many flows are computed, between candidates worth it.
 _PIECES, _FLOWS, _WORTH = 12, 12, 0.05
 #: Flows are whole numbers of this.
-_FLOW_UNIT = 2**20
-_NO_LIMIT = 2**30
+FLOW_UNIT = 2**20
+NO_LIMIT = 2**30
 
 
 class NetworkCuts:
@@ -107,7 +107,7 @@ class NetworkCuts:
 
     def _by_flow(self, x: FloatArray, inside: BoolArray) -> list[Cut]:
         """Cuts between the candidate that x favours most and others that it favours."""
-        at = np.flatnonzero(inside & (x * _FLOW_UNIT >= 1))
+        at = np.flatnonzero(inside & (x * FLOW_UNIT >= 1))
         order = at[np.argsort(-x[at], kind="stable")]
         source, cuts, n_flows = int(order[0]), [], 0
         flows = _Flows(self._graph, at, x)
@@ -275,23 +275,29 @@ class _Flows:
         links = graph[at][:, at].tocoo()
         row = np.concatenate([np.arange(n), links.row + n])
         column = np.concatenate([np.arange(n) + n, links.col])
-        through = np.floor(x[at] * _FLOW_UNIT).astype(np.int32)
-        limit = np.concatenate([through, np.full(links.row.size, _NO_LIMIT, dtype=np.int32)])
+        through = np.floor(x[at] * FLOW_UNIT).astype(np.int32)
+        limit = np.concatenate([through, np.full(links.row.size, NO_LIMIT, dtype=np.int32)])
         self._at = at
         self._network: Any = sparse.csr_matrix((limit, (row, column)), shape=(2 * n, 2 * n))
-        self._limits = self._network.toarray()
 
     def near(self, source: int, sink: int) -> Int64Array:
         """Candidates, the source among them, that a least cut between two that are not linked leaves on its side."""
-        from scipy.sparse import csgraph
-
         n = self._at.size
         out_of = n + int(np.searchsorted(self._at, source))
-        flow = csgraph.maximum_flow(self._network, out_of, int(np.searchsorted(self._at, sink))).flow
-        left = self._limits - flow.toarray() > 0
-        reached = new = np.arange(2 * n) == out_of
-        while new.any():
-            new = left[new].any(axis=0) & ~reached
-            reached = reached | new
+        reached = on_near_side(self._network, out_of, int(np.searchsorted(self._at, sink)))
         near: Int64Array = self._at[reached[n:]]
         return near
+
+
+def on_near_side(limits: Any, source: int, sink: int) -> BoolArray:
+    """(M,) bool: what a largest flow through links of such limits, (M, M) sparse, leaves within reach of its source.
+
+    The same whichever flow is found: of all least cuts the one nearest to the source.
+    """
+    from scipy.sparse import csgraph
+
+    left = limits - csgraph.maximum_flow(limits, source, sink).flow
+    left.eliminate_zeros()
+    reached: BoolArray = np.zeros(limits.shape[0], dtype=bool)
+    reached[csgraph.breadth_first_order(left, source, return_predecessors=False)] = True
+    return reached

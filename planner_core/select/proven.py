@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -197,18 +198,20 @@ def _known(problem: CoverProblem, reduced: Reduced, start: Sequence[int] | None)
     return [place[c] for c in dict.fromkeys(start) if c in place]
 
 
-def _find_alone(
+def _find_in_block(
     settings: Proven,
-    host: bool,
+    how: dict[str, Any],
     problem: CoverProblem,
     network: Network,
     pinned: tuple[int, ...],
     start: tuple[int, ...] | None,
     work: float,
 ) -> tuple[tuple[int, ...], float]:
-    """Few candidates of a block; see `planner_core.select.blocks.Find`."""
-    how = replace(settings, work_limit=work)
-    found = select(problem, how, network=network, given=pinned, start=start, host=host)
+    """Few candidates of a block; see `planner_core.select.blocks.Find`. how : other arguments of `select`."""
+    settings = replace(settings, work_limit=work, prove=False)
+    found = select(problem, settings, network=network, given=pinned, start=start, **how)
+    if found.why_stopped == INTERRUPTED:
+        raise KeyboardInterrupt
     return found.chosen, found.work
 
 
@@ -287,9 +290,9 @@ class _Search:
 
     def _block_proof(self) -> BlockProof | None:
         """Proof of what hardly see the same apart, where there are such blocks."""
-        blocks = (
-            [] if self._network is None or not self._go_on() else blocks_of(self._problem, self._network, self._pinned)
-        )
+        if self._network is None or not self._go_on():
+            return None
+        blocks = blocks_of(self._problem, self._network, self._pinned)
         if not blocks:
             return None
         return BlockProof(
@@ -297,7 +300,7 @@ class _Search:
             blocks,
             n_stations=len(self._best),
             find=self._find,
-            sent_find=partial(_find_alone, replace(self._settings, time_limit_s=None, prove=False), self._host),
+            sent_find=partial(_find_in_block, replace(self._settings, time_limit_s=None), {"host": self._host}),
             work_limit=min(_BLOCK_SHARE * self._settings.work_limit, self._settings.work_limit - self._work),
         )
 
@@ -307,28 +310,10 @@ class _Search:
         turn = tree.finished or blocks.work <= max(first, tree.work)
         return turn and blocks.work < most and not blocks.finished
 
-    def _find(  # as `_find_alone`, but heard of, and within the time
-        self,
-        problem: CoverProblem,
-        network: Network,
-        pinned: tuple[int, ...],
-        start: tuple[int, ...] | None,
-        work: float,
-    ) -> tuple[tuple[int, ...], float]:
-        """Few candidates of a block; see `planner_core.select.blocks.Find`."""
-        found = select(
-            problem,
-            replace(self._settings, work_limit=work, time_limit_s=self.limits.left_s, prove=False),
-            network=network,
-            given=pinned,
-            start=start,
-            device=self._device,
-            host=self._host,
-            progress=self._tell_of_blocks,
-        )
-        if found.why_stopped == INTERRUPTED:
-            raise KeyboardInterrupt
-        return found.chosen, found.work
+    def _find(self, *asked: Any) -> tuple[tuple[int, ...], float]:
+        """`_find_in_block` on the device at hand, heard of, and within the time that is left."""
+        how = {"device": self._device, "host": self._host, "progress": self._tell_of_blocks}
+        return _find_in_block(replace(self._settings, time_limit_s=self.limits.left_s), how, *asked)
 
     def _tell_of_blocks(self, event: ProgressEvent) -> None:
         """Tell of the whole instead of a block."""

@@ -126,7 +126,7 @@ class Shares:
 
 
 class CutMaker:
-    """Cuts of a problem that points x violate."""
+    """Cuts of a problem that points x violate. sees : (N, R) sparse, 1.0 where a candidate sees a row."""
 
     def __init__(self, problem: CoverProblem) -> None:
         from scipy import sparse
@@ -134,7 +134,7 @@ class CutMaker:
         shape = (problem.n_candidates, problem.n_rows)
         one = np.ones(problem.row.size)
         self.problem = problem
-        self._sees = sparse.csr_matrix((one, problem.row, problem.starts), shape=shape)
+        self.sees: Any = sparse.csr_matrix((one, problem.row, problem.starts), shape=shape)
         #: (K, R): what counts, and is seen by as many candidates as are asked for.
         n_viewers = np.bincount(problem.row, minlength=problem.n_rows)
         self._counted: BoolArray = problem.counts_for & (n_viewers >= problem.seen_from[:, None])
@@ -163,7 +163,7 @@ class CutMaker:
     def shares(self, x: FloatArray, seen_from: int) -> Shares:
         """How far x covers each row at most, where `seen_from` candidates are asked for, and whom to leave out."""
         at = np.flatnonzero(x)
-        cover = self._sees[at].T @ x[at]
+        cover = self.sees[at].T @ x[at]
         n_rows = self.problem.n_rows
         none = np.zeros(0, dtype=np.int64)
         best = Shares(seen_from, cover / seen_from, np.zeros(n_rows, dtype=np.int64), none, none)
@@ -241,7 +241,7 @@ class CutMaker:
     def _sum_seen(self, ticks: Int64Array, *, exact_in_float: bool) -> Int64Array:
         # Whole numbers below 2^53 add up exactly in float64, in any order.
         if exact_in_float:
-            summed: Int64Array = (self._sees @ ticks.astype(np.float64)).astype(np.int64)
+            summed: Int64Array = (self.sees @ ticks.astype(np.float64)).astype(np.int64)
             return summed
         total = np.zeros(self.problem.n_candidates, dtype=np.int64)
         np.add.at(total, self._owner, ticks[self.problem.row])

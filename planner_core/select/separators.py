@@ -1,6 +1,7 @@
 """Separators of a network: what parts a side of it from the rest bounds what that side alone can cover.
 
-Input a `CoverProblem` and its `Network`, output the separators of points x, and `Cut`s of some that x violates.
+Input a `CutMaker` of a problem, and its `Network`; output the separators of points x, and `Cut`s of some that x
+violates.
 
 Let a set Z of candidates be taken away from a part of the graph, so that a side D of it has no link to the rest E of
 the part, and let every plan have a station in Z or in E (all other candidates miss a target). The stations of a part
@@ -17,16 +18,17 @@ then farther out from there.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int64Array
 from planner_core.select.network import Network
-from planner_core.select.problem import CoverProblem
-from planner_core.select.relaxation import CUT_UNIT, Cut
+from planner_core.select.network_cuts import FLOW_UNIT, NO_LIMIT, on_near_side
+from planner_core.select.relaxation import CUT_UNIT, Cut, CutMaker
 
 #: The far side of a cut begins so many links away from those who see a row: one sweep over the rows for each.
 _HOPS = (2, 3, 5)
@@ -36,9 +38,6 @@ _SEEDS, _OUTWARD = 60, 3
 _MOST_BETWEEN = 0.95
 #: Rows of which less is covered are no seeds.
 _LEAST_COVER = 0.3
-#: Flows are whole numbers of this.
-_FLOW_UNIT = 2**20
-_NO_LIMIT = 2**30
 #: An order of rows without any pattern: multiples of 2^32 / golden ratio.
 _STRIDE = 2654435769
 #: So many of them further, the next sweep begins.
@@ -59,33 +58,43 @@ class Through:
 class Separators:
     """Those of one network that were found so far.
 
-    reaches : whether the allowed candidates, (N,) bool, together reach every target. n_looks, n_flows : how often it
-    was asked, and flows computed.
+    between : of each that bounds rows the candidates, (M,) int64. n_looks, n_flows : how often it was asked whether
+    candidates reach all targets, and flows computed.
     """
 
-    def __init__(self, problem: CoverProblem, network: Network, reaches: Callable[[BoolArray], bool]) -> None:
-        from scipy import sparse
-
-        n = problem.n_candidates
+    def __init__(self, maker: CutMaker, network: Network) -> None:
         self.n_looks = self.n_flows = self._n_orders = 0
         self.between: list[Int64Array] = []
         self._rows: list[Int64Array] = []
-        self._problem, self._network, self._reaches = problem, network, reaches
-        self._sees: Any = sparse.csr_matrix(
-            (np.ones(problem.row.size, dtype=np.int32), problem.row, problem.starts), shape=(n, problem.n_rows)
-        )
-        self._seen_by: Any = self._sees.T.tocsr()
-        linked = np.ones(network.neighbour.size, dtype=np.int32)
-        self._linked: Any = sparse.csr_matrix((linked, network.neighbour, network.starts), shape=(n, n))
-        self._n_viewers = np.bincount(problem.row, minlength=problem.n_rows)
-        self._counts = problem.counts_for.any(axis=0)
-        self._order = np.argsort(np.arange(problem.n_rows) * _STRIDE % 2**32, kind="stable")
+        self._maker, self._network = maker, network
+        self._counts = maker.problem.counts_for.any(axis=0)
         self._known: set[bytes] = set()
+
+    @cached_property
+    def _seen_by(self) -> Any:
+        return self._maker.sees.T.tocsr()
+
+    @cached_property
+    def _n_viewers(self) -> Int64Array:
+        n_viewers: Int64Array = np.diff(self._seen_by.indptr).astype(np.int64)
+        return n_viewers
+
+    @cached_property
+    def _linked(self) -> Any:
+        from scipy import sparse
+
+        network, n = self._network, self._network.n_candidates
+        one = np.ones(network.neighbour.size, dtype=np.int32)
+        return sparse.csr_matrix((one, network.neighbour, network.starts), shape=(n, n))
+
+    @cached_property
+    def _order(self) -> Int64Array:
+        order: Int64Array = np.argsort(np.arange(self._counts.size) * _STRIDE % 2**32, kind="stable")
+        return order
 
     def through(self, x: FloatArray) -> Through:
         """What x has in them."""
-        number = np.full(self._problem.n_rows, -1, dtype=np.int64)
-        part = np.ones(self._problem.n_rows)
+        number, part = np.full(self._counts.size, -1, dtype=np.int64), np.ones(self._counts.size)
         value = np.array([float(x[between].sum()) for between in self.between])
         for at in np.argsort(-value, kind="stable").tolist():  # the least comes last, and stays
             if value[at] < 1.0:
@@ -126,14 +135,13 @@ class Separators:
     def _least_cut(self, source: Int64Array, hops: int, x: FloatArray) -> tuple[Int64Array, Int64Array] | None:
         """(side, between) for `source` and all who are more than `hops` links away; None where there is nobody."""
         from scipy import sparse
-        from scipy.sparse import csgraph
 
         near, beyond = self._near(source, hops)
         if not beyond:
             return None
         self.n_flows += 1
         n = near.size
-        place = np.full(self._problem.n_candidates, -1, dtype=np.int64)
+        place = np.full(self._network.n_candidates, -1, dtype=np.int64)
         place[near] = np.arange(n)
         links = self._linked[near]
         tail, head = np.repeat(np.arange(n), np.diff(links.indptr)), place[links.indices]
@@ -141,20 +149,16 @@ class Separators:
         # Each is split into a way in and a way out n further, with x between; behind them source and far side.
         row = np.concatenate([np.arange(n), tail[inside] + n, np.full(source.size, 2 * n), out + n])
         column = np.concatenate([np.arange(n) + n, head[inside], place[source], np.full(out.size, 2 * n + 1)])
-        limit = np.full(row.size, _NO_LIMIT, dtype=np.int32)
-        limit[:n] = np.floor(x[near] * _FLOW_UNIT)
+        limit = np.full(row.size, NO_LIMIT, dtype=np.int32)
+        limit[:n] = np.floor(x[near] * FLOW_UNIT)
         graph = sparse.csr_matrix((limit, (row, column)), shape=(2 * n + 2, 2 * n + 2))
-        left = graph - csgraph.maximum_flow(graph, 2 * n, 2 * n + 1).flow
-        left.data[left.data < 0] = 0
-        left.eliminate_zeros()
-        reached: BoolArray = np.zeros(2 * n + 2, dtype=bool)
-        reached[csgraph.breadth_first_order(left, 2 * n, return_predecessors=False)] = True
+        reached = on_near_side(graph, 2 * n, 2 * n + 1)
         into, out_of = reached[:n], reached[n : 2 * n]
         return near[out_of], near[into & ~out_of]
 
     def _near(self, source: Int64Array, hops: int) -> tuple[Int64Array, bool]:
         """Candidates at most `hops` links away, and whether there are others linked to them."""
-        reached: BoolArray = np.zeros(self._problem.n_candidates, dtype=bool)
+        reached: BoolArray = np.zeros(self._network.n_candidates, dtype=bool)
         reached[source] = True
         for _ in range(hops):
             reached |= self._linked @ reached > 0
@@ -171,7 +175,7 @@ class Separators:
     # ------------------------------------------------------------------------------------------ what they bound
     def _only_from(self, candidates: Int64Array) -> Int64Array:
         """Rows that nobody else sees."""
-        n_viewers = np.bincount(self._sees[candidates].indices, minlength=self._n_viewers.size)
+        n_viewers = np.bincount(self._maker.sees[candidates].indices, minlength=self._n_viewers.size)
         rows: Int64Array = np.flatnonzero((n_viewers == self._n_viewers) & self._counts)
         return rows
 
@@ -181,21 +185,20 @@ class Separators:
         if key in self._known or not rows.size:
             return []
         self._known.add(key)
-        beyond = self._network.part == self._network.part[between[0]] if between.size else np.zeros(0, dtype=bool)
+        beyond: BoolArray = self._network.part == self._network.part[between[0]]
         beyond[side] = False
-        beyond[between] = True
-        if not between.size or self._can_do_without(beyond):
+        if self._can_do_without(beyond):
             return []
-        within = np.zeros(self._problem.n_candidates, dtype=bool)
+        within = np.zeros(self._network.n_candidates, dtype=bool)
         within[side] = within[between] = True
         if self._can_do_without(within):
             self.between.append(between)
             self._rows.append(rows)
             return []
-        coefficient = np.zeros(self._problem.n_candidates, dtype=np.int64)
+        coefficient = np.zeros(self._network.n_candidates, dtype=np.int64)
         coefficient[between] = CUT_UNIT
         return [Cut(coefficient)]
 
     def _can_do_without(self, candidates: BoolArray) -> bool:
         self.n_looks += 1
-        return self._reaches(~candidates)
+        return self._maker.reaches(~candidates)

@@ -71,7 +71,7 @@ def test_flows_find_a_cut_that_no_piece_shows():
 @settings(max_examples=40, deadline=None)
 @given(SEEDS)
 def test_least_cut_between_two_candidates_is_that_of_networkx(seed):
-    from planner_core.select.network_cuts import _FLOW_UNIT, _Flows
+    from planner_core.select.network_cuts import FLOW_UNIT, _Flows
 
     rng = np.random.default_rng(seed)
     graph = sparse_graph(rng, 12, n_parts=1)
@@ -79,7 +79,7 @@ def test_least_cut_between_two_candidates_is_that_of_networkx(seed):
     x = np.round(rng.random(12), 2) + 0.01
     split = nx.DiGraph()
     for i in range(12):
-        split.add_edge((i, "in"), (i, "out"), capacity=int(x[i] * _FLOW_UNIT))
+        split.add_edge((i, "in"), (i, "out"), capacity=int(x[i] * FLOW_UNIT))
         split.add_edges_from([((i, "out"), (j, "in")) for j in graph[i]])
     cuts = NetworkCuts(network, lambda allowed: True)
     flows = _Flows(cuts._graph, np.arange(12), x)
@@ -88,7 +88,7 @@ def test_least_cut_between_two_candidates_is_that_of_networkx(seed):
         around = {k for i in near.tolist() for k in graph[i]} - set(near.tolist())
         least = nx.maximum_flow_value(split, (source, "out"), (sink, "in"))
         assert source in near and sink not in near and sink not in around
-        assert sum(int(x[k] * _FLOW_UNIT) for k in around) == least, f"seed {seed}: {source} to {sink}"
+        assert sum(int(x[k] * FLOW_UNIT) for k in around) == least, f"seed {seed}: {source} to {sink}"
 
 
 @pytest.mark.slow

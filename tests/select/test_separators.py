@@ -9,6 +9,7 @@ from joined_instances import points, random_problem, solutions, sparse_graph
 from selection_instances import network_of, problem_of
 
 from planner_core.select.branching import BranchAndBound
+from planner_core.select.check import check_selection
 from planner_core.select.relaxation import BOUND_UNIT, CutMaker, CutProgram, exact_bound
 from planner_core.select.separators import Separators
 
@@ -61,7 +62,7 @@ def test_what_separators_say_holds_for_every_joined_set_that_meets_the_targets(s
     graph = sparse_graph(rng, 9, n_parts=n_parts, more=0.3)
     problem = random_problem(rng, 9, share=share, seen_from=seen_from)
     maker, found = CutMaker(problem), solutions(problem, graph, loops=loops)
-    separators = Separators(problem, network_of(graph, loops=loops), maker.reaches)
+    separators = Separators(maker, network_of(graph, loops=loops))
     for x in points(rng, 9):
         for cut in separators.sweep(x):
             assert float(cut.coefficient @ x) < cut.right, f"seed {seed}: not violated"
@@ -81,7 +82,7 @@ def test_both_kinds_turn_up_in_such_checks():
     for seed in range(8):
         rng = np.random.default_rng(seed)
         graph, problem = sparse_graph(rng, 10, n_parts=1, more=0.3), random_problem(rng, 10, share=0.7)
-        separators = Separators(problem, network_of(graph), CutMaker(problem).reaches)
+        separators = Separators(CutMaker(problem), network_of(graph))
         n_cuts += sum(len(separators.sweep(x)) for x in points(rng, 10))
         n_kept += len(separators.between)
     assert n_cuts > 10
@@ -90,26 +91,19 @@ def test_both_kinds_turn_up_in_such_checks():
 
 def test_doors_raise_the_relaxation_of_rooms_on_a_corridor():
     problem, graph = rooms_on_a_corridor()
-    separators = Separators(problem, network_of(graph), CutMaker(problem).reaches)
+    separators = Separators(CutMaker(problem), network_of(graph))
     plain, with_doors = relaxed(problem, None), relaxed(problem, separators)
-    best = min(int(chosen.sum()) for chosen in solutions_by_tree(problem, graph))
-    assert plain + 1 <= with_doors <= best
-
-
-def solutions_by_tree(problem, graph):
     tree = BranchAndBound(problem, n_stations=problem.n_candidates, network=network_of(graph))
     tree.root()
     tree.advance(work=30)
-    assert tree.finished
-    chosen = np.zeros(problem.n_candidates, dtype=np.int64)
-    chosen[list(tree.best)] = 1
-    return [chosen]
+    check_selection(problem, tree.best, network=network_of(graph))  # a plan, whatever the tree made of its cuts
+    assert plain + 1 <= with_doors <= len(tree.best)
 
 
 def test_sweeps_give_the_same_on_every_run_and_nothing_twice():
     problem, graph = rooms_on_a_corridor()
     x = np.full(problem.n_candidates, 0.4)
-    runs = [Separators(problem, network_of(graph), CutMaker(problem).reaches) for _ in range(2)]
+    runs = [Separators(CutMaker(problem), network_of(graph)) for _ in range(2)]
     first, second = ([cut.coefficient.tolist() for cut in each.sweep(x)] for each in runs)
     assert first == second
     assert [b.tolist() for b in runs[0].between] == [b.tolist() for b in runs[1].between]
@@ -122,7 +116,7 @@ def test_sweeps_give_the_same_on_every_run_and_nothing_twice():
 @pytest.mark.parametrize("value", [1.0, 0.2])
 def test_least_of_several_separators_bounds_a_row(value):
     problem, graph = rooms_on_a_corridor()
-    separators = Separators(problem, network_of(graph), CutMaker(problem).reaches)
+    separators = Separators(CutMaker(problem), network_of(graph))
     separators.sweep(np.full(problem.n_candidates, 0.4))
     x = np.full(problem.n_candidates, value)
     through = separators.through(x)
