@@ -148,7 +148,7 @@ def _block(problem: CoverProblem, network: Network, keep: BoolArray, pinned: Seq
     size = np.diff(problem.starts)
     own = problem.row[np.repeat(keep, size)]
     rows = np.unique(own)
-    number = np.full(problem.n_rows, -1, dtype=np.int64)
+    number = np.full(problem.n_rows, -1, dtype=np.int32)
     number[rows] = np.arange(rows.size)
     counts_for = problem.counts_for[:, rows] & (
         np.bincount(number[own], minlength=rows.size) >= problem.seen_from[:, None]

@@ -28,7 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import Int64Array, Visibility
+from planner_core.model import Int32Array, Int64Array, Visibility
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
@@ -127,7 +127,7 @@ def _gain(problem: CoverProblem, candidate: int, n_seen: Int64Array, missing: In
     return gain, whole
 
 
-def _at_count(problem: CoverProblem, rows: Int64Array, n_seen: Int64Array, count: Int64Array) -> Int64Array:
+def _at_count(problem: CoverProblem, rows: Int32Array, n_seen: Int64Array, count: Int64Array) -> Int64Array:
     """(K,) ticks of each target among `rows` that are seen exactly `count` (K,) times."""
     ticks, times = problem.ticks[rows], n_seen[rows]
     return np.array(

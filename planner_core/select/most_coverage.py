@@ -328,12 +328,9 @@ def fill(
     which hangs together, joined: by one link in their part, or by two with `loops` where two or more are there. Of
     equals the lowest number.
     """
-    from scipy import sparse
-
-    n, (looks,) = problem.n_candidates, problem.seen_from.tolist()
-    one = np.ones(problem.row.size, dtype=np.int64)
-    seen_by = sparse.csr_matrix((one, problem.row, problem.starts), shape=(n, problem.n_rows)).T.tocsr()
-    starts, seers = seen_by.indptr.tolist(), seen_by.indices
+    (looks,) = problem.seen_from.tolist()
+    seer_starts, seers = problem.seers()
+    starts = seer_starts.tolist()
     worth = np.where(problem.counts_for[0], problem.ticks, 0)
     running = np.concatenate([[0], np.cumsum(worth[problem.row])])
     gain: Int64Array = running[problem.starts[1:]] - running[problem.starts[:-1]]

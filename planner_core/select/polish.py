@@ -106,9 +106,7 @@ class _Looks:
 
     def __init__(self, problem: CoverProblem) -> None:
         self._problem = problem
-        by_row = np.argsort(problem.row, kind="stable")
-        self._seer = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))[by_row]
-        self._first = np.concatenate([[0], np.cumsum(np.bincount(problem.row, minlength=problem.n_rows))])
+        self._first, self._seer = problem.seers()
         self._n_seen = np.zeros(problem.n_rows, dtype=np.int64)
         self.covered = problem.ticks_of(self._n_seen)
         self.added = np.zeros((problem.required.size, problem.n_candidates), dtype=np.int64)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, FloatArray, Int64Array, Visibility
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Visibility
 
 #: Areas are counted in units of 1e-9 m^2: 9e9 m^2 fit in 63 bits, and a patch of 1 mm^2 still has a thousand.
 TICKS_PER_M2 = 1e9
@@ -33,7 +33,8 @@ class Constraint:
 class CoverProblem:
     """Patches seen by the same candidates and counted by the same targets are one row.
 
-    starts, row : candidates' rows as CSR, (N + 1,) int64 and int64. ticks : (R,) int64, area of each row.
+    starts, row : candidates' rows as CSR, (N + 1,) int64 and int32, into which others are turned. ticks : (R,) int64,
+    area of each row.
     counts_for : (K, R) bool, rows that each target counts. required : (K,) int64, ticks that surely meet each target.
     least : (K,) int64, ticks below which a target is surely missed. The two differ by the rounding of areas to ticks;
     plans are made for `required`, bounds hold for `least`. seen_from : (K,) int64, at least 1: so many chosen
@@ -41,7 +42,7 @@ class CoverProblem:
     """
 
     starts: Int64Array
-    row: Int64Array
+    row: Int32Array
     ticks: Int64Array
     counts_for: BoolArray
     required: Int64Array
@@ -49,6 +50,7 @@ class CoverProblem:
     seen_from: Int64Array = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "row", self.row.astype(np.int32, copy=False))
         if self.seen_from.size == 0:
             object.__setattr__(self, "seen_from", np.ones(self.required.size, dtype=np.int64))
         if self.seen_from.shape != self.required.shape or (self.seen_from < 1).any():
@@ -66,9 +68,17 @@ class CoverProblem:
         """Number of rows after merging."""
         return int(self.ticks.size)
 
-    def rows_of(self, candidate: int) -> Int64Array:
+    def rows_of(self, candidate: int) -> Int32Array:
         """Rows that a candidate covers."""
         return self.row[self.starts[candidate] : self.starts[candidate + 1]]
+
+    def seers(self) -> tuple[Int64Array, Int32Array]:
+        """Candidates who see each row, rising, as CSR: (R + 1,) int64 and (E,) int32."""
+        from scipy import sparse
+
+        nothing = np.zeros(self.row.size, dtype=np.int8)  # one of the smallest numbers there are, for each entry
+        by_row = sparse.csr_array((nothing, self.row, self.starts), shape=(self.n_candidates, self.n_rows)).tocsc()
+        return by_row.indptr.astype(np.int64), by_row.indices.astype(np.int32, copy=False)
 
     def covered(self, chosen: list[int]) -> Int64Array:
         """(K,) int64: ticks of each target that the chosen candidates cover together, as often as it asks."""
@@ -166,12 +176,12 @@ def _merge(visibility: Visibility, constraints: tuple[Constraint, ...]) -> tuple
 
 def _merged_rows(
     visibility: Visibility, row_of_patch: Int64Array, first: Int64Array, *, n_entries: int
-) -> tuple[Int64Array, Int64Array]:
+) -> tuple[Int64Array, Int32Array]:
     """Candidates' rows, each once: all patches of a row are in exactly the same candidates, the first stands for it."""
     is_first = np.zeros(visibility.n_patches, dtype=bool)
     is_first[first] = True
     size = np.zeros(visibility.n_positions, dtype=np.int64)
-    row = np.empty(n_entries, dtype=np.int64)  # filled piece by piece: put together from these, it would be there twice
+    row = np.empty(n_entries, dtype=np.int32)  # filled piece by piece: put together from these, it would be there twice
     n_done = 0
     for at, patch in visibility.pieces():
         keep = is_first[patch]

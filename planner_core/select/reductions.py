@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -135,7 +136,7 @@ def _keep_rows(problem: CoverProblem, keep: BoolArray) -> CoverProblem:
     return replace(
         problem,
         starts=before[problem.starts].astype(np.int64),
-        row=number[problem.row[kept]].astype(np.int64),
+        row=number[problem.row[kept]].astype(np.int32),
         ticks=problem.ticks[keep],
         counts_for=problem.counts_for[:, keep],
     )
@@ -148,16 +149,12 @@ def _merge_rows(problem: CoverProblem) -> CoverProblem:
     """
     if problem.n_rows == 0:
         return problem
-    by_row = np.argsort(problem.row, kind="stable")
-    owner = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))[by_row]
-    ends = np.cumsum(np.bincount(problem.row, minlength=problem.n_rows))
+    starts, seer = problem.seers()
     groups: dict[bytes, int] = {}
     group = np.empty(problem.n_rows, dtype=np.int64)
-    begin = 0
-    for row, end in enumerate(ends.tolist()):
-        key = problem.counts_for[:, row].tobytes() + owner[begin:end].tobytes()
+    for row, (begin, end) in enumerate(pairwise(starts.tolist())):
+        key = problem.counts_for[:, row].tobytes() + seer[begin:end].tobytes()
         group[row] = groups.setdefault(key, len(groups))
-        begin = end
     first = np.unique(group, return_index=True)[1]
     if first.size == problem.n_rows:
         return problem
@@ -197,14 +194,12 @@ def _dominated(problem: CoverProblem) -> BoolArray:
     if problem.n_rows == 0:
         return np.ones(n, dtype=bool)
     bits = _bits(problem)
-    by_row = np.argsort(problem.row, kind="stable")
-    owner = np.repeat(np.arange(n), size)[by_row]
-    ends = np.concatenate([[0], np.cumsum(np.bincount(problem.row, minlength=problem.n_rows))])
-    seen_by = np.diff(ends)
+    starts, seer = problem.seers()
+    n_seers = np.diff(starts)
     for j in np.flatnonzero(~dominated):
         rows = problem.rows_of(int(j))
-        rare = int(rows[np.argmin(seen_by[rows])])
-        others = owner[ends[rare] : ends[rare + 1]]
+        rare = int(rows[np.argmin(n_seers[rows])])
+        others = seer[starts[rare] : starts[rare + 1]]
         others = others[(size[others] > size[j]) | ((size[others] == size[j]) & (others < j))]
         dominated[j] = _any_holds(bits, others, int(j))
     return dominated

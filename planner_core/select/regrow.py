@@ -53,18 +53,16 @@ class Regrowth:
         if (problem.seen_from > 1).any() or (network is not None and network.loops):
             raise ValueError("regrowth: got several looks or loops, expected neither")
         class_of, counts = classes_of(problem)
-        by_row = np.argsort(problem.row, kind="stable")
-        owner = np.repeat(np.arange(n, dtype=np.int32), np.diff(problem.starts))
+        seer_starts, seer = problem.seers()
         none = np.zeros(n + 1, dtype=np.int64)
         self.work = 0.0
         self._given, self._best = list(given), list(chosen)
         self._counter = 0
-        n_best = np.bincount(problem.row, minlength=r)
         self._fixed: tuple[Any, ...] = (
             problem.starts,
-            problem.row.astype(np.int32),
-            np.concatenate([[0], np.cumsum(n_best)]),
-            owner[by_row],
+            problem.row,
+            seer_starts,
+            seer,
             class_of,
             problem.ticks,
             counts.astype(np.int64),
@@ -74,7 +72,7 @@ class Regrowth:
             np.arange(n) if network is None else network.part.astype(np.int64),
             network is not None,
             np.uint64(seed),
-            max(int(problem.ticks[problem.row].sum()) // max(n, 1) // _LOSS_DIVISOR, 1),
+            max(int(problem.ticks @ np.diff(seer_starts)) // max(n, 1) // _LOSS_DIVISOR, 1),
             len(chosen) if most is None else most,
         )
         held = np.zeros(n, dtype=np.uint8)
@@ -93,7 +91,9 @@ class Regrowth:
             np.zeros(n, dtype=np.int32),
             np.zeros(int(self._fixed[10].max(initial=-1)) + 1, dtype=np.int64),
         )
-        np.add.at(self._state[2], (owner, class_of[problem.row]), problem.ticks[problem.row])
+        for candidate in range(n):
+            rows = problem.rows_of(candidate)
+            np.add.at(self._state[2][candidate], class_of[rows], problem.ticks[rows])
         self._begin()
 
     @property

@@ -43,7 +43,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int64Array, UInt8Array
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, UInt8Array
 from planner_core.select.problem import CoverProblem
 
 if TYPE_CHECKING:
@@ -107,13 +107,14 @@ class Shares:
     """What a point covers of each row at most, where `seen_from` candidates must see it.
 
     part : (R,), 1 or more is all. n_out : (R,) int64, the number t of candidates that are left out. row, owner : (E,)
-    int64, which ones. through : (R,) int64, which of `between`, separators of the network, bounds a row; -1: none.
+    int32 and int64, which ones. through : (R,) int64, which of `between`, separators of the network, bounds a row;
+    -1: none.
     """
 
     seen_from: int
     part: FloatArray
     n_out: Int64Array
-    row: Int64Array
+    row: Int32Array
     owner: Int64Array
     through: Int64Array | None = None
     between: Sequence[Int64Array] = ()
@@ -166,7 +167,7 @@ class CutMaker:
         cover = self.sees[at].T @ x[at]
         n_rows = self.problem.n_rows
         none = np.zeros(0, dtype=np.int64)
-        best = Shares(seen_from, cover / seen_from, np.zeros(n_rows, dtype=np.int64), none, none)
+        best = Shares(seen_from, cover / seen_from, np.zeros(n_rows, dtype=np.int64), none.astype(np.int32), none)
         if seen_from == 1:
             return best
         # Entries (row, candidate) of candidates with a share, largest first within each row.

@@ -52,7 +52,6 @@ class Saddle:
         n, r = problem.n_candidates, problem.n_rows
         self._problem, self._ways, self._lower = problem, ways, lower
         self._owner = ways.owner()
-        self._row = problem.row.astype(np.int32)
         self._unit = max(float(problem.ticks.sum()) / max(r, 1), 1.0)
         self._weight = problem.ticks / self._unit
         self._least = problem.least / self._unit
@@ -172,7 +171,7 @@ class Saddle:
         """(M, R): looks at each row, as each number of looks counts them."""
         ways, problem = self._ways, self._problem
         cover, again = np.zeros(problem.n_rows), np.zeros(problem.n_rows)
-        _cover(problem.starts, self._row, ways.starts, ways.again_starts, ways.again, x, cover, again)
+        _cover(problem.starts, problem.row, ways.starts, ways.again_starts, ways.again, x, cover, again)
         return np.stack([cover - again if m == 1 else cover for m in self._times])
 
     def _worth_of_class(self, p: FloatArray) -> FloatArray:

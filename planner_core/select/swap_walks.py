@@ -125,7 +125,7 @@ class DeviceWalks:
             "selection",
             {
                 "starts": problem.starts.astype(np.int32),
-                "row": problem.row.astype(np.int32),
+                "row": problem.row,
                 "class_of": terrain.class_of.astype(np.uint8),
                 "ticks": problem.ticks,
                 "required": problem.required,

@@ -56,11 +56,13 @@ def ways_of(problem: CoverProblem, network: Network | None) -> Ways:
     if network is None:
         none = np.zeros(0, dtype=np.int32)
         return Ways(np.arange(n + 1), np.full(n, -1, dtype=np.int64), np.zeros(n + 1, dtype=np.int64), none)
-    row, link_starts = problem.row.astype(np.int32), network.starts.astype(np.int64)
+    link_starts = network.starts.astype(np.int64)
     found: dict[int, tuple[Any, ...]] = {}
 
     def group(first: int, end: int) -> None:
-        found[first] = _groups(problem.starts, row, link_starts, network.neighbour, problem.n_rows, _GROUPS, first, end)
+        found[first] = _groups(
+            problem.starts, problem.row, link_starts, network.neighbour, problem.n_rows, _GROUPS, first, end
+        )
 
     share_out(group, n)
     parts = [found[first] for first in sorted(found)]

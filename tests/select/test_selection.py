@@ -37,6 +37,18 @@ def instance(seed, *, n_positions=9, n_patches=40, density=0.25, fraction=None):
     return seen, visibility, area_m2, constraints
 
 
+@settings(max_examples=30, deadline=None)
+@given(SEEDS, st.sampled_from([0.05, 0.3]))
+def test_seers_of_a_row_are_the_candidates_that_have_it(seed, density):
+    _, visibility, area_m2, constraints = instance(seed, density=density)
+    problem = cover_problem(visibility, area_m2, constraints)
+    starts, seer = problem.seers()
+    assert starts.size == problem.n_rows + 1
+    for row in range(problem.n_rows):
+        seers = [c for c in range(problem.n_candidates) if row in problem.rows_of(c)]
+        assert seer[starts[row] : starts[row + 1]].tolist() == seers
+
+
 def meets(seen, area_m2, constraints, chosen):
     """Oracle: are all targets met, straight from the definition."""
     achievable = seen.any(axis=0)
