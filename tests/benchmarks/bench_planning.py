@@ -20,6 +20,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, TypeVar
@@ -79,8 +80,7 @@ class Found:
 class Ready:
     """A case's scene looked at from everywhere: what all methods choose from.
 
-    whole : the problem with all candidates; that of `pool` lets those see nothing that would be a network of their own
-    for nothing. parts : networks that are left then.
+    parts : networks that are left without candidates that would be a network of their own for nothing.
     """
 
     case: Case
@@ -88,9 +88,16 @@ class Ready:
     engine: ScanEngine
     places: AllowedPositions
     pool: Pool
-    whole: CoverProblem
     network: Network
     parts: int
+
+    @cached_property
+    def whole(self) -> CoverProblem:
+        """The problem with all candidates; that of `pool` lets those see nothing that would be a network for nothing.
+
+        Made when somebody asks: `tlsplan plan` never holds both.
+        """
+        return whole_problem(self.pool)
 
 
 def ready(case: Case) -> Ready | None:
@@ -107,7 +114,7 @@ def ready(case: Case) -> Ready | None:
     network = pool.network
     assert network is not None, "these cases all ask for a network"
     parts = int(np.unique(network.part[~pool.barred]).size)
-    return Ready(case, survey, engine, places, pool, whole_problem(pool), network, parts)
+    return Ready(case, survey, engine, places, pool, network, parts)
 
 
 def whole_problem(pool: Pool) -> CoverProblem:
@@ -197,24 +204,29 @@ def paper_with_search(on: Ready) -> Found:
     return replace(judged(on, chosen, cpu_s, wall_s, later=wide), candidates=wide.n_candidates)
 
 
-def ours(on: Ready) -> dict[str, Found]:
-    """Stations that cover, that hang together, and that left the grid besides."""
+def ours(on: Ready) -> tuple[dict[str, Found], float]:
+    """Stations that only cover, that hang together, and that left the grid besides; and memory in GiB.
+
+    Memory is the most that the process took to look around and find the last two, as `tlsplan plan` does.
+    """
     settings = on.case.settings.seeded_method
     assert isinstance(settings, Proven)
     device = device_of(on.engine)
 
-    def of(network: Network | None) -> Found:
-        limit = replace(settings, work_limit=on.case.cover_work if network is None else on.case.work)
-        problem = on.whole if network is None else on.pool.problem
-        found, cpu_s, wall_s = timed(lambda: select_by_size(problem, limit, network=network, device=device))
-        chosen[network is not None] = found.chosen
-        return proven(judged(on, found.chosen, cpu_s, wall_s), found)
+    def searched(network: Network | None, problem: CoverProblem, work: float) -> tuple[ProvenSelection, float, float]:
+        limit = replace(settings, work_limit=work)
+        return timed(lambda: select_by_size(problem, limit, network=network, device=device))
 
-    chosen: dict[bool, tuple[int, ...]] = {}
-    cover, linked = of(None), of(on.network)
-    found, cpu_s, wall_s = timed(lambda: refined(on, chosen[True]))
-    off_grid = judged(on, found.chosen, linked.cpu_s + cpu_s, linked.wall_s + wall_s, later=found.pool)
-    return {"cover": cover, "joined": linked, "refined": off_grid}
+    linked, *linked_s = searched(on.network, on.pool.problem, on.case.work)
+    off_grid, cpu_s, wall_s = timed(lambda: refined(on, linked.chosen))
+    memory_gib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    off_grid_s = (linked_s[0] + cpu_s, linked_s[1] + wall_s)
+    cover, *cover_s = searched(None, on.whole, on.case.cover_work)
+    return {
+        "cover": proven(judged(on, cover.chosen, *cover_s), cover),
+        "joined": proven(judged(on, linked.chosen, *linked_s), linked),
+        "refined": judged(on, off_grid.chosen, *off_grid_s, later=off_grid.pool),
+    }, memory_gib
 
 
 def proven(found: Found, selection: ProvenSelection) -> Found:
@@ -267,7 +279,8 @@ def measure(case: Case) -> dict[str, Any] | None:
     if on is None:
         return None
     problem = on.whole
-    found = {**rivals(on), **ours(on)}
+    mine, memory_gib = ours(on)
+    found = {**rivals(on), **mine}
     if case.search:
         found["paper_search"] = paper_with_search(on)
     return {
@@ -285,7 +298,7 @@ def measure(case: Case) -> dict[str, Any] | None:
         "links": int(on.network.neighbour.size) // 2,
         "pool_cpu_s": cpu_s,
         "pool_wall_s": wall_s,
-        "memory_gib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20,
+        "memory_gib": memory_gib,
         "engine": f"{on.engine.name}: {on.engine.device}",
         "methods": {name: asdict(each) for name, each in found.items()},
     }
