@@ -28,6 +28,8 @@ from planner_core.select.separators import Separators
 #: Rounds of cuts at a node, and the gain in stations for which another one is worth while.
 _ROUNDS = 100
 _ROUND_GAIN = 0.0005
+#: So often it looks for separators of the network when no round is worth while any more.
+_NODE_SWEEPS = 3
 #: The same at the root, over `_ROOT_WINDOW` rounds.
 _ROOT_ROUNDS = 1000
 _ROOT_WINDOW = 25
@@ -230,7 +232,7 @@ class BranchAndBound:
         self, stations: int, centre: FloatArray, lower: Int64Array, upper: Int64Array, counts: Counts
     ) -> tuple[int, FloatArray, FloatArray]:
         """Rounds of cuts at a node, fixing what they prove: bound in stations, solution, the point that follows it."""
-        best, x = 0, centre
+        best, x, n_sweeps = 0, centre, 0
         for _ in range(_ROUNDS):
             x, bound = self._solve(lower, upper)
             gain, best = bound.scaled - best, max(best, bound.scaled)
@@ -245,7 +247,9 @@ class BranchAndBound:
             # Nothing but cuts tells a whole point that is no plan from a plan: then they are worth while anyway.
             whole = not (np.minimum(x, 1 - x) > _WHOLE).any()
             if not self._add_cuts(x, centre) or (gain < _ROUND_GAIN * BOUND_UNIT and not whole):
-                break
+                if whole or n_sweeps == _NODE_SWEEPS or not self._add_separators(x):
+                    break
+                n_sweeps += 1
         return stations, x, centre
 
     def _possible(self, lower: Int64Array, upper: Int64Array, counts: Counts) -> bool:

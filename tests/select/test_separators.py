@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from joined_instances import points, random_problem, solutions, sparse_graph
 from selection_instances import network_of, problem_of
 
+from planner_core.select import branching
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.check import check_selection
 from planner_core.select.relaxation import BOUND_UNIT, CutMaker, CutProgram, exact_bound
@@ -98,6 +99,21 @@ def test_doors_raise_the_relaxation_of_rooms_on_a_corridor():
     tree.advance(work=30)
     check_selection(problem, tree.best, network=network_of(graph))  # a plan, whatever the tree made of its cuts
     assert plain + 1 <= with_doors <= len(tree.best)
+
+
+def test_nodes_look_for_separators_where_the_root_did_not(monkeypatch):
+    problem, graph = rooms_on_a_corridor(6)
+    n_nodes, bounds = [], []
+    for n_sweeps in (0, branching._NODE_SWEEPS):
+        monkeypatch.setattr(branching, "_NODE_SWEEPS", n_sweeps)
+        tree = BranchAndBound(problem, n_stations=problem.n_candidates, network=network_of(graph))
+        tree.root(sweeping=0.0)
+        tree.advance(work=60)
+        assert tree.finished
+        n_nodes.append(tree.n_nodes)
+        bounds.append(tree.lower_bound)
+    assert bounds[0] == bounds[1] == len(tree.best)
+    assert n_nodes[1] < n_nodes[0] / 2
 
 
 def test_sweeps_give_the_same_on_every_run_and_nothing_twice():
