@@ -91,7 +91,7 @@ def drop_redundant(
     rows_of = [problem.rows_of(candidate) for candidate in chosen]
     of_row = Visibility(
         np.cumsum([0, *(rows.size for rows in rows_of)], dtype=np.int64),
-        np.concatenate([np.empty(0, dtype=np.int64), *rows_of]).astype(np.int32),
+        np.concatenate([np.empty(0, dtype=np.int32), *rows_of]),
         problem.n_rows,
     ).turned()
     own = np.array([_at_count(problem, rows, n_seen, problem.seen_from) for rows in rows_of], dtype=np.int64)

@@ -43,7 +43,7 @@ class HostWalks:
         self._shape = (n, problem.n_rows, terrain.counts.shape[1], terrain.n_levels)
         self._fixed: tuple[Any, ...] = (
             problem.starts.astype(np.int64),
-            problem.row.astype(np.int32),
+            problem.row,
             terrain.class_of,
             problem.ticks.astype(np.int64),
             problem.required.astype(np.int64),
