@@ -53,7 +53,7 @@ _STEPS_BEFORE_BOUND = 80
 #: From then on the proof gets so many times the work of annealing: what annealing has not found by then it rarely does.
 _PROOF_SHARE = 3.0
 #: A proof by blocks gets so much of all work before the whole has its turns, and so much at most.
-_FIRST_BLOCK_SHARE, _BLOCK_SHARE = 0.5, 0.8
+_FIRST_BLOCK_SHARE, _BLOCK_SHARE = 0.3, 0.8
 #: The root looks for separators of the network within the first of all work, so much of it.
 _SWEEP_SHARE = 0.1
 #: The proof's turn lasts at least so long, in units of work.
