@@ -24,7 +24,7 @@ FAR_M = 100.0
 HEIGHT_M = 1.5
 #: Work limits of one selection, about seconds of one core.
 PUZZLE_WORK, SCENE_WORK, TARGET_WORK = 10.0, 6.0, 300.0
-#: Of the last one, the largest.
+#: Of the other two targets, which are harder to prove.
 FZK_WORK, BASEMENT_WORK = 400.0, 300.0
 #: The cover alone is no target: it gets so much of it.
 TARGET_COVER_WORK = 10.0
