@@ -76,7 +76,7 @@ def _selects_wrongly(device: Device) -> str:
     rows = [np.sort(generator.choice(200, size=20, replace=False)) for _ in range(60)]
     problem = CoverProblem(
         starts=np.arange(0, 20 * len(rows) + 1, 20),
-        row=np.concatenate(rows).astype(np.int64),
+        row=np.concatenate(rows).astype(np.int32),
         ticks=generator.integers(1, 2**40, size=200),
         counts_for=np.ones((1, 200), dtype=np.bool_),
         required=np.array([2**47]),

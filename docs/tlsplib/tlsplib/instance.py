@@ -59,7 +59,7 @@ class Instance:
         required = np.array([need.required for need in self.needs], dtype=np.int64)
         return CoverProblem(
             starts=np.concatenate([[0], np.cumsum(self.sees.sum(axis=1))]).astype(np.int64),
-            row=np.nonzero(self.sees)[1].astype(np.int64),
+            row=np.nonzero(self.sees)[1].astype(np.int32),
             ticks=self.ticks,
             counts_for=np.array([need.rows for need in self.needs], dtype=bool),
             required=required,
