@@ -52,8 +52,10 @@ _FIRST_STEPS_A_CANDIDATE = 10
 _STEPS_BEFORE_BOUND = 80
 #: From then on the proof gets so many times the work of annealing: what annealing has not found by then it rarely does.
 _PROOF_SHARE = 3.0
-#: A proof by blocks gets so much of all work before the whole has its turns, and so much at most.
-_FIRST_BLOCK_SHARE, _BLOCK_SHARE = 0.3, 0.8
+#: A proof by blocks goes on before the whole has its turns, until its bound has not risen for so much of all work.
+_BLOCK_PATIENCE_SHARE = 0.15
+#: And gets so much at most.
+_BLOCK_SHARE = 0.8
 #: The root looks for separators of the network within the first of all work, so much of it.
 _SWEEP_SHARE = 0.1
 #: The proof's turn lasts at least so long, in units of work.
@@ -238,6 +240,7 @@ class _Search:
         self._sets: Int32Array = np.zeros((0, 0), dtype=np.int32)
         self._tree: BranchAndBound | None = None
         self._blocks: BlockProof | None = None
+        self._blocks_rose = 0, 0.0  # to which bound they did last, and after what work
         self._best: list[int] = []
         self._bound = 0
         self._n_greedy = 0
@@ -305,10 +308,12 @@ class _Search:
         )
 
     def _blocks_are_due(self, blocks: BlockProof, tree: BranchAndBound) -> bool:
-        """Blocks go first; from some work on they and the whole get the same."""
-        first, most = (share * self._settings.work_limit for share in (_FIRST_BLOCK_SHARE, _BLOCK_SHARE))
-        turn = tree.finished or blocks.work <= max(first, tree.work)
-        return turn and blocks.work < most and not blocks.finished
+        """Blocks go first as long as their bound rises."""
+        patience, most = (share * self._settings.work_limit for share in (_BLOCK_PATIENCE_SHARE, _BLOCK_SHARE))
+        if blocks.lower_bound > self._blocks_rose[0]:
+            self._blocks_rose = blocks.lower_bound, blocks.work
+        promise = tree.finished or blocks.work <= self._blocks_rose[1] + patience
+        return promise and blocks.work < most and not blocks.finished
 
     def _find(self, *asked: Any) -> tuple[tuple[int, ...], float]:
         """`_find_in_block` on the device at hand, heard of, and within the time that is left."""
