@@ -269,17 +269,20 @@ def test_more_parts_than_can_be_compared_are_proven_as_one():
     assert blocks_of(problem, network_of(nx.empty_graph(many))) == []
 
 
-def test_blocks_and_the_whole_take_turns_until_either_is_done_or_most_work_is():
+def test_blocks_go_on_while_their_bound_rises_until_either_is_done_or_most_work_is():
     search = proven._Search.__new__(proven._Search)
-    search._settings = Proven(work_limit=100.0)
+    search._settings, search._blocks_rose = Proven(work_limit=100.0), (0, 0.0)
 
-    def are_due(of_blocks, of_whole, *, blocks_done=False, whole_done=False):
-        blocks = SimpleNamespace(work=of_blocks, finished=blocks_done)
-        return search._blocks_are_due(blocks, SimpleNamespace(work=of_whole, finished=whole_done))
+    def are_due(work, bound, *, blocks_done=False, whole_done=False):
+        blocks = SimpleNamespace(work=work, lower_bound=bound, finished=blocks_done)
+        return search._blocks_are_due(blocks, SimpleNamespace(finished=whole_done))
 
-    assert are_due(50.0, 5.0)
-    assert not are_due(50.1, 50.0)
-    assert are_due(55.0, 55.0)
-    assert are_due(60.0, 5.0, whole_done=True)
-    assert not are_due(80.0, 90.0)
-    assert not are_due(5.0, 6.0, blocks_done=True)
+    assert are_due(15.0, 0)
+    assert are_due(15.1, 12)
+    assert are_due(30.1, 12)
+    assert not are_due(30.2, 12)
+    assert are_due(30.2, 12, whole_done=True)
+    assert are_due(40.0, 13)
+    assert not are_due(40.0, 13, blocks_done=True)
+    assert are_due(79.9, 14)
+    assert not are_due(80.0, 15)
