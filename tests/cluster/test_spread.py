@@ -13,6 +13,7 @@ import threading
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -178,6 +179,15 @@ def test_a_bug_over_one_task_takes_no_more_workers_than_others_are_left(
     assert "internal error: KeyError: 'odd rows' (" in line
 
 
+def test_a_task_that_failed_often_is_done_here_whoever_has_a_copy() -> None:
+    cluster = spread.Cluster("nowhere", SimpleNamespace(), print)
+    deal = spread._Deal(cluster, Packer().parcel(0), [Task(0, 1), Task(1, 1)], bytes, "scan", silent, None)
+    deal._waiting, deal._out = [], {"copy": ("w2", 1)}
+    for n_failures in range(1, 5):
+        deal._failed("w1", 1, SimpleNamespace(status="lost"))
+        assert deal._for_here == ([1] if n_failures >= 3 else [])
+
+
 def test_a_bug_while_tasks_are_dealt_is_told_and_this_machine_goes_on_alone(
     look: Look, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -201,9 +211,13 @@ def test_a_task_that_could_not_be_sent_is_sent_again(look: Look, monkeypatch: py
             raise OSError("gone")
         sound(self, address, number)
 
+    def hear(event: ProgressEvent, n_heard: list[None] = []) -> None:  # noqa: B006 - counts all
+        n_heard.append(None)
+        assert len(n_heard) < 200, "it is dealt no more"
+
     monkeypatch.setattr(spread._Deal, "_send", send)
     with cluster_of(1) as (cluster, told):
-        assert_same_bits(look.by(cluster), look.here())
+        assert_same_bits(look.by(cluster, hear), look.here())
     assert told == []
 
 
