@@ -39,7 +39,10 @@ def opened_cluster(scheduler: str | None, reporter: ProgressReporter) -> Iterato
     from planner_core.cluster.spread import open_cluster
 
     with open_cluster(scheduler, tell=lambda line: reporter.warn([line])) as cluster:
-        yield cluster
+        try:
+            yield cluster
+        finally:
+            reporter.warn_last(cluster.last_words())
 
 
 def load(scenes: Sequence[Path], reading: FileOptions, *, progress: Progress) -> Scene:

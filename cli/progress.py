@@ -43,6 +43,7 @@ class ProgressReporter:
         self._last_line_s: dict[str, float] = {}
         self._finished: set[str] = set()
         self._told = set() if told is None else told
+        self._last: list[str] = []
 
     def __enter__(self) -> ProgressReporter:
         """Open the bars where the stream is a terminal."""
@@ -62,10 +63,15 @@ class ProgressReporter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close the bars, so that whatever is printed next starts on a line of its own."""
+        """Close the bars, so that whatever is printed next starts on a line of its own; last words follow."""
         if self._bars is not None:
             self._bars.stop()
             self._bars = None
+        self.warn(self._last)
+
+    def warn_last(self, warnings: Iterable[str]) -> None:
+        """Print warnings when all is over."""
+        self._last += warnings
 
     def warn(self, warnings: Iterable[str]) -> None:
         """Print warnings at once, one line each, and each of them once; `quiet` does not hide them."""

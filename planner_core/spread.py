@@ -13,17 +13,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from planner_core.progress import Progress
+from planner_core.progress import Progress, silent
 
 Kept = Callable[[str, Callable[[], Any]], Any]
 """What a process keeps by a key that tells its contents, such as an engine: made where it is not there."""
 
 
+class NotWantedError(Exception):
+    """Nobody waits any more for what is being done."""
+
+
 class Question(Protocol):
     """What others are asked. Its tasks are answered alone, in any order: the same bytes by whoever is fit."""
 
-    def answer(self, task: Any, kept: Kept) -> bytes:
-        """Do one task."""
+    def answer(self, task: Any, kept: Kept, progress: Progress = silent) -> bytes:
+        """Do one task. progress : raises `NotWantedError` once nobody waits for it."""
         ...
 
 
@@ -44,10 +48,14 @@ class Place:
 
 @dataclass(frozen=True)
 class Outcome:
-    """message : why it failed; empty: it did not. is_of_worker : another worker may do it. answer : besides files."""
+    """message : why it failed; empty: it did not. is_of_worker : another worker may do it. answer : besides files.
+
+    is_bug : it failed in a way that nobody foresaw; message : says where.
+    """
 
     message: str = ""
     is_of_worker: bool = False
+    is_bug: bool = False
     answer: bytes = b""
 
 
@@ -55,7 +63,11 @@ class Errand(Protocol):
     """A question whose tasks leave files."""
 
     def do(self, task: Any, place: Place) -> Outcome:
-        """Do one task; what is raised is the worker's fault, unless it is a `PlannerError` of no full disk."""
+        """Do one task.
+
+        What is raised means: of disk, memory, device or packages, that the worker can't; any other `PlannerError`, that
+        nobody can; anything else, a bug.
+        """
         ...
 
 
@@ -80,9 +92,21 @@ class Spread(Protocol):
         ...
 
     def answers(
-        self, question: Question, tasks: Sequence[Task], *, here: Callable[[Any], bytes], stage: str, progress: Progress
+        self,
+        question: Question,
+        tasks: Sequence[Task],
+        *,
+        here: Callable[[Any], bytes],
+        stage: str,
+        progress: Progress,
+        answered: Callable[[int, bytes], None] | None = None,
     ) -> list[bytes]:
-        """Return the answers in the order of the tasks. here : does one of them in this process; the first always."""
+        """Return the answers in the order of the tasks.
+
+        here : does one of them in this process; the first always. progress : called twice a second, or after seconds
+        where somebody is silent; what it raises ends the wait, and the work of others. answered : hears of each answer,
+        by the number of its task, once it is here: what is left of them then.
+        """
         ...
 
     def files(

@@ -23,6 +23,7 @@ from planner_core.operating_system import own_session
 from planner_core.spread import Outcome, Place
 
 from ..exit_codes import FULL_DISK
+from ..inputs import opened_cluster
 from .folder import BatchFolder
 from .jobs import Job, digest_of, files_of
 from .runner import Ended, Runner, ThisMachine, end_all, failure_of, last_line, program
@@ -30,6 +31,8 @@ from .runner import Ended, Runner, ThisMachine, end_all, failure_of, last_line, 
 if TYPE_CHECKING:
     from planner_core.cluster.errands import Order
     from planner_core.cluster.spread import Cluster
+
+    from ..progress import ProgressReporter
 
 #: Stands in words for the folder that a worker lays files out in, as for the root of this machine's.
 _ROOT = "//tlsplan-root/"
@@ -189,16 +192,14 @@ def opened_runner(
     *,
     most: int | None,
     engine: tuple[str, str | None],
-    tell: Callable[[str], None],
+    reporter: ProgressReporter,
 ) -> Iterator[Runner]:
     """Give who runs jobs: this machine, or the workers of a scheduler; raises as `open_cluster`."""
-    if scheduler is None:
-        yield here
-        return
-    from planner_core.cluster.spread import open_cluster
-
-    words = [f"--engine={engine[0]}", *([] if engine[1] is None else [f"--device={engine[1]}"])]
-    with open_cluster(scheduler, tell=tell) as cluster:
+    with opened_cluster(scheduler, reporter) as cluster:
+        if cluster is None:
+            yield here
+            return
+        words = [f"--engine={engine[0]}", *([] if engine[1] is None else [f"--device={engine[1]}"])]
         yield OnWorkers(here, folder, cluster, fit_for_jobs(cluster, *engine), most=most, engine=words)
 
 

@@ -68,7 +68,7 @@ def command(
         here = ThisMachine(held, handle, most=n_jobs or max(n_usable_cores() // 2, 1), engine=with_engine)
         try:
             with opened_runner(
-                here, held, scheduler, most=n_jobs, engine=(engine, device), tell=lambda line: reporter.warn([line])
+                here, held, scheduler, most=n_jobs, engine=(engine, device), reporter=reporter
             ) as runner:
                 work(jobs, held, runner, engine=with_engine, told=telling.ended, look=telling.look)
         finally:

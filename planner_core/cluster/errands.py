@@ -1,9 +1,9 @@
 """Gives errands to Dask workers, one at a time each, and fetches the files that they make, in pieces.
 
 Whole jobs of a batch and clouds of stations go this way. A worker that dies loses its errand to another; one whose disk
-is full, or that lacks something else, is told and not used; when none wait, idle workers get copies of those that are
-out for much longer than others took, and the first one that ends counts. What is fetched is whole: of what is not
-wanted any more nothing is written, and what was is removed.
+is full, or that lacks something else, is told and not used, and so is one at which a bug strikes; when none wait, idle
+workers get copies of those that are out for much longer than others took, and the first one that ends counts. What is
+fetched is whole: of what is not wanted any more nothing is written, and what was is removed.
 """
 
 from __future__ import annotations
@@ -21,13 +21,21 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from planner_core.cluster import spread, workplace
+from planner_core.cluster import workplace
 from planner_core.cluster.parcels import Parcel
-from planner_core.cluster.spread import MOST_COPIES, MOST_FAILURES, Cluster, Crew, answers_alike
+from planner_core.cluster.spread import (
+    MOST_COPIES,
+    MOST_FAILURES,
+    BugError,
+    Cluster,
+    Crew,
+    UnfitError,
+    answers_alike,
+)
 from planner_core.cluster.worker import LackingError
-from planner_core.errors import ClusterError, ExportError, is_of_full_disk, one_line
+from planner_core.errors import ClusterError, ExportError, one_line
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.spread import AskedErrand, Kept, Outcome, Task
+from planner_core.spread import AskedErrand, Kept, NotWantedError, Outcome, Task
 
 #: How long a worker waits for the end of an errand before it says how far it is.
 _WAIT_S = 0.5
@@ -49,10 +57,6 @@ class Order:
     made: Path
 
 
-class _FaultError(Exception):
-    """A worker can't do it; another one may."""
-
-
 class _RefusedError(Exception):
     """Nobody can do it."""
 
@@ -63,10 +67,6 @@ class _HereError(Exception):
     def __init__(self, error: OSError) -> None:
         super().__init__(str(error))
         self.error = error
-
-
-class _NotWantedError(Exception):
-    """Another worker was first, or all is over."""
 
 
 class _Out:
@@ -83,10 +83,10 @@ class _Out:
 
     @contextmanager
     def writing(self) -> Iterator[None]:
-        """Write something of what comes, as long as it is wanted; raises `_NotWantedError` and `_HereError`."""
+        """Write something of what comes, as long as it is wanted; raises `NotWantedError` and `_HereError`."""
         with self._lock:
             if not self.is_wanted:
-                raise _NotWantedError
+                raise NotWantedError
             try:
                 yield
             except OSError as error:
@@ -109,6 +109,9 @@ class Errands:
         self._out: list[_Out] = []
         self._was_idle: set[str] = set()
         self._losses: dict[Order, int] = {}
+        self._struck: dict[Order, int] = {}
+        self._for_here: list[Order] = []
+        self._are_for_here = False
         self._given_up: list[tuple[Order, Outcome]] = []
         self._longest_s: float | None = None
 
@@ -118,18 +121,22 @@ class Errands:
 
     def orders(self) -> dict[Order, str]:
         """Orders that are not done, and what each tells."""
-        return {**dict.fromkeys(self._waiting, ""), **{out.order: out.note for out in self._wanted()}}
+        waiting = [*self._waiting, *self._for_here]
+        return {**dict.fromkeys(waiting, ""), **{out.order: out.note for out in self._wanted()}}
 
     def give(self, order: Order) -> None:
         """Have an order done."""
         self._waiting.append(order)
 
     def left_alone(self) -> list[Order] | None:
-        """Return all orders where workers have been gone for too long, for this process to do; else None."""
-        if not self._crew.is_gone():
+        """Return all orders that are left where no worker can do them, for this process to do; else None."""
+        # Whoever gives orders has had a chance to give more since the last look.
+        before, self._are_for_here = self._are_for_here, bool(self._for_here) and not self._waiting and not self._out
+        if self._are_for_here and before:
+            self._cluster.tell("no worker can do what is left: this machine goes on alone")
+        elif not self._crew.is_gone():
             return None
         orders = list(self.orders())
-        self._cluster.tell(f"no worker for {spread.PATIENCE_S:.0f} s: this machine goes on alone")
         self.stop()
         return orders
 
@@ -153,7 +160,9 @@ class Errands:
                 self._deal()
         except ClusterError:
             raise
-        except (Exception, AsyncCancelledError):  # noqa: BLE001 - whatever Dask raises of a scheduler that is gone
+        except (Exception, AsyncCancelledError) as error:  # noqa: BLE001 - told unless Dask may raise it
+            if not self._cluster.is_lost(error):
+                self._crew.give_up(error)
             self._crew.forget()
         return self._collected()
 
@@ -165,6 +174,7 @@ class Errands:
         wait([each.done for each in self._out], timeout=_DROPS_WITHIN_S + 2 * _WAIT_S)
         self._out.clear()
         self._waiting.clear()
+        self._for_here.clear()
         self._crew.close()
         self._threads.shutdown(wait=False, cancel_futures=True)
 
@@ -203,20 +213,25 @@ class Errands:
                 out.end()
             if isinstance(error, _HereError):
                 raise error.error
-            if isinstance(error, _FaultError):
+            if isinstance(error, UnfitError):
                 self._crew.used.discard(out.address)
                 self._cluster.refuse(out.address, f"{error}; what it had is given to others")
                 self._put_back(order)
-            elif error is not None and not isinstance(error, _RefusedError):
-                self._crew.used.discard(out.address)
-                self._lose(out, one_line(str(error) or type(error).__name__))
-            else:
+            elif error is None or isinstance(error, _RefusedError):
                 for each in [each for each in self._out if each.order is order]:
                     each.end()
                 self._longest_s = max(self._longest_s or 0.0, time.monotonic() - out.begun_s)
                 if error is None:
+                    self._cluster.has_helped = True
                     out.made.replace(order.made)
                 ended.append((order, out.done.result() if error is None else Outcome(str(error))))
+            elif self._cluster.is_lost(error):
+                self._crew.used.discard(out.address)
+                self._lose(out, one_line(str(error) or type(error).__name__))
+            else:
+                self._crew.spare(out.address, error)
+                self._struck[order] = self._struck.get(order, 0) + 1
+                self._put_back(order)
         given_up, self._given_up = self._given_up, []
         return ended + given_up
 
@@ -235,30 +250,29 @@ class Errands:
             self._given_up.append((out.order, Outcome(message)))
 
     def _put_back(self, order: Order) -> None:
-        if order not in self._waiting and all(each.order is not order for each in self._wanted()):
-            self._waiting.insert(0, order)
+        """Have an order done anew, unless it is being done; at which bugs strike again and again, by this process."""
+        if order not in self.orders():
+            (self._waiting if self._struck.get(order, 0) < MOST_FAILURES else self._for_here).insert(0, order)
 
     # ------------------------------------------------------------------------------------------ a worker's thread
     def _attend(self, out: _Out) -> Outcome:
         """See one order through at one worker."""
         order, address, number = out.order, out.address, secrets.token_hex(8)
+        self._cluster.supply(address, order.parcel)
+        self._send_files(out)
+        ask = self._cluster.ask
+        ask(address, workplace.begin, number, order.parcel.digest, order.task)
         try:
-            self._cluster.supply(address, order.parcel)
-            self._send_files(out)
-            self._ask(address, workplace.begin, number, order.parcel.digest, order.task)
-        except OSError as error:
-            if is_of_full_disk(error):
-                raise _FaultError(str(error)) from error
-            raise
-        try:
-            state = self._ask(address, workplace.state, number, _WAIT_S)
+            state = ask(address, workplace.state, number, _WAIT_S)
             while state.outcome is None and out.is_wanted:
                 out.note = state.note
-                state = self._ask(address, workplace.state, number, _WAIT_S)
+                state = ask(address, workplace.state, number, _WAIT_S)
             if state.outcome is None:
-                raise _NotWantedError
+                raise NotWantedError
+            if state.outcome.is_bug:
+                raise BugError(state.outcome.message)
             if state.outcome.is_of_worker:
-                raise _FaultError(state.outcome.message)
+                raise UnfitError(state.outcome.message)
             self._fetch(number, state.made, out)
             outcome: Outcome = state.outcome
             return outcome
@@ -266,17 +280,14 @@ class Errands:
             with suppress(Exception, AsyncCancelledError):
                 self._cluster.submit(address, workplace.drop, number).result(timeout=_DROPS_WITHIN_S)
 
-    def _ask(self, address: str, function: Callable[..., Any], *arguments: Any) -> Any:
-        return self._cluster.submit(address, function, *arguments).result(timeout=spread.PATIENCE_S)
-
     def _send_files(self, out: _Out) -> None:
         files, sender = out.order.files, secrets.token_hex(4)
-        for digest in self._ask(out.address, workplace.lacks_files, list(files)):
+        for digest in self._cluster.ask(out.address, workplace.lacks_files, list(files)):
             offset = 0
             for content, is_last in _pieces(files[digest], digest):
                 if not out.is_wanted:
-                    raise _NotWantedError
-                self._ask(out.address, workplace.take_piece, digest, sender, offset, content, is_last)
+                    raise NotWantedError
+                self._cluster.ask(out.address, workplace.take_piece, digest, sender, offset, content, is_last)
                 offset += len(content)
 
     def _fetch(self, number: str, made: tuple[tuple[str, int], ...], out: _Out) -> None:
@@ -292,7 +303,7 @@ class Errands:
                     path.touch()
             while left > 0:
                 if not content:
-                    content = self._ask(out.address, workplace.piece, number, offset)
+                    content = self._cluster.ask(out.address, workplace.piece, number, offset)
                     offset += len(content)
                     if not content:
                         raise LackingError(name)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
+import traceback
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import cache
@@ -16,14 +17,20 @@ from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 from threading import Lock
+from types import TracebackType
 from typing import Any
 
 from numpy.typing import NDArray
 
 from planner_core.cluster.parcels import unpacked, unsqueezed
+from planner_core.errors import PlannerError
+from planner_core.progress import Progress, ProgressEvent
+from planner_core.spread import NotWantedError
 
 #: Of other versions plans may differ: readers of files, links, selection, pictures.
 _LIBRARIES = ("numpy", "scipy", "numba", "highspy", "shapely", "ifcopenshell", "usd-core", "vtk", "matplotlib")
+#: What is raised where a machine lacks something, or a device failed: another one may not. All else is a bug.
+FAULTS = (PlannerError, OSError, MemoryError, ImportError)
 #: Questions, engines and arrays beyond these are forgotten, the oldest first.
 _MOST_QUESTIONS, _MOST_KEPT = 4, 2
 
@@ -35,6 +42,15 @@ _kept: dict[str, Any] = {}
 
 class LackingError(Exception):
     """A worker has not been sent what it is asked about, or has forgotten it."""
+
+
+def bug_of(error: BaseException, trace: TracebackType | None) -> str:
+    """Return what an error that nobody foresaw is, and where in our code it came from."""
+    frames = [(str(frame.f_globals.get("__name__")), line, frame.f_code.co_name) for frame, line in
+              traceback.walk_tb(trace)]  # fmt: skip
+    own = [each for each in frames if each[0].partition(".")[0] in ("planner_core", "tlsplan")]
+    where = "".join(f" ({module}:{line}, in {name})" for module, line, name in (own or frames)[-1:])
+    return f"{type(error).__name__}: {error}{where}"
 
 
 @dataclass(frozen=True)
@@ -107,10 +123,9 @@ def take_question(digest: str, body: bytes, names: list[str]) -> None:
         An array of it is not here.
     """
     with _lock:
-        try:
-            question = unpacked(body, _arrays)
-        except KeyError as error:
-            raise LackingError(str(error)) from None
+        if not _arrays.keys() >= set(names):
+            raise LackingError(digest)
+        question = unpacked(body, _arrays)
         _questions.pop(digest, None)
         _questions[digest] = frozenset(names), question
         while len(_questions) > _MOST_QUESTIONS:
@@ -129,10 +144,27 @@ def answer(digest: str, task: Any) -> bytes:
         The question is not here.
     DeviceError
         This worker has no engine of the kind that is asked for.
+    NotWantedError
+        Who asked does not wait any more, or is gone.
     """
+    hear = _ends_with_its_task()
     with _lock:  # one engine, one device: threads of a worker wait for each other
-        found: bytes = question_of(digest).answer(task, kept)
+        found: bytes = question_of(digest).answer(task, kept, hear)
         return found
+
+
+def _ends_with_its_task() -> Progress:
+    """Give what ends the work at hand once Dask has taken its task back, which it can't end itself."""
+    from distributed import get_worker
+
+    tasks, key = get_worker().state.tasks, get_worker().get_current_task()
+
+    def hear(event: ProgressEvent) -> None:
+        task = tasks.get(key)
+        if task is None or task.state == "cancelled":
+            raise NotWantedError
+
+    return hear
 
 
 def question_of(digest: str) -> Any:

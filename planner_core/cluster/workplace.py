@@ -19,9 +19,9 @@ from pathlib import Path
 from threading import Event, Thread
 from typing import Any
 
-from planner_core.cluster.worker import LackingError, kept, question_of
-from planner_core.errors import PlannerError, is_of_full_disk, one_line
-from planner_core.spread import Outcome, Place
+from planner_core.cluster.worker import FAULTS, LackingError, bug_of, kept, question_of
+from planner_core.errors import DeviceError, MissingPackageError, PlannerError, is_of_full_disk, one_line
+from planner_core.spread import NotWantedError, Outcome, Place
 
 LEASE_S = 120.0
 #: Nothing larger travels at once.
@@ -49,6 +49,10 @@ class _Going:
     note: str = ""
     outcome: Outcome | None = None
     ended: Event = field(default_factory=Event)
+
+    def goes_on(self) -> bool:
+        """Whether somebody waits for it."""
+        return self.is_wanted and time.monotonic() - self.asked_s < LEASE_S
 
 
 _going: dict[str, _Going] = {}
@@ -115,29 +119,35 @@ def begin(number: str, digest: str, task: Any) -> None:
     files = _own_folder("files")
     going = _Going(folder / number, time.monotonic())
 
-    def is_wanted() -> bool:
-        return going.is_wanted and time.monotonic() - going.asked_s < LEASE_S
-
     def tell(note: str) -> None:
         going.note = note
 
     def work() -> None:
-        place = Place(going.folder, going.folder / "made", lambda name: files / name, is_wanted, tell, kept)
+        place = Place(going.folder, going.folder / "made", lambda name: files / name, going.goes_on, tell, kept)
         try:
             place.made.mkdir(parents=True)
-            outcome = errand.do(task, place)
-        except Exception as error:  # noqa: BLE001 - told by `state`
-            message = one_line(str(error) or type(error).__name__)
-            outcome = Outcome(message, is_of_worker=not isinstance(error, PlannerError) or is_of_full_disk(error))
-        going.outcome = outcome
+            going.outcome = errand.do(task, place)
+        except NotWantedError:
+            going.is_wanted = False
+        except BaseException as error:  # noqa: BLE001 - told by `state`; Rust and C++ raise what is no Exception
+            going.outcome = _outcome_of(error)
         going.ended.set()
-        while is_wanted():  # until it is fetched
+        while going.goes_on():  # until it is fetched
             time.sleep(0.1)
+        _going.pop(number, None)  # nobody is told of a folder that goes
         shutil.rmtree(going.folder, ignore_errors=True)
-        _going.pop(number, None)
 
     _going[number] = going
     Thread(target=work, name=f"errand {number}", daemon=True).start()
+
+
+def _outcome_of(error: BaseException) -> Outcome:
+    """What an error of an errand means: that this worker can't do it, that nobody can, or a bug."""
+    if not isinstance(error, FAULTS):
+        return Outcome(one_line(bug_of(error, error.__traceback__)), is_of_worker=True, is_bug=True)
+    of_all = isinstance(error, PlannerError) and not isinstance(error, (DeviceError, MissingPackageError))
+    message = one_line(str(error) or type(error).__name__)
+    return Outcome(message, is_of_worker=not of_all or is_of_full_disk(error))
 
 
 def state(number: str, wait_s: float) -> State:
@@ -170,10 +180,11 @@ def drop(number: str) -> None:
 
 
 def _of(number: str) -> _Going:
-    if number not in _going:
+    going = _going.get(number)
+    if going is None or not going.goes_on():
         raise LackingError(number)
-    _going[number].asked_s = time.monotonic()
-    return _going[number]
+    going.asked_s = time.monotonic()
+    return going
 
 
 def _listed(made: Path) -> Iterable[tuple[str, int]]:

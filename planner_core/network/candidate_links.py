@@ -99,7 +99,7 @@ class LinkQuestion:
         holds = strength >= self.min_strength
         return _take(pairs, holds), strength[holds]
 
-    def answer(self, rows: tuple[int, int], kept: Kept | None = None) -> bytes:
+    def answer(self, rows: tuple[int, int], kept: Kept | None = None, progress: Progress = silent) -> bytes:
         """Give the links of some rows as bytes."""
         pairs, strength = self.links_of_rows(*rows)
         return zlib.compress(pickle.dumps((pairs.first, pairs.second, pairs.overlap, strength), protocol=5), 1)

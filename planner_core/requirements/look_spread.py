@@ -36,7 +36,7 @@ class LookQuestion:
     engine: str
     scene_key: str
 
-    def answer(self, positions_m: FloatArray, kept: Kept) -> bytes:
+    def answer(self, positions_m: FloatArray, kept: Kept, progress: Progress = silent) -> bytes:
         """Look from positions (N, 3), local frame; raises `DeviceError` where there is no engine of the kind."""
         survey = self.survey
 
@@ -45,7 +45,7 @@ class LookQuestion:
 
         looked = look_around_here(
             survey, kept(self.scene_key, opened), np.asarray(positions_m), self.goals, notes_needed=self.notes_needed,
-            progress=silent,
+            progress=progress,
         )  # fmt: skip
         return pack_looked(looked)
 

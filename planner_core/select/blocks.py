@@ -15,7 +15,7 @@ a better plan. Fewer, and a target missed: two nodes, in one of which a block co
 the plan: prove them.
 
 Blocks know nothing of each other when they are first looked at, for a set or for a proof: these looks are tasks, of
-which others do some within `spread_over` (`_looks`). What comes next depends on all that is known by then.
+which others do some within `spread_over` (`_look`). What comes next depends on all that is known by then.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int64Array
-from planner_core.progress import Progress, silent
+from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.network import Network, network_within
 from planner_core.select.polish import polish
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import independent_constraints
-from planner_core.spread import Kept, Task, who_answers
+from planner_core.spread import Kept, Spread, Task, who_answers
 
 #: Blocks that share more than this part of what the lesser one sees are one; the smallest are merged beyond so many.
 _SHARED = 0.02
@@ -46,8 +46,10 @@ _FIND_WORK, _PROOF_WORK, _FIRST_PROOF_WORK = 0.5, 1.0, 5.0
 #: Blocks that have fewer entries together are looked at sooner than others are asked.
 _WORTH_SPREADING = 10_000
 #: Finds few candidates that meet all targets, and says what work it was: of a problem and network, with candidates that
-#: are in it, a set to begin with, if one is known, and work to be done.
-Find = Callable[[CoverProblem, Network, tuple[int, ...], tuple[int, ...] | None, float], tuple[tuple[int, ...], float]]
+#: are in it, a set to begin with, if one is known, work to be done, and who hears of it.
+Find = Callable[
+    [CoverProblem, Network, tuple[int, ...], tuple[int, ...] | None, float, Progress], tuple[tuple[int, ...], float]
+]
 
 
 @dataclass(frozen=True)
@@ -233,16 +235,17 @@ class BlockQuestion:
     blocks: tuple[Block, ...]
     find: Find
 
-    def answer(self, look: Look, kept: Kept) -> bytes:
+    def answer(self, look: Look, kept: Kept, progress: Progress = silent) -> bytes:
         """Look at a block; see `Found`."""
         del kept
-        return pickle.dumps(self.first_turn(look)[0] if look.wanted else self.found(look), protocol=5)
+        found = self.first_turn(look, progress)[0] if look.wanted else self.found(look, progress)
+        return pickle.dumps(found, protocol=5)
 
-    def found(self, look: Look) -> Found:
+    def found(self, look: Look, progress: Progress = silent) -> Found:
         """Return a set of a block."""
         block = self.blocks[look.number]
         asked = block.asked(look.demand)
-        chosen, work = self.find(asked, block.network, block.pinned, look.start, _FIND_WORK)
+        chosen, work = self.find(asked, block.network, block.pinned, look.start, _FIND_WORK, progress)
         return Found(polish(asked, chosen, network=block.network, given=block.pinned), 0, work)
 
     def first_turn(
@@ -272,6 +275,10 @@ class _Turns:
     def all_work(self) -> float:
         """That counts: a tree that is made anew is where it was."""
         return self.work if self.tree is None else max(self.work, self.tree.work)
+
+
+class _StoppedError(Exception):
+    """The search was stopped while others looked at blocks."""
 
 
 class BlockProof:
@@ -347,10 +354,16 @@ class BlockProof:
         while self.work < end and not self.finished and not self._stopped:
             # An interrupt may come at any moment: a node stays open until all that is left of it is.
             node = self._open[0][3]
-            for rest in self._look_at(node, progress):
-                self._put(rest)
-            self._open.remove(next(entry for entry in self._open if entry[3] is node))
-            heapq.heapify(self._open)
+            left = [node]  # of a look that is broken off; its bound may have risen
+            try:
+                left = self._look_at(node, progress)
+            except _StoppedError:
+                pass
+            finally:
+                for rest in left:
+                    self._put(rest)
+                self._open.remove(next(entry for entry in self._open if entry[3] is node))
+                heapq.heapify(self._open)
             self.n_nodes += 1
 
     # ------------------------------------------------------------------------------------------ nodes
@@ -409,12 +422,14 @@ class BlockProof:
             if demand.tobytes() not in known.looked_for:
                 begun = known.best(demand)
                 looks.append(Look(number, demand, start=None if begun is None else begun[1]))
-        for look, found in zip(looks, self._looks(looks, progress), strict=True):
-            self._done += found.work
-            self._keep(look.number, found.chosen)
-            self._known[look.number].looked_for.add(look.demand.tobytes())
+        self._look(looks, self._take_set, progress)
         sets = [known.best(demand) for known, demand in zip(self._known, demands, strict=True)]
         return [each for each in sets if each is not None]  # all: one of each block was put there
+
+    def _take_set(self, look: Look, found: Found) -> None:
+        self._done += found.work
+        self._keep(look.number, found.chosen)
+        self._known[look.number].looked_for.add(look.demand.tobytes())
 
     def _keep(self, number: int, chosen: tuple[int, ...]) -> None:
         self._known[number].sets.append((self._blocks[number].problem.covered(list(chosen)), chosen))
@@ -443,12 +458,13 @@ class BlockProof:
     def _begin(self, looks: Sequence[Look], progress: Progress) -> None:
         """Do the first turns of some proofs."""
         each = min(_FIRST_PROOF_WORK, max(self._work_limit - self.work, 0.0) / len(looks))
-        looks = [replace(look, work=each) for look in looks]
-        for look, found in zip(looks, self._looks(looks, progress), strict=True):
-            before = self._turns.get(look.key)
-            self._done += 0.0 if before is None else before.all_work
-            self._turns[look.key] = _Turns(look, found.work, self._grown.pop(look.key, None))
-            self._take(look, found.stations, found.chosen)
+        self._look([replace(look, work=each) for look in looks], self._take_turn, progress)
+
+    def _take_turn(self, look: Look, found: Found) -> None:
+        before = self._turns.get(look.key)
+        self._done += 0.0 if before is None else before.all_work
+        self._turns[look.key] = _Turns(look, found.work, self._grown.pop(look.key, None))
+        self._take(look, found.stations, found.chosen)
 
     def _go_on(self, turns: _Turns, progress: Progress) -> None:
         """Do another turn of a proof."""
@@ -464,30 +480,64 @@ class BlockProof:
             self._keep(look.number, chosen)
 
     # ------------------------------------------------------------------------------------------ looks
-    def _looks(self, looks: Sequence[Look], progress: Progress) -> list[Found]:
-        """Look at blocks, here or, within `spread_over`, by others: the same is found."""
+    def _look(self, looks: Sequence[Look], take: Callable[[Look, Found], None], progress: Progress) -> None:
+        """Look at blocks, here or, within `spread_over`, by others: the same is found, and taken in the same order.
+
+        Others are not waited for once the search is stopped or `progress` raises: what is here by then is taken.
+
+        Raises
+        ------
+        _StoppedError
+            Not all looks are here.
+        """
+        if looks:
+            progress(ProgressEvent("prove", 0, len(looks)))
         spread, entries = who_answers(), [self._blocks[look.number].problem.row.size for look in looks]
-        if spread is None or self._sent_find is None or len(looks) < 2 or sum(entries) < _WORTH_SPREADING:
-            return [self._look_here(look, progress) for look in looks]
-        least = looks[entries.index(min(entries))]  # all are asked about this one, for a moment
+        pays = len(looks) > 1 and sum(entries) >= _WORTH_SPREADING and not self._stopped  # then all end at once
+        if pays and spread is not None and self._sent_find is not None:
+            least = looks[entries.index(min(entries))]
+            self._ask(spread, self._sent_find, looks, least, take, progress)
+            return
+        for look, found in [(look, self._look_here(look, progress)) for look in looks]:
+            take(look, found)
+
+    def _ask(
+        self,
+        spread: Spread,
+        find: Find,
+        looks: Sequence[Look],
+        least: Look,
+        take: Callable[[Look, Found], None],
+        progress: Progress,
+    ) -> None:
+        """Have others look. least : all of them are asked about its block first, for a moment."""
         probe = replace(least, wanted=len(self._blocks[least.number].candidate), start=None, work=0.0)
-        question = BlockQuestion(self._blocks, self._sent_find)
-        answers = spread.answers(
-            question,
-            [Task(probe, 0), *(Task(look, 1) for look in looks)],
-            here=lambda look: (
-                question.answer(look, lambda _, make: make())
-                if look is probe
-                else pickle.dumps(self._look_here(look, progress), protocol=5)
-            ),
-            stage="prove",
-            progress=progress,
-        )
-        return [pickle.loads(each) for each in answers[1:]]
+        question, answers = BlockQuestion(self._blocks, find), dict[int, bytes]()
+
+        def here(look: Look) -> bytes:
+            if look is probe:
+                return question.answer(look, lambda _, make: make())
+            return pickle.dumps(self._look_here(look, progress), protocol=5)
+
+        def heard(event: ProgressEvent) -> None:
+            progress(event)
+            if self._stopped:
+                raise _StoppedError
+
+        tasks = [Task(probe, 0), *(Task(look, 1) for look in looks)]
+        try:
+            spread.answers(question, tasks, here=here, stage="prove", progress=heard, answered=answers.__setitem__)
+        except _StoppedError:
+            if len(answers) < len(tasks):
+                raise
+        finally:
+            for number, look in enumerate(looks, start=1):
+                if number in answers:
+                    take(look, pickle.loads(answers[number]))
 
     def _look_here(self, look: Look, progress: Progress) -> Found:
         if look.wanted == 0:
-            return self._question.found(look)
+            return self._question.found(look, progress)
         found, self._grown[look.key] = self._question.first_turn(look, progress, self._grow)
         self._growing = None
         return found

@@ -208,10 +208,11 @@ def _find_in_block(
     pinned: tuple[int, ...],
     start: tuple[int, ...] | None,
     work: float,
+    progress: Progress,
 ) -> tuple[tuple[int, ...], float]:
     """Few candidates of a block; see `planner_core.select.blocks.Find`. how : other arguments of `select`."""
     settings = replace(settings, work_limit=work, prove=False)
-    found = select(problem, settings, network=network, given=pinned, start=start, **how)
+    found = select(problem, settings, network=network, given=pinned, start=start, progress=progress, **how)
     if found.why_stopped == INTERRUPTED:
         raise KeyboardInterrupt
     return found.chosen, found.work
@@ -316,8 +317,8 @@ class _Search:
         return promise and blocks.work < most and not blocks.finished
 
     def _find(self, *asked: Any) -> tuple[tuple[int, ...], float]:
-        """`_find_in_block` on the device at hand, heard of, and within the time that is left."""
-        how = {"device": self._device, "host": self._host, "progress": self._tell_of_blocks}
+        """`_find_in_block` on the device at hand, within the time that is left."""
+        how = {"device": self._device, "host": self._host}
         return _find_in_block(replace(self._settings, time_limit_s=self.limits.left_s), how, *asked)
 
     def _tell_of_blocks(self, event: ProgressEvent) -> None:

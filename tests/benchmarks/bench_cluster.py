@@ -53,7 +53,7 @@ from planner_core.scanner.load_scanner import load_scanner
 from planner_core.select.blocks import BlockQuestion, Look, blocks_of
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
-from planner_core.select.proven import _find_alone
+from planner_core.select.proven import _find_in_block
 from planner_core.spread import Task, spread_over
 
 N_POSITIONS, N_TASKS, N_LINKED, N_STATIONS, N_JOBS = 164, 100, 1500, 4, 2
@@ -187,7 +187,7 @@ def measure_blocks(rounds: int) -> str:
     """First looks at blocks of a selection: flats of a chance of their own, each a part of the network."""
     problem, network = flats()
     blocks = blocks_of(problem, network)
-    find = partial(_find_alone, Proven(prove=False), False)
+    find = partial(_find_in_block, Proven(prove=False), {"host": False})
     question = BlockQuestion(tuple(blocks), find)
     sets = [Look(number, (block.ticks * 17 // 20).astype(np.int64)) for number, block in enumerate(blocks)]
     found = [question.found(look) for look in sets]

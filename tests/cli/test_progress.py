@@ -1,5 +1,6 @@
 """Progress on a stream that is no terminal, and silence."""
 
+import contextlib
 import io
 
 import pytest
@@ -55,6 +56,16 @@ def test_warnings_are_shown_at_once_and_each_once_even_when_quiet() -> None:
         reporter.warn(["far origin", "no slab"])
         reporter.warn(["no slab"])
         assert stream.getvalue().splitlines() == ["warning: far origin", "warning: no slab"]
+
+
+def test_last_words_are_shown_when_all_is_over_even_of_what_fails() -> None:
+    stream = io.StringIO()
+    with contextlib.suppress(ValueError), ProgressReporter(quiet=True, stream=stream) as reporter:
+        reporter.warn_last(["struck twice"])
+        reporter.warn(["no slab"])
+        assert stream.getvalue().splitlines() == ["warning: no slab"]
+        raise ValueError
+    assert stream.getvalue().splitlines() == ["warning: no slab", "warning: struck twice"]
 
 
 def test_terminal_progress_of_common_width_shows_the_count_beside_a_long_remark(

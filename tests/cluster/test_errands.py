@@ -15,11 +15,13 @@ import pytest
 from waiting import until
 
 from planner_core.cluster import errands, spread, workplace
-from planner_core.cluster.errands import Errands, Order, _NotWantedError, _Out, _pieces
+from planner_core.cluster.errands import Errands, Order, _Out, _pieces
 from planner_core.cluster.parcels import Packer
-from planner_core.cluster.spread import Crew
-from planner_core.progress import silent
-from planner_core.spread import Kept, Outcome, Place, Task
+from planner_core.cluster.spread import Cluster, Crew
+from planner_core.cluster.worker import LackingError
+from planner_core.errors import DeviceError
+from planner_core.progress import Progress, silent
+from planner_core.spread import Kept, NotWantedError, Outcome, Place, Task
 
 from .conftest import cluster_of
 
@@ -28,7 +30,7 @@ from .conftest import cluster_of
 class Writes:
     """An errand that writes its task into files of several folders."""
 
-    def answer(self, task: Any, kept: Kept) -> bytes:
+    def answer(self, task: Any, kept: Kept, progress: Progress = silent) -> bytes:
         if task == "fails":
             raise ValueError("fails")
         return b"same"
@@ -88,16 +90,16 @@ def test_what_is_no_longer_wanted_is_not_written(tmp_path: Path) -> None:
     with out.writing():
         out.made.mkdir(parents=True)
     out.end()
-    with pytest.raises(_NotWantedError), out.writing():
+    with pytest.raises(NotWantedError), out.writing():
         out.made.mkdir(parents=True)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_whatever_goes_wrong_at_workers_an_errand_is_given_up_in_a_line(
+def test_an_errand_over_which_workers_are_lost_is_given_up_in_a_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fails(self: Errands, out: _Out) -> Outcome:
-        raise KeyError("whatever")
+        raise TimeoutError("whatever")
 
     monkeypatch.setattr(Errands, "_attend", fails)
     found: list[tuple[Order, Outcome]] = []
@@ -106,8 +108,123 @@ def test_whatever_goes_wrong_at_workers_an_errand_is_given_up_in_a_line(
         given.give(order_of("a", tmp_path / "made"))
         until(lambda: found.extend(given.done()) or found)
         given.stop()
-    assert found[0][1].message == "3 workers were lost over it ('whatever'); run the same command to try again"
+        assert cluster.n_bugs == 0
+    assert found[0][1].message == "3 workers were lost over it (whatever); run the same command to try again"
     assert given.orders() == {}
+
+
+def done_and_left(given: Errands) -> tuple[dict[Any, Outcome], list[Any]]:
+    """What is done of errands, and what is left to this process."""
+    found: dict[Any, Outcome] = {}
+
+    def look() -> list[Order] | None:
+        found.update({order.key: outcome for order, outcome in given.done()})
+        return given.left_alone()
+
+    left = [order.key for order in until(look)]
+    given.stop()
+    return found, left
+
+
+@pytest.mark.parametrize("where", ["over a worker", "while it deals"])
+def test_a_bug_here_is_told_and_this_machine_does_what_is_left(
+    where: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*of: Any) -> Any:
+        raise KeyError("whatever")
+
+    monkeypatch.setattr(Errands, "_attend" if where == "over a worker" else "_deal", fails)
+    with cluster_of(2) as (cluster, told):
+        given = Errands(cluster, lambda address: True)
+        given.give(order_of("a", tmp_path / "made"))
+        assert done_and_left(given) == ({}, ["a"])
+        assert cluster.n_bugs == (2 if where == "over a worker" else 1)
+    bug, alone = told
+    who = "worker inproc://" if where == "over a worker" else "this machine: "
+    assert bug.startswith(who)
+    assert "internal error: KeyError: 'whatever' (" in bug
+    assert f"in {'fails' if where == 'over a worker' else 'done'}). This is a bug: please report it" in bug
+    assert alone == "no worker can do this: this machine goes on alone"
+
+
+@pytest.mark.parametrize("error", [KeyError("odd"), RuntimeError("odd"), SystemExit("odd")])
+def test_an_errand_at_which_a_bug_strikes_is_left_to_this_machine_and_others_go_on(
+    error: BaseException, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of five workers three fail at it: the others do the rest."""
+    sound = Writes.do
+
+    def do(self: Writes, task: Any, place: Place) -> Outcome:
+        if task == "odd":
+            raise error
+        return sound(self, task, place)
+
+    monkeypatch.setattr(Writes, "do", do)
+    with cluster_of(5) as (cluster, told):
+        given = Errands(cluster, lambda address: True)
+        for name in ("odd", "a", "b", "c", "d", "e"):
+            given.give(order_of(name, tmp_path / name))
+        found, left = done_and_left(given)
+        assert cluster.n_bugs == 3
+        (last,) = cluster.last_words()
+    assert (sorted(found), left) == (["a", "b", "c", "d", "e"], ["odd"])
+    assert {outcome.message for outcome in found.values()} == {""}
+    bug, alone = told
+    assert f"internal error: {type(error).__name__}: " in bug
+    assert " (planner_core.cluster.workplace:" in bug
+    assert ", in work). This is a bug: please report it" in bug
+    assert "no worker can do what is left" in alone
+    assert "3 internal errors, told above" in last
+    assert not list(tmp_path.glob("odd*"))
+
+
+@pytest.mark.parametrize("error", [DeviceError("no device"), MemoryError("no room"), ImportError("no package")])
+def test_an_errand_for_which_a_worker_lacks_something_goes_to_another(
+    error: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sound, n_done = Writes.do, 0
+
+    def do(self: Writes, task: Any, place: Place) -> Outcome:
+        nonlocal n_done
+        n_done += 1
+        if n_done == 1:
+            raise error
+        return sound(self, task, place)
+
+    monkeypatch.setattr(Writes, "do", do)
+    found: list[tuple[Order, Outcome]] = []
+    with cluster_of(2) as (cluster, told):
+        given = Errands(cluster, lambda address: True)
+        given.give(order_of("a", tmp_path / "made"))
+        until(lambda: found.extend(given.done()) or found)
+        given.stop()
+        assert cluster.last_words() == []
+    assert found[0][1] == Outcome(answer=b"done")
+    (line,) = told
+    assert line.endswith(f"is not used: {error}; what it had is given to others")
+
+
+def test_an_errand_that_nobody_asked_about_for_long_is_gone_for_whoever_asks_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It ends by what tells it, which is no bug, and its lease is not renewed."""
+    monkeypatch.setattr(workplace, "_own_folder", lambda name: tmp_path)
+    held: list[Place] = []
+
+    class Waits:
+        def do(self, task: Any, place: Place) -> Outcome:
+            held.append(place)
+            until(lambda: not place.is_wanted())
+            raise NotWantedError
+
+    monkeypatch.setattr(workplace, "question_of", lambda digest: Waits())
+    workplace.begin("1", "digest", None)
+    until(lambda: held)
+    assert workplace.state("1", 0.0).outcome is None
+    monkeypatch.setattr(workplace, "LEASE_S", 0.0)
+    with pytest.raises(LackingError):
+        workplace.state("1", 0.0)
+    until(lambda: "1" not in workplace._going and not held[0].folder.exists())
 
 
 def dealt(
@@ -148,13 +265,13 @@ def test_copies_keep_to_the_most_at_the_same_time(tmp_path: Path, monkeypatch: p
 
 def test_workers_that_never_answer_are_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     def silent_future() -> Any:
-        return SimpleNamespace(result=lambda timeout: Future[None]().result(timeout))
+        return SimpleNamespace(result=lambda timeout: Future[None]().result(timeout), status="pending")
 
-    cluster = SimpleNamespace(
-        workers=lambda: {"w1"}, is_refused=lambda address: False, submit=lambda *of: silent_future()
-    )
+    told: list[str] = []
+    cluster = Cluster("nowhere", SimpleNamespace(submit=lambda *of, **more: silent_future()), told.append)
+    monkeypatch.setattr(cluster, "workers", lambda: {"w1"})
     monkeypatch.setattr(spread, "PATIENCE_S", 0.3)
-    crew = Crew(cluster, lambda address: True)  # type: ignore[arg-type]
+    crew = Crew(cluster, lambda address: True)
 
     def is_gone() -> bool:
         crew.find(nothing_done=True)
@@ -162,6 +279,7 @@ def test_workers_that_never_answer_are_not_waited_for(monkeypatch: pytest.Monkey
 
     until(is_gone)
     crew.close()
+    assert told == ["no worker for 0 s: this machine goes on alone"]
 
 
 def test_what_a_task_raises_here_after_all_workers_failed_comes_out() -> None:

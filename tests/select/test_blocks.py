@@ -1,6 +1,8 @@
 """Proof by blocks against exhaustive search: bounds never pass the optimum and meet it, plans hang together."""
 
+import contextlib
 import itertools
+import time
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -10,16 +12,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from selection_instances import network_of, problem_of
+from waiting import until
 
 from planner_core.model import Proven
+from planner_core.progress import ProgressEvent, silent
 from planner_core.select import blocks as blocks_module
 from planner_core.select import proven
 from planner_core.select.blocks import BlockProof, BlockQuestion, _apart, blocks_of
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
+from planner_core.select.limits import Limits
 from planner_core.select.network_start import joined
 from planner_core.select.proven import select
-from planner_core.spread import spread_over
+from planner_core.spread import NotWantedError, spread_over
 
 from ..cluster.conftest import cluster_of
 
@@ -55,7 +60,7 @@ def smallest(problem, network, *, pinned=()):
     raise AssertionError("no set meets all")
 
 
-def find(problem, network, pinned, start, work):
+def find(problem, network, pinned, start, work, progress):
     """Greedy selection alone: worse sets leave more to the proof."""
     chosen = joined(problem, network, select_greedy(problem, given=pinned).chosen)
     chosen = drop_redundant(problem, chosen, given=pinned, network=network)
@@ -139,7 +144,9 @@ def test_selection_of_flats_is_proven_by_blocks(seed, monkeypatch):
 def asked(monkeypatch):
     """What others are asked, however small blocks are."""
     looks, sound = [], BlockQuestion.answer
-    monkeypatch.setattr(BlockQuestion, "answer", lambda self, look, kept: looks.append(look) or sound(self, look, kept))
+    monkeypatch.setattr(
+        BlockQuestion, "answer", lambda self, look, *more: looks.append(look) or sound(self, look, *more)
+    )
     monkeypatch.setattr(blocks_module, "_WORTH_SPREADING", 1)
     return looks
 
@@ -165,6 +172,103 @@ def test_blocks_that_others_look_at_give_the_same_set_bound_and_work(asked, monk
     assert told == []
     assert {look.number for look in asked if look.wanted == 0} == {0, 1}, "sets"
     assert {look.number for look in asked if look.work > 0} == {0, 1}, "proofs"
+
+
+@pytest.mark.parametrize("n_done", range(5))
+def test_blocks_that_others_look_at_end_at_the_same_work(asked, n_done, monkeypatch):
+    """All work is done in the middle of a node, or before it: nobody else is asked any more."""
+    monkeypatch.setattr(blocks_module, "_FIRST_PROOF_WORK", 1e-5)
+    problem, network = flats(5, n=6, r=40, share=0.9)
+
+    def proven(limit):
+        blocks = blocks_of(problem, network)
+        proof = BlockProof(problem, blocks, n_stations=problem.n_candidates, find=find, sent_find=find)
+        works = []
+        while not proof.finished and not proof._stopped:
+            proof.advance(work=1e-6, progress=lambda event: proof.stop() if proof.work >= limit else None)
+            works.append(proof.work)
+        return works, proof.best, proof.lower_bound, proof.n_nodes
+
+    works = proven(float("inf"))[0]
+    limit = sorted(set(works))[n_done] if n_done else 0.5
+    alone = proven(limit)
+    with cluster_of(2) as (cluster, told), spread_over(cluster):
+        assert proven(limit) == alone
+    assert told == []
+    assert len(alone[0]) <= len(works)
+
+
+@pytest.fixture
+def held(monkeypatch):
+    """Workers look at blocks for ever, but for those of `held.passes`, until nobody waits for them."""
+    monkeypatch.setattr(blocks_module, "_WORTH_SPREADING", 1)
+    sound, held = BlockQuestion.answer, SimpleNamespace(passes=lambda look: False, begun=[], ended=[])
+
+    def answer(self, look, kept, progress=silent):
+        is_probe = look.wanted > 0 and look.work == 0.0
+        if is_probe or held.passes(look):
+            return sound(self, look, kept, progress)
+        held.begun.append(look.number)
+        until_s = time.monotonic() + 60
+        try:
+            while time.monotonic() < until_s:
+                progress(ProgressEvent("prove", 0, 0))
+                time.sleep(0.01)
+        except NotWantedError:
+            held.ended.append(look.number)
+            raise
+        return sound(self, look, kept, progress)
+
+    monkeypatch.setattr(BlockQuestion, "answer", answer)
+    return held
+
+
+@pytest.mark.parametrize("what", ["sets", "proofs"])
+@pytest.mark.parametrize("why", ["time limit", "interrupted"])
+def test_others_are_not_waited_for_once_the_search_ends_and_end_too(why, what, held, monkeypatch):
+    def interrupt(event):
+        if held.begun and why == "interrupted":
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(proven._Search, "_blocks_are_due", lambda self, blocks, tree: not blocks.finished)
+    monkeypatch.setattr(Limits, "left_s", property(lambda self: 0.0 if held.begun and why == "time limit" else None))
+    held.passes = lambda look: what == "proofs" and look.wanted == 0
+    problem, network = flats(2, n=8, r=60)
+    with cluster_of(2) as (cluster, told), spread_over(cluster):
+        found = select(problem, Proven(work_limit=5.0, n_walks=1), network=network, progress=interrupt)
+        assert found.why_stopped == why
+        check_selection(problem, found.chosen, network=network)
+        assert found.lower_bound <= smallest(problem, network) <= len(found.chosen)
+        until(lambda: sorted(held.ended) == sorted(held.begun))
+    assert told == []
+
+
+@pytest.mark.parametrize("by", [None, KeyboardInterrupt])
+def test_what_others_had_found_when_the_search_ended_counts(by, held):
+    """Of two proofs one is done, the other goes on for ever."""
+    problem, network = flats(2, n=6, r=40)
+    blocks = blocks_of(problem, network)
+    proof = BlockProof(problem, blocks, n_stations=problem.n_candidates, find=find, sent_find=find)
+    held.passes = lambda look: look.wanted == 0 or look.number == 0
+
+    def end(event):
+        if held.begun and event.done == 1:
+            if by is not None:
+                raise by
+            proof.stop()
+
+    with cluster_of(2) as (cluster, _), spread_over(cluster):
+        with contextlib.suppress(KeyboardInterrupt):
+            while not held.begun:
+                proof.advance(work=1e-6, progress=end)
+        until(lambda: held.ended)
+    (turn,) = proof._turns.values()
+    look = turn.first
+    asked = blocks[0].asked(look.demand)
+    proven = min(smallest(asked, blocks[0].network), look.wanted)
+    nodes = [stations for stations, _, _, node in proof._open if (node.low[0] == look.demand).all()]
+    assert (look.number, proof._known[0].bound(look.demand), nodes) == (0, proven, [proven])
+    assert not proof.finished
 
 
 @pytest.mark.slow

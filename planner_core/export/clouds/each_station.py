@@ -18,8 +18,8 @@ from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.export.clouds.file_header import file_names
 from planner_core.export.clouds.points import STAGE, Clouds, Tally, every_nth, thinning_step
 from planner_core.plan_folder.plan_source import FieldStation
-from planner_core.progress import ProgressEvent, silent
-from planner_core.spread import Kept, Outcome, Place, Task, who_answers
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.spread import Kept, NotWantedError, Outcome, Place, Task, who_answers
 
 Write = Callable[[Clouds, tuple[FieldStation, ...], Path], None]
 """Writes a file of some stations."""
@@ -105,7 +105,7 @@ class StationClouds:
     engine: str
     scene_key: str
 
-    def answer(self, number: int, kept: Kept) -> bytes:
+    def answer(self, number: int, kept: Kept, progress: Progress = silent) -> bytes:
         """Give a hash of what a few beams of a station meet."""
         clouds = self.clouds
         template = every_nth(clouds.template, thinning_step(clouds.template.shape, _MOST_BEAMS_ASKED))
@@ -128,11 +128,7 @@ class StationClouds:
         return open_engine(self.clouds.survey.scene, self.clouds.survey.patches, engine=self.engine)
 
 
-class _NotWantedError(Exception):
-    """Nobody waits for these clouds any more."""
-
-
 def _heard(place: Place, event: ProgressEvent) -> Any:
     if not place.is_wanted():
-        raise _NotWantedError
+        raise NotWantedError
     place.tell(f"{event.done} of {event.total}")

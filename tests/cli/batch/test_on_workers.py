@@ -219,6 +219,30 @@ def test_a_job_of_a_worker_without_a_device_goes_to_another(
     assert line.endswith("is not used: no OpenCL device; what it had is given to others")
 
 
+@pytest.mark.parametrize("n_struck", [1, 2])
+def test_a_bug_at_workers_is_told_and_counted_in_the_end_and_the_batch_is_whole(
+    n_struck: int, tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sound, struck = on_workers.Command.do, list[str]()
+
+    def do(self: Any, task: Any, place: Place) -> Outcome:
+        if len(struck) < n_struck:
+            struck.append("")
+            raise ZeroDivisionError("odd")
+        return sound(self, task, place)
+
+    monkeypatch.setattr(on_workers.Command, "do", do)
+    out = tmp_path / "out"
+    done = tlsplan("batch", sites(tmp_path, a="plan", b="plan"), "-o", out, "--scheduler", two_workers)
+    assert done.returncode == 0, done.stderr
+    assert {row["state"] for row in rows(out).values()} == {"planned"}
+    told = [line for line in done.stderr.splitlines() if line.startswith("warning")]
+    assert "internal error: ZeroDivisionError: odd (" in told[0]
+    assert told[1:-1] == ["warning: no worker can do this: this machine goes on alone"][: n_struck - 1]
+    assert f"workers: {'1 internal error' if n_struck == 1 else '2 internal errors'}, told above" in told[-1]
+    assert told[-1] == done.stderr.splitlines()[-1]
+
+
 def test_a_slow_worker_does_not_hold_the_others(
     tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -377,8 +401,12 @@ def test_jobs_of_a_batch_that_is_ended_end_at_workers_and_it_goes_on(
     processes.start_worker(*BEFORE)
     batch = by_processes(path, out, processes)
 
+    def below() -> list[Path]:  # folders that go meanwhile are no error, as they are to `rglob`
+        walk = os.walk(processes.folder)
+        return [Path(folder) / name for folder, folders, files in walk for name in (*folders, *files)]
+
     def log() -> Path:
-        return next((each for each in processes.folder.rglob("log") if process_of(each)), Path("none"))
+        return next((each for each in below() if each.name == "log" and process_of(each)), Path("none"))
 
     pid = until(lambda: n_done(out) == 1 and process_of(log()))
     refused = tlsplan("batch", path, "-o", out)
@@ -386,7 +414,7 @@ def test_jobs_of_a_batch_that_is_ended_end_at_workers_and_it_goes_on(
     batch.send_signal(number)
     batch.communicate(timeout=60)
     until(lambda: not is_alive(pid))
-    until(lambda: not list(processes.folder.rglob("errands/*")))
+    until(lambda: not [each for each in below() if each.parent.name == "errands"])
     assert not (out / "plans" / "b").exists()
     first = begun(out)
     (tmp_path / "b.obj").write_text("plan")

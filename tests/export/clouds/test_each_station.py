@@ -11,13 +11,13 @@ from tlsplan.group import cli
 
 from planner_core.cluster import errands
 from planner_core.cluster.spread import Cluster
-from planner_core.export.clouds.each_station import write_each
+from planner_core.export.clouds.each_station import StationClouds, write_each
 from planner_core.export.clouds.points import Clouds, open_clouds
 from planner_core.export.formats import FORMATS
 from planner_core.export.options import Options
 from planner_core.export.write import export_plan
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
-from planner_core.spread import spread_over
+from planner_core.spread import Outcome, Place, spread_over
 
 from ...cluster.conftest import cluster_of, threads
 
@@ -50,6 +50,27 @@ def test_clouds_by_workers_are_the_files_of_one_process(
     assert sum(path.startswith("S00") for path in found[0]) == (4 if name == "exr" else 2), "files of two stations"
     assert any("weak returns dropped" in remark for remark in found[1])
     assert told == []
+
+
+def test_a_bug_at_workers_is_in_the_last_line_and_the_clouds_are_whole(
+    plan_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def strikes(self: StationClouds, number: int, place: Place) -> Outcome:
+        raise ZeroDivisionError("odd beams")
+
+    monkeypatch.setattr(StationClouds, "do", strikes)
+    monkeypatch.setattr(errands, "_WAIT_S", 0.05)
+    words = ["export", str(plan_folder), "-o", str(tmp_path / "out"), "--max-points", "700", "--format", "las-split"]
+    with threads(2) as address:
+        done = CliRunner().invoke(cli, [*words, "--scheduler", address, "-q"], catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    bug, alone, *_, last = done.stderr.splitlines()
+    assert "internal error: ZeroDivisionError: odd beams (" in bug
+    assert alone == "warning: no worker can do this: this machine goes on alone"
+    assert "workers: 2 internal errors, told above" in last
+    there = contents(tmp_path / "out")
+    CliRunner().invoke(cli, [*words, "--overwrite", "-q"], catch_exceptions=False)
+    assert contents(tmp_path / "out") == there
 
 
 def test_what_became_of_the_beams_is_told_by_station_and_added_up(source: PlanSource, tmp_path: Path) -> None:
