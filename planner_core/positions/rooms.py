@@ -170,13 +170,14 @@ def _merged(summit: FloatArray, sides: Int64Array, height: FloatArray) -> Int64A
 def _spaced(at: Int64Array, height: FloatArray, cells: _Cells, apart: float) -> Int64Array:
     """Cells of the highest passes, in order: none within `apart` of another, or in the same opening by its height."""
     place = cells.place(at).astype(np.float64)
-    left = np.lexsort((at, -height))
+    tree, left = cKDTree(place), np.ones(at.size, dtype=bool)
     kept: list[int] = []
-    while left.size:
-        one = left[0]
-        kept.append(int(at[one]))
-        off = np.hypot(*(place[left] - place[one]).T)
-        left = left[off > max(apart, float(height[one]))]
+    for one in np.lexsort((at, -height)).tolist():
+        if left[one]:
+            kept.append(int(at[one]))
+            reach = max(apart, float(height[one]))
+            near = np.array(tree.query_ball_point(place[one], reach + 1e-6))
+            left[near[np.hypot(*(place[near] - place[one]).T) <= reach]] = False
     return np.array(sorted(kept), dtype=np.int64)
 
 

@@ -34,6 +34,8 @@ _ROWS = 200_000
 _PAIRS = 1_000_000
 #: A way is first looked for up to so many times the straight line's length, and so much more.
 _FIRST_DETOUR, _FIRST_MORE_M = 1.2, 1.0
+#: Blocks are looked up in stripes along x, of this width.
+_STRIPE_M = 5.0
 #: Rounding of sums of lengths.
 _SLACK_M = 1e-6
 #: Corners of a way looked ahead to while it is pulled taut; it is pulled again until that changes nothing.
@@ -61,8 +63,10 @@ class Walking:
         block, self._spot = _blocks(self._space, self._walkable)
         self._block = block
         self._edges = _block_edges(self._space, self._walkable, block, self._spot)
-        spot_m = self._space.position_m(self._spot)
-        self._spots = spot_m, np.argsort(spot_m[:, 1], kind="stable")
+        self._spot_m = self._space.position_m(self._spot)
+        stripe = np.floor(self._spot_m[:, 1] / _STRIPE_M)
+        order = np.lexsort((self._spot_m[:, 0], stripe))
+        self._stripes = order, stripe[order], self._spot_m[order, 0]
 
     def distances_m(self, ground_m: FloatArray, *, progress: Progress = silent) -> FloatArray:
         """(K, K) float64: walking distances between places on the ground (K, 3), inf where one leads to no other.
@@ -131,11 +135,17 @@ class Walking:
 
     def _within(self, place: FloatArray, most_m: float) -> Int64Array:
         """Blocks whose distances to both places, (2, 3), add up to so much at most, in their order."""
-        spot_m, by_y = self._spots
-        about_m, reach_m = place[:, 1].mean(), 0.5 * most_m + _SLACK_M
-        first, end = np.searchsorted(spot_m[by_y, 1], [about_m - reach_m, about_m + reach_m])
-        near = by_y[first:end]
-        away_m = _length_m(spot_m[near], place[:1]) + _length_m(spot_m[near], place[1:])
+        order, stripe, x_m = self._stripes
+        low_m, high_m = (place[:, :2].mean(axis=0) + side * (0.5 * most_m + _SLACK_M) for side in (-1.0, 1.0))
+        runs = [np.empty(0, dtype=np.int64)]
+        # However far a way may go, there are no blocks beyond the outermost stripes.
+        stripes = np.clip(np.floor([low_m[1] / _STRIPE_M, high_m[1] / _STRIPE_M]), *stripe[[0, -1]])
+        for number in range(int(stripes[0]), int(stripes[1]) + 1):
+            first, end = np.searchsorted(stripe, [number, number + 1])
+            low, high = np.searchsorted(x_m[first:end], [low_m[0], high_m[0]])
+            runs.append(order[first + low : first + high])
+        near = np.concatenate(runs)
+        away_m = _length_m(self._spot_m[near], place[:1]) + _length_m(self._spot_m[near], place[1:])
         return np.sort(near[away_m <= most_m + _SLACK_M])
 
     def _shortest(self, node: Int64Array, place: FloatArray, blocks: Int64Array) -> tuple[float, Int64Array]:
@@ -177,7 +187,7 @@ class Walking:
         near, around = self._edges.around(own)
         sees = self.sees(node[near], self._spot[around])
         near, around = near[sees], around[sees]
-        spots, _ = self._spots
+        spots = self._spot_m
         to_own, to_around = _length_m(place, spots[own]), _length_m(place[near], spots[around])
         a, b = np.triu_indices(node.size if with_pairs else 0, k=1)
         straight = self.sees(node[a], node[b])
