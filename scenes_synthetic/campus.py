@@ -42,8 +42,7 @@ PAVILION_M2 = 100.0
 _ROOM_M, _CLEAR_M, _OUTER_M, _INNER_M, _SLAB_M = 5.0, 2.8, 0.3, 0.2, 0.2
 #: From one bare pavilion to the next: a passage of 1.2 m is left between them.
 _PAVILION_EVERY_M = 12.0
-#: Two cells of free space wide on a site of a million square metres, so that rooms hang together there too.
-_DOORWAY_M = 2.4
+_DOORWAY_M = 0.9
 
 
 @dataclass(frozen=True)

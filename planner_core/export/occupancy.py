@@ -25,7 +25,7 @@ import numpy as np
 from planner_core.export.map_sheets import MapSheets
 from planner_core.model import BoolArray, FloatArray, Int64Array, Survey, UInt8Array
 from planner_core.positions.footprints import footprints
-from planner_core.positions.free_space import FreeSpace, components
+from planner_core.positions.free_space import FreeSpace, components, number_among
 from planner_core.positions.reach import Reach
 from planner_core.positions.spread import NEIGHBOURS
 
@@ -125,13 +125,13 @@ def _below_ledges(space: FreeSpace, here: BoolArray) -> Int64Array:
     That is the floor beside a flight, a podium or a landing, and what lies before the underside of stairs. The lower
     one is taken: nobody's body has its middle there, while a flight keeps its full width.
     """
-    at = np.full(space.grid.nx * space.grid.ny, -1, dtype=np.int64)
-    at[space.column[here]] = np.flatnonzero(here)
+    nodes = np.flatnonzero(here)
     lower = []
     for direction in range(NEIGHBOURS.shape[0]):
-        node, column = beside(space, np.flatnonzero(here), direction)
-        other = at[column]
-        apart = (other >= 0) & (space.links[node, direction] != other)
+        node, column = beside(space, nodes, direction)
+        some, at = number_among(space.column[nodes], column)
+        node, other = node[some], nodes[at]
+        apart = space.links[node, direction] != other
         lower.append(node[apart & (space.ground_m[node] < space.ground_m[other])])
     return np.concatenate(lower)
 

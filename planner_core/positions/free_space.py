@@ -26,9 +26,17 @@ from planner_core.positions.spread import NEIGHBOURS, spread
 from planner_core.progress import Progress, ProgressEvent, silent
 
 CELL_M = 0.05
-#: On larger sites cells grow until there are no more; bounds memory: a school's 0.6 million, with four storeys, take
-#: 0.7 GB.
+#: On sites of more cells in plan, cells grow as `_grown_m` says.
 MAX_CELLS = 2_000_000
+#: Cells that all triangles cover in plan, storeys over each other, on such sites; bounds memory while cells may grow.
+_MAX_COVERED = 32_000_000
+#: Cells never grow beyond this, or a wider mover's radius: neighbouring cells still hold neighbouring treads of stairs,
+#: and a doorway is passed from two cells of width on, 0.5 m, or 2.24 where it lies askew.
+LARGEST_CELL_M = 0.25
+#: But for this: columns and heights share one float64, true to 0.1 mm for so many; at 0.25 m they make 250 km2.
+_MAX_COLUMNS = 4_000_000_000
+#: Nodes looked at in one go.
+_CHUNK = 1_000_000
 #: Clearance is looked for as far as this, or two radii of the mover.
 CLEARANCE_CAP_M = 1.0
 #: Heights as stated include their limit: a riser of 0.2 m is a step of 0.2 m.
@@ -107,21 +115,24 @@ class FreeSpace:
         under = int(np.count_nonzero(self.ground_m[first:end] <= place_m[2] + _SLACK_M))
         return first + under - 1 if under else -1
 
-    def floor_map(self, floor: int) -> FloorMap:
-        """Lay the nodes of one floor out as pictures."""
+    def floor_map(self, floor: int, *, every: int = 1) -> FloorMap:
+        """Lay the nodes of one floor out as pictures; of each `every` x `every` cells the one in the middle."""
         here = self.floor == floor
         ground_m = float(np.median(self.ground_m[here & self.on_ground])) if (here & self.on_ground).any() else np.inf
         node = np.flatnonzero(here & (self.on_ground | (self.ground_m < ground_m + self.mover.height_m)))
-        _, first = np.unique(self.column[node], return_index=True)
-        node = node[first]
-        shape = (self.grid.ny, self.grid.nx)
+        _, lowest = np.unique(self.column[node], return_index=True)
+        node, first = node[lowest], every // 2
+        iy, ix = self.column[node] // self.grid.nx, self.column[node] % self.grid.nx
+        shown = (iy % every == first) & (ix % every == first)
+        node, at = node[shown], (iy[shown] // every, ix[shown] // every)
+        shape = (len(range(first, self.grid.ny, every)), len(range(first, self.grid.nx, every)))
         pictures = []
         for values in (self.ground_m, self.headroom_m, self.clearance_m):
             picture = np.full(shape, np.nan)
-            picture.flat[self.column[node]] = values[node]
+            picture[at] = values[node]
             pictures.append(picture)
         can_stand = np.zeros(shape, dtype=bool)
-        can_stand.flat[self.column[node]] = self.can_stand[node]
+        can_stand[at] = self.can_stand[node]
         return FloorMap(pictures[0], pictures[1], pictures[2], can_stand)
 
 
@@ -138,7 +149,8 @@ def free_space(
 
     Surfaces that no ground of a floor is linked to (table tops, roofs) have no nodes. Where a floor has no slab, the
     plane at its elevation is ground: under cover, if most of it is covered. `cell_m` grows on sites of more than
-    `MAX_CELLS` cells; `FreeSpace.grid` tells. `known` is a space of this survey without zones, of whichever mover.
+    `MAX_CELLS` cells, to `LARGEST_CELL_M` or the mover's radius; `FreeSpace.grid` tells. `known` is a space of this
+    survey without zones, of whichever mover.
 
     Raises
     ------
@@ -149,9 +161,9 @@ def free_space(
     if known is not None and known.mover == mover:
         barred = blocked_by_zones(zones, known.grid.centre_m(known.column), known.floor)
         return replace(known, can_stand=known.can_stand & ~barred)
-    grid = _grid_over(survey.floors, cell_m)
     progress(ProgressEvent("free space", 0, 3, "solids"))
     corners_m, level, ground_floor = _obstacles(survey, mover)
+    grid = _grid_over(survey.floors, corners_m, cell_m, mover.radius_m)
     solids = find_solids(corners_m, level, ground_floor, grid, step_m=mover.step_m)
     progress(ProgressEvent("free space", 1, 3, "links"))
     node, links = _walkable(survey, mover, solids, grid)
@@ -196,14 +208,38 @@ def _check(survey: Survey, zones: tuple[Zone, ...], cell_m: float) -> None:
             )
 
 
-def _grid_over(floors: tuple[Floor, ...], cell_m: float) -> Grid:
+def _grid_over(floors: tuple[Floor, ...], corners_m: FloatArray, cell_m: float, radius_m: float) -> Grid:
     low = np.min([floor.bounds_m[0] for floor in floors], axis=0) - _MARGIN_M
     high = np.max([floor.bounds_m[1] for floor in floors], axis=0) + _MARGIN_M
-    cell_m = max(cell_m, float(np.sqrt(np.prod(high - low) / MAX_CELLS)))
+    area_m2 = float(np.prod(high - low))
+    if math.sqrt(area_m2 / MAX_CELLS) > cell_m:
+        grown_m = _grown_m(_covered_m2(corners_m, low, high), radius_m)
+        cell_m = max(cell_m, grown_m, math.sqrt(area_m2 / _MAX_COLUMNS))
     # Off the round figures that designers align walls to: a face on a line of the grid would fill cells on both sides.
     low = low - cell_m * np.array([0.37, 0.43])
     n = np.ceil((high - low) / cell_m).astype(int)
     return Grid(low_m=low, cell_m=cell_m, nx=int(n[0]), ny=int(n[1]))
+
+
+def _grown_m(covered_m2: float, radius_m: float) -> float:
+    """Side of the cells of a large site, all of whose triangles cover so much in plan.
+
+    The least whole fraction of the mover's radius, or `LARGEST_CELL_M`, that `_MAX_COVERED` allows. Clearances of
+    cells are whole numbers of them where walls lie along the grid: with other sizes, a doorway has to be wider than
+    the body by up to two cells; see docs/method/free-space.md.
+    """
+    largest_m = max(radius_m, LARGEST_CELL_M)
+    parts = max(1, int(largest_m * math.sqrt(_MAX_COVERED / max(covered_m2, 1.0))))
+    fraction_m = largest_m / parts
+    return fraction_m if parts * fraction_m >= radius_m else math.nextafter(fraction_m, math.inf)
+
+
+def _covered_m2(corners_m: FloatArray, low_m: FloatArray, high_m: FloatArray) -> float:
+    """Area in plan of triangles (K, 3, 3), each at most its bounds inside a rectangle."""
+    along, aside = corners_m[:, 1, :2] - corners_m[:, 0, :2], corners_m[:, 2, :2] - corners_m[:, 0, :2]
+    area_m2 = 0.5 * np.abs(along[:, 0] * aside[:, 1] - along[:, 1] * aside[:, 0])
+    plan_m = np.clip(corners_m[:, :, :2], low_m, high_m)
+    return float(np.minimum(area_m2, np.ptp(plan_m, axis=1).prod(axis=1)).sum())
 
 
 def _obstacles(survey: Survey, mover: Mover) -> tuple[FloatArray, BoolArray, Int32Array]:
@@ -262,14 +298,16 @@ def _links(solids: Solids, node: Int64Array, grid: Grid, step_m: float) -> Int32
     stride_m = float(z_m.max()) - low_m + 2.0 * step_m + 3.0
     key = column * stride_m + (z_m - low_m)
     reach_m = step_m + _SLACK_M
-    ix, iy = column % grid.nx, column // grid.nx
-    for direction, (dx, dy) in enumerate(NEIGHBOURS.tolist()):
-        inside = (ix + dx >= 0) & (ix + dx < grid.nx) & (iy + dy >= 0) & (iy + dy < grid.ny)
-        other = key + (dy * grid.nx + dx) * stride_m
-        at = np.searchsorted(key, other - reach_m)
-        found = inside & (at < key.size)
-        found[found] = key[at[found]] <= (other + reach_m)[found]
-        links[found, direction] = at[found]
+    for start in range(0, node.size, _CHUNK):
+        some = slice(start, start + _CHUNK)
+        ix, iy = column[some] % grid.nx, column[some] // grid.nx
+        for direction, (dx, dy) in enumerate(NEIGHBOURS.tolist()):
+            inside = (ix + dx >= 0) & (ix + dx < grid.nx) & (iy + dy >= 0) & (iy + dy < grid.ny)
+            other = key[some] + (dy * grid.nx + dx) * stride_m
+            at = np.searchsorted(key, other - reach_m)
+            found = inside & (at < key.size)
+            found[found] = key[at[found]] <= (other + reach_m)[found]
+            links[some, direction][found] = at[found]
     return links
 
 
@@ -281,13 +319,26 @@ def _joined_to(links: Int32Array, some: BoolArray) -> BoolArray:
     return joined[label]
 
 
-def components(links: Int32Array, among: BoolArray) -> Int32Array:
-    """(N,) int32: number of the connected component, by the least node in it; -1 for nodes that are not `among`."""
-    from scipy.sparse import coo_array
+def components(links: Int32Array, among: BoolArray, *, within: Int64Array | None = None) -> Int32Array:
+    """(N,) int32: number of the connected component, by the least node in it; -1 for nodes that are not `among`.
+
+    within : (N,) numbers; only links between nodes of the same number count.
+    """
+    from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
-    node, to = half_links(links, among)
-    graph = coo_array((np.ones(node.size, dtype=np.int8), (node, to)), shape=(among.size, among.size))
+    # Rows of 32 bit numbers: this graph takes more memory than all else in free space.
+    count, parts = [np.zeros(1, np.int32)], [np.empty(0, np.int32)]
+    for start in range(0, among.size, _CHUNK):
+        to = links[start : start + _CHUNK, :4]
+        kept = (to >= 0) & among[start : start + _CHUNK, None] & among[to]
+        if within is not None:
+            kept &= within[start : start + _CHUNK, None] == within[to]
+        count.append(kept.sum(axis=1, dtype=np.int32))
+        parts.append(to[kept])
+    to = np.concatenate(parts)
+    ends = np.cumsum(np.concatenate(count), dtype=np.int32)
+    graph = csr_array((np.ones(to.size), to, ends), shape=(among.size, among.size))
     _, label = connected_components(graph, directed=False)
     out = np.full(among.size, -1, dtype=np.int32)
     _, first, number = np.unique(label[among], return_index=True, return_inverse=True)
@@ -297,12 +348,32 @@ def components(links: Int32Array, among: BoolArray) -> Int32Array:
     return out
 
 
-def half_links(links: Int32Array, among: BoolArray) -> tuple[Int64Array, Int64Array]:
-    """Both ends of all links between nodes `among`, each link once."""
-    node, direction = np.nonzero((links[:, :4] >= 0) & among[:, None])
-    to = links[node, direction].astype(np.int64)
-    both = among[to]
-    return node[both], to[both]
+def half_links(
+    links: Int32Array, among: BoolArray, *, between: Int64Array | None = None
+) -> tuple[Int64Array, Int64Array]:
+    """Both ends of all links between nodes `among`, each link once.
+
+    between : (N,) numbers; only links between nodes of different numbers.
+    """
+    parts = [(np.empty(0, np.int64), np.empty(0, np.int64))]
+    for start in range(0, among.size, _CHUNK):
+        node, direction = np.nonzero((links[start : start + _CHUNK, :4] >= 0) & among[start : start + _CHUNK, None])
+        node += start
+        to = links[node, direction].astype(np.int64)
+        kept = among[to]
+        if between is not None:
+            kept &= between[node] != between[to]
+        parts.append((node[kept], to[kept]))
+    node, to = (np.concatenate(ends) for ends in zip(*parts, strict=True))
+    return node, to
+
+
+def number_among(sorted_: Int64Array, value: Int64Array) -> tuple[Int64Array, Int64Array]:
+    """Which of values (K,) are among sorted ones (B,), as indices, and their places there."""
+    at = np.searchsorted(sorted_, value)
+    there = np.flatnonzero(at < sorted_.size)
+    there = there[sorted_[at[there]] == value[there]]
+    return there, at[there]
 
 
 def _clearance_m(

@@ -14,11 +14,13 @@ is nearly as wide as the narrower of its rooms is no doorway: both are one room.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from planner_core.model import BoolArray, FloatArray, Int64Array
-from planner_core.positions.free_space import FreeSpace
+from planner_core.model import FloatArray, Int32Array, Int64Array
+from planner_core.positions.free_space import FreeSpace, number_among
 
 #: A pass that has at least this share of its narrower room's distance joins both to one room.
 _SAME_ROOM_SHARE = 0.85
@@ -30,6 +32,7 @@ _APART_M = 0.6
 _THRESHOLD_M = 0.3
 #: The first four of eight directions; the others are their opposites. (dy, dx).
 _HALF = ((0, 1), (1, 1), (1, 0), (1, -1))
+_AROUND = (*_HALF, *((-dy, -dx) for dy, dx in _HALF))
 
 
 @dataclass(frozen=True)
@@ -42,85 +45,99 @@ class Rooms:
 
 def find_rooms(space: FreeSpace, floor: int) -> Rooms:
     """Find rooms and doorways of `floor`, in order of cells, those too narrow for the mover left out."""
-    node_of_cell = _cells_of_floor(space, floor)
-    walkable = node_of_cell >= 0
-    if not walkable.any():
+    node = _nodes_of_floor(space, floor)
+    if not node.size:
         return Rooms(np.empty(0, np.int64), np.empty(0, np.int64))
-    away = _distance_cells(walkable)
-    cell = np.flatnonzero(walkable)
-    basin = _basins(away, cell, walkable.shape)
-    sides, height, at = _borders(away, basin, cell, walkable.shape)
-    room = _merged(_summits(away, basin, cell), sides, height)
+    cells = _Cells(space.column[node], space.grid.nx)
+    away = _distance_cells(cells)
+    basin = _basins(away, cells)
+    sides, height, at = _borders(away, basin, cells)
+    room = _merged(_summits(away, basin), sides, height)
     least, most = (width / space.grid.cell_m for width in (space.mover.radius_m, _DOORWAY_M))
     between = (room[sides[:, 0]] != room[sides[:, 1]]) & (height >= least) & (height <= most)
-    spots = _spaced(at[between], height[between], walkable.shape[1], _APART_M / space.grid.cell_m)
-    centre = node_of_cell.flat[_centres(away, room[basin[cell]], cell, walkable.shape[1], least)]
-    return Rooms(centre=centre[space.on_ground[centre]], doorway=node_of_cell.flat[spots])
+    spots = _spaced(at[between], height[between], cells, _APART_M / space.grid.cell_m)
+    centre = node[_centres(away, room[basin], cells, least)]
+    return Rooms(centre=centre[space.on_ground[centre]], doorway=node[spots])
 
 
-def _cells_of_floor(space: FreeSpace, floor: int) -> Int64Array:
-    """(ny, nx) int64, the lowest node of each cell on the floor's ground or a threshold, -1 where there is none."""
-    out = np.full((space.grid.ny, space.grid.nx), -1, dtype=np.int64)
+@dataclass(frozen=True)
+class _Cells:
+    """Walkable cells, (C,) int64 and sorted, of a grid of nx columns; the rest of it takes no memory."""
+
+    column: Int64Array
+    nx: int
+
+    def place(self, cell: Int64Array) -> Int64Array:
+        """(K, 2) row and column in the grid of cells (K,) by number."""
+        return np.column_stack([self.column[cell] // self.nx, self.column[cell] % self.nx])
+
+    @cached_property
+    def beside(self) -> Int32Array:
+        """(8, C) int32 number of the cell next to each, by `_AROUND`; -1 where it is not walkable."""
+        out = np.full((2 * len(_HALF), self.column.size), -1, dtype=np.int32)
+        for k, (dy, dx) in enumerate(_HALF):
+            across = self.column % self.nx + dx
+            inside = np.flatnonzero((across >= 0) & (across < self.nx))
+            there, at = number_among(self.column, self.column[inside] + dy * self.nx + dx)
+            out[k, inside[there]] = at
+            out[k + len(_HALF), at] = inside[there]
+        return out
+
+
+def _nodes_of_floor(space: FreeSpace, floor: int) -> Int64Array:
+    """(C,) int64, the lowest node of each cell on the floor's ground or a threshold."""
     here = space.floor == floor
     if not (here & space.on_ground).any():
-        return out
+        return np.empty(0, np.int64)
     ground_m = float(np.median(space.ground_m[here & space.on_ground]))
     node = np.flatnonzero(here & (space.on_ground | (np.abs(space.ground_m - ground_m) <= _THRESHOLD_M)))
     _, first = np.unique(space.column[node], return_index=True)
-    out.flat[space.column[node[first]]] = node[first]
-    return out
+    return node[first]
 
 
-def _distance_cells(walkable: BoolArray) -> FloatArray:
-    """(ny, nx) distance from each cell to the nearest that is not walkable, in cells; what is outside is none."""
-    from scipy.ndimage import distance_transform_edt
+def _distance_cells(cells: _Cells) -> FloatArray:
+    """(C,) distance from each cell to the nearest that is not walkable, in cells; what is outside is none.
 
-    return np.asarray(distance_transform_edt(np.pad(walkable, 1)), dtype=np.float64)[1:-1, 1:-1]
+    From the nearest, a step towards the cell is walkable: it is one of those that touch walkable ones.
+    """
+    bare = [cells.place(np.flatnonzero(cells.beside[k] < 0)) + np.array(step) for k, step in enumerate(_AROUND)]
+    width = cells.nx + 2  # what touches the grid's edge lies outside it
+    rim = np.unique(np.concatenate(bare) @ np.array([width, 1]) + 1)
+    tree = cKDTree(np.column_stack([rim // width, rim % width - 1]))
+    return np.asarray(tree.query(cells.place(np.arange(cells.column.size)))[0], dtype=np.float64)
 
 
-def _basins(away: FloatArray, cell: Int64Array, shape: tuple[int, int]) -> Int64Array:
-    """(ny * nx,) int64: basin of each walkable cell, -1 elsewhere. Of equal heights the later cell counts as higher."""
-    rank = np.full(away.size, -1, dtype=np.int64)
-    rank[cell[np.argsort(away.flat[cell], kind="stable")]] = np.arange(cell.size)
-    rank = np.pad(rank.reshape(shape), 1, constant_values=-1)
-    number = np.pad(np.arange(away.size).reshape(shape), 1, constant_values=-1)
-    best, up = rank[1:-1, 1:-1].copy(), number[1:-1, 1:-1].copy()
-    for dy in (-1, 0, 1):
-        for dx in (-1, 0, 1):
-            window = (slice(1 + dy, 1 + dy + shape[0]), slice(1 + dx, 1 + dx + shape[1]))
-            higher = rank[window] > best
-            best[higher], up[higher] = rank[window][higher], number[window][higher]
-    to = up.reshape(-1)
+def _basins(away: FloatArray, cells: _Cells) -> Int64Array:
+    """(C,) int64: basin of each cell. Of equal heights the later cell counts as higher."""
+    rank = np.empty(away.size, dtype=np.int64)
+    rank[np.argsort(away, kind="stable")] = np.arange(away.size)
+    best, to = rank.copy(), np.arange(away.size)
+    for other in cells.beside:
+        higher = (other >= 0) & (rank[other] > best)
+        best[higher], to[higher] = rank[other[higher]], other[higher]
     while True:
         further = to[to]
         if np.array_equal(further, to):
             break
         to = further
-    out = np.full(away.size, -1, dtype=np.int64)
-    out[cell] = np.unique(to[cell], return_inverse=True)[1].reshape(-1)
-    return out
+    return np.unique(to, return_inverse=True)[1].reshape(-1)
 
 
-def _summits(away: FloatArray, basin: Int64Array, cell: Int64Array) -> FloatArray:
+def _summits(away: FloatArray, basin: Int64Array) -> FloatArray:
     """(B,) height of each basin's summit."""
     summit = np.zeros(int(basin.max()) + 1)
-    np.maximum.at(summit, basin[cell], away.flat[cell])
+    np.maximum.at(summit, basin, away)
     return summit
 
 
-def _borders(
-    away: FloatArray, basin: Int64Array, cell: Int64Array, shape: tuple[int, int]
-) -> tuple[Int64Array, FloatArray, Int64Array]:
-    """Pairs of cells where basins touch: both basins (K, 2), the lower one's height (K,) and cell (K,)."""
-    row, column = cell // shape[1], cell % shape[1]
+def _borders(away: FloatArray, basin: Int64Array, cells: _Cells) -> tuple[Int64Array, FloatArray, Int64Array]:
+    """Pairs of cells where basins touch: both basins (K, 2), the lower one's height (K,) and number (K,)."""
     ends = []
-    for dy, dx in _HALF:
-        inside = (row + dy < shape[0]) & (column + dx >= 0) & (column + dx < shape[1])
-        other = cell[inside] + dy * shape[1] + dx
-        apart = (basin[other] >= 0) & (basin[other] != basin[cell[inside]])
-        ends.append(np.column_stack([cell[inside][apart], other[apart]]))
+    for other in cells.beside[: len(_HALF)]:
+        apart = np.flatnonzero((other >= 0) & (basin[other] != basin))
+        ends.append(np.column_stack([apart, other[apart]]))
     pairs = np.concatenate(ends)
-    level = away.flat[pairs]
+    level = away[pairs]
     lower = pairs[np.arange(pairs.shape[0]), level.argmin(axis=1)]
     return basin[pairs], level.min(axis=1), lower
 
@@ -150,31 +167,31 @@ def _merged(summit: FloatArray, sides: Int64Array, height: FloatArray) -> Int64A
     return np.array([root(basin) for basin in range(summit.size)], dtype=np.int64)
 
 
-def _spaced(at: Int64Array, height: FloatArray, n_columns: int, apart: float) -> Int64Array:
+def _spaced(at: Int64Array, height: FloatArray, cells: _Cells, apart: float) -> Int64Array:
     """Cells of the highest passes, in order: none within `apart` of another, or in the same opening by its height."""
-    place = np.column_stack([at // n_columns, at % n_columns]).astype(np.float64)
-    left = np.lexsort((at, -height))
+    place = cells.place(at).astype(np.float64)
+    tree, left = cKDTree(place), np.ones(at.size, dtype=bool)
     kept: list[int] = []
-    while left.size:
-        one = left[0]
-        kept.append(int(at[one]))
-        off = np.hypot(*(place[left] - place[one]).T)
-        left = left[off > max(apart, float(height[one]))]
+    for one in np.lexsort((at, -height)).tolist():
+        if left[one]:
+            kept.append(int(at[one]))
+            reach = max(apart, float(height[one]))
+            near = np.array(tree.query_ball_point(place[one], reach + 1e-6))
+            left[near[np.hypot(*(place[near] - place[one]).T) <= reach]] = False
     return np.array(sorted(kept), dtype=np.int64)
 
 
-def _centres(away: FloatArray, room: Int64Array, cell: Int64Array, n_columns: int, least: float) -> Int64Array:
+def _centres(away: FloatArray, room: Int64Array, cells: _Cells, least: float) -> Int64Array:
     """Cell of each room's middle: of all as far from walls as its summit, half a cell aside, the one amidst them."""
     _, number = np.unique(room, return_inverse=True)
     number = number.reshape(-1)
-    height = away.flat[cell]
     top = np.zeros(int(number.max()) + 1)
-    np.maximum.at(top, number, height)
-    ridge = np.flatnonzero((height >= top[number] - 0.5) & (top[number] >= least))
-    place = np.column_stack([cell[ridge] // n_columns, cell[ridge] % n_columns]).astype(np.float64)
+    np.maximum.at(top, number, away)
+    ridge = np.flatnonzero((away >= top[number] - 0.5) & (top[number] >= least))
+    place = cells.place(ridge).astype(np.float64)
     count = np.maximum(np.bincount(number[ridge], minlength=top.size), 1)
     mean = np.column_stack([np.bincount(number[ridge], weights=place[:, k], minlength=top.size) for k in (0, 1)])
     off = ((place - (mean / count[:, None])[number[ridge]]) ** 2).sum(axis=1)
-    order = np.lexsort((cell[ridge], np.round(off, 6), number[ridge]))
+    order = np.lexsort((ridge, np.round(off, 6), number[ridge]))
     _, first = np.unique(number[ridge][order], return_index=True)
-    return np.sort(cell[ridge][order[first]])
+    return np.sort(ridge[order[first]])

@@ -16,19 +16,26 @@ from typing import Any
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int64Array
-from planner_core.positions.free_space import FreeSpace, half_links
+from planner_core.positions.free_space import FreeSpace, components, half_links, number_among
 from planner_core.positions.reach import Reach
 from planner_core.positions.spread import NEIGHBOURS
 from planner_core.progress import Progress, ProgressEvent, silent
 
-#: Size of a block; narrower than what a body passes through.
-BLOCK_M = 0.2
+#: Size of a block, narrower than what a body passes through; where that is no two cells, a block has two along a side:
+#: blocks of one such cell would be four times as many, and lengths no truer, see docs/method/free-space.md.
+BLOCK_M, _LEAST_PER_SIDE = 0.2, 2
 #: A straight walk may leave the line between its ends by this much in height: it breaks at the foot of stairs.
 _OFF_LINE_M = 0.3
 #: Sources of one go; bounds memory.
 _SOURCES = 32
+#: Blocks whose neighbours' neighbours are looked at in one go; bounds memory.
+_ROWS = 200_000
+#: Links over borders of blocks, of which the shortest are taken in one go; bounds memory.
+_PAIRS = 1_000_000
 #: A way is first looked for up to so many times the straight line's length, and so much more.
 _FIRST_DETOUR, _FIRST_MORE_M = 1.2, 1.0
+#: Blocks are looked up in stripes along x, of this width.
+_STRIPE_M = 5.0
 #: Rounding of sums of lengths.
 _SLACK_M = 1e-6
 #: Corners of a way looked ahead to while it is pulled taut; it is pulled again until that changes nothing.
@@ -56,8 +63,10 @@ class Walking:
         block, self._spot = _blocks(self._space, self._walkable)
         self._block = block
         self._edges = _block_edges(self._space, self._walkable, block, self._spot)
-        spot_m = self._space.position_m(self._spot)
-        self._spots = spot_m, np.argsort(spot_m[:, 1], kind="stable")
+        self._spot_m = self._space.position_m(self._spot)
+        stripe = np.floor(self._spot_m[:, 1] / _STRIPE_M)
+        order = np.lexsort((self._spot_m[:, 0], stripe))
+        self._stripes = order, stripe[order], self._spot_m[order, 0]
 
     def distances_m(self, ground_m: FloatArray, *, progress: Progress = silent) -> FloatArray:
         """(K, K) float64: walking distances between places on the ground (K, 3), inf where one leads to no other.
@@ -126,11 +135,17 @@ class Walking:
 
     def _within(self, place: FloatArray, most_m: float) -> Int64Array:
         """Blocks whose distances to both places, (2, 3), add up to so much at most, in their order."""
-        spot_m, by_y = self._spots
-        about_m, reach_m = place[:, 1].mean(), 0.5 * most_m + _SLACK_M
-        first, end = np.searchsorted(spot_m[by_y, 1], [about_m - reach_m, about_m + reach_m])
-        near = by_y[first:end]
-        away_m = _length_m(spot_m[near], place[:1]) + _length_m(spot_m[near], place[1:])
+        order, stripe, x_m = self._stripes
+        low_m, high_m = (place[:, :2].mean(axis=0) + side * (0.5 * most_m + _SLACK_M) for side in (-1.0, 1.0))
+        runs = [np.empty(0, dtype=np.int64)]
+        # However far a way may go, there are no blocks beyond the outermost stripes.
+        stripes = np.clip(np.floor([low_m[1] / _STRIPE_M, high_m[1] / _STRIPE_M]), *stripe[[0, -1]])
+        for number in range(int(stripes[0]), int(stripes[1]) + 1):
+            first, end = np.searchsorted(stripe, [number, number + 1])
+            low, high = np.searchsorted(x_m[first:end], [low_m[0], high_m[0]])
+            runs.append(order[first + low : first + high])
+        near = np.concatenate(runs)
+        away_m = _length_m(self._spot_m[near], place[:1]) + _length_m(self._spot_m[near], place[1:])
         return np.sort(near[away_m <= most_m + _SLACK_M])
 
     def _shortest(self, node: Int64Array, place: FloatArray, blocks: Int64Array) -> tuple[float, Int64Array]:
@@ -172,7 +187,7 @@ class Walking:
         near, around = self._edges.around(own)
         sees = self.sees(node[near], self._spot[around])
         near, around = near[sees], around[sees]
-        spots, _ = self._spots
+        spots = self._spot_m
         to_own, to_around = _length_m(place, spots[own]), _length_m(place[near], spots[around])
         a, b = np.triu_indices(node.size if with_pairs else 0, k=1)
         straight = self.sees(node[a], node[b])
@@ -317,14 +332,6 @@ class _Edges:
         return np.array(out, dtype=np.int64)
 
 
-def number_among(sorted_: Int64Array, value: Int64Array) -> tuple[Int64Array, Int64Array]:
-    """Which of values (K,) are among sorted ones (B,), as indices, and their places there."""
-    at = np.searchsorted(sorted_, value)
-    there = np.flatnonzero(at < sorted_.size)
-    there = there[sorted_[at[there]] == value[there]]
-    return there, at[there]
-
-
 def walks_straight(
     space: FreeSpace, cells: Int64Array, walkable: BoolArray, node: Int64Array, other: Int64Array
 ) -> BoolArray:
@@ -359,26 +366,23 @@ def _blocks(space: FreeSpace, walkable: BoolArray) -> tuple[Int64Array, Int64Arr
 
     A block is what hangs together of the nodes in a square: two rooms that meet in one, or two storeys, are not mixed.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     cells = space.cells()
-    per_side = max(1, round(BLOCK_M / space.grid.cell_m))
+    per_side = _cells_per_side(space)
     square = (cells[:, 1] // per_side) * space.grid.nx + cells[:, 0] // per_side
-    a, b = half_links(space.links, walkable)
-    same = square[a] == square[b]
-    inside = coo_array((np.ones(int(same.sum()), np.int8), (a[same], b[same])), shape=(walkable.size,) * 2)
-    _, label = connected_components(inside, directed=False)
+    block = components(space.links, walkable, within=square).astype(np.int64)
     node = np.flatnonzero(walkable)
-    _, number = np.unique(label[node], return_inverse=True)
-    block = np.full(walkable.size, -1, dtype=np.int64)
-    block[node] = number
+    number = block[node]
     count = np.maximum(np.bincount(number), 1)
     middle = np.column_stack([np.bincount(number, weights=cells[node, k]) / count for k in (0, 1)])
     off = np.round(((cells[node] - middle[number]) ** 2).sum(axis=1), 9)
     order = np.lexsort((node, off, number))
     _, first = np.unique(number[order], return_index=True)
     return block, node[order[first]]
+
+
+def _cells_per_side(space: FreeSpace) -> int:
+    """Of a block."""
+    return max(_LEAST_PER_SIDE, round(BLOCK_M / space.grid.cell_m))
 
 
 def _block_edges(space: FreeSpace, walkable: BoolArray, block: Int64Array, spot: Int64Array) -> _Edges:
@@ -404,14 +408,24 @@ def _neighbours(
     space: FreeSpace, walkable: BoolArray, block: Int64Array, spot: Int64Array
 ) -> tuple[Int64Array, Int64Array, FloatArray, Int64Array]:
     """Blocks with linked nodes: both ends, a < b, and the shortest way over a border: its length, its two nodes."""
-    near, far = half_links(space.links, walkable)
-    over = block[near] != block[far]
-    near, far = near[over], far[over]
+    near, far = half_links(space.links, walkable, between=block)
+    bend = [np.empty((0, 2), dtype=np.int64)]
+    for start in range(0, near.size, _PAIRS):
+        some = slice(start, start + _PAIRS)
+        bend.append(_shortest_over(space, block, spot, near[some], far[some])[3])
+    return _shortest_over(space, block, spot, *np.concatenate(bend).T)
+
+
+def _shortest_over(
+    space: FreeSpace, block: Int64Array, spot: Int64Array, near: Int64Array, far: Int64Array
+) -> tuple[Int64Array, Int64Array, FloatArray, Int64Array]:
+    """As `_neighbours`, of linked nodes (K,) and (K,) on either side of borders."""
     turned = block[near] > block[far]
     near, far = np.where(turned, far, near), np.where(turned, near, far)
     a, b = block[near], block[far]
-    at = space.position_m()
-    length = _length_m(at[spot[a]], at[near]) + _length_m(at[near], at[far]) + _length_m(at[far], at[spot[b]])
+    near_m, far_m = space.position_m(near), space.position_m(far)
+    length = _length_m(space.position_m(spot[a]), near_m) + _length_m(near_m, far_m)
+    length = length + _length_m(far_m, space.position_m(spot[b]))
     order = np.lexsort((far, near, length, b, a))
     key = a[order] * np.int64(spot.size) + b[order]
     _, first = np.unique(key, return_index=True)
@@ -423,15 +437,19 @@ def _knights_moves(space: FreeSpace, a: Int64Array, b: Int64Array, spot: Int64Ar
     """Pairs of blocks, first < second, a knight's move apart with a common neighbour."""
     from scipy.sparse import csr_array
 
-    per_side = max(1, round(BLOCK_M / space.grid.cell_m))
-    square = space.cells()[spot] // per_side
+    square = space.cells()[spot] // _cells_per_side(space)
     ends = (np.concatenate([a, b]), np.concatenate([b, a]))
     links = csr_array((np.ones(ends[0].size, dtype=np.int32), ends), shape=(spot.size, spot.size))
-    c, d = (links @ links).nonzero()
-    apart = np.sort(np.abs(square[c] - square[d]), axis=1)
-    chosen = (c < d) & (apart[:, 0] == 1) & (apart[:, 1] == 2)
-    order = np.lexsort((d[chosen], c[chosen]))
-    return c[chosen][order].astype(np.int64), d[chosen][order].astype(np.int64)
+    found = [np.empty((0, 2), dtype=np.int64)]
+    for start in range(0, spot.size, _ROWS):
+        c, d = (links[start : start + _ROWS] @ links).nonzero()
+        c = c + start
+        apart = np.sort(np.abs(square[c] - square[d]), axis=1)
+        chosen = (c < d) & (apart[:, 0] == 1) & (apart[:, 1] == 2)
+        order = np.lexsort((d[chosen], c[chosen]))
+        found.append(np.column_stack([c[chosen][order], d[chosen][order]]).astype(np.int64))
+    both = np.concatenate(found)
+    return both[:, 0], both[:, 1]
 
 
 def _length_m(a_m: FloatArray, b_m: FloatArray) -> FloatArray:

@@ -13,10 +13,12 @@ def sealed_areas(reach: Reach) -> tuple[SealedArea, ...]:
     space = reach.space
     out = []
     sealed = {id(region) for region in reach.sealed}
+    by_region = np.argsort(reach.near_region, kind="stable") if sealed else np.empty(0, np.int64)
+    ends = np.searchsorted(reach.near_region[by_region], np.arange(len(reach.regions) + 1))
     for index, region in enumerate(reach.regions):
         if id(region) not in sealed:
             continue
-        node = np.flatnonzero(reach.near_region == index)
+        node = by_region[ends[index] : ends[index + 1]]
         for floor in np.unique(space.floor[node]).tolist():
             column = np.unique(space.column[node[space.floor[node] == floor]])
             # A strip ends where the next cell is not the one beside it; rows do not touch: their ends are free cells.

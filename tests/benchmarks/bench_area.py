@@ -247,9 +247,9 @@ def as_markdown(rows: list[Row], store: Row | None) -> str:
         lines.append(f"| {title} | " + " | ".join(slope(some, of) for _, of, _ in FIGURES) + " |")
     lines += [
         "",
-        "Cell: side of the cells in which walkable ground is looked for. 0.05 m, and on sites of more than two million "
-        "such cells, 5000 m2, as large as makes two million: so `candidates` and a part of `route` grow less from "
-        "there on, and a doorway has to be two cells wide to be walked through. These are 2.4 m wide.",
+        "Cell: side of the cells in which walkable ground is looked for, 0.05 m, and up to 0.25 m on larger sites "
+        "([free space](../method/free-space.md)): `candidates` and a part of `route` go with their number. Doorways "
+        "are 0.9 m wide.",
     ]
     missed = [f"{100 * n}" for n in SIZES if 100.0 * n not in {row["area_m2"] for row in rows}]
     if missed:

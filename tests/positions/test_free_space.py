@@ -14,7 +14,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import PlanSettings, Scene, Survey
 from planner_core.positions.carrier import Mover, Zone
 from planner_core.positions.footprints import Grid, footprints
-from planner_core.positions.free_space import FreeSpace, components, free_space
+from planner_core.positions.free_space import CELL_M, LARGEST_CELL_M, FreeSpace, components, free_space, half_links
 from planner_core.positions.outlines import over_polygon
 from planner_core.positions.solids import find_solids
 from planner_core.positions.spread import NEIGHBOURS, spread
@@ -316,16 +316,12 @@ def test_zones_keep_out_of_their_floor_only_and_access_keeps_in() -> None:
     assert np.array_equal(kept_in.can_stand, free.can_stand & (inside | (free.floor != 1)))
 
 
-def test_free_space_is_the_same_twice_and_grows_its_cells_on_large_sites(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_free_space_is_the_same_twice() -> None:
     survey = room_with()
     one, two = free_space(survey), free_space(survey)
     for field in dataclasses.fields(one):
         if isinstance(getattr(one, field.name), np.ndarray):
             assert getattr(one, field.name).tobytes() == getattr(two, field.name).tobytes()
-    monkeypatch.setattr("planner_core.positions.free_space.MAX_CELLS", 5000)
-    coarse = free_space(survey)
-    assert coarse.grid.nx * coarse.grid.ny <= 5000 * 1.05
-    assert stands_at(coarse, 3.0, 2.0)
 
 
 def test_a_scene_in_bands_of_rows_gives_the_same_free_space(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -337,6 +333,133 @@ def test_a_scene_in_bands_of_rows_gives_the_same_free_space(monkeypatch: pytest.
     assert banded.ground_m.tobytes() == whole.ground_m.tobytes()
     assert banded.links.tobytes() == whole.links.tobytes()
     assert banded.clearance_m.tobytes() == whole.clearance_m.tobytes()
+
+
+def test_a_scene_in_chunks_of_nodes_gives_the_same_free_space(monkeypatch: pytest.MonkeyPatch) -> None:
+    survey = survey_of(build("stairwell").scene)
+    whole = free_space(survey)
+    monkeypatch.setattr("planner_core.positions.free_space._CHUNK", 700)
+    chunked = free_space(survey)
+    assert chunked.ground_m.tobytes() == whole.ground_m.tobytes()
+    assert chunked.links.tobytes() == whole.links.tobytes()
+    numbers = components(whole.links, whole.can_stand)
+    monkeypatch.undo()
+    assert np.array_equal(numbers, components(whole.links, whole.can_stand))
+
+
+def test_components_join_only_within_the_same_number() -> None:
+    space = free_space(room_with())
+    half = (space.position_m()[:, 0] > 3.0).astype(np.int64)
+    stands = space.can_stand
+    assert components(space.links, stands).max() == 0
+    assert np.array_equal(components(space.links, stands, within=half), np.where(stands, half, -1))
+    one, other = half_links(space.links, stands, between=half)
+    assert (half[one] != half[other]).all()
+    node, direction = np.nonzero((space.links >= 0) & stands[:, None])
+    to = space.links[node, direction]
+    assert 2 * one.size == (stands[to] & (half[node] != half[to])).sum()
+
+
+# ------------------------------------------------------------------------------------------------ large sites
+def house(door_m: float) -> np.ndarray:
+    """(K, 3, 3) triangles of a house of two rooms of 3 x 4 m, and a doorway between them at (3.1, 2)."""
+    across = ((3.0, 0.0, 0.0), (3.2, 2.0 - 0.5 * door_m, 2.6)), ((3.0, 2.0 + 0.5 * door_m, 0.0), (3.2, 4.0, 2.6))
+    scene = boxes(*ROOM, *across)
+    return scene.vertices_m[scene.triangles]
+
+
+def site_of(*houses: tuple[np.ndarray, float, tuple[float, float]]) -> Survey:
+    """Houses, each turned by an angle in degrees and moved."""
+    placed = []
+    for corners, angle_deg, (x, y) in houses:
+        cos, sin = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+        placed.append(corners @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]]) + [x, y, 0.0])
+    points = np.concatenate(placed).reshape(-1, 3)
+    return survey_of(scene_from_arrays(points, np.arange(len(points)).reshape(-1, 3)))
+
+
+def are_joined(survey: Survey, space: FreeSpace, angle_deg: float, at: tuple[float, float]) -> bool:
+    """Whether one walks from room to room in the house there."""
+    cos, sin = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+    rooms = [(cos * x - sin * 2.0 + at[0], sin * x + cos * 2.0 + at[1], 0.0) for x in (1.5, 4.7)]
+    local = [np.array(room) - survey.scene.offset_m for room in rooms]
+    assert all(stands_at(space, *room.tolist()) for room in local)
+    return joined(space, *((float(x), float(y), float(z)) for x, y, z in local))
+
+
+def test_houses_a_kilometre_apart_keep_their_doorways() -> None:
+    far = (1003.37, 998.71)
+    survey = site_of((house(0.9), 0.0, (0.0, 0.0)), (house(0.9), 27.0, far))
+    space = free_space(survey)
+    assert are_joined(survey, space, 0.0, (0.0, 0.0))
+    assert are_joined(survey, space, 27.0, far)
+    # What lies between them takes no memory, so their cells are as small as those of one house.
+    assert space.grid.cell_m == CELL_M
+    assert space.n_nodes < 3 * free_space(room_with()).n_nodes
+
+
+@pytest.mark.parametrize("angle_deg", [0.0, 12.0, 27.0, 45.0])
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (0.06, 0.11), (0.12, 0.03), (0.19, 0.21)])
+def test_the_largest_cells_keep_doorways_wider_than_0_6_m(
+    angle_deg: float, shift: tuple[float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("planner_core.positions.free_space._MAX_COVERED", 1)
+    far = (300.0 + shift[0], 300.0 + shift[1])
+    survey = site_of((house(0.6), 0.0, (0.0, 0.0)), (house(0.6), angle_deg, far))
+    space = free_space(survey)
+    assert space.grid.cell_m == LARGEST_CELL_M
+    assert are_joined(survey, space, angle_deg, far)
+
+
+def test_the_largest_cells_keep_stairs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("planner_core.positions.free_space.MAX_CELLS", 1)
+    monkeypatch.setattr("planner_core.positions.free_space._MAX_COVERED", 1)
+    space = free_space(survey_of(build("stairwell").scene))
+    assert space.grid.cell_m == LARGEST_CELL_M
+    assert joined(space, (0.6, 1.0, 0.0), (0.6, 1.0, 2.8), (0.6, 1.0, 5.6))
+
+
+@pytest.mark.parametrize("radius_m", [0.15, 0.25, 0.35, 0.45])
+@pytest.mark.parametrize("most", [7e3, 1e4, 1e5, 1e6, 1e7])
+def test_cells_grow_with_what_is_covered_by_whole_fractions_of_the_radius(
+    radius_m: float, most: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two slabs from above and below, and the upper and lower ends of the walls, outer and inner."""
+    survey, mover = site_of((house(0.9), 0.0, (0.0, 0.0))), Mover(radius_m=radius_m)
+    monkeypatch.setattr("planner_core.positions.free_space.MAX_CELLS", 1)
+    monkeypatch.setattr("planner_core.positions.free_space._MAX_COVERED", most)
+    cell_m, largest_m = free_space(survey, mover).grid.cell_m, max(radius_m, LARGEST_CELL_M)
+    parts = round(largest_m / cell_m)
+    covered_m2 = 4 * 6.4 * 4.4 + 4 * (6.4 + 4.0) * 0.2 + 2 * 2 * 0.2 * 3.1
+    assert CELL_M <= cell_m <= largest_m * (1 + 1e-12)
+    if cell_m > CELL_M:
+        assert cell_m == pytest.approx(largest_m / parts, rel=1e-12)
+        assert parts * cell_m >= radius_m
+        assert covered_m2 / cell_m**2 <= most * (1 + 1e-9) or parts == 1
+        assert covered_m2 / (largest_m / (parts + 1)) ** 2 > most
+
+
+def test_of_terrain_round_a_site_what_lies_within_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The house stands on a meadow of 100 x 100 m, which lies a storey lower and is no floor."""
+    corner = [[-50.0, -50.0, -3.0], [50.0, -50.0, -3.0], [50.0, 50.0, -3.0], [-50.0, 50.0, -3.0]]
+    meadow = np.array(corner)[[[0, 1, 2], [0, 2, 3]]]
+    survey = site_of((house(0.9), 0.0, (0.0, 0.0)), (meadow, 0.0, (0.0, 0.0)))
+    survey = dataclasses.replace(survey, floors=tuple(f for f in survey.floors if f.ground_area_m2 < 100.0))
+    assert len(survey.floors) == 1
+    monkeypatch.setattr("planner_core.positions.free_space.MAX_CELLS", 1)
+    # 122 m2 of house, and of either triangle at most the 8.4 x 6.4 m looked at: 0.25 m in 2.3 parts. Of it all: in 0.4.
+    monkeypatch.setattr("planner_core.positions.free_space._MAX_COVERED", 20_000)
+    assert free_space(survey).grid.cell_m == 0.125
+
+
+def test_a_map_of_every_so_many_cells_shows_the_middle_ones() -> None:
+    space = free_space(survey_of(build("stairwell").scene))
+    fine = space.floor_map(1)
+    for every in (2, 3, 7):
+        coarse = space.floor_map(1, every=every)
+        for field in dataclasses.fields(fine):
+            whole = getattr(fine, field.name)[every // 2 :: every, every // 2 :: every]
+            assert np.array_equal(getattr(coarse, field.name), whole, equal_nan=whole.dtype != bool)
 
 
 def test_links_go_both_ways_and_climb_a_step_at_most() -> None:

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from scipy import ndimage
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
@@ -13,7 +15,7 @@ from planner_core.model import Doors, PlanSettings, Scene, Survey
 from planner_core.positions.doorways import centre_in_doorways
 from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.landings import find_landings
-from planner_core.positions.rooms import find_rooms
+from planner_core.positions.rooms import _AROUND, _Cells, _distance_cells, find_rooms
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.doors import without_door_leaves
 
@@ -34,6 +36,39 @@ def off_by(space: FreeSpace, node: np.ndarray, *plan_m: tuple[float, float]) -> 
 
 
 # ------------------------------------------------------------------------------------------- rooms, doorways
+@settings(max_examples=60, deadline=None)
+@given(hnp.arrays(bool, st.tuples(st.integers(1, 9), st.integers(1, 9)), elements=st.sampled_from([True, True, False])))
+def test_distances_of_single_cells_are_the_exact_distance_transform(walkable: np.ndarray) -> None:
+    cells = _Cells(np.flatnonzero(walkable), walkable.shape[1])
+    if not walkable.any():
+        return
+    exact = ndimage.distance_transform_edt(np.pad(walkable, 1))[1:-1, 1:-1]
+    assert np.array_equal(_distance_cells(cells), exact[walkable])
+    number = np.pad(np.full(walkable.shape, -1), 1, constant_values=-1)
+    number[1:-1, 1:-1][walkable] = np.arange(cells.column.size)
+    y, x = np.nonzero(walkable)
+    for (dy, dx), beside in zip(_AROUND, cells.beside, strict=True):
+        assert np.array_equal(beside, number[y + 1 + dy, x + 1 + dx])
+
+
+def test_rooms_and_doorways_of_houses_a_kilometre_apart_are_those_of_each(
+    boxes_scene: MAKES, two_rooms: Callable[..., list]
+) -> None:
+    """Their grid has 400 million cells, 3 GB a number each: what is between the houses takes no memory."""
+    boxes, far = two_rooms([(2.0, 0.9)]), np.array([1000.0, 1000.0, 0.0])
+    one = survey_of(boxes_scene(boxes))
+    two = survey_of(boxes_scene([*boxes, *((np.add(low, far), np.add(high, far)) for low, high in boxes)]))
+    in_one, in_two = free_space(one), free_space(two)
+    assert in_two.grid.nx * in_two.grid.ny > 400_000_000
+    for name in ("centre", "doorway"):
+        alone = in_one.position_m(getattr(find_rooms(in_one, 0), name)) + one.scene.offset_m
+        both = in_two.position_m(getattr(find_rooms(in_two, 0), name)) + two.scene.offset_m
+        assert alone.shape[0] == {"centre": 2, "doorway": 1}[name]
+        expected = np.concatenate([alone, alone + far])
+        assert both.shape == expected.shape
+        assert (np.linalg.norm(both[:, None] - expected, axis=2).min(axis=0) <= 1.5 * in_one.grid.cell_m).all()
+
+
 @settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     middle=st.floats(0.8, 3.2),

@@ -9,7 +9,7 @@ import pytest
 from planner_core.coverage.survey import make_survey
 from planner_core.model import PlanSettings, Scene
 from planner_core.positions.carrier import Mover, Zone
-from planner_core.positions.free_space import free_space
+from planner_core.positions.free_space import LARGEST_CELL_M, free_space
 from planner_core.positions.reach import Footing, Reach, reachability
 from planner_core.positions.walking import Walking, walks_straight
 from planner_core.scanner.load_scanner import load_scanner
@@ -87,6 +87,18 @@ def test_distances_lie_between_those_of_networkx_on_the_cells_and_their_least_po
     assert (found >= oracle / 1.0824 - 2 * cell).all()
     assert (found <= oracle * 1.028 + 2 * cell).all()
     assert found.sum() < oracle.sum()
+
+
+@pytest.mark.parametrize("name", ["corridor-comb", "doors-open", "stairwell"])
+def test_distances_on_the_largest_cells_are_those_on_small_ones(name: str) -> None:
+    """Half a metre is two cells, of which either end may be half a cell off; stairs are where most is lost."""
+    scene = build(name).scene
+    fine, coarse = reach_of(scene), reach_of(scene, cell_m=LARGEST_CELL_M)
+    roomy = np.flatnonzero(fine.reached_node & fine.space.on_ground & (fine.space.clearance_m > 0.5))
+    places = fine.space.position_m(np.random.default_rng(5).choice(roomy, 12, replace=False))
+    exact, found = Walking(fine).distances_m(places), Walking(coarse).distances_m(places)
+    assert (found <= 1.05 * exact + 0.5).all()
+    assert (found >= 0.95 * exact - 0.5).all()
 
 
 def test_distances_are_a_metric() -> None:
@@ -202,6 +214,18 @@ def test_distances_are_the_same_twice() -> None:
     places = some_places(reach, 12)
     one, two = Walking(reach).distances_m(places), Walking(reach).distances_m(places)
     assert one.tobytes() == two.tobytes()
+
+
+def test_the_graph_made_in_pieces_is_that_made_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    reach = reach_of(build("stairwell").scene)
+    whole = Walking(reach)._edges
+    monkeypatch.setattr("planner_core.positions.walking._ROWS", 50)
+    monkeypatch.setattr("planner_core.positions.walking._PAIRS", 300)
+    monkeypatch.setattr("planner_core.positions.free_space._CHUNK", 700)
+    pieces = Walking(reach)._edges
+    assert whole.a.size > 3000
+    for name in ("a", "b", "length_m", "bend"):
+        assert getattr(pieces, name).tobytes() == getattr(whole, name).tobytes()
 
 
 @pytest.mark.parametrize("name", ["corridor-comb", "closed-rooms"])

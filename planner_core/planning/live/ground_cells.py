@@ -36,7 +36,7 @@ class GroundCells:
         n_fine = max(1, round(MAP_CELL_M / grid.cell_m))
         while (grid.nx // n_fine) * (grid.ny // n_fine) > _MOST_CELLS:
             n_fine += 1
-        picture = reach.space.floor_map(index).ground_m[n_fine // 2 :: n_fine, n_fine // 2 :: n_fine]
+        picture = reach.space.floor_map(index, every=n_fine).ground_m
         self.shape, self.cell_m = (picture.shape[0], picture.shape[1]), n_fine * grid.cell_m
         # A map's cell is centred on the cell of the free space that it shows.
         self.low_m: FloatArray = grid.low_m + grid.cell_m * (n_fine // 2 + 0.5) - 0.5 * self.cell_m
