@@ -50,7 +50,8 @@ ROUNDING = "rounding of areas"
 _FIRST_STEPS_A_CANDIDATE = 10
 #: Once it has failed with as many, the bound has its turn.
 _STEPS_BEFORE_BOUND = 80
-#: From then on the proof gets so many times the work of annealing: what annealing has not found by then it rarely does.
+#: From then on the proof gets so many times the work of annealing, the next one counted, which may be twice as long as
+#: all before: what annealing has not found by then it rarely does.
 _PROOF_SHARE = 3.0
 #: A proof by blocks goes on before the whole has its turns, until its bound has not risen for so much of all work.
 _BLOCK_PATIENCE_SHARE = 0.15
@@ -327,7 +328,8 @@ class _Search:
         self._prove(replace(event, done=0, total=0, note=note))
 
     def _proof_due(self, tree: BranchAndBound) -> float:
-        return _PROOF_SHARE * self._walk_work - tree.work
+        next_work = 1e-9 * self._n_steps * self._work_of_a_step()
+        return _PROOF_SHARE * (self._walk_work + next_work) - tree.work
 
     def result(self) -> ProvenSelection:
         """What was found so far."""
