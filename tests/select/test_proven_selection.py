@@ -2,6 +2,7 @@
 
 import itertools
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
 from planner_core.model import Proven, Visibility
+from planner_core.select import proven
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import Constraint, CoverProblem, cover_problem
@@ -257,3 +259,11 @@ def test_interrupt_in_the_middle_of_a_node_proves_nothing(monkeypatch):
         result = select(thicket(2), Proven(work_limit=20.0))
         assert result.why_stopped == "interrupted", n
         assert result.lower_bound < len(result.chosen), n
+
+
+def test_annealing_waits_until_the_proof_has_had_three_times_as_much_work_the_next_one_counted():
+    search = proven._Search.__new__(proven._Search)
+    search._walk_work, search._n_steps = 10.0, 1000
+    search._work_of_a_step = lambda: 5_000_000  # 5 in 1e9 for all steps
+    assert search._proof_due(SimpleNamespace(work=44.0)) == pytest.approx(1.0)
+    assert search._proof_due(SimpleNamespace(work=45.5)) < 0
