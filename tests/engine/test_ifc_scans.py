@@ -14,11 +14,12 @@ from planner_core.scene.patches import make_patches
 JITTER_RAD = 2e-5
 
 
-@pytest.fixture(scope="module", params=["duplex", pytest.param("fzk-haus", marks=pytest.mark.slow)])
+@pytest.fixture(scope="module", params=["duplex", "fzk-haus"])
 def scene(request: pytest.FixtureRequest, real_scene: Callable[[str], Scene]) -> Scene:
     return real_scene(request.param)
 
 
+@pytest.mark.slow
 @pytest.mark.opencl
 def test_every_disagreement_in_a_building_is_explained(scene: Scene) -> None:
     patches = make_patches(scene, max_area_m2=0.04)

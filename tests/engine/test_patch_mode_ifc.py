@@ -14,7 +14,8 @@ from planner_core.scanner.load_scanner import load_scanner
 
 
 @pytest.mark.opencl
-@pytest.mark.parametrize("name", ["duplex", pytest.param("fzk-haus", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["duplex", "fzk-haus"])
 def test_patch_mode_agrees_with_beams_and_with_open3d_in_a_building(
     name: str, real_scene: Callable[[str], Scene]
 ) -> None:

@@ -123,9 +123,11 @@ def test_where_all_workers_are_of_another_version_it_is_refused_in_a_line(
 @pytest.mark.parametrize(
     "where",
     [
-        "while it plans",
         "of its cache",
-        *(pytest.param(each, marks=pytest.mark.slow) for each in ("at the start", "while files come")),
+        *(
+            pytest.param(each, marks=pytest.mark.slow)
+            for each in ("at the start", "while it plans", "while files come")
+        ),
     ],
 )
 def test_a_full_disk_of_a_worker_is_told_and_nothing_is_lost(
@@ -219,7 +221,7 @@ def test_a_job_of_a_worker_without_a_device_goes_to_another(
     assert line.endswith("is not used: no OpenCL device; what it had is given to others")
 
 
-@pytest.mark.parametrize("n_struck", [1, 2])
+@pytest.mark.parametrize("n_struck", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_a_bug_at_workers_is_told_and_counted_in_the_end_and_the_batch_is_whole(
     n_struck: int, tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -243,6 +245,7 @@ def test_a_bug_at_workers_is_told_and_counted_in_the_end_and_the_batch_is_whole(
     assert told[-1] == done.stderr.splitlines()[-1]
 
 
+@pytest.mark.slow
 def test_a_slow_worker_does_not_hold_the_others(
     tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
