@@ -257,7 +257,7 @@ def test_what_others_had_found_when_the_search_ended_counts(by, held):
                 raise by
             proof.stop()
 
-    # One worker, who takes them in their order: of two in one process one waits for the other, maybe for the endless one.
+    # One worker, who takes them in order: of two in one process one waits for the other, maybe for the endless one.
     with cluster_of(1) as (cluster, _), spread_over(cluster):
         with contextlib.suppress(KeyboardInterrupt):
             while not held.begun:
