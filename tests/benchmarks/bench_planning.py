@@ -298,7 +298,7 @@ def measure(case: Case) -> dict[str, Any] | None:
         "links": int(on.network.neighbour.size) // 2,
         "pool_cpu_s": cpu_s,
         "pool_wall_s": wall_s,
-        "memory_gib": memory_gib,
+        "plan_memory_gib": memory_gib,
         "engine": f"{on.engine.name}: {on.engine.device}",
         "methods": {name: asdict(each) for name, each in found.items()},
     }
