@@ -196,7 +196,7 @@ def _large_marks(rows: Sequence[Row]) -> list[str]:
     return [
         f"A gap of at most {_percent(LARGE_GAP)} within {LARGE_CPU_S // 60:.0f} minutes of CPU time and "
         f"{LARGE_MEMORY_GIB:g} GiB, with no more stations and in no more",
-        "networks than greedy + links. Memory is the most that the process took up to *refined*, or with the rivals, which",
+        "networks than greedy + links. Memory is the most that the process took up to *refined*, or with rivals, which",
         "is no less, where the row says so.",
         "[Tuning of selection](tuning-selection.md) says where the gaps come from, and what was tried.",
         "",
