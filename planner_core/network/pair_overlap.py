@@ -35,6 +35,8 @@ _ROWS_A_PART = 32
 
 #: Pairs whose sums one thread takes at a time.
 _PAIRS_A_CHUNK = 4096
+#: Entries that are counted at a time.
+_NUMBERS_A_PIECE = 2**22
 
 #: Common surfaces smaller across than this have no rotations to speak of: 1 micrometre, squared.
 _LEAST_LENGTH2_M2 = 1e-12
@@ -96,7 +98,7 @@ class PairOverlaps:
         self._starts, self._min_overlap, self._measure = visibility.starts, min_overlap, measure
         seen, self._patch = _seen_patches(visibility)
         self._ticks, self._whole = area_ticks(patch_area_m2)[seen], seen_ticks(visibility, patch_area_m2)
-        n_seers = np.bincount(self._patch, minlength=seen.size)
+        n_seers = _counts(self._patch, seen.size)
         self._ends, self._seer = np.cumsum(n_seers) - n_seers, np.empty_like(self._patch)
         self._after = np.empty(self._patch.size, dtype=np.int64)
         find_seers(visibility.starts, self._patch, self._ends, self._seer, self._after)
@@ -226,6 +228,14 @@ def _seen_patches(visibility: Visibility) -> tuple[Int64Array, Int32Array]:
     return np.flatnonzero(is_seen), place[visibility.patch]
 
 
+def _counts(number: Int32Array, n: int) -> Int64Array:
+    """(n,) int64, how often each of 0 .. n - 1 is there; in pieces, since NumPy makes 64-bit numbers of them."""
+    counts = np.zeros(n, dtype=np.int64)
+    for begin in range(0, number.size, _NUMBERS_A_PIECE):
+        counts += np.bincount(number[begin : begin + _NUMBERS_A_PIECE], minlength=n)
+    return counts
+
+
 def _csr(value: FloatArray, column: Any, starts: Any, shape: tuple[int, int]) -> csr_array:
     from scipy.sparse import csr_array
 
@@ -236,12 +246,15 @@ def _csr(value: FloatArray, column: Any, starts: Any, shape: tuple[int, int]) ->
 
 def patch_sums(area_m2: FloatArray, centroid_m: FloatArray, normal: FloatArray) -> FloatArray:
     """(P, 24), of each patch: a n n' (6), a n (p x n)' (8), a (p x n)(p x n)' (6), a p (3), a |p|^2 (1)."""
-    turn = np.cross(centroid_m, normal)
-    columns = [normal[:, i] * normal[:, j] for i, j in _UPPER]
-    columns += [normal[:, i] * turn[:, j] for i, j in _CROSS]
-    columns += [turn[:, i] * turn[:, j] for i, j in _UPPER]
-    columns += [centroid_m[:, 0], centroid_m[:, 1], centroid_m[:, 2], (centroid_m * centroid_m).sum(axis=1)]
-    sums: FloatArray = np.ascontiguousarray(np.stack(columns, axis=1) * area_m2[:, None])
+    # Column by column into place: it takes more memory than all else about links, and would take it three times.
+    turn, sums = np.cross(centroid_m, normal), np.empty((area_m2.size, N_SUMS))
+    factors = [*((normal, normal, at) for at in _UPPER), *((normal, turn, at) for at in _CROSS)]
+    factors += [(turn, turn, at) for at in _UPPER]
+    for column, (one, other, (i, j)) in enumerate(factors):
+        np.multiply(one[:, i], other[:, j], out=sums[:, column])
+    sums[:, 20:23] = centroid_m
+    sums[:, 23] = (centroid_m * centroid_m).sum(axis=1)
+    sums *= area_m2[:, None]
     return sums
 
 
