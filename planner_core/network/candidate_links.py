@@ -90,7 +90,7 @@ class LinkQuestion:
 
     @cached_property
     def _matrices(self) -> PairMatrices:
-        return PairMatrices(self.visibility, self.patch_area_m2, self.surface)
+        return PairMatrices(self.visibility, self.patch_area_m2, self.surface, seen=self._overlaps.seen)
 
     def links_of_rows(self, begin: int, end: int) -> tuple[Pairs, FloatArray]:
         """Pairs that are links, first rows begin .. end - 1, and their strengths."""

@@ -23,7 +23,9 @@ def add_rows(starts: Int64Array, patch: Int32Array, value: FloatArray, first: in
 
 
 @compiled
-def find_seers(starts: Int64Array, patch: Int32Array, ends: Int64Array, seer: Int32Array, after: Int64Array) -> None:
+def find_seers(
+    starts: Int64Array, patch: Int32Array, ends: Int64Array, seer: Int32Array, after: Int32Array | Int64Array
+) -> None:
     """Rows that hold each patch, in rising order: seer (M,), those of patch p before ends[p].
 
     ends : (P,) where each patch's begin; then where they end. after : (M,) for each entry of the rows, where in `seer`
@@ -43,7 +45,7 @@ def add_common(
     patch: Int32Array,
     ends: Int64Array,
     seer: Int32Array,
-    after: Int64Array,
+    after: Int32Array | Int64Array,
     value: FloatArray,
     rows: tuple[int, int],
     n_others: Int64Array,

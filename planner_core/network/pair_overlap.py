@@ -88,7 +88,10 @@ def overlapping_pairs(
 
 
 class PairOverlaps:
-    """Pairs of rows of a `Visibility` that overlap by at least `min_overlap`."""
+    """Pairs of rows of a `Visibility` that overlap by at least `min_overlap`.
+
+    seen : patches that anybody sees, (S,) int64, and (M,) int32, the place among them of each entry of the rows.
+    """
 
     def __init__(
         self, visibility: Visibility, patch_area_m2: FloatArray, *, min_overlap: float, measure: OverlapMeasure
@@ -96,11 +99,13 @@ class PairOverlaps:
         from planner_core.network.compiled_pairs import find_seers
 
         self._starts, self._min_overlap, self._measure = visibility.starts, min_overlap, measure
-        seen, self._patch = _seen_patches(visibility)
+        self.seen = seen, self._patch = _seen_patches(visibility)
         self._ticks, self._whole = area_ticks(patch_area_m2)[seen], seen_ticks(visibility, patch_area_m2)
         n_seers = _counts(self._patch, seen.size)
         self._ends, self._seer = np.cumsum(n_seers) - n_seers, np.empty_like(self._patch)
-        self._after = np.empty(self._patch.size, dtype=np.int64)
+        # 32 bits where they do: next to the patches themselves this is most of what links take.
+        n = self._patch.size
+        self._after: Int32Array | Int64Array = np.empty(n, np.int32) if n < 2**31 else np.empty(n, np.int64)
         find_seers(visibility.starts, self._patch, self._ends, self._seer, self._after)
 
     def of_rows(self, begin: int, end: int) -> Pairs:
@@ -168,12 +173,22 @@ def seen_ticks(visibility: Visibility, patch_area_m2: FloatArray) -> FloatArray:
 
 
 class PairMatrices:
-    """Normal matrices of the surface that pairs of rows of a `Visibility` have in common."""
+    """Normal matrices of the surface that pairs of rows of a `Visibility` have in common.
 
-    def __init__(self, visibility: Visibility, patch_area_m2: FloatArray, surface: SharedSurface) -> None:
-        seen, patch = _seen_patches(visibility)
+    seen : as of `PairOverlaps`; found where it is not given.
+    """
+
+    def __init__(
+        self,
+        visibility: Visibility,
+        patch_area_m2: FloatArray,
+        surface: SharedSurface,
+        *,
+        seen: tuple[Int64Array, Int32Array] | None = None,
+    ) -> None:
+        at, patch = _seen_patches(visibility) if seen is None else seen
         self._starts, self._patch = visibility.starts, patch
-        self._sums = patch_sums(patch_area_m2[seen], surface.centroid_m[seen], surface.normal[seen])
+        self._sums = patch_sums(patch_area_m2[at], surface.centroid_m[at], surface.normal[at])
 
     def of(self, first: Int32Array, second: Int32Array) -> FloatArray:
         """(K, 6, 6) float64 for pairs (K,) in any order; zero where nothing, or no more than a point, is common."""
