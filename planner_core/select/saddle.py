@@ -16,7 +16,7 @@ from planner_core.model import FloatArray, Int64Array
 from planner_core.select.bit_rows import classes_of
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import BOUND_UNIT, TARGET_UNIT
-from planner_core.select.ways import Ways, sums_of_ways
+from planner_core.select.ways import Ways, sums_of_ways, ways_of
 
 #: Work of a step besides what grows with the problem.
 _STEP_WORK = 100_000
@@ -77,13 +77,13 @@ class Saddle:
         """Lengths of steps, for every coordinate."""
         problem, ways = self._problem, self._ways
         share = (1.0 / self._times).sum()
-        whole = np.bincount(np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts)),
-                            weights=self._weight[problem.row], minlength=problem.n_candidates)  # fmt: skip
+        each = ways_of(problem, None)  # sums over entries, without an array of them
+        whole = sums_of_ways(problem, each, self._weight, self._weight)
         seen = np.maximum(whole, 1e-9)
         factor = _BALANCE if ways.n_ways == problem.n_candidates else _BALANCE_OF_WAYS
         balance = factor * float(seen.sum()) / max(seen.size, 1)
-        used = np.minimum(np.diff(ways.starts), _MOVING_WAYS)
-        seers = np.bincount(problem.row, weights=np.repeat(used, np.diff(problem.starts)), minlength=problem.n_rows)
+        used, seers = np.minimum(np.diff(ways.starts), _MOVING_WAYS).astype(np.float64), np.zeros(problem.n_rows)
+        _cover(problem.starts, problem.row, each.starts, each.again_starts, each.again, used, seers, seers)
         self._pace_x = balance / (seen * share)
         n_constraints = np.array([self._counts[:, c].sum() for c in range(self._counts.shape[1])])[self._class_of]
         self._pace_z = balance / np.maximum(self._weight * (1.0 + n_constraints), 1e-12)
