@@ -159,7 +159,7 @@ class Cluster:
             One of those that `is_lost` knows.
         """
         client = self._client
-        future = client.submit(function, *arguments, workers=[address], pure=False, retries=0)
+        future = self.submit(address, function, *arguments)
         try:
             return future.result(timeout=within_s or PATIENCE_S)
         except (Exception, AsyncCancelledError) as error:

@@ -28,12 +28,12 @@ from planner_core.select.separators import Separators
 #: Rounds of cuts at a node, and the gain in stations for which another one is worth while.
 _ROUNDS = 100
 _ROUND_GAIN = 0.0005
-#: So often it looks for separators of the network when no round is worth while any more.
-_NODE_SWEEPS = 3
 #: The same at the root, over `_ROOT_WINDOW` rounds.
 _ROOT_ROUNDS = 1000
 _ROOT_WINDOW = 25
 _ROOT_GAIN = 0.01
+#: So often a node looks for separators of the network, when no round is worth while any more.
+_NODE_SWEEPS = 3
 #: Cuts are made for another point besides the solution, which follows it in such steps: docs/method/selection.md.
 _ROOT_STEP, _NODE_STEP = 0.1, 0.15
 #: Work of a flow between two candidates, all that goes with it.

@@ -77,7 +77,7 @@ class Saddle:
         """Lengths of steps, for every coordinate."""
         problem, ways = self._problem, self._ways
         share = (1.0 / self._times).sum()
-        each = ways_of(problem, None)  # sums over entries, without an array of them
+        each = ways_of(problem, None)  # sums over entries, without an array of them; nobody repeats anything
         whole = sums_of_ways(problem, each, self._weight, self._weight)
         seen = np.maximum(whole, 1e-9)
         factor = _BALANCE if ways.n_ways == problem.n_candidates else _BALANCE_OF_WAYS
