@@ -478,3 +478,12 @@ def test_workers_end_what_nobody_waits_for_where_who_asked_is_interrupted_or_kil
 
 def raise_(error: Exception) -> Any:
     raise error
+
+
+def test_of_two_answers_to_a_task_the_first_counts_and_is_heard_of_once() -> None:
+    heard: list[tuple[int, bytes]] = []
+    deal = spread._Deal.__new__(spread._Deal)
+    deal._answers, deal._answered = {}, lambda number, answer: heard.append((number, answer))
+    for answer in (b"first", b"late"):
+        deal._keep(1, answer)
+    assert (deal._answers, heard) == ({1: b"first"}, [(1, b"first")])
