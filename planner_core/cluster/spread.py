@@ -21,6 +21,7 @@ import contextlib
 import logging
 import time
 from asyncio import CancelledError as AsyncCancelledError
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from dataclasses import asdict
@@ -435,16 +436,15 @@ class _Deal:
 
     def _deal(self) -> None:
         load = dict.fromkeys(sorted(self._crew.used), 0)
-        copies: dict[int, int] = {}
-        for address, number in self._out.values():
+        for address, _ in self._out.values():
             load[address] = load.get(address, 0) + 1
-            copies[number] = copies.get(number, 0) + 1
         for ahead in range(_AHEAD):
             for address in load:
                 if address in self._crew.used and load[address] == ahead and self._waiting:
                     self._send(address, self._waiting.pop())
                     load[address] += 1
         if not self._waiting:  # what is out longest comes first
+            copies = Counter(number for _, number in self._out.values())
             for address in (each for each in load if load[each] == 0):
                 late = [
                     number

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -186,6 +187,16 @@ def test_a_task_that_failed_often_is_done_here_whoever_has_a_copy() -> None:
     for n_failures in range(1, 5):
         deal._failed("w1", 1, SimpleNamespace(status="lost"))
         assert deal._for_here == ([1] if n_failures >= 3 else [])
+
+
+def test_the_last_task_goes_to_two_who_are_idle_at_once() -> None:
+    """A copy of what was dealt in this very look."""
+    cluster = spread.Cluster("nowhere", SimpleNamespace(submit=lambda *_, **how: Future()), print)
+    deal = spread._Deal(cluster, Packer().parcel(0), [Task(0, 1), Task(1, 1)], bytes, "scan", silent, None)
+    deal._crew.used = {"w1", "w2", "w3"}
+    deal._deal()
+    assert sorted(deal._out.values()) == [("w1", 1), ("w2", 1)]
+    assert deal._waiting == []
 
 
 def test_a_bug_while_tasks_are_dealt_is_told_and_this_machine_goes_on_alone(
