@@ -29,8 +29,8 @@ from .jobs import Job, digest_of, files_of
 from .runner import Ended, Runner, ThisMachine, end_all, failure_of, last_line, program
 
 if TYPE_CHECKING:
+    from planner_core.cluster.connection import Cluster
     from planner_core.cluster.errands import Order
-    from planner_core.cluster.spread import Cluster
 
     from ..progress import ProgressReporter
 
@@ -208,7 +208,7 @@ def fit_for_jobs(cluster: Cluster, engine: str, device: str | None) -> Callable[
     import numpy as np
 
     import scenes_synthetic
-    from planner_core.cluster.spread import answers_alike
+    from planner_core.cluster.crew import answers_alike
     from planner_core.coverage.survey import make_survey
     from planner_core.engine.scan_engine import open_engine
     from planner_core.model import PlanSettings

@@ -22,16 +22,9 @@ from threading import Lock
 from typing import Any
 
 from planner_core.cluster import workplace
+from planner_core.cluster.connection import BugError, Cluster, UnfitError
+from planner_core.cluster.crew import MOST_COPIES, MOST_FAILURES, Crew, answers_alike
 from planner_core.cluster.parcels import Parcel
-from planner_core.cluster.spread import (
-    MOST_COPIES,
-    MOST_FAILURES,
-    BugError,
-    Cluster,
-    Crew,
-    UnfitError,
-    answers_alike,
-)
 from planner_core.cluster.worker import LackingError
 from planner_core.errors import ClusterError, ExportError, one_line
 from planner_core.progress import Progress, ProgressEvent

@@ -23,8 +23,8 @@ import numpy as np
 
 import scenes_synthetic
 from planner_core.cluster import worker
+from planner_core.cluster.connection import Cluster, open_cluster
 from planner_core.cluster.parcels import Packer, squeezed
-from planner_core.cluster.spread import Cluster, open_cluster
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.export.clouds.each_station import StationClouds

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable
-from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,10 +13,9 @@ from typing import Any
 import pytest
 from waiting import until
 
-from planner_core.cluster import errands, spread, workplace
+from planner_core.cluster import errands, workplace
 from planner_core.cluster.errands import Errands, Order, _Out, _pieces
 from planner_core.cluster.parcels import Packer
-from planner_core.cluster.spread import Cluster, Crew
 from planner_core.cluster.worker import LackingError
 from planner_core.errors import DeviceError
 from planner_core.progress import Progress, silent
@@ -261,25 +259,6 @@ def test_copies_keep_to_the_most_at_the_same_time(tmp_path: Path, monkeypatch: p
     assert [look(), look()] == [["w1", "w2"]] * 2
     given._out.pop()
     assert given.free() == 1
-
-
-def test_workers_that_never_answer_are_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    def silent_future() -> Any:
-        return SimpleNamespace(result=lambda timeout: Future[None]().result(timeout), status="pending")
-
-    told: list[str] = []
-    cluster = Cluster("nowhere", SimpleNamespace(submit=lambda *of, **more: silent_future()), told.append)
-    monkeypatch.setattr(cluster, "workers", lambda: {"w1"})
-    monkeypatch.setattr(spread, "PATIENCE_S", 0.3)
-    crew = Crew(cluster, lambda address: True)
-
-    def is_gone() -> bool:
-        crew.find(nothing_done=True)
-        return crew.is_gone()
-
-    until(is_gone)
-    crew.close()
-    assert told == ["no worker for 0 s: this machine goes on alone"]
 
 
 def test_what_a_task_raises_here_after_all_workers_failed_comes_out() -> None:

@@ -17,7 +17,7 @@ import pytest
 from tlsplan.batch import on_workers
 from waiting import until
 
-from planner_core.cluster import errands, spread, worker, workplace
+from planner_core.cluster import connection, errands, worker, workplace
 from planner_core.errors import PlanFolderError
 from planner_core.plan_folder import folder
 from planner_core.spread import Outcome, Place
@@ -270,10 +270,10 @@ def test_a_slow_worker_does_not_hold_the_others(
 def test_where_all_workers_are_gone_this_machine_does_the_rest(
     tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(spread, "PATIENCE_S", 1.0)
+    monkeypatch.setattr(connection, "PATIENCE_S", 1.0)
     calls = iter(range(100_000))
-    sound = spread.Cluster.workers
-    monkeypatch.setattr(spread.Cluster, "workers", lambda self: sound(self) if next(calls) < 1 else set())
+    sound = connection.Cluster.workers
+    monkeypatch.setattr(connection.Cluster, "workers", lambda self: sound(self) if next(calls) < 1 else set())
     out = tmp_path / "out"
     done = tlsplan("batch", sites(tmp_path, a="plan", b="refuse"), "-o", out, "--scheduler", two_workers)
     assert done.returncode == 8

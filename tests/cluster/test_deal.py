@@ -22,9 +22,9 @@ import pytest
 from waiting import until
 
 import scenes_synthetic
-from planner_core.cluster import spread, worker
+from planner_core.cluster import connection, deal, worker
+from planner_core.cluster.connection import open_cluster
 from planner_core.cluster.parcels import Packer
-from planner_core.cluster.spread import open_cluster
 from planner_core.errors import ClusterError, DeviceError, MissingPackageError
 from planner_core.model import Plan
 from planner_core.plan_folder.plan_json import DROPPABLE_KEYS, plan_document
@@ -133,7 +133,7 @@ def test_a_bug_at_workers_is_told_with_where_and_counted_and_this_machine_goes_o
         return sound(survey, engine, at_m, *of, **more)
 
     monkeypatch.setattr(look_spread, "look_around_here", looked)
-    monkeypatch.setattr(spread, "PATIENCE_S", 120.0)
+    monkeypatch.setattr(connection, "PATIENCE_S", 120.0)
     with cluster_of(2) as (cluster, told):
         assert cluster.last_words() == []
         if when == "at once after":
@@ -143,9 +143,9 @@ def test_a_bug_at_workers_is_told_with_where_and_counted_and_this_machine_goes_o
         assert_same_bits(look.by(cluster), look.here())
         n_bugs = cluster.n_bugs
         (last,) = cluster.last_words()
-    assert n_bugs == 2 if when != "later" else 2 <= n_bugs <= 2 * spread._AHEAD
+    assert n_bugs == 2 if when != "later" else 2 <= n_bugs <= 2 * deal._AHEAD
     assert len(set(asked)) == 2
-    assert len(asked) <= (2 if when != "later" else 2 + 2 * spread._AHEAD)
+    assert len(asked) <= (2 if when != "later" else 2 + 2 * deal._AHEAD)
     bug, alone = told
     assert bug.startswith("worker inproc://")
     assert "internal error: ZeroDivisionError: odd rows (planner_core.requirements.look_spread:" in bug
@@ -181,28 +181,28 @@ def test_a_bug_over_one_task_takes_no_more_workers_than_others_are_left(
 
 
 def test_a_task_that_failed_often_is_done_here_whoever_has_a_copy() -> None:
-    cluster = spread.Cluster("nowhere", SimpleNamespace(), print)
-    deal = spread._Deal(cluster, Packer().parcel(0), [Task(0, 1), Task(1, 1)], bytes, "scan", silent, None)
-    deal._waiting, deal._out = [], {"copy": ("w2", 1)}
+    cluster = connection.Cluster("nowhere", SimpleNamespace(), print)
+    dealt = deal.Deal(cluster, Packer().parcel(0), [Task(0, 1), Task(1, 1)], bytes, "scan", silent, None)
+    dealt._waiting, dealt._out = [], {"copy": ("w2", 1)}
     for n_failures in range(1, 5):
-        deal._failed("w1", 1, SimpleNamespace(status="lost"))
-        assert deal._for_here == ([1] if n_failures >= 3 else [])
+        dealt._failed("w1", 1, SimpleNamespace(status="lost"))
+        assert dealt._for_here == ([1] if n_failures >= 3 else [])
 
 
 def test_the_last_task_goes_to_two_who_are_idle_at_once() -> None:
     """A copy of what was dealt in this very look."""
-    cluster = spread.Cluster("nowhere", SimpleNamespace(submit=lambda *_, **how: Future()), print)
-    deal = spread._Deal(cluster, Packer().parcel(0), [Task(0, 1), Task(1, 1)], bytes, "scan", silent, None)
-    deal._crew.used = {"w1", "w2", "w3"}
-    deal._deal()
-    assert sorted(deal._out.values()) == [("w1", 1), ("w2", 1)]
-    assert deal._waiting == []
+    cluster = connection.Cluster("nowhere", SimpleNamespace(submit=lambda *_, **how: Future()), print)
+    dealt = deal.Deal(cluster, Packer().parcel(0), [Task(0, 1), Task(1, 1)], bytes, "scan", silent, None)
+    dealt._crew.used = {"w1", "w2", "w3"}
+    dealt._deal()
+    assert sorted(dealt._out.values()) == [("w1", 1), ("w2", 1)]
+    assert dealt._waiting == []
 
 
 def test_a_bug_while_tasks_are_dealt_is_told_and_this_machine_goes_on_alone(
     look: Look, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(spread._Deal, "_deal", lambda self: raise_(KeyError("odd")))
+    monkeypatch.setattr(deal.Deal, "_deal", lambda self: raise_(KeyError("odd")))
     with cluster_of(1) as (cluster, told):
         assert_same_bits(look.by(cluster), look.here())
         assert cluster.n_bugs == 1
@@ -213,7 +213,7 @@ def test_a_bug_while_tasks_are_dealt_is_told_and_this_machine_goes_on_alone(
 
 def test_a_task_that_could_not_be_sent_is_sent_again(look: Look, monkeypatch: pytest.MonkeyPatch) -> None:
     """As where the scheduler goes in just this moment."""
-    sound, n_sent = spread._Deal._send, 0
+    sound, n_sent = deal.Deal._send, 0
 
     def send(self: Any, address: str, number: int) -> None:
         nonlocal n_sent
@@ -226,7 +226,7 @@ def test_a_task_that_could_not_be_sent_is_sent_again(look: Look, monkeypatch: py
         n_heard.append(None)
         assert len(n_heard) < 200, "it is dealt no more"
 
-    monkeypatch.setattr(spread._Deal, "_send", send)
+    monkeypatch.setattr(deal.Deal, "_send", send)
     with cluster_of(1) as (cluster, told):
         assert_same_bits(look.by(cluster, hear), look.here())
     assert told == []
@@ -337,7 +337,7 @@ def test_a_slow_worker_does_not_hold_the_others(
 
 
 def test_where_all_workers_are_gone_this_machine_goes_on_alone(look: Look, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spread, "PATIENCE_S", 1.0)
+    monkeypatch.setattr(connection, "PATIENCE_S", 1.0)
     with cluster_of(1) as (cluster, told):
         monkeypatch.setattr(cluster, "workers", set)
         assert_same_bits(look.by(cluster), look.here())
@@ -351,7 +351,7 @@ def test_without_dask_one_line_says_how_to_get_it(monkeypatch: pytest.MonkeyPatc
 
 
 def test_no_scheduler_and_no_number_are_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spread, "_CONNECTS_WITHIN_S", 1.0)
+    monkeypatch.setattr(connection, "_CONNECTS_WITHIN_S", 1.0)
     with pytest.raises(ClusterError, match="expected a Dask scheduler"), open_cluster("tcp://127.0.0.1:9", tell=print):
         pass
     with pytest.raises(ClusterError, match="expected a number of workers"), open_cluster("local:many", tell=print):
@@ -406,8 +406,8 @@ def test_a_scheduler_that_never_answers_is_not_waited_for(
     look: Look, processes: Processes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It is stopped for good: this machine goes on alone; with what went wrong it is woken up after a minute."""
-    monkeypatch.setattr(spread, "PATIENCE_S", 3.0)
-    monkeypatch.setattr(spread, "_FETCHES_WITHIN_S", 1.0)
+    monkeypatch.setattr(connection, "PATIENCE_S", 3.0)
+    monkeypatch.setattr(connection, "FETCHES_WITHIN_S", 1.0)
     processes.start_worker()
     told, woken = list[str](), threading.Event()
 
@@ -458,7 +458,7 @@ ASKS = """
 import sys
 sys.path[:0] = [sys.argv[1]]
 from cluster.conftest import made_look
-from planner_core.cluster.spread import open_cluster
+from planner_core.cluster.connection import open_cluster
 look = made_look()
 with open_cluster(sys.argv[2], tell=print) as cluster:
     look.by(cluster)
@@ -493,8 +493,8 @@ def raise_(error: Exception) -> Any:
 
 def test_of_two_answers_to_a_task_the_first_counts_and_is_heard_of_once() -> None:
     heard: list[tuple[int, bytes]] = []
-    deal = spread._Deal.__new__(spread._Deal)
-    deal._answers, deal._answered = {}, lambda number, answer: heard.append((number, answer))
+    dealt = deal.Deal.__new__(deal.Deal)
+    dealt._answers, dealt._answered = {}, lambda number, answer: heard.append((number, answer))
     for answer in (b"first", b"late"):
-        deal._keep(1, answer)
-    assert (deal._answers, heard) == ({1: b"first"}, [(1, b"first")])
+        dealt._keep(1, answer)
+    assert (dealt._answers, heard) == ({1: b"first"}, [(1, b"first")])
