@@ -36,8 +36,8 @@ _ROOT_GAIN = 0.01
 _NODE_SWEEPS = 3
 #: Cuts are made for another point besides the solution, which follows it in such steps: docs/method/selection.md.
 _ROOT_STEP, _NODE_STEP = 0.1, 0.15
-#: Work of a flow between two candidates, all that goes with it.
-_FLOW_WORK = 500_000
+#: Work of a flow between two candidates, with all that goes with it.
+_FLOW_WORK = 200_000
 #: The bound of no node.
 _NOTHING = 2**31
 #: Candidates that are tried before one is branched on.
@@ -130,7 +130,7 @@ class BranchAndBound:
         for each in (self._joins, self._separators):
             if each is not None:
                 joining += each.n_looks * (n * rows // 16 + 20 * rows) + each.n_flows * _FLOW_WORK
-        return 1e-9 * (self._program.n_iterations * (20_000 + 50 * n) + self._n_looks * 6 * entries + joining)
+        return 1e-9 * (self._program.n_iterations * (20_000 + 50 * n) + self._n_looks * 3 * entries + joining)
 
     def stop(self) -> None:
         """End what is under way at the next opportunity; for callbacks of progress."""

@@ -48,6 +48,16 @@ class Network:
         return int(self.part.max(initial=-1)) + 1
 
     @cached_property
+    def opposite(self) -> Int64Array:
+        """(M,) for each entry of `neighbour`, a link one way, the entry of the same link the other way."""
+        n = self.n_candidates
+        tail = np.repeat(np.arange(n, dtype=np.int64), np.diff(self.starts))
+        found: Int64Array = np.searchsorted(tail * n + self.neighbour, self.neighbour * np.int64(n) + tail).astype(
+            np.int64
+        )
+        return found
+
+    @cached_property
     def bridges(self) -> frozenset[tuple[int, int]]:
         """Links (a, b), a < b, whose failure parts the candidates' graph itself: with `loops` they are let pass."""
         linked = [self.neighbours(candidate).tolist() for candidate in range(self.n_candidates)]

@@ -109,8 +109,9 @@ class NetworkCuts:
         """Cuts between the candidate that x favours most and others that it favours."""
         at = np.flatnonzero(inside & (x * FLOW_UNIT >= 1))
         order = at[np.argsort(-x[at], kind="stable")]
-        source, cuts, n_flows = int(order[0]), [], 0
-        flows = _Flows(self._graph, at, x)
+        cuts, n_flows, there = [], 0, inside & (x * FLOW_UNIT >= 1)
+        source, far = (np.zeros(x.size, dtype=bool) for _ in range(2))
+        source[order[0]] = True
         done = self._neighbours(order[:1])  # there is nothing between neighbours
         for sink in order[1:].tolist():
             if n_flows == _FLOWS or x[sink] <= _WORTH:
@@ -118,7 +119,12 @@ class NetworkCuts:
             if done[sink]:
                 continue
             n_flows += 1
-            near = flows.near(source, sink)
+            far[:] = False
+            far[sink] = True
+            cut = least_cut(self._network, x, there, source, far, whole=True)
+            if cut is None:
+                continue
+            near = np.flatnonzero(cut[0])
             found = self._cuts_around(x, inside, near)
             if found:  # the others on the far side would mostly give the same
                 cuts += found
@@ -130,16 +136,16 @@ class NetworkCuts:
     # ------------------------------------------------------------------------------------------ which cuts
     def _cuts_around(self, x: FloatArray, inside: BoolArray, piece: Int64Array) -> list[Cut]:
         """Cuts between `piece` and what it does not touch, for the best candidates of both, if x violates any."""
-        mine = int(piece[np.argmax(x[piece])])
-        away = inside & ~self._neighbours(piece)
-        away[piece] = False
-        if not away.any():
+        from planner_core.select import compiled_cuts
+
+        side, in_piece = np.zeros(x.size, dtype=np.uint8), np.zeros(x.size, dtype=bool)
+        in_piece[piece] = True
+        network = self._network
+        mine, other = compiled_cuts.part_about(network.starts, network.neighbour, inside, in_piece, x, side)
+        if other < 0:
             return []
-        other = int(np.argmax(np.where(away, x, -1.0)))
-        there = self._piece_of(other, away)
-        here = self._piece_of(mine, inside & ~there & ~self._neighbours(np.flatnonzero(there)))
-        between = inside & ~here & self._neighbours(np.flatnonzero(here))
-        rest = inside & ~here & ~between  # `there`, and what hangs on neither
+        here, between = side == 2, side == 1
+        rest = inside & (side == 0)  # what hangs together with `other`, and what hangs on neither
         value = float(x[between].sum())
         if value > 1.0 - _VIOLATION:
             return []
@@ -265,39 +271,20 @@ def _members(mask: int, n: int) -> BoolArray:
     return members
 
 
-class _Flows:
-    """Least cuts of candidates `at`, each split into a way in and a way out with x between them."""
+def least_cut(
+    network: Network, x: FloatArray, inside: BoolArray, source: BoolArray, far: BoolArray, *, whole: bool
+) -> tuple[BoolArray, BoolArray] | None:
+    """(side, between), (N,) bool each: a least cut, of x, between candidates `source` and `far`, nearest to `source`.
 
-    def __init__(self, graph: Any, at: Int64Array, x: FloatArray) -> None:
-        from scipy import sparse
-
-        n = at.size
-        links = graph[at][:, at].tocoo()
-        row = np.concatenate([np.arange(n), links.row + n])
-        column = np.concatenate([np.arange(n) + n, links.col])
-        through = np.floor(x[at] * FLOW_UNIT).astype(np.int32)
-        limit = np.concatenate([through, np.full(links.row.size, NO_LIMIT, dtype=np.int32)])
-        self._at = at
-        self._network: Any = sparse.csr_matrix((limit, (row, column)), shape=(2 * n, 2 * n))
-
-    def near(self, source: int, sink: int) -> Int64Array:
-        """Candidates, the source among them, that a least cut between two that are not linked leaves on its side."""
-        n = self._at.size
-        out_of = n + int(np.searchsorted(self._at, source))
-        reached = on_near_side(self._network, out_of, int(np.searchsorted(self._at, sink)))
-        near: Int64Array = self._at[reached[n:]]
-        return near
-
-
-def on_near_side(limits: Any, source: int, sink: int) -> BoolArray:
-    """(M,) bool: what a largest flow through links of such limits, (M, M) sparse, leaves within reach of its source.
-
-    The same whichever flow is found: of all least cuts the one nearest to the source.
+    inside : those that there are. whole : `source` and `far` are not cut themselves. None where the cut has 1 or more.
     """
-    from scipy.sparse import csgraph
+    from planner_core.select import compiled_cuts
 
-    left = limits - csgraph.maximum_flow(limits, source, sink).flow
-    left.eliminate_zeros()
-    reached: BoolArray = np.zeros(limits.shape[0], dtype=bool)
-    reached[csgraph.breadth_first_order(left, source, return_predecessors=False)] = True
-    return reached
+    limit = np.where(inside, np.floor(x * FLOW_UNIT), -1).astype(np.int64)
+    if whole:
+        limit[source | far] = NO_LIMIT
+    side = np.zeros(limit.size, dtype=np.uint8)
+    sum_of = compiled_cuts.least_cut(
+        network.starts, network.neighbour, network.opposite, limit, source, far, FLOW_UNIT, side
+    )
+    return None if sum_of >= FLOW_UNIT else (side == 2, side == 1)

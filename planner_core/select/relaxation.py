@@ -127,18 +127,13 @@ class Shares:
 
 
 class CutMaker:
-    """Cuts of a problem that points x violate. sees : (N, R) sparse, 1.0 where a candidate sees a row."""
+    """Cuts of a problem that points x violate. first_seer, seer : who sees each row, see `CoverProblem.seers`."""
 
     def __init__(self, problem: CoverProblem) -> None:
-        from scipy import sparse
-
-        shape = (problem.n_candidates, problem.n_rows)
-        one = np.ones(problem.row.size)
         self.problem = problem
-        self.sees: Any = sparse.csr_matrix((one, problem.row, problem.starts), shape=shape)
+        self.first_seer, self.seer = problem.seers()
         #: (K, R): what counts, and is seen by as many candidates as are asked for.
-        n_viewers = np.bincount(problem.row, minlength=problem.n_rows)
-        self._counted: BoolArray = problem.counts_for & (n_viewers >= problem.seen_from[:, None])
+        self._counted: BoolArray = problem.counts_for & (np.diff(self.first_seer) >= problem.seen_from[:, None])
         self._weight = np.where(self._counted, problem.ticks, 0).astype(np.float64)
         self._all_ticks = int(problem.ticks.sum())
         self._owner = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))
@@ -163,8 +158,7 @@ class CutMaker:
 
     def shares(self, x: FloatArray, seen_from: int) -> Shares:
         """How far x covers each row at most, where `seen_from` candidates are asked for, and whom to leave out."""
-        at = np.flatnonzero(x)
-        cover = self.sees[at].T @ x[at]
+        cover = self.cover(x)
         n_rows = self.problem.n_rows
         none = np.zeros(0, dtype=np.int64)
         best = Shares(seen_from, cover / seen_from, np.zeros(n_rows, dtype=np.int64), none.astype(np.int32), none)
@@ -187,8 +181,18 @@ class CutMaker:
         out = place < n_out[row]
         return Shares(seen_from, part, n_out, row[out], owner[out])
 
+    def cover(self, x: FloatArray) -> FloatArray:
+        """(R,) the sum of x over those who see each row."""
+        from planner_core.select import compiled_cuts
+
+        cover = np.zeros(self.problem.n_rows)
+        compiled_cuts.add_cover(self.problem.starts, self.problem.row, x, cover)
+        return cover
+
     def cut(self, constraint: int, full: BoolArray, share: Shares | None = None) -> Cut | None:
         """Return the cut of the rows `full`; None where they alone meet the target. share : for other than t = 0."""
+        from planner_core.select import compiled_cuts
+
         problem = self.problem
         counted, m = self._counted[constraint], int(problem.seen_from[constraint])
         need = int(problem.least[constraint]) - int(problem.ticks[counted & full].sum())
@@ -197,13 +201,13 @@ class CutMaker:
         unit = self._unit(m)
         n_out = np.zeros(problem.n_rows, dtype=np.int64) if share is None else share.n_out
         ticks = np.where(counted & ~full, problem.ticks, 0) * (unit // (m - n_out))
-        by_separator = np.zeros(problem.n_candidates, dtype=np.int64)
+        seen = np.zeros(problem.n_candidates, dtype=np.int64)
         if share is not None and share.through is not None:
             for number in np.unique(share.through[(share.through >= 0) & (ticks > 0)]).tolist():
                 at = share.through == number
-                by_separator[share.between[number]] += int(ticks[at].sum())
+                seen[share.between[number]] += int(ticks[at].sum())
                 ticks[at] = 0
-        seen = by_separator + self._sum_seen(ticks, exact_in_float=self._all_ticks * unit < 2**53)
+        compiled_cuts.add_seen(self.first_seer, self.seer, ticks, seen)
         if share is not None and share.row.size:
             np.subtract.at(seen, share.owner, ticks[share.row])
         seen = np.minimum(seen, min(need * unit, 2**63 - 1))
@@ -238,15 +242,6 @@ class CutMaker:
         """A multiple of 1 .. seen_from, by which ticks can be divided; `seen_from` itself where that is too large."""
         unit = math.lcm(*range(1, seen_from + 1))
         return unit if self._all_ticks * unit < 2**62 else seen_from
-
-    def _sum_seen(self, ticks: Int64Array, *, exact_in_float: bool) -> Int64Array:
-        # Whole numbers below 2^53 add up exactly in float64, in any order.
-        if exact_in_float:
-            summed: Int64Array = (self.sees @ ticks.astype(np.float64)).astype(np.int64)
-            return summed
-        total = np.zeros(self.problem.n_candidates, dtype=np.int64)
-        np.add.at(total, self._owner, ticks[self.problem.row])
-        return total
 
 
 def independent_constraints(problem: CoverProblem) -> list[int]:

@@ -27,7 +27,7 @@ import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int64Array
 from planner_core.select.network import Network
-from planner_core.select.network_cuts import FLOW_UNIT, NO_LIMIT, on_near_side
+from planner_core.select.network_cuts import least_cut
 from planner_core.select.relaxation import CUT_UNIT, Cut, CutMaker
 
 #: The far side of a cut begins so many links away from those who see a row: one sweep over the rows for each.
@@ -68,16 +68,8 @@ class Separators:
         self._rows: list[Int64Array] = []
         self._maker, self._network = maker, network
         self._counts = maker.problem.counts_for.any(axis=0)
+        self._n_viewers = np.diff(maker.first_seer)
         self._known: set[bytes] = set()
-
-    @cached_property
-    def _seen_by(self) -> Any:
-        return self._maker.sees.T.tocsr()
-
-    @cached_property
-    def _n_viewers(self) -> Int64Array:
-        n_viewers: Int64Array = np.diff(self._seen_by.indptr).astype(np.int64)
-        return n_viewers
 
     @cached_property
     def _linked(self) -> Any:
@@ -107,7 +99,7 @@ class Separators:
         for hops in _HOPS:
             order = np.roll(self._order, -_SHIFT * self._n_orders)  # others come first every time
             self._n_orders += 1
-            left = self._counts & (self._seen_by @ x >= _LEAST_COVER)
+            left = self._counts & (self._maker.cover(x) >= _LEAST_COVER)
             for _ in range(_SEEDS):
                 if not left.any():
                     break
@@ -134,48 +126,38 @@ class Separators:
 
     def _least_cut(self, source: Int64Array, hops: int, x: FloatArray) -> tuple[Int64Array, Int64Array] | None:
         """(side, between) for `source` and all who are more than `hops` links away; None where there is nobody."""
-        from scipy import sparse
-
-        near, beyond = self._near(source, hops)
-        if not beyond:
+        near, out = self._near(source, hops)
+        if not out.any():
             return None
         self.n_flows += 1
-        n = near.size
-        place = np.full(self._network.n_candidates, -1, dtype=np.int64)
-        place[near] = np.arange(n)
-        links = self._linked[near]
-        tail, head = np.repeat(np.arange(n), np.diff(links.indptr)), place[links.indices]
-        inside, out = head >= 0, np.unique(tail[head < 0])
-        # Each is split into a way in and a way out n further, with x between; behind them source and far side.
-        row = np.concatenate([np.arange(n), tail[inside] + n, np.full(source.size, 2 * n), out + n])
-        column = np.concatenate([np.arange(n) + n, head[inside], place[source], np.full(out.size, 2 * n + 1)])
-        limit = np.full(row.size, NO_LIMIT, dtype=np.int32)
-        limit[:n] = np.floor(x[near] * FLOW_UNIT)
-        graph = sparse.csr_matrix((limit, (row, column)), shape=(2 * n + 2, 2 * n + 2))
-        reached = on_near_side(graph, 2 * n, 2 * n + 1)
-        into, out_of = reached[:n], reached[n : 2 * n]
-        return near[out_of], near[into & ~out_of]
+        sources = np.zeros(x.size, dtype=bool)
+        sources[source] = True
+        cut = least_cut(self._network, x, near, sources, out, whole=False)
+        return None if cut is None else (np.flatnonzero(cut[0]), np.flatnonzero(cut[1]))
 
-    def _near(self, source: Int64Array, hops: int) -> tuple[Int64Array, bool]:
-        """Candidates at most `hops` links away, and whether there are others linked to them."""
+    def _near(self, source: Int64Array, hops: int) -> tuple[BoolArray, BoolArray]:
+        """(N,) bool: candidates at most `hops` links away, and which of them are linked to others."""
         reached: BoolArray = np.zeros(self._network.n_candidates, dtype=bool)
         reached[source] = True
         for _ in range(hops):
             reached |= self._linked @ reached > 0
-        near: Int64Array = np.flatnonzero(reached)
-        return near, bool((self._linked @ reached > 0)[~reached].any())
+        out: BoolArray = reached & (self._linked @ ~reached > 0)
+        return reached, out
 
     def _viewers(self, row: int) -> Int64Array:
         """Those who see a row, of the part that the first of them is in."""
-        begin, end = self._seen_by.indptr[row : row + 2]
-        seen_by = self._seen_by.indices[begin:end].astype(np.int64)
+        begin, end = self._maker.first_seer[row : row + 2]
+        seen_by = self._maker.seer[begin:end].astype(np.int64)
         viewers: Int64Array = seen_by[self._network.part[seen_by] == self._network.part[seen_by[0]]]
         return viewers
 
     # ------------------------------------------------------------------------------------------ what they bound
     def _only_from(self, candidates: Int64Array) -> Int64Array:
         """Rows that nobody else sees."""
-        n_viewers = np.bincount(self._maker.sees[candidates].indices, minlength=self._n_viewers.size)
+        from planner_core.select import compiled_cuts
+
+        problem, n_viewers = self._maker.problem, np.zeros(self._n_viewers.size, dtype=np.int32)
+        compiled_cuts.count_viewers(problem.starts, problem.row, candidates, n_viewers)
         rows: Int64Array = np.flatnonzero((n_viewers == self._n_viewers) & self._counts)
         return rows
 

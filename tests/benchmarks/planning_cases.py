@@ -25,11 +25,11 @@ HEIGHT_M = 1.5
 #: Work limits of one selection, about seconds of one core.
 PUZZLE_WORK, SCENE_WORK, TARGET_WORK = 10.0, 6.0, 300.0
 #: Of the other two targets, which are harder to prove.
-FZK_WORK, BASEMENT_WORK = 400.0, 300.0
+FZK_WORK, BASEMENT_WORK = 300.0, 300.0
 #: The cover alone is no target: it gets so much of it.
 TARGET_COVER_WORK = 10.0
 #: Of large buildings that a mark is set for: what 15 minutes of CPU time allow, or from where on more brought nothing.
-LARGE_WORK = {"school": 300.0, "campus": 150.0, "atrium": 250.0, "office": 400.0}
+LARGE_WORK = {"school": 300.0, "campus": 150.0, "atrium": 250.0, "office": 300.0}
 #: Part of the area that a puzzle asks for: walls that meet hide slivers, by rounding, that no puzzle means.
 PUZZLE_COVERAGE = 0.999
 PUZZLE_BEAM_DEG = 0.05

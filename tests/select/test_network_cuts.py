@@ -9,7 +9,7 @@ from joined_instances import hangs_together, points, random_problem, solutions, 
 from selection_instances import network_of
 
 from planner_core.select.branching import BranchAndBound
-from planner_core.select.network_cuts import NetworkCuts
+from planner_core.select.network_cuts import NetworkCuts, least_cut
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import CUT_UNIT, CutMaker, CutProgram
 
@@ -68,27 +68,13 @@ def test_flows_find_a_cut_that_no_piece_shows():
     assert by_flow.right == 2**24
 
 
-@settings(max_examples=40, deadline=None)
-@given(SEEDS)
-def test_least_cut_between_two_candidates_is_that_of_networkx(seed):
-    from planner_core.select.network_cuts import FLOW_UNIT, _Flows
-
-    rng = np.random.default_rng(seed)
-    graph = sparse_graph(rng, 12, n_parts=1)
-    network = network_of(graph)
-    x = np.round(rng.random(12), 2) + 0.01
-    split = nx.DiGraph()
-    for i in range(12):
-        split.add_edge((i, "in"), (i, "out"), capacity=int(x[i] * FLOW_UNIT))
-        split.add_edges_from([((i, "out"), (j, "in")) for j in graph[i]])
-    cuts = NetworkCuts(network, lambda allowed: True)
-    flows = _Flows(cuts._graph, np.arange(12), x)
-    for source, sink in [(i, j) for i in range(3) for j in range(6, 12) if not graph.has_edge(i, j)]:
-        near = flows.near(source, sink)
-        around = {k for i in near.tolist() for k in graph[i]} - set(near.tolist())
-        least = nx.maximum_flow_value(split, (source, "out"), (sink, "in"))
-        assert source in near and sink not in near and sink not in around
-        assert sum(int(x[k] * FLOW_UNIT) for k in around) == least, f"seed {seed}: {source} to {sink}"
+def test_a_least_cut_of_one_and_more_is_none():
+    """Nor are source and far candidate cut themselves where they are to stay whole."""
+    network, inside = network_of(nx.Graph([(0, 1), (1, 2), (2, 3)])), np.ones(4, dtype=bool)
+    source, far = inside & [True, False, False, False], inside & [False, False, False, True]
+    for through, whole, expected in [(0.75, True, [0, 1, 0, 0]), (0.75, False, [1, 0, 0, 0]), (1.0, True, None)]:
+        found = least_cut(network, np.array([0.5, through, through, 0.5]), inside, source, far, whole=whole)
+        assert found is None if expected is None else found[1].tolist() == list(map(bool, expected))
 
 
 @pytest.mark.slow
