@@ -2,6 +2,6 @@
 
 `connection` is a `Cluster` that may be asked, `crew` finds out who of it is fit, `deal` deals tasks out and puts the
 answers in order (scanning, links); `errands` has folders made by workers and fetches them (jobs of a batch, clouds of
-stations). `worker` and `workplace` are what runs on workers, `parcels` what travels. Nothing else imports Dask, and only
-where it is used: `tlsplan[cluster]`.
+stations). `worker` and `workplace` are what runs on workers, `parcels` what travels. Nothing else imports Dask, and
+only where it is used: `tlsplan[cluster]`.
 """
