@@ -7,7 +7,7 @@ arithmetic, and whether both are the same. CONTROL FLOW, `select`:
 2. greedy selection, joined where a network is asked for                  greedy.py, network_start.py
 3. one station less, annealed, as long as that succeeds                   swap_walks.py
 4. the linear relaxation by cutting planes, without the network, then with it                 relaxation.py
-5. where parts of the network hardly see the same: a proof by such blocks  blocks.py
+5. where parts of the network hardly see the same: a proof by such blocks  block_proof.py
 6. in turns: branch and bound to raise the bound, longer annealing for one station less     branching.py
 7. look at the result again by other means                                check.py
 
@@ -28,7 +28,8 @@ from planner_core.device import Device
 from planner_core.errors import RequirementError
 from planner_core.model import Int32Array, Proven
 from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
-from planner_core.select.blocks import BlockProof, blocks_of
+from planner_core.select.block_proof import BlockProof
+from planner_core.select.blocks import blocks_of
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
@@ -211,7 +212,7 @@ def _find_in_block(
     work: float,
     progress: Progress,
 ) -> tuple[tuple[int, ...], float]:
-    """Few candidates of a block; see `planner_core.select.blocks.Find`. how : other arguments of `select`."""
+    """Few candidates of a block; see `planner_core.select.block_looks.Find`. how : other arguments of `select`."""
     settings = replace(settings, work_limit=work, prove=False)
     found = select(problem, settings, network=network, given=pinned, start=start, progress=progress, **how)
     if found.why_stopped == INTERRUPTED:

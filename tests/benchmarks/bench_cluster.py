@@ -50,7 +50,8 @@ from planner_core.requirements.goals import goals_of
 from planner_core.requirements.look_around import look_around_here
 from planner_core.requirements.look_spread import TASK_POSITIONS, LookQuestion, look_spread, pack_looked
 from planner_core.scanner.load_scanner import load_scanner
-from planner_core.select.blocks import BlockQuestion, Look, blocks_of
+from planner_core.select.block_looks import BlockQuestion, Look
+from planner_core.select.blocks import blocks_of
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
 from planner_core.select.proven import _find_in_block

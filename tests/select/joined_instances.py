@@ -4,9 +4,8 @@ import itertools
 
 import networkx as nx
 import numpy as np
-from selection_instances import problem_of
+from selection_instances import network_of, problem_of
 
-from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
 
 
@@ -32,16 +31,6 @@ def instance(seed, *, n=8, r=30, looks=1, linked=0.3, reach=0.25):
         seen_from=np.array([looks, 1]),
     )
     return problem, network_of(graph), graph
-
-
-def network_of(graph):
-    n = graph.number_of_nodes()
-    rows = [sorted(graph[i]) for i in range(n)]
-    part = np.empty(n, dtype=np.int32)
-    for number, members in enumerate(sorted(nx.connected_components(graph), key=min)):
-        part[list(members)] = number
-    starts = np.concatenate([[0], np.cumsum([len(row) for row in rows])]).astype(np.int64)
-    return Network(starts, np.array([other for row in rows for other in row], dtype=np.int32), part)
 
 
 def sparse_graph(rng, n, *, n_parts, more=0.4):
@@ -95,3 +84,23 @@ def points(rng, n):
     """Whole points, blurred ones, and any."""
     whole = (rng.random(n) < 0.4).astype(float)
     return [whole, np.clip(whole * rng.random(n) * 1.5, 0, 1), np.where(rng.random(n) < 0.5, 0.0, rng.random(n))]
+
+
+def flats(seed, *, n=4, r=30, n_flats=2, n_constraints=1, shared=0, share=0.85, loops=False):
+    """Flats of n candidates and r rows each; `shared` rows that all candidates of all flats see."""
+    rng = np.random.default_rng(seed)
+    sees = np.zeros((n_flats * n, n_flats * r + shared), dtype=bool)
+    graph = nx.empty_graph(n_flats * n)
+    for flat in range(n_flats):
+        own = slice(flat * n, flat * n + n)
+        sees[own, flat * r : flat * r + r] = rng.random((n, r)) < 0.4
+        graph.add_edges_from((flat * n + int(rng.integers(i)), flat * n + i) for i in range(1, n))
+    sees[:, n_flats * r :] = True
+    ticks = rng.integers(50, 100, sees.shape[1])
+    ticks[n_flats * r :] = 1
+    counts_for = np.ones((n_constraints, ticks.size), dtype=bool)
+    counts_for[1:] = rng.random((n_constraints - 1, ticks.size)) < 0.5
+    least = (share * (counts_for & sees.any(axis=0)) @ ticks).astype(np.int64)
+    problem = problem_of(sees, ticks, counts_for, least)
+    network = network_of(graph, loops=loops)
+    return problem, network

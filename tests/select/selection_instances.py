@@ -27,7 +27,7 @@ def network_of(graph, *, loops=False):
     """From a graph of networkx, its nodes 0 .. N - 1."""
     n = graph.number_of_nodes()
     part = np.empty(n, dtype=np.int32)
-    for number, nodes in enumerate(nx.connected_components(graph)):
+    for number, nodes in enumerate(sorted(nx.connected_components(graph), key=min)):
         part[list(nodes)] = number
     rows = [sorted(graph[c]) for c in range(n)]
     return Network(

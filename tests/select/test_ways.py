@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from joined_instances import instance, network_of
+from joined_instances import instance
+from selection_instances import network_of
 
 from planner_core.model import Proven
 from planner_core.select.large_bound import large_bound, price_bound

@@ -1,0 +1,354 @@
+"""Proof by blocks: where parts of the network hardly see the same, each is looked at alone, and the shares are split.
+
+Input a `CoverProblem`, its `Network` and a known plan, output a proven lower bound, and plans that turn up on the way.
+
+Flats behind one front, or storeys, share next to nothing but the target that they have to meet together. A search that
+looks at all of them as one multiplies what there is to decide in each. Here a node only says how much each block covers
+of each target: at least `low`, at most `high`. A plan covers at most what its blocks cover each, added up (rows that
+two see count twice: that only weakens the bound), so
+
+    low_b = least - sum over the other blocks of high        and        stations >= sum over blocks of fewest_b(low_b)
+
+where fewest_b is bounded by branch and bound on the block alone; a bound for one demand holds for every larger one. The
+sets that are known for these demands tell what to do next. Together fewer stations than the plan, and all targets met:
+a better plan. Fewer, and a target missed: two nodes, in one of which a block covers more than its set does. As many as
+the plan: prove them.
+
+Blocks know nothing of each other when they are first looked at, for a set or for a proof: these looks are tasks
+(block_looks.py), of which others do some within `spread_over` (`_look`). What comes next depends on all that is known
+by then.
+"""
+
+from __future__ import annotations
+
+import heapq
+import pickle
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from planner_core.model import Int64Array
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.select.block_looks import BlockQuestion, Find, Found, Look
+from planner_core.select.blocks import Block
+from planner_core.select.branching import BranchAndBound
+from planner_core.select.problem import CoverProblem
+from planner_core.select.relaxation import independent_constraints
+from planner_core.spread import Spread, Task, who_answers
+
+#: Work of one turn of a proof, and of its first turn, the root included.
+_PROOF_WORK, _FIRST_PROOF_WORK = 1.0, 5.0
+#: Blocks that have fewer entries together are looked at sooner than others are asked.
+_WORTH_SPREADING = 10_000
+
+
+@dataclass(frozen=True)
+class _Node:
+    """low, high : (B, K) int64, ticks of each target that each block covers. depth : splits down to here."""
+
+    low: Int64Array
+    high: Int64Array
+    depth: int = 0
+
+
+@dataclass
+class _Known:
+    """Of one block: sets with what they cover, (K,); demands, (K,), with stations that they take at least."""
+
+    sets: list[tuple[Int64Array, tuple[int, ...]]] = field(default_factory=list)
+    bounds: list[tuple[Int64Array, int]] = field(default_factory=list)
+    looked_for: set[bytes] = field(default_factory=set)
+
+    def bound(self, demand: Int64Array) -> int:
+        """Stations that a demand takes at least."""
+        return max((stations for asked, stations in self.bounds if (asked <= demand).all()), default=0)
+
+    def best(self, demand: Int64Array) -> tuple[Int64Array, tuple[int, ...]] | None:
+        """The smallest known set that meets a demand, of equals the one that covers most."""
+        fit = [(len(chosen), -int(ticks.sum()), at) for at, (ticks, chosen) in enumerate(self.sets)
+               if (ticks >= demand).all()]  # fmt: skip
+        return self.sets[min(fit)[2]] if fit else None
+
+
+@dataclass
+class _Turns:
+    """Of one proof. first : the first one, which took `work`. tree : None: others did that, and have it."""
+
+    first: Look
+    work: float
+    tree: BranchAndBound | None
+
+    @property
+    def all_work(self) -> float:
+        """That counts: a tree that is made anew is where it was."""
+        return self.work if self.tree is None else max(self.work, self.tree.work)
+
+
+class _StoppedError(Exception):
+    """The search was stopped while others looked at blocks."""
+
+
+class BlockProof:
+    """The search. `lower_bound` holds at any moment; `best` is the smallest plan found here, or None.
+
+    Parameters
+    ----------
+    n_stations
+        Size of a plan that meets `required`.
+    find
+        See `Find`; what it returns is a set, no larger than the one it begins with where that is one, and its work.
+    sent_find
+        The same for other processes, which it is sent to: a function of a module.
+    work_limit
+        First turns of proofs do no more together, `find` left aside.
+    """
+
+    def __init__(
+        self,
+        problem: CoverProblem,
+        blocks: Sequence[Block],
+        *,
+        n_stations: int,
+        find: Find,
+        sent_find: Find | None = None,
+        work_limit: float = float("inf"),
+    ) -> None:
+        self.n_stations = n_stations
+        self.best: tuple[int, ...] | None = None
+        self.n_nodes = 0
+        self._done = 0.0  # work of looking for sets, and of proofs that are over
+        asked = independent_constraints(problem)
+        self._problem, self._sent_find, self._work_limit = problem, sent_find, work_limit
+        self._least = problem.least[asked]
+        self._blocks = tuple(block.of_constraints(asked) for block in blocks)
+        self._known = [_Known() for _ in blocks]
+        self._turns: dict[tuple[int, bytes], _Turns] = {}
+        self._growing: BranchAndBound | None = None  # in its first turn
+        self._grown: dict[tuple[int, bytes], BranchAndBound] = {}
+        self._question = BlockQuestion(self._blocks, find)
+        self._open: list[tuple[int, int, int, _Node]] = []
+        self._given_up = 2**31
+        self._number = 0
+        self._stopped = False
+        high = np.array([block.ticks for block in self._blocks])
+        self._put(_Node(np.zeros_like(high), high))
+
+    @property
+    def lower_bound(self) -> int:
+        """No plan has fewer stations."""
+        return min(self._open[0][0] if self._open else self.n_stations, self._given_up, self.n_stations)
+
+    @property
+    def finished(self) -> bool:
+        """Whether more work can change anything."""
+        return not self._open or self.lower_bound >= self.n_stations
+
+    @property
+    def work(self) -> float:
+        """Numbers looked at so far, roughly, in 1e9."""
+        return self._done + sum(turns.all_work for turns in self._turns.values())
+
+    def stop(self) -> None:
+        """End what is under way at the next opportunity; for callbacks of progress."""
+        self._stopped = True
+        for tree in (self._growing, *(turns.tree for turns in self._turns.values())):
+            if tree is not None:
+                tree.stop()
+
+    def advance(self, *, work: float, progress: Progress = silent) -> None:
+        """Look at nodes until about `work` more is done, or until all is proven; some turns do more."""
+        end = self.work + work
+        while self.work < end and not self.finished and not self._stopped:
+            # An interrupt may come at any moment: a node stays open until all that is left of it is.
+            node = self._open[0][3]
+            left = [node]  # of a look that is broken off; its bound may have risen
+            try:
+                left = self._look_at(node, progress)
+            except _StoppedError:
+                pass
+            finally:
+                for rest in left:
+                    self._put(rest)
+                self._open.remove(next(entry for entry in self._open if entry[3] is node))
+                heapq.heapify(self._open)
+            self.n_nodes += 1
+
+    # ------------------------------------------------------------------------------------------ nodes
+    def _look_at(self, node: _Node, progress: Progress) -> list[_Node]:
+        """What is left to look at of a node: nothing, itself once more, or two."""
+        if self._stations(node) >= self.n_stations:
+            return []
+        sets = self._sets_for(node.low, progress)
+        together = sum(len(chosen) for _, chosen in sets)
+        if together >= self.n_stations:
+            may_rise = self._prove(node.low, [len(chosen) for _, chosen in sets], progress)
+            return [node] if may_rise else self._give_up(node)
+        plan = [int(block.candidate[c]) for block, (_, chosen) in zip(self._blocks, sets, strict=True) for c in chosen]
+        if (self._problem.covered(plan) >= self._problem.required).all():
+            self.best, self.n_stations = tuple(plan), together
+            return [node]
+        return self._split(node, np.array([ticks for ticks, _ in sets])) or self._give_up(node)
+
+    def _split(self, node: _Node, covered: Int64Array) -> list[_Node]:
+        """Two nodes, in one of which a block covers more of a target that `covered`, (B, K), misses; or none."""
+        missing = self._least - covered.sum(axis=0)
+        constraint = int(np.argmax(missing))
+        if missing[constraint] <= 0:
+            return []
+        room = node.high[:, constraint] - covered[:, constraint]
+        block = int(np.argmax(room))
+        more = int(covered[block, constraint]) + min(int(room[block]), (int(missing[constraint]) + 1) // 2)
+        low, high = node.low.copy(), node.high.copy()
+        low[block, constraint] = max(more, low[block, constraint])
+        high[block, constraint] = more - 1
+        found = (self._tightened(low, node.high, node.depth), self._tightened(node.low, high, node.depth))
+        return [each for each in found if each is not None]
+
+    def _tightened(self, low: Int64Array, high: Int64Array, depth: int) -> _Node | None:
+        """Ask of each block what all others leave; None where nobody can cover that."""
+        low = np.maximum(low, self._least - (high.sum(axis=0) - high))
+        return None if (low > high).any() else _Node(low, high, depth + 1)
+
+    def _give_up(self, node: _Node) -> list[_Node]:
+        """Only rounding, or rows that two blocks see, are in the way: this node's bound is final."""
+        self._given_up = min(self._given_up, self._stations(node))
+        return []
+
+    def _stations(self, node: _Node) -> int:
+        return sum(known.bound(demand) for known, demand in zip(self._known, node.low, strict=True))
+
+    def _put(self, node: _Node) -> None:
+        self._number += 1
+        heapq.heappush(self._open, (self._stations(node), -node.depth, -self._number, node))
+
+    # ------------------------------------------------------------------------------------------ blocks
+    def _sets_for(self, demands: Int64Array, progress: Progress) -> list[tuple[Int64Array, tuple[int, ...]]]:
+        """The best set that is known of each block for its demand, having looked for one."""
+        looks = []
+        for number, (demand, known) in enumerate(zip(demands, self._known, strict=True)):
+            if demand.tobytes() not in known.looked_for:
+                begun = known.best(demand)
+                looks.append(Look(number, demand, start=None if begun is None else begun[1]))
+        self._look(looks, self._take_set, progress)
+        sets = [known.best(demand) for known, demand in zip(self._known, demands, strict=True)]
+        return [each for each in sets if each is not None]  # all: one of each block was put there
+
+    def _take_set(self, look: Look, found: Found) -> None:
+        self._done += found.work
+        self._keep(look.number, found.chosen)
+        self._known[look.number].looked_for.add(look.demand.tobytes())
+
+    def _keep(self, number: int, chosen: tuple[int, ...]) -> None:
+        self._known[number].sets.append((self._blocks[number].problem.covered(list(chosen)), chosen))
+
+    def _prove(self, demands: Int64Array, sizes: list[int], progress: Progress) -> bool:
+        """Work on the bounds of blocks; whether there is one whose bound may rise."""
+        bounds = [known.bound(demand) for known, demand in zip(self._known, demands, strict=True)]
+        lacking = self.n_stations - sum(bounds)
+        new: list[Look] = []
+        due: list[tuple[float, int]] = []
+        for number, (bound, size, demand) in enumerate(zip(bounds, sizes, demands, strict=True)):
+            look = Look(number, demand, wanted=min(size, bound + lacking), known=bound)
+            turns = self._turns.get(look.key)
+            if bound >= look.wanted:
+                continue
+            if turns is None or turns.first.wanted < look.wanted:
+                new.append(look)
+            else:
+                due.append((turns.all_work, number))
+        if new:
+            self._begin(new, progress)
+        elif due:
+            self._go_on(self._turns[min(due)[1], demands[min(due)[1]].tobytes()], progress)
+        return bool(new or due)
+
+    def _begin(self, looks: Sequence[Look], progress: Progress) -> None:
+        """Do the first turns of some proofs."""
+        each = min(_FIRST_PROOF_WORK, max(self._work_limit - self.work, 0.0) / len(looks))
+        self._look([replace(look, work=each) for look in looks], self._take_turn, progress)
+
+    def _take_turn(self, look: Look, found: Found) -> None:
+        before = self._turns.get(look.key)
+        self._done += 0.0 if before is None else before.all_work
+        self._turns[look.key] = _Turns(look, found.work, self._grown.pop(look.key, None))
+        self._take(look, found.stations, found.chosen)
+
+    def _go_on(self, turns: _Turns, progress: Progress) -> None:
+        """Do another turn of a proof."""
+        if turns.tree is None:
+            turns.tree = self._question.first_turn(turns.first, progress, self._grow)[1]
+            self._growing = None
+        turns.tree.advance(work=_PROOF_WORK, progress=progress)
+        self._take(turns.first, turns.tree.lower_bound, turns.tree.best or ())
+
+    def _take(self, look: Look, stations: int, chosen: tuple[int, ...]) -> None:
+        self._known[look.number].bounds.append((look.demand, stations))
+        if chosen:
+            self._keep(look.number, chosen)
+
+    # ------------------------------------------------------------------------------------------ looks
+    def _look(self, looks: Sequence[Look], take: Callable[[Look, Found], None], progress: Progress) -> None:
+        """Look at blocks, here or, within `spread_over`, by others: the same is found, and taken in the same order.
+
+        Others are not waited for once the search is stopped or `progress` raises: what is here by then is taken.
+
+        Raises
+        ------
+        _StoppedError
+            Not all looks are here.
+        """
+        if looks:
+            progress(ProgressEvent("prove", 0, len(looks)))
+        spread, entries = who_answers(), [self._blocks[look.number].problem.row.size for look in looks]
+        pays = len(looks) > 1 and sum(entries) >= _WORTH_SPREADING and not self._stopped  # then all end at once
+        if pays and spread is not None and self._sent_find is not None:
+            least = looks[entries.index(min(entries))]
+            self._ask(spread, self._sent_find, looks, least, take, progress)
+            return
+        for look, found in [(look, self._look_here(look, progress)) for look in looks]:
+            take(look, found)
+
+    def _ask(
+        self,
+        spread: Spread,
+        find: Find,
+        looks: Sequence[Look],
+        least: Look,
+        take: Callable[[Look, Found], None],
+        progress: Progress,
+    ) -> None:
+        """Have others look. least : all of them are asked about its block first, for a moment."""
+        probe = replace(least, wanted=len(self._blocks[least.number].candidate), start=None, work=0.0)
+        question, answers = BlockQuestion(self._blocks, find), dict[int, bytes]()
+
+        def here(look: Look) -> bytes:
+            if look is probe:
+                return question.answer(look, lambda _, make: make())
+            return pickle.dumps(self._look_here(look, progress), protocol=5)
+
+        def heard(event: ProgressEvent) -> None:
+            progress(event)
+            if self._stopped:
+                raise _StoppedError
+
+        tasks = [Task(probe, 0), *(Task(look, 1) for look in looks)]
+        try:
+            spread.answers(question, tasks, here=here, stage="prove", progress=heard, answered=answers.__setitem__)
+        except _StoppedError:
+            if len(answers) < len(tasks):
+                raise
+        finally:
+            for number, look in enumerate(looks, start=1):
+                if number in answers:
+                    take(look, pickle.loads(answers[number]))
+
+    def _look_here(self, look: Look, progress: Progress) -> Found:
+        if look.wanted == 0:
+            return self._question.found(look, progress)
+        found, self._grown[look.key] = self._question.first_turn(look, progress, self._grow)
+        self._growing = None
+        return found
+
+    def _grow(self, tree: BranchAndBound) -> None:
+        self._growing = tree
