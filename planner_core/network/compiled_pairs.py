@@ -1,7 +1,7 @@
 """Pairs of rows of patches, compiled: what they have in common, and sums over it.
 
-Rows are those of a `Visibility`, CSR, sorted; patches are numbered among those that anybody sees. Imported where it is
-used, see `planner_core.compiled`. The rules are those of `planner_core.network.pair_overlap`.
+Rows are those of a `Visibility`, CSR, sorted. Imported where it is used, see `planner_core.compiled`. The rules are
+those of `planner_core.network.pair_overlap`.
 """
 
 from __future__ import annotations
@@ -77,15 +77,17 @@ def add_common(
 def add_over_common(
     starts: Int64Array,
     patch: Int32Array,
+    place: Int32Array,
     first: Int32Array,
     second: Int32Array,
     value: FloatArray,
     is_mine: UInt8Array,
     total: FloatArray,
 ) -> None:
-    """Total (K, 24) of value (P, 24) over the patches that pairs of rows (K,), sorted by first, have in common.
+    """Total (K, 24) of value (S, 24) over the patches that pairs of rows (K,), sorted by first, have in common.
 
-    The patches are taken in rising order. is_mine : (P,) zeros, and zeros again in the end.
+    The patches are taken in rising order. place : (P,) where in `value` each is. is_mine : (P,) zeros, and zeros again
+    in the end.
     """
     both = np.empty(patch.size and np.max(np.diff(starts)) + 1, dtype=np.int32)
     for pair in range(first.size):
@@ -102,7 +104,7 @@ def add_over_common(
         mine = total[pair]
         mine[:] = 0.0
         for k in range(n_both):
-            one = value[both[k]]
+            one = value[place[both[k]]]
             for column in range(24):
                 mine[column] += one[column]
     if first.size > 0:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner_core.model import FloatArray, Int32Array, Int64Array, OverlapMeasure, Visibility
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, OverlapMeasure, Visibility
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -90,7 +90,7 @@ def overlapping_pairs(
 class PairOverlaps:
     """Pairs of rows of a `Visibility` that overlap by at least `min_overlap`.
 
-    seen : patches that anybody sees, (S,) int64, and (M,) int32, the place among them of each entry of the rows.
+    seen : patches that anybody sees, (S,) int64, and (P,) int32, the place among them of each that is.
     """
 
     def __init__(
@@ -99,9 +99,10 @@ class PairOverlaps:
         from planner_core.network.compiled_pairs import find_seers
 
         self._starts, self._min_overlap, self._measure = visibility.starts, min_overlap, measure
-        self.seen = seen, self._patch = _seen_patches(visibility)
-        self._ticks, self._whole = area_ticks(patch_area_m2)[seen], seen_ticks(visibility, patch_area_m2)
-        n_seers = _counts(self._patch, seen.size)
+        self._patch = visibility.patch
+        self._ticks, self._whole = area_ticks(patch_area_m2), seen_ticks(visibility, patch_area_m2)
+        n_seers = _counts(self._patch, visibility.n_patches)
+        self.seen = _seen(n_seers > 0)
         self._ends, self._seer = np.cumsum(n_seers) - n_seers, np.empty_like(self._patch)
         # 32 bits where they do: next to the patches themselves this is most of what links take.
         n = self._patch.size
@@ -186,8 +187,8 @@ class PairMatrices:
         *,
         seen: tuple[Int64Array, Int32Array] | None = None,
     ) -> None:
-        at, patch = _seen_patches(visibility) if seen is None else seen
-        self._starts, self._patch = visibility.starts, patch
+        self._starts, self._patch = visibility.starts, visibility.patch
+        at, self._place = _seen(_counts(self._patch, visibility.n_patches) > 0) if seen is None else seen
         self._sums = patch_sums(patch_area_m2[at], surface.centroid_m[at], surface.normal[at])
 
     def of(self, first: Int32Array, second: Int32Array) -> FloatArray:
@@ -200,8 +201,9 @@ class PairMatrices:
 
         def work(number: int) -> None:
             pairs = order[number * _PAIRS_A_CHUNK : (number + 1) * _PAIRS_A_CHUNK]
-            sums, is_mine = np.empty((pairs.size, N_SUMS)), np.zeros(self._sums.shape[0], dtype=np.uint8)
-            add_over_common(self._starts, self._patch, first[pairs], second[pairs], self._sums, is_mine, sums)
+            sums, is_mine = np.empty((pairs.size, N_SUMS)), np.zeros(self._place.size, dtype=np.uint8)
+            rows = self._starts, self._patch, self._place
+            add_over_common(*rows, first[pairs], second[pairs], self._sums, is_mine, sums)
             matrix[pairs] = _matrices(sums)
 
         in_threads(work, -(-first.size // _PAIRS_A_CHUNK))
@@ -235,12 +237,9 @@ def strengths_of(matrix: FloatArray) -> FloatArray:
     return strength
 
 
-def _seen_patches(visibility: Visibility) -> tuple[Int64Array, Int32Array]:
-    """Patches that anybody sees, and for every entry of the rows its place among them."""
-    is_seen = np.zeros(visibility.n_patches, dtype=np.bool_)
-    is_seen[visibility.patch] = True
-    place = np.cumsum(is_seen, dtype=np.int32) - 1
-    return np.flatnonzero(is_seen), place[visibility.patch]
+def _seen(is_seen: BoolArray) -> tuple[Int64Array, Int32Array]:
+    """Patches that anybody sees, and of each, (P,), its place among them."""
+    return np.flatnonzero(is_seen), np.cumsum(is_seen, dtype=np.int32) - 1
 
 
 def _counts(number: Int32Array, n: int) -> Int64Array:
