@@ -200,7 +200,7 @@ def test_a_scan_is_the_same_whatever_the_tiles(
 
 
 @pytest.mark.opencl
-@pytest.mark.parametrize("name", ["pandar64", "dome"])
+@pytest.mark.parametrize("name", [pytest.param("pandar64", marks=pytest.mark.slow), "dome"])
 def test_scans_of_a_building_are_the_oracles(name: str, real_scene: Callable) -> None:
     scene = real_scene("duplex")
     patches = make_patches(scene, max_area_m2=0.04)

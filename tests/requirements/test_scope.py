@@ -55,7 +55,7 @@ def scene_of(boxes):
 
 def settings(scope: str = "auto") -> PlanSettings:
     return PlanSettings(
-        scanner=load_scanner("hdl-64e"),
+        scanner=replace(load_scanner("hdl-64e"), n_azimuths=720),
         requirements=Requirements(scope=Scope(scope), network="none"),
         grid_step_m=1.0,
         instrument_heights_m=(1.6,),

@@ -120,6 +120,7 @@ def test_product_with_an_empty_name_written_as_derived_has_its_surface(tmp_path,
     assert scene.report.warnings == ()
 
 
+@pytest.mark.slow
 def test_real_house_by_renga_has_all_its_surfaces(corpus_file):
     """It writes * for every empty attribute; 83 of its 134 products were lost, with all slabs."""
     scene = load_scene(corpus_file("ifc-house-renga.ifc"))
@@ -257,7 +258,7 @@ def test_archive_that_lies_about_its_size_is_refused(tmp_path):
 def test_damaged_archive_is_refused(tmp_path, house_text):
     whole = zipped(tmp_path / "a.ifczip", {"a.ifc": house_text.encode()}).read_bytes()
     path = tmp_path / "b.ifczip"
-    for at in range(4, len(whole), 97):
+    for at in range(4, len(whole), len(whole) // 5):
         path.write_bytes(whole[:at])
         assert "can't be unpacked" in message_of(path)
     broken = bytearray(whole)
