@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import wraps
@@ -62,6 +63,18 @@ class OfFile(click.ParamType[tuple[str, str]]):
         """Return file and choice; refuse what is no choice."""
         file, _, choice = str(value).rpartition("=")
         return file, self._choice.convert(choice, param, ctx)
+
+
+class SchedulerAddress(click.ParamType[str]):
+    """Where workers are: refused before anything is loaded where nobody can be."""
+
+    name = "scheduler"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return it as it is; whether there is a scheduler shows when it is asked."""
+        if not re.fullmatch(r"local(:([1-9]\d{0,2}|1000))?|[a-z]+://\S+", str(value)):
+            self.fail(f"got {value}, expected tcp://HOST:PORT, local or local:N with 1 to 1000 workers", param, ctx)
+        return str(value)
 
 
 scene_argument = click.argument(
@@ -129,7 +142,7 @@ device_option = click.option(
     "else the first GPU, else the first device]",
 )  # fmt: skip
 scheduler_option = click.option(
-    "--scheduler", default=None, metavar="tcp://HOST:PORT|local[:N]",
+    "--scheduler", type=SchedulerAddress(), default=None, metavar="tcp://HOST:PORT|local[:N]",
     help="Dask scheduler whose workers do part of the work; what is written stays the same. local: N workers on this "
     "machine. Needs the extra tlsplan[cluster]; see docs/howto/cluster.md.",
 )  # fmt: skip

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..options import apply, engine_options, output_options
+from ..options import SchedulerAddress, apply, engine_options, output_options
 
 if TYPE_CHECKING:
     from ..batch.folder import BatchFolder
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.option("--jobs", "n_jobs", type=click.IntRange(min=1), default=None, metavar="NUMBER",
               help="Plans made at the same time. [default: half of the cores; with --scheduler, "
               "one per worker]")  # fmt: skip
-@click.option("--scheduler", default=None, metavar="tcp://HOST:PORT|local[:N]",
+@click.option("--scheduler", type=SchedulerAddress(), default=None, metavar="tcp://HOST:PORT|local[:N]",
               help="Dask scheduler whose workers make the plans, one at a time each; the plans stay the same. local: N "
               "workers on this machine. Needs the extra tlsplan[cluster]; see docs/howto/cluster.md.")  # fmt: skip
 @apply(engine_options, output_options)
