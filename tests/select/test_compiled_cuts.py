@@ -91,6 +91,18 @@ def test_what_flows_back_is_undone():
     assert side.tolist() == [2, 1, 0, 0, 1, 0, 0, 0]
 
 
+def test_what_flows_back_through_a_candidate_leaves_room_in_it():
+    """First 0 1 2 3 4; then 0 8 9 10 3 takes its end, and it ends by 5 6 7; then 2 is free for 11 .. 15, 16 .. 20."""
+    graph = nx.Graph()
+    for way in ([0, 1, 2, 3, 4], [1, 5, 6, 7, 4], [0, 8, 9, 10, 3], [0, *range(11, 16), 2, *range(16, 21), 4]):
+        nx.add_path(graph, way)
+    network, side, limit = network_of(graph), np.zeros(21, dtype=np.uint8), np.ones(21, dtype=np.int64)
+    limit[[0, 4]] = 10
+    of = network.starts, network.neighbour, network.opposite, limit, mask(21, [0]), mask(21, [4])
+    assert least_cut(*of, ENOUGH, side) == 3
+    assert np.flatnonzero(side == 1).tolist() == [1, 8, 11]
+
+
 @settings(max_examples=100, deadline=None)
 @given(SEEDS)
 def test_sides_about_a_piece_are_those_of_networkx(seed):
