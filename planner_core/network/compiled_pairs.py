@@ -80,15 +80,17 @@ def add_over_common(
     place: Int32Array,
     first: Int32Array,
     second: Int32Array,
-    value: FloatArray,
+    surface: FloatArray,
     is_mine: UInt8Array,
     total: FloatArray,
 ) -> None:
-    """Total (K, 24) of value (S, 24) over the patches that pairs of rows (K,), sorted by first, have in common.
+    """Total (K, 24) of `pair_overlap.patch_sums` over the patches that pairs of rows (K,), sorted by first, share.
 
-    The patches are taken in rising order. place : (P,) where in `value` each is. is_mine : (P,) zeros, and zeros again
-    in the end.
+    The patches are taken in rising order. place : (P,) where in `surface` each is, (S, 7): centroid, normal, area. Sums
+    are made as they are added up: those of all patches would take more memory than all else about links. is_mine : (P,)
+    zeros, and zeros again in the end.
     """
+    turn = np.empty(3)
     both = np.empty(patch.size and np.max(np.diff(starts)) + 1, dtype=np.int32)
     for pair in range(first.size):
         if pair == 0 or first[pair] != first[pair - 1]:
@@ -104,9 +106,24 @@ def add_over_common(
         mine = total[pair]
         mine[:] = 0.0
         for k in range(n_both):
-            one = value[place[both[k]]]
-            for column in range(24):
-                mine[column] += one[column]
+            one = surface[place[both[k]]]
+            area = one[6]
+            turn[0] = one[1] * one[5] - one[2] * one[4]
+            turn[1] = one[2] * one[3] - one[0] * one[5]
+            turn[2] = one[0] * one[4] - one[1] * one[3]
+            column = 0
+            for i in range(3):
+                for j in range(i, 3):
+                    mine[column] += one[3 + i] * one[3 + j] * area
+                    mine[14 + column] += turn[i] * turn[j] * area
+                    column += 1
+            for i in range(3):
+                for j in range(3):
+                    if column < 14:
+                        mine[column] += one[3 + i] * turn[j] * area
+                        column += 1
+                mine[20 + i] += one[i] * area
+            mine[23] += (one[0] * one[0] + one[1] * one[1] + one[2] * one[2]) * area
     if first.size > 0:
         for entry in range(starts[first[-1]], starts[first[-1] + 1]):
             is_mine[patch[entry]] = 0

@@ -189,7 +189,7 @@ class PairMatrices:
     ) -> None:
         self._starts, self._patch = visibility.starts, visibility.patch
         at, self._place = _seen(_counts(self._patch, visibility.n_patches) > 0) if seen is None else seen
-        self._sums = patch_sums(patch_area_m2[at], surface.centroid_m[at], surface.normal[at])
+        self._surface = np.column_stack([surface.centroid_m[at], surface.normal[at], patch_area_m2[at]])
 
     def of(self, first: Int32Array, second: Int32Array) -> FloatArray:
         """(K, 6, 6) float64 for pairs (K,) in any order; zero where nothing, or no more than a point, is common."""
@@ -203,7 +203,7 @@ class PairMatrices:
             pairs = order[number * _PAIRS_A_CHUNK : (number + 1) * _PAIRS_A_CHUNK]
             sums, is_mine = np.empty((pairs.size, N_SUMS)), np.zeros(self._place.size, dtype=np.uint8)
             rows = self._starts, self._patch, self._place
-            add_over_common(*rows, first[pairs], second[pairs], self._sums, is_mine, sums)
+            add_over_common(*rows, first[pairs], second[pairs], self._surface, is_mine, sums)
             matrix[pairs] = _matrices(sums)
 
         in_threads(work, -(-first.size // _PAIRS_A_CHUNK))
@@ -260,7 +260,7 @@ def _csr(value: FloatArray, column: Any, starts: Any, shape: tuple[int, int]) ->
 
 def patch_sums(area_m2: FloatArray, centroid_m: FloatArray, normal: FloatArray) -> FloatArray:
     """(P, 24), of each patch: a n n' (6), a n (p x n)' (8), a (p x n)(p x n)' (6), a p (3), a |p|^2 (1)."""
-    # Column by column into place: it takes more memory than all else about links, and would take it three times.
+    # Column by column into place: it takes much memory, and would take it three times.
     turn, sums = np.cross(centroid_m, normal), np.empty((area_m2.size, N_SUMS))
     factors = [*((normal, normal, at) for at in _UPPER), *((normal, turn, at) for at in _CROSS)]
     factors += [(turn, turn, at) for at in _UPPER]

@@ -205,6 +205,7 @@ def extended(pool: Pool, more: Candidates, engine: ScanEngine, *, progress: Prog
     looked = rows_from(pool.survey, engine, more.position_m, pool.demand, progress=progress)
     seen = stacked_rows(pool.rows.seen, looked.seen)
     rows = Rows(seen, seen if pool.rows.met is pool.rows.seen else stacked_rows(pool.rows.met, looked.met))
+    del looked  # links take memory enough
     links = None
     if pool.links is not None:
         found = _links(pool.survey, pool.demand, rows, progress)
