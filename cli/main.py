@@ -48,7 +48,9 @@ def main() -> None:
         code = stop.exit_code
     except click.UsageError as error:
         path = error.ctx.command_path if error.ctx is not None else "tlsplan"
-        click.echo(one_line(f"tlsplan: {error.format_message()} See `{path} --help`."), err=True)
+        said = error.format_message()
+        stop = "" if said.endswith((".", "?")) else "."
+        click.echo(one_line(f"tlsplan: {said}{stop} See `{path} --help`."), err=True)
         code = error.exit_code
     except click.ClickException as error:
         click.echo(one_line(f"tlsplan: {error.format_message()}"), err=True)
