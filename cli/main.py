@@ -49,8 +49,8 @@ def main() -> None:
     except click.UsageError as error:
         path = error.ctx.command_path if error.ctx is not None else "tlsplan"
         said = error.format_message()
-        stop = "" if said.endswith((".", "?")) else "."
-        click.echo(one_line(f"tlsplan: {said}{stop} See `{path} --help`."), err=True)
+        end = "" if said.endswith((".", "?")) else "."
+        click.echo(one_line(f"tlsplan: {said}{end} See `{path} --help`."), err=True)
         code = error.exit_code
     except click.ClickException as error:
         click.echo(one_line(f"tlsplan: {error.format_message()}"), err=True)
