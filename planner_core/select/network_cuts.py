@@ -107,9 +107,10 @@ class NetworkCuts:
 
     def _by_flow(self, x: FloatArray, inside: BoolArray) -> list[Cut]:
         """Cuts between the candidate that x favours most and others that it favours."""
-        at = np.flatnonzero(inside & (x * FLOW_UNIT >= 1))
+        there = inside & (x * FLOW_UNIT >= 1)
+        at = np.flatnonzero(there)
         order = at[np.argsort(-x[at], kind="stable")]
-        cuts, n_flows, there = [], 0, inside & (x * FLOW_UNIT >= 1)
+        cuts, n_flows = [], 0
         source, far = (np.zeros(x.size, dtype=bool) for _ in range(2))
         source[order[0]] = True
         done = self._neighbours(order[:1])  # there is nothing between neighbours

@@ -125,7 +125,10 @@ class Separators:
             source = np.concatenate(found)
 
     def _least_cut(self, source: Int64Array, hops: int, x: FloatArray) -> tuple[Int64Array, Int64Array] | None:
-        """(side, between) for `source` and all who are more than `hops` links away; None where there is nobody."""
+        """(side, between) for `source` and all who are more than `hops` links away.
+
+        None where there is nobody, or a whole station is between.
+        """
         near, out = self._near(source, hops)
         if not out.any():
             return None
