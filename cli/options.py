@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import wraps
@@ -72,8 +71,13 @@ class SchedulerAddress(click.ParamType[str]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return it as it is; whether there is a scheduler shows when it is asked."""
-        if not re.fullmatch(r"local(:([1-9]\d{0,2}|1000))?|[a-z]+://\S+", str(value)):
-            self.fail(f"got {value}, expected tcp://HOST:PORT, local or local:N with 1 to 1000 workers", param, ctx)
+        from planner_core.cluster.connection import n_local_workers
+        from planner_core.errors import ClusterError
+
+        try:
+            n_local_workers(str(value))
+        except ClusterError as error:
+            self.fail(str(error).removeprefix("scheduler: "), param, ctx)
         return str(value)
 
 

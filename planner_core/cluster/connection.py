@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import re
 import time
 from asyncio import CancelledError as AsyncCancelledError
 from collections.abc import Callable, Iterator, Sequence
@@ -19,10 +20,12 @@ from typing import Any
 from planner_core.cluster import worker
 from planner_core.cluster.parcels import Packer, Parcel, squeezed
 from planner_core.errors import ClusterError, MissingPackageError, one_line
+from planner_core.operating_system import n_usable_cores
 from planner_core.progress import Progress, ProgressEvent
 from planner_core.spread import AskedErrand, NotWantedError, Question, Task
 
 LOCAL = "local"
+_MOST_LOCAL = 1000
 #: Without a scheduler or a worker for so long, this process goes on alone.
 PATIENCE_S = 60.0
 #: An answer of megabytes from a worker that is there; of a scheduler, who is there.
@@ -208,6 +211,26 @@ def fault_of(future: Any) -> Exception:
     return BugError(worker.bug_of(error, future.traceback(timeout=PATIENCE_S)))
 
 
+def n_local_workers(address: str) -> int:
+    """Return how many workers of this machine an address asks for; 0: those of a scheduler.
+
+    Raises
+    ------
+    ClusterError
+        It is neither `tcp://HOST:PORT`, or another protocol's, nor `local` or `local:N`.
+    """
+    if address == LOCAL:
+        return n_usable_cores()
+    name, _, count = address.partition(":")
+    if name == LOCAL and count.isascii() and count.isdigit() and 1 <= int(count) <= _MOST_LOCAL:
+        return int(count)
+    if not re.fullmatch(r"[a-z]+://\S+", address):
+        raise ClusterError(
+            f"scheduler: got {address}, expected tcp://HOST:PORT, {LOCAL}, or {LOCAL}:N with 1 to {_MOST_LOCAL} workers"
+        )
+    return 0
+
+
 @contextlib.contextmanager
 def open_cluster(address: str, *, tell: Callable[[str], None]) -> Iterator[Cluster]:
     """Connect to a scheduler, or start `local` or `local:N` workers on this machine, and end them afterwards.
@@ -224,7 +247,7 @@ def open_cluster(address: str, *, tell: Callable[[str], None]) -> Iterator[Clust
     MissingPackageError
         Dask is not installed.
     ClusterError
-        There is no scheduler at the address, or it has no worker.
+        There is no scheduler at the address, or it has no worker; or as `n_local_workers`.
     """
     try:
         import distributed
@@ -235,16 +258,11 @@ def open_cluster(address: str, *, tell: Callable[[str], None]) -> Iterator[Clust
         ) from error
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with contextlib.ExitStack() as held:
-        if address == LOCAL or address.startswith(f"{LOCAL}:"):
-            from planner_core.operating_system import n_usable_cores
-
-            count = address.partition(":")[2]
-            if count and not (count.isdigit() and 1 <= int(count) <= 1000):
-                raise ClusterError(f"scheduler: got {address}, expected a number of workers; e.g. local:4")
+        n_workers = n_local_workers(address)
+        if n_workers:
             local = distributed.LocalCluster(
-                n_workers=int(count) if count else n_usable_cores(), threads_per_worker=1, dashboard_address=None,
-                silence_logs=logging.CRITICAL,
-            )  # fmt: skip
+                n_workers=n_workers, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
+            )
             held.callback(local.close, timeout=10)
             address = local.scheduler_address
         cluster = Cluster(address, _connected(address, timeout_s=_CONNECTS_WITHIN_S), tell)

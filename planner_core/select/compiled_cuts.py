@@ -6,6 +6,8 @@ symmetric.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from planner_core.compiled import compiled
@@ -241,26 +243,9 @@ def part_about(
 
 
 @compiled
-def add_cover(starts: Int64Array, row: Int32Array, x: FloatArray, cover: FloatArray) -> None:
-    """(R,) cover, added to: the sum of x, (N,), over those who see each row. starts, row : CSR rows of a problem."""
-    for i in range(x.size):
-        if x[i] != 0.0:
-            for entry in range(starts[i], starts[i + 1]):
-                cover[row[entry]] += x[i]
-
-
-@compiled
-def add_seen(first: Int64Array, seer: Int32Array, ticks: Int64Array, seen: Int64Array) -> None:
-    """(N,) seen, added to: the sum of ticks, (R,), over the rows that each sees. first, seer : who sees each row."""
-    for row in range(ticks.size):
-        if ticks[row] != 0:
-            for entry in range(first[row], first[row + 1]):
-                seen[seer[entry]] += ticks[row]
-
-
-@compiled
-def count_viewers(starts: Int64Array, row: Int32Array, candidate: Int64Array, n_viewers: Int32Array) -> None:
-    """(R,) n_viewers, added to: how many of some candidates see each row. starts, row : CSR rows of a problem."""
-    for i in candidate:
-        for entry in range(starts[i], starts[i + 1]):
-            n_viewers[row[entry]] += 1
+def add_up(starts: Int64Array, entry: Int32Array, weight: Any, total: Any) -> None:
+    """(M,) total, added to: the sum of weights, (N,), of the rows that hold each entry. starts, entry : CSR rows."""
+    for i in range(weight.size):
+        if weight[i] != 0:
+            for at in range(starts[i], starts[i + 1]):
+                total[entry[at]] += weight[i]

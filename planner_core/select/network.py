@@ -11,8 +11,9 @@ candidates always hangs together, and adding candidates can make any set do so.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -46,6 +47,18 @@ class Network:
     def n_parts(self) -> int:
         """One more than the largest number of a part."""
         return int(self.part.max(initial=-1)) + 1
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What travels: what was worked out from it stays here."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
+    @cached_property
+    def graph(self) -> Any:
+        """(N, N) sparse, 1 where two are linked."""
+        from scipy import sparse
+
+        one, n = np.ones(self.neighbour.size, dtype=np.int32), self.n_candidates
+        return sparse.csr_matrix((one, self.neighbour, self.starts), shape=(n, n))
 
     @cached_property
     def opposite(self) -> Int64Array:

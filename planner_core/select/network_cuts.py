@@ -26,7 +26,6 @@ two that x favours, with x_i for their capacity. Of Z only what touches i's piec
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -53,14 +52,10 @@ class NetworkCuts:
     """
 
     def __init__(self, network: Network, reaches: Callable[[BoolArray], bool]) -> None:
-        from scipy import sparse
-
         n = network.n_candidates
-        one = np.ones(network.neighbour.size, dtype=np.int32)
         self.n_looks = self.n_flows = 0
         self._network = network
         self._linked = [_mask_of(network.neighbours(i), n) for i in range(n)]
-        self._graph: Any = sparse.csr_matrix((one, network.neighbour, network.starts), shape=(n, n))
         self._part = network.part.astype(np.int64)
         self._parts = np.unique(self._part).tolist()
         self._reaches = reaches
@@ -169,7 +164,7 @@ class NetworkCuts:
     # ------------------------------------------------------------------------------------------ loops
     def _of_ends(self, x: FloatArray, inside: BoolArray) -> list[Cut]:
         """Cuts around single candidates that hang by less than two others."""
-        around = self._graph @ x
+        around = self._network.graph @ x
         ends = np.flatnonzero(inside & (x > _WORTH) & (around < 2.0 * x - _VIOLATION))
         ends = ends[np.argsort(around[ends] - 2.0 * x[ends], kind="stable")]
         at_bridge = {i for bridge in self._network.bridges for i in bridge}

@@ -186,7 +186,7 @@ class CutMaker:
         from planner_core.select import compiled_cuts
 
         cover = np.zeros(self.problem.n_rows)
-        compiled_cuts.add_cover(self.problem.starts, self.problem.row, x, cover)
+        compiled_cuts.add_up(self.problem.starts, self.problem.row, x, cover)
         return cover
 
     def cut(self, constraint: int, full: BoolArray, share: Shares | None = None) -> Cut | None:
@@ -207,7 +207,7 @@ class CutMaker:
                 at = share.through == number
                 seen[share.between[number]] += int(ticks[at].sum())
                 ticks[at] = 0
-        compiled_cuts.add_seen(self.first_seer, self.seer, ticks, seen)
+        compiled_cuts.add_up(self.first_seer, self.seer, ticks, seen)
         if share is not None and share.row.size:
             np.subtract.at(seen, share.owner, ticks[share.row])
         seen = np.minimum(seen, min(need * unit, 2**63 - 1))

@@ -21,7 +21,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -70,14 +69,6 @@ class Separators:
         self._counts = maker.problem.counts_for.any(axis=0)
         self._n_viewers = np.diff(maker.first_seer)
         self._known: set[bytes] = set()
-
-    @cached_property
-    def _linked(self) -> Any:
-        from scipy import sparse
-
-        network, n = self._network, self._network.n_candidates
-        one = np.ones(network.neighbour.size, dtype=np.int32)
-        return sparse.csr_matrix((one, network.neighbour, network.starts), shape=(n, n))
 
     @cached_property
     def _order(self) -> Int64Array:
@@ -143,8 +134,8 @@ class Separators:
         reached: BoolArray = np.zeros(self._network.n_candidates, dtype=bool)
         reached[source] = True
         for _ in range(hops):
-            reached |= self._linked @ reached > 0
-        out: BoolArray = reached & (self._linked @ ~reached > 0)
+            reached |= self._network.graph @ reached > 0
+        out: BoolArray = reached & (self._network.graph @ ~reached > 0)
         return reached, out
 
     def _viewers(self, row: int) -> Int64Array:
@@ -157,11 +148,9 @@ class Separators:
     # ------------------------------------------------------------------------------------------ what they bound
     def _only_from(self, candidates: Int64Array) -> Int64Array:
         """Rows that nobody else sees."""
-        from planner_core.select import compiled_cuts
-
-        problem, n_viewers = self._maker.problem, np.zeros(self._n_viewers.size, dtype=np.int32)
-        compiled_cuts.count_viewers(problem.starts, problem.row, candidates, n_viewers)
-        rows: Int64Array = np.flatnonzero((n_viewers == self._n_viewers) & self._counts)
+        among = np.zeros(self._network.n_candidates)
+        among[candidates] = 1.0
+        rows: Int64Array = np.flatnonzero((self._maker.cover(among) == self._n_viewers) & self._counts)
         return rows
 
     def _keep(self, side: Int64Array, between: Int64Array, rows: Int64Array) -> list[Cut]:

@@ -24,7 +24,7 @@ def test_what_names_no_scheduler_is_refused_in_one_line(address: str) -> None:
     for command, more in ((told, []), (batch, ["no sites.yaml", "-o", "out"])):
         result = CliRunner().invoke(command, [*more, "--scheduler", address])
         assert result.exit_code == 2
-        expected = f"got {address}, expected tcp://HOST:PORT, local or local:N with 1 to 1000 workers"
+        expected = f"got {address}, expected tcp://HOST:PORT, local, or local:N with 1 to 1000 workers"
         assert expected in " ".join(result.output.split())
 
 

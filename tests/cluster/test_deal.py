@@ -25,7 +25,7 @@ import scenes_synthetic
 from planner_core.cluster import connection, deal, worker
 from planner_core.cluster.connection import open_cluster
 from planner_core.cluster.parcels import Packer
-from planner_core.errors import ClusterError, DeviceError, MissingPackageError
+from planner_core.errors import ClusterError, DeviceError
 from planner_core.model import Plan
 from planner_core.plan_folder.plan_json import DROPPABLE_KEYS, plan_document
 from planner_core.planning.plan import make_plan
@@ -342,20 +342,6 @@ def test_where_all_workers_are_gone_this_machine_goes_on_alone(look: Look, monke
         monkeypatch.setattr(cluster, "workers", set)
         assert_same_bits(look.by(cluster), look.here())
     assert told == ["no worker for 1 s: this machine goes on alone"]
-
-
-def test_without_dask_one_line_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(MissingPackageError, match=r"pip install tlsplan\[cluster\]"), open_cluster("local", tell=print):
-        pass
-
-
-def test_no_scheduler_and_no_number_are_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(connection, "_CONNECTS_WITHIN_S", 1.0)
-    with pytest.raises(ClusterError, match="expected a Dask scheduler"), open_cluster("tcp://127.0.0.1:9", tell=print):
-        pass
-    with pytest.raises(ClusterError, match="expected a number of workers"), open_cluster("local:many", tell=print):
-        pass
 
 
 # ------------------------------------------------------------------------------------------------ processes

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from joined_instances import sparse_graph
 from selection_instances import network_of
 
-from planner_core.select.compiled_cuts import add_cover, add_seen, count_viewers, least_cut, part_about
+from planner_core.select.compiled_cuts import add_up, least_cut, part_about
 
 SEEDS = st.integers(0, 2**32 - 1)
 ENOUGH = 2**60
@@ -131,13 +131,6 @@ def test_sides_about_a_piece_are_those_of_networkx(seed):
     assert set(np.flatnonzero(side == 1).tolist()) == between
 
 
-def test_viewers_are_counted():
-    starts, row = np.array([0, 2, 2, 5]), np.array([0, 3, 0, 1, 3], dtype=np.int32)
-    n_viewers = np.zeros(4, dtype=np.int32)
-    count_viewers(starts, row, np.array([0, 2]), n_viewers)
-    assert n_viewers.tolist() == [2, 1, 0, 2]
-
-
 @settings(max_examples=40, deadline=None)
 @given(SEEDS)
 def test_sums_over_rows_and_over_who_sees_them_are_those_of_matrices(seed):
@@ -147,7 +140,7 @@ def test_sums_over_rows_and_over_who_sees_them_are_those_of_matrices(seed):
     starts, first = (np.concatenate([[0], np.cumsum(sees.sum(axis=axis))]).astype(np.int64) for axis in (1, 0))
     row, seer = np.nonzero(sees)[1].astype(np.int32), np.nonzero(sees.T)[1].astype(np.int32)
     cover, seen = np.full(sees.shape[1], 0.5), np.full(sees.shape[0], 7)
-    add_cover(starts, row, x, cover)
-    add_seen(first, seer, ticks, seen)
+    add_up(starts, row, x, cover)
+    add_up(first, seer, ticks, seen)
     assert cover.tolist() == (0.5 + sees.T @ x).tolist()
     assert seen.tolist() == (7 + sees @ ticks).tolist()

@@ -1,5 +1,7 @@
 """Cuts that join: every joined set satisfies them, no other whole point does, and the tree proves joined plans."""
 
+import pickle
+
 import networkx as nx
 import numpy as np
 import pytest
@@ -66,6 +68,15 @@ def test_flows_find_a_cut_that_no_piece_shows():
     (by_flow,) = cuts._by_flow(x, np.ones(4, dtype=bool))
     assert by_flow.coefficient.tolist() == [0, 0, 2**24, 2**24]
     assert by_flow.right == 2**24
+
+
+def test_what_was_worked_out_from_a_network_does_not_travel():
+    """Else the same question would have another key once it was asked."""
+    network = network_of(nx.path_graph(4))
+    fresh = pickle.dumps(network)
+    assert (network.n_parts, network.graph.nnz, network.opposite.size, len(network.bridges)) == (1, 6, 6, 3)
+    assert pickle.dumps(network) == fresh
+    assert pickle.loads(fresh).opposite.tolist() == network.opposite.tolist()
 
 
 def test_a_least_cut_of_one_and_more_is_none():
