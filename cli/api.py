@@ -207,15 +207,19 @@ def evaluate(
     )
 
 
-def write_plan(plan: Plan, folder: str | Path, *, overwrite: bool = False, progress: Progress = silent) -> PlanSource:
+def write_plan(
+    plan: Plan, folder: str | Path, *, overwrite: bool = False, pictures: bool = True, progress: Progress = silent
+) -> PlanSource:
     """Write the plan folder, as `tlsplan plan` does, and return it opened.
+
+    pictures : False leaves the pictures out of the report; drawing them takes seconds.
 
     Raises
     ------
     PlannerError
         There is something at `folder` that may not be replaced, or it can't be written.
     """
-    plan_folders.write_plan_folder(plan, Path(folder), overwrite=overwrite, progress=progress)
+    plan_folders.write_plan_folder(plan, Path(folder), overwrite=overwrite, pictures=pictures, progress=progress)
     return open_plan(folder)
 
 

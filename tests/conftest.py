@@ -7,7 +7,7 @@ in every run, however slow the machine is; `--hypothesis-profile=default` asks o
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -39,21 +39,15 @@ try:
     from made_once import MadeOnce, folders_made_once
     from read_once import keep_what_children_read
     from real_buildings import RealScene, real_scenes
+    from shared_plans import SharedPlan, shared_plans
 finally:
     sys.path.remove(_FOLDER)
 keep_what_children_read()
 
 
-@pytest.fixture(scope="session", autouse=True)
-def own_cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """One cache for all workers: devices are checked, and host twins compiled, once."""
-    before = os.environ.get("TLSPLAN_CACHE")
-    os.environ["TLSPLAN_CACHE"] = str(of_all_workers(tmp_path_factory) / "tlsplan-cache")
-    yield
-    if before is None:
-        del os.environ["TLSPLAN_CACHE"]
-    else:
-        os.environ["TLSPLAN_CACHE"] = before
+#: Devices are checked, and host twins compiled, once for all runs of the tests: both are kept by a hash of their
+#: sources. `make clean` removes it; where it can't be written, every process does its own.
+os.environ["TLSPLAN_CACHE"] = str(Path(__file__).resolve().parents[1] / "build" / "test-cache")
 
 
 @pytest.fixture(autouse=True)
@@ -109,6 +103,30 @@ def of_all_workers(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def real_scene(made_once: MadeOnce) -> RealScene:
     """Call with `duplex` or `fzk-haus`: the scene of the real building, loaded once; skips where there is none."""
     return real_scenes(made_once)
+
+
+@pytest.fixture(scope="session")
+def shared_plan(made_once: MadeOnce) -> Callable[[str], SharedPlan]:
+    """Call with `house`, `house_on_map` or `box`: its plan (shared_plans.py)."""
+    return shared_plans(made_once)
+
+
+@pytest.fixture(scope="session")
+def house_plan(shared_plan: Callable[[str], SharedPlan]) -> SharedPlan:
+    """The synthetic house, planned by patches with links."""
+    return shared_plan("house")
+
+
+@pytest.fixture(scope="session")
+def house_on_map(shared_plan: Callable[[str], SharedPlan]) -> SharedPlan:
+    """The house with a position on earth, planned by beams."""
+    return shared_plan("house_on_map")
+
+
+@pytest.fixture(scope="session")
+def box_plan(shared_plan: Callable[[str], SharedPlan]) -> SharedPlan:
+    """One room with a position on earth."""
+    return shared_plan("box")
 
 
 @pytest.hookimpl(tryfirst=True)  # before xdist asks for groups

@@ -1,4 +1,4 @@
-"""Plans with pictures nobody looks at, small or blank: in this process, or in a module's run through this program.
+"""Plans whose pictures nobody looks at, small or left out: in this process, or in a module's run by this program.
 
 At their full size the pictures of a small plan take longer than the plan, and small still half as long; tests/export
 and tests/plan_folder look at them.
@@ -10,7 +10,6 @@ from __future__ import annotations
 import runpy
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -25,15 +24,10 @@ def draw_small(patch: pytest.MonkeyPatch) -> None:
 
 
 def draw_blank(patch: pytest.MonkeyPatch) -> None:
-    """Leave the report's pictures blank: files of their names, all else is written as ever."""
-    from planner_core.plan_folder import report
+    """Leave the pictures out of reports: all else is written."""
+    from planner_core.plan_folder.folder import write_plan_folder
 
-    def blank(*arguments: Any, **_: Any) -> None:
-        next(each for each in arguments if isinstance(each, Path)).write_bytes(b"blank")
-
-    patch.setattr(report, "view_floor", lambda *_, **__: None)
-    for name in ("floor_map", "link_map", "floor_picture", "overview", "coverage_curve"):
-        patch.setattr(report, f"write_{name}", blank)
+    patch.setitem(write_plan_folder.__kwdefaults__, "pictures", False)
 
 
 if __name__ == "__main__":

@@ -95,6 +95,7 @@ def write_plan_folder(
     *,
     engine: ScanEngine | None = None,
     overwrite: bool = False,
+    pictures: bool = True,
     progress: Progress = silent,
 ) -> None:
     """Write the plan folder. What people put into the folder that it replaces is carried over.
@@ -103,6 +104,8 @@ def write_plan_folder(
     ----------
     engine
         Scans the stations; of the plan's scene and patches. None opens the default one.
+    pictures
+        False leaves the pictures out of the report: drawing them takes longer than planning a small building.
     progress
         Stage `export`, one step a file. Raising from it leaves nothing behind.
 
@@ -115,7 +118,7 @@ def write_plan_folder(
     """
     with staged_plan_folder(folder, overwrite=overwrite) as staging:
         scanner = engine or open_engine(plan.survey.scene, plan.survey.patches)
-        _Writer(plan, scanner, staging, progress, folder).write()
+        _Writer(plan, scanner, staging, progress, folder, pictures=pictures).write()
 
 
 @contextlib.contextmanager
@@ -148,14 +151,17 @@ def staged_plan_folder(folder: Path, *, overwrite: bool) -> Iterator[Path]:
 class _Writer:
     """Writes the files of one plan folder into a staging folder and counts them."""
 
-    def __init__(self, plan: Plan, engine: ScanEngine, staging: Path, progress: Progress, final: Path) -> None:
+    def __init__(
+        self, plan: Plan, engine: ScanEngine, staging: Path, progress: Progress, final: Path, *, pictures: bool
+    ) -> None:
         self._plan = plan
         self._engine = engine
         self._folder = staging
         self._final = final
         self._progress = progress
+        self._pictures = pictures
         self._n_done = 0
-        self._n_files = 4 * len(plan.stations) + len(STAGE_FILES) + len(report_files(plan)) + 4
+        self._n_files = 4 * len(plan.stations) + len(STAGE_FILES) + len(report_files(plan, pictures=pictures)) + 4
         self._n_files += len(layer_file_names(plan))
 
     def write(self) -> None:
@@ -172,7 +178,8 @@ class _Writer:
         write_heatmaps(self._plan, self._folder)
         self._step(HEATMAPS_FILE)
         self._put("stations.csv", stations_csv(self._plan).encode())
-        for name in write_report(self._plan, self._folder / "report", engine=self._engine):
+        report = self._folder / "report"
+        for name in write_report(self._plan, report, engine=self._engine, pictures=self._pictures):
             self._step(f"report/{name}")
         self._put("plan.json", plan_text(self._plan, self._final).encode())
 

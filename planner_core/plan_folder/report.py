@@ -5,7 +5,7 @@ Plan, ScanEngine -> report/. The page needs nothing but the pictures beside it: 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from html import escape
 from math import isnan
 from pathlib import Path
@@ -30,13 +30,17 @@ from planner_core.plan_folder.report_tables import (
 from planner_core.requirements.wording import overlap_defined, overlap_noun
 
 
-def report_files(plan: Plan) -> tuple[str, ...]:
+def report_files(plan: Plan, *, pictures: bool = True) -> tuple[str, ...]:
     """Names below report/ that `write_report` writes, in the order of writing."""
+    surfaces = ["unseen_surfaces.csv"] if plan.why is not None else []
+    return (*(_picture_files(plan) if pictures else ()), "unseen.csv", *surfaces, "index.html")
+
+
+def _picture_files(plan: Plan) -> tuple[str, ...]:
     floors = range(len(plan.survey.floors))
     maps = [name(index) for index in floors for name in (map_name, link_map_name, picture_name)]
     overview = ["overview.png"] if plan.survey.floors else []
-    surfaces = ["unseen_surfaces.csv"] if plan.why is not None else []
-    return (*maps, *overview, "coverage_curve.png", "unseen.csv", *surfaces, "index.html")
+    return (*maps, *overview, "coverage_curve.png")
 
 
 def map_name(floor_index: int) -> str:
@@ -54,12 +58,28 @@ def picture_name(floor_index: int) -> str:
     return f"picture_F{floor_index}.png"
 
 
-def write_report(plan: Plan, folder: Path, *, engine: ScanEngine) -> Iterator[str]:
+def write_report(plan: Plan, folder: Path, *, engine: ScanEngine, pictures: bool = True) -> Iterator[str]:
     """Write the report into `folder`, yielding the name of each file once it is there.
 
-    Where nothing can draw the coverage pictures, they are left out: the page says why, and so does what is yielded.
+    pictures : False leaves out maps, coverage pictures and the curve, which take longer than all else. Where nothing
+    can draw the coverage pictures, they alone are left out: the page gives the reason, and so does the name yielded.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    missing = ""
+    if pictures:
+        missing = yield from _write_pictures(plan, folder, engine)
+    (folder / "unseen.csv").write_text(unseen_csv(plan), encoding="utf-8")
+    yield "unseen.csv"
+    if plan.why is not None:
+        (folder / "unseen_surfaces.csv").write_text(unseen_surfaces_csv(plan, plan.why), encoding="utf-8")
+        yield "unseen_surfaces.csv"
+    page = report_page(plan, pictures=pictures, without_pictures=missing)
+    (folder / "index.html").write_text(page, encoding="utf-8")
+    yield "index.html"
+
+
+def _write_pictures(plan: Plan, folder: Path, engine: ScanEngine) -> Generator[str, None, str]:
+    """Write the pictures, yielding their names; return why there are no coverage pictures, empty where there are."""
     missing = ""
     for index in range(len(plan.survey.floors)):
         view = view_floor(plan, index, engine=engine)
@@ -78,18 +98,13 @@ def write_report(plan: Plan, folder: Path, *, engine: ScanEngine) -> Iterator[st
         yield "overview.png"
     write_coverage_curve(plan, folder / "coverage_curve.png")
     yield "coverage_curve.png"
-    (folder / "unseen.csv").write_text(unseen_csv(plan), encoding="utf-8")
-    yield "unseen.csv"
-    if plan.why is not None:
-        (folder / "unseen_surfaces.csv").write_text(unseen_surfaces_csv(plan, plan.why), encoding="utf-8")
-        yield "unseen_surfaces.csv"
-    (folder / "index.html").write_text(report_page(plan, without_pictures=missing), encoding="utf-8")
-    yield "index.html"
+    return missing
 
 
-def report_page(plan: Plan, *, without_pictures: str = "") -> str:
+def report_page(plan: Plan, *, pictures: bool = True, without_pictures: str = "") -> str:
     """Return the text of index.html.
 
+    pictures : whether the page shows pictures at all.
     without_pictures : why there are no coverage pictures; empty where they are there.
     """
     name = escape(plan.survey.scene.title)
@@ -98,7 +113,7 @@ def report_page(plan: Plan, *, without_pictures: str = "") -> str:
         _figures(plan),
         *(("<h2>Requirements</h2>", requirements_table(plan)) if plan.requirements else ()),
         _warnings(plan, without_pictures),
-        *_pictures(plan, with_pictures=not without_pictures),
+        *(_pictures(plan, with_coverage=not without_pictures) if pictures else ()),
         "<h2>Stations</h2>",
         stations_table(plan),
         "<h2>What stays unseen, and why</h2>" if plan.why is not None else "<h2>What stays unseen</h2>",
@@ -195,12 +210,12 @@ def _warnings(plan: Plan, without_pictures: str) -> str:
     return "\n".join(f'<p class="warning">{escape(line)}</p>' for line in lines)
 
 
-def _pictures(plan: Plan, *, with_pictures: bool) -> Iterator[str]:
+def _pictures(plan: Plan, *, with_coverage: bool) -> Iterator[str]:
     if plan.survey.floors:
         yield '<figure><img src="overview.png" alt="All floors, cut open"></figure>'
     for index, floor in enumerate(plan.survey.floors):
         name = escape(floor.name)
-        if with_pictures:
+        if with_coverage:
             yield f'<figure><img src="{picture_name(index)}" alt="Coverage of {name}"></figure>'
         yield f'<figure><img src="{map_name(index)}" alt="Map of {name}"></figure>'
         yield f'<figure><img src="{link_map_name(index)}" alt="Links between the stations of {name}"></figure>'

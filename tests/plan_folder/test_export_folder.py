@@ -55,13 +55,24 @@ def test_plan_folder_written_twice_has_the_same_bytes(
     assert [name for name in first if first[name] != second[name]] == []
 
 
-@pytest.mark.usefixtures("thumbnails")
 def test_progress_counts_every_file_up_to_the_total(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
     events: list[ProgressEvent] = []
-    write_plan_folder(plan, tmp_path / "plan", engine=engine, progress=events.append)
+    write_plan_folder(plan, tmp_path / "plan", engine=engine, pictures=False, progress=events.append)
     assert {event.stage for event in events} == {"export"}
     assert [event.done for event in events] == sorted(event.done for event in events)
     assert events[-1].done == events[-1].total == len(contents(tmp_path / "plan"))
+
+
+def test_plan_folder_without_pictures_lacks_them_alone(
+    plan: Plan, engine: ScanEngine, plan_folder: Path, tmp_path: Path
+) -> None:
+    write_plan_folder(plan, tmp_path / "plan", engine=engine, pictures=False)
+    whole, without = contents(plan_folder), contents(tmp_path / "plan")
+    pictures = {name for name in whole if name.startswith("report/") and name.endswith(".png")}
+    assert set(without) == set(whole) - pictures
+    assert [name for name in without if without[name] != whole[name]] == ["report/index.html"]
+    assert b"<img" in whole["report/index.html"]
+    assert b"<img" not in without["report/index.html"]
 
 
 def test_plan_without_stations_and_floors_is_written(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
