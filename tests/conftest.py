@@ -21,7 +21,9 @@ from planner_core.engine.open3d import prepare_import
 # Hypothesis tries numbers and words of our modules: of those that are loaded by then, which is a matter of chance where
 # tests are dealt out to workers. It has no public way to be asked not to.
 providers._get_local_constants = lambda: providers._local_constants
-settings.register_profile("tlsplan", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile(
+    "tlsplan", deadline=None, derandomize=True, max_examples=25, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile("tlsplan")
 prepare_import()
 # As after `make test &`: commands that tests interrupt would inherit it.
