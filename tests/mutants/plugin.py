@@ -54,7 +54,7 @@ def pytest_fixture_setup(fixturedef: pytest.FixtureDef[object]) -> Generator[Non
     if fixturedef.scope == "function":
         return (yield)
     before = os.environ.get(_FIXTURE, "")
-    os.environ[_FIXTURE] = before or fixturedef.argname
+    os.environ[_FIXTURE] = fixturedef.argname
     try:
         return (yield)
     finally:
