@@ -28,7 +28,8 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-firefox system-kernel-check lint typecheck \
   imports pytest pytest-slow web web-check web-main e2e e2e-scenes bench bench-roofline bench-patch-mode bench-genetic bench-selection bench-selection-large \
-  bench-drivers bench-planning bench-channels bench-truth bench-live bench-clouds bench-cluster bench-area bench-scale bench-paper-scale reproduce plan-scenes soak soak-short soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
+  bench-drivers bench-planning bench-channels bench-truth bench-live bench-clouds bench-cluster bench-area bench-scale bench-paper-scale reproduce plan-scenes \
+  test-repeatedly soak soak-short soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -48,11 +49,21 @@ viewer: $(VIEWER) ## build the browser application
 
 # ----------------------------------------------------------------------------------------------- test
 # Every test is in one of two tiers; CONTRIBUTING.md says which, and tests/test_tiers.py keeps it so.
+SKIPPED := build/skipped-tests.txt
+export SKIPPED_TESTS := $(CURDIR)/$(SKIPPED)
+
+# Runs make, then lists the tests that were skipped, whether the others passed or failed.
+define make_and_list_skipped
+@mkdir -p build && : > $(SKIPPED)
+@$(1); failed=$$?; if [ -s $(SKIPPED) ]; then cat $(SKIPPED); else echo "no test skipped"; fi; exit $$failed
+endef
+
 test: setup system-tests $(DEV) $(NODE) ## a test of every promise, in minutes: checks, all tests but the slow ones, the browser's main paths
 	@$(MAKE) --no-print-directory -j2 --output-sync=target check web-check
-	@$(MAKE) --no-print-directory -j2 pytest web-main
+	$(call make_and_list_skipped,$(MAKE) --no-print-directory --keep-going pytest web-main)
 
-test-slow: pytest-slow test-machines kernel-check soak-short fuzz e2e ## the rest, in less than an hour: slow tests, other machines, kernels under oclgrind, a short soak, all of the browser
+test-slow: setup $(DEV) $(NODE) ## the rest, in less than an hour: slow tests, other machines, kernels under oclgrind, a short soak, all of the browser
+	$(call make_and_list_skipped,$(MAKE) --no-print-directory --keep-going pytest-slow test-machines kernel-check soak-short fuzz e2e)
 
 # Machines unlike this one: tests/machines/README.md.
 ON_UNKNOWN_PROCESSOR := tests/device tests/kernels tests/engine/test_engines.py tests/engine/test_tree.py tests/select/test_swap_walks.py
@@ -82,6 +93,15 @@ pytest: $(DEV) $(VIEWER) system-tests ## the Python tests but the slow ones
 
 pytest-slow: $(DEV) $(VIEWER) system-tests system-kernel-check ## the slow Python tests
 	$(PYTEST) -m slow $(PYTEST_ARGS)
+
+TIMES ?= 10
+test-repeatedly: $(DEV) $(VIEWER) system-tests ## the quick Python tests in ten random orders beside three busy processes; TIMES=3 SEED=7
+	@for each in 1 2 3; do (while :; do :; done) & busy="$$busy $$!"; done; trap "kill $$busy" EXIT; trap 'exit 130' INT TERM; \
+	first=$(or $(SEED),$$(date +%s)); for seed in $$(seq $$first $$((first + $(TIMES) - 1))); do \
+	  echo "test-repeatedly: random order $$seed"; \
+	  $(PYTEST) --no-loadscope-reorder -m "not slow" --exitfirst --random-order $$seed $(PYTEST_ARGS) || \
+	    { echo "test-repeatedly: failed; make test-repeatedly TIMES=1 SEED=$$seed has the same order"; exit 1; }; \
+	done
 
 web: web-check web-main ## the checks and tests of the viewer, and its main paths in a real browser
 
@@ -233,11 +253,11 @@ clean: ## remove everything that the other targets made
 system:
 	@requirements/system.sh
 
-system-tests:
-	@requirements/system.sh --tests
+system-tests: system
+	@requirements/system.sh --tests || echo "Chromium can't be installed here, its tests are skipped"
 
 system-firefox:
-	@requirements/system.sh --firefox || echo "e2e: Firefox can't be installed here, its tests are skipped"
+	@requirements/system.sh --firefox || echo "Firefox can't be installed here, its tests are skipped"
 
 system-kernel-check:
 	@requirements/system.sh --kernel-check

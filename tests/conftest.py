@@ -5,8 +5,10 @@ in every run, however slow the machine is; `--hypothesis-profile=default` asks o
 """
 
 import os
+import random
 import signal
 import sys
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
@@ -131,8 +133,13 @@ def box_plan(shared_plan: Callable[[str], SharedPlan]) -> SharedPlan:
     return shared_plan("box")
 
 
-@pytest.hookimpl(tryfirst=True)  # before xdist asks for groups
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option of `make test-repeatedly`."""
+    parser.addoption("--random-order", metavar="SEED", help="random order of groups and of the tests in each")
+
+
+@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Keep tests that share a fixture of their file on one worker, so that it is set up once, not once a worker.
 
     A folder's conftest.py comes first, and may name a group for fixtures that its files share.
@@ -140,6 +147,16 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.get_closest_marker("xdist_group") is None and _shares_with_its_file(item):
             item.add_marker(pytest.mark.xdist_group(item.path.stem))
+    if seed := config.getoption("--random-order"):
+        rng = random.Random(seed)
+        rng.shuffle(items)
+        position = {group: rng.random() for group in dict.fromkeys(map(_group, items))}
+        items.sort(key=lambda item: position[_group(item)])
+
+
+def _group(item: pytest.Item) -> str:
+    marker = item.get_closest_marker("xdist_group")
+    return marker.args[0] if marker else item.nodeid
 
 
 def _shares_with_its_file(item: pytest.Item) -> bool:
@@ -147,3 +164,17 @@ def _shares_with_its_file(item: pytest.Item) -> bool:
         return False
     fixtures = item._fixtureinfo.name2fixturedefs.values()  # pytest has no public way to ask for scopes
     return any(fixture[-1].scope == "module" for fixture in fixtures)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """List the skipped tests, a line per reason; also in the file SKIPPED_TESTS, which make prints last."""
+    files = defaultdict(list)
+    for report in terminalreporter.getreports("skipped"):
+        _, _, reason = report.longrepr
+        files[reason.removeprefix("Skipped: ")].append(report.nodeid.partition("::")[0])
+    lines = [f"{len(of)} skipped: {reason} ({', '.join(sorted(set(of)))})" for reason, of in sorted(files.items())]
+    for line in lines:
+        terminalreporter.write_line(line)
+    if path := os.environ.get("SKIPPED_TESTS"):
+        with Path(path).open("a", encoding="utf-8") as listed:
+            listed.writelines(f"{line}\n" for line in lines)

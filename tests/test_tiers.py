@@ -1,63 +1,49 @@
-"""No test falls between the tiers: what `make test` leaves out `make test-slow` runs, and CI runs both."""
+"""Every test is in one of two tiers, and continuous integration runs both; skips are listed, the order is free."""
 
 import json
 import os
 import re
 import subprocess
 from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 E2E = ROOT / "viewer_web" / "e2e"
 SCRIPTS = json.loads((ROOT / "viewer_web" / "package.json").read_text())["scripts"]
 
 
-def commands_of(target: str) -> list[str]:
-    """What make would run, without what a make around this test told it."""
+def make(*words: str, **variables: str) -> str:
+    """Output of make without the settings of a make that runs these tests."""
     env = {name: value for name, value in os.environ.items() if name not in {"MAKEFLAGS", "MAKELEVEL", "PYTEST_ARGS"}}
-    done = subprocess.run(["make", "-n", target], cwd=ROOT, env=env, capture_output=True, text=True, check=True)
-    return done.stdout.splitlines()
+    command = ["make", *words]
+    return subprocess.run(command, cwd=ROOT, env=env | variables, capture_output=True, text=True, check=True).stdout
 
 
-def test_processes_keep_what_they_compiled_wherever_make_runs(tmp_path: Path) -> None:
-    told = tmp_path / "told.mk"
-    told.write_text("told:\n\t@env\n")
-    env = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
-    command = ["make", "-s", "-f", "Makefile", "-f", str(told), "told"]
-    said = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, check=True).stdout
-    assert "\nPATH=" in f"\n{said}"
-    assert "PYTHONDONTWRITEBYTECODE" not in said
+def test_processes_keep_compiled_modules_under_make(tmp_path: Path) -> None:
+    environment = tmp_path / "environment.mk"
+    environment.write_text("environment:\n\t@env\n")
+    shown = make("-s", "-f", "Makefile", "-f", str(environment), "environment", PYTHONDONTWRITEBYTECODE="1")
+    assert "\nPATH=" in f"\n{shown}"
+    assert "PYTHONDONTWRITEBYTECODE" not in shown
 
 
-def pytest_of(target: str) -> str:
-    """The command that takes all tests; those on other machines name folders."""
-    [command] = [line.strip() for line in commands_of(target) if "/pytest " in line and "PYTHONPATH" not in line]
-    return command
-
-
-def test_python_tests_are_slow_or_they_are_not() -> None:
-    fast, slow = pytest_of("test"), pytest_of("test-slow")
-    assert '-m "not slow"' in fast
-    assert "-m slow" in slow
-    assert fast.replace('-m "not slow"', "") == slow.replace("-m slow", "")
-
-
-def test_the_quick_tier_has_every_static_check_the_viewers_tests_and_a_browser() -> None:
-    said = "\n".join(commands_of("test"))
-    scripts = [f"npm run --silent {name}" for name in ("lint", "typecheck", "test", "e2e:main")]
-    for part in ("ruff check .", "ruff format --check .", "mypy", "lint-imports", *scripts):
-        assert part in said, part
-
-
-def test_the_slow_tier_has_the_kernels_the_soak_the_fuzzer_and_all_of_the_browser() -> None:
-    said = "\n".join(commands_of("test-slow"))
-    for part in (
+def test_tiers_hold_every_check_and_every_test() -> None:
+    quick, slow = make("-n", "test"), make("-n", "test-slow")
+    checks = ("ruff check .", "ruff format --check .", "mypy", "lint-imports")
+    for command in (*checks, *(f"npm run --silent {name}" for name in ("lint", "typecheck", "test", "e2e:main"))):
+        assert command in quick, command
+    for program in (
         "check_kernels.py",
         "soak_watertight.py",
         "fuzz_scenes",
-        "npm run --silent e2e\n",
         "demo_everywhere.py",
+        "npm run --silent e2e\n",
     ):
-        assert part in f"{said}\n", part
+        assert program in slow, program
+    [of_quick], [of_slow] = (re.findall(r"^\S*/pytest .*$", commands, flags=re.M) for commands in (quick, slow))
+    assert of_quick.replace('-m "not slow"', "-m slow") == of_slow != of_quick
 
 
 def test_the_browsers_main_paths_are_a_part_of_all_paths_and_no_file_is_left_out() -> None:
@@ -72,15 +58,55 @@ def test_the_browsers_main_paths_are_a_part_of_all_paths_and_no_file_is_left_out
     assert [path for path in E2E.rglob("*.e2e.ts") if path.parent != E2E] == []
 
 
-def test_ci_runs_both_tiers_and_fails_where_either_fails(tmp_path: Path) -> None:
-    asked = tmp_path / "asked"
-    for failing in ("none", "test", "test-slow"):
-        asked.write_text("")
-        (tmp_path / "make").write_text(
-            f'#!/bin/sh\nfor last; do :; done\necho "$last" >> {asked}\n[ "$last" != {failing} ]\n'
-        )
-        (tmp_path / "make").chmod(0o755)
-        env = {**os.environ, "PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}"}
-        done = subprocess.run(["bash", str(ROOT / ".ci" / "run")], env=env, check=False)
-        assert asked.read_text().split() == ["test", "test-slow"]
-        assert (done.returncode == 0) == (failing == "none")
+@pytest.mark.parametrize("failing", ["none", "test", "test-slow"])
+def test_ci_runs_both_tiers_and_fails_where_either_fails(tmp_path: Path, failing: str) -> None:
+    targets, stub = tmp_path / "targets", tmp_path / "make"
+    stub.write_text(f'#!/bin/sh\necho "$1" >> {targets}\n[ "$1" != {failing} ]\n')
+    stub.chmod(0o755)
+    env = {**os.environ, "PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}"}
+    command = ["bash", str(ROOT / ".ci" / "run")]
+    done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
+    assert targets.read_text().split() == ["test", "test-slow"]
+    assert (done.returncode, done.stdout) == ((0, "") if failing == "none" else (1, f"make {failing} failed\n"))
+
+
+@pytest.fixture
+def arrangement(request: pytest.FixtureRequest) -> ModuleType:
+    """`tests/conftest.py`."""
+    plugin = request.config.pluginmanager.get_plugin(str(ROOT / "tests" / "conftest.py"))
+    assert isinstance(plugin, ModuleType)
+    return plugin
+
+
+def test_random_order_keeps_groups_together_and_repeats(arrangement: ModuleType) -> None:
+    def order_of(seed: str) -> list[str]:
+        items = [
+            SimpleNamespace(nodeid=f"{group}{n}", get_closest_marker=lambda _, group=group: group and mark(group).mark)
+            for group in ("a", "b", "")
+            for n in range(9)
+        ]
+        arrangement.pytest_collection_modifyitems(SimpleNamespace(getoption=lambda _: seed), items)
+        return [item.nodeid for item in items]
+
+    mark = pytest.mark.xdist_group
+    first = order_of("1")
+    assert order_of("1") == first != order_of("2")
+    assert sorted(first) == sorted(order_of(""))
+    for group in "ab":
+        numbers = [name for name in first if name.startswith(group)]
+        assert "".join(numbers) in "".join(first)
+        assert numbers != sorted(numbers)
+
+
+def test_skipped_tests_are_counted_and_named_by_reason(
+    arrangement: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    skipped = [("a.py::test_x", "no browser"), ("a.py::test_y[1]", "no browser"), ("b.py", "no device")]
+    reports = [SimpleNamespace(nodeid=name, longrepr=("", 1, f"Skipped: {reason}")) for name, reason in skipped]
+    shown: list[str] = []
+    reporter = SimpleNamespace(getreports=lambda _: reports, write_line=shown.append)
+    monkeypatch.setenv("SKIPPED_TESTS", str(tmp_path / "skipped.txt"))
+    for _ in range(2):
+        arrangement.pytest_terminal_summary(reporter)
+    assert shown[:2] == ["2 skipped: no browser (a.py)", "1 skipped: no device (b.py)"]
+    assert (tmp_path / "skipped.txt").read_text().splitlines() == shown == 2 * shown[:2]
