@@ -142,11 +142,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Keep tests that share a fixture of their file on one worker, so that it is set up once, not once a worker.
 
-    A folder's conftest.py comes first, and may name a group for fixtures that its files share.
+    A folder's conftest.py comes first, and may name a group for fixtures that its files share. Tests of campaigns are
+    slow, too.
     """
     for item in items:
         if item.get_closest_marker("xdist_group") is None and _shares_with_its_file(item):
             item.add_marker(pytest.mark.xdist_group(item.path.stem))
+        if item.get_closest_marker("campaign"):
+            item.add_marker("slow")
     if seed := config.getoption("--random-order"):
         rng = random.Random(seed)
         rng.shuffle(items)

@@ -76,7 +76,7 @@ def assert_same_links(found: CandidateLinks, expected: CandidateLinks) -> None:
         assert (one.dtype, one.tobytes()) == (other.dtype, other.tobytes()), name
 
 
-@pytest.mark.parametrize("n_workers", [2, *(pytest.param(n, marks=pytest.mark.slow) for n in (1, 4))])
+@pytest.mark.parametrize("n_workers", [2, *(pytest.param(n, marks=pytest.mark.campaign) for n in (1, 4))])
 def test_links_by_workers_are_those_of_one_process(look: Look, n_workers: int) -> None:
     with cluster_of(n_workers) as (cluster, told), spread_over(cluster):
         found = linked(look, 83)
@@ -94,7 +94,7 @@ def test_a_question_of_links_travels_without_what_was_worked_out_from_it(look: L
     assert pickle.loads(before).answer((0, 12)) == answer
 
 
-@pytest.mark.parametrize("n_workers", [2, *(pytest.param(n, marks=pytest.mark.slow) for n in (1, 4))])
+@pytest.mark.parametrize("n_workers", [2, *(pytest.param(n, marks=pytest.mark.campaign) for n in (1, 4))])
 def test_scans_by_workers_are_the_files_of_one_process(look: Look, tmp_path: Path, n_workers: int) -> None:
     with cluster_of(n_workers) as (cluster, told):
         found = written(look, tmp_path / "there", cluster)
@@ -192,7 +192,9 @@ def works(look: Look, folder: Path) -> dict[str, Work]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("what", ["links", "scans", "clouds"])
+@pytest.mark.parametrize(
+    "what", ["scans", *(pytest.param(each, marks=pytest.mark.campaign) for each in ("links", "clouds"))]
+)
 @pytest.mark.parametrize("seed", [1])
 def test_workers_killed_at_random_moments_change_no_byte(
     look: Look, processes: Processes, tmp_path: Path, what: str, seed: int
@@ -206,7 +208,7 @@ def test_workers_killed_at_random_moments_change_no_byte(
     assert found == work(None, silent)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 @pytest.mark.parametrize("what", ["links", "scans", "clouds"])
 def test_a_scheduler_that_is_started_anew_changes_no_byte(
     look: Look, processes: Processes, tmp_path: Path, what: str

@@ -42,7 +42,7 @@ def text_of(plan: Plan) -> str:
     return json.dumps({key: value for key, value in document.items() if key not in DROPPABLE_KEYS})
 
 
-@pytest.mark.parametrize("n_workers", [1, 2, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("n_workers", [1, 2, pytest.param(4, marks=pytest.mark.campaign)])
 def test_what_workers_see_is_what_one_process_sees(look: Look, n_workers: int) -> None:
     with cluster_of(n_workers) as (cluster, told):
         assert_same_bits(look.by(cluster), look.here())
@@ -357,7 +357,7 @@ def looked_while(look: Look, processes: Processes, disturb: Any) -> Looked:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(n, marks=pytest.mark.campaign) for n in (2, 3))])
 def test_workers_killed_at_random_moments_change_no_bit(look: Look, processes: Processes, seed: int) -> None:
     for _ in range(2):
         processes.start_worker()
@@ -452,7 +452,7 @@ with open_cluster(sys.argv[2], tell=print) as cluster:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("number", [pytest.param(signal.SIGINT, marks=pytest.mark.campaign), signal.SIGKILL])
 def test_workers_end_what_nobody_waits_for_where_who_asked_is_interrupted_or_killed(
     number: int, processes: Processes, tmp_path: Path
 ) -> None:

@@ -14,7 +14,7 @@ from planner_core.scene.patches import make_patches
 JITTER_RAD = 2e-5
 
 
-@pytest.fixture(scope="module", params=["duplex", "fzk-haus"])
+@pytest.fixture(scope="module", params=[pytest.param("duplex", marks=pytest.mark.campaign), "fzk-haus"])
 def scene(request: pytest.FixtureRequest, real_scene: Callable[[str], Scene]) -> Scene:
     return real_scene(request.param)
 

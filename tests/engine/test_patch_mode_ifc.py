@@ -15,7 +15,7 @@ from planner_core.scanner.load_scanner import load_scanner
 
 @pytest.mark.opencl
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["duplex", "fzk-haus"])
+@pytest.mark.parametrize("name", [pytest.param("duplex", marks=pytest.mark.campaign), "fzk-haus"])
 def test_patch_mode_agrees_with_beams_and_with_open3d_in_a_building(
     name: str, real_scene: Callable[[str], Scene]
 ) -> None:

@@ -62,14 +62,14 @@ def test_with_the_remedy_all_kernels_build_and_compute_rightly(tmp_path: Path) -
     assert lanes == ("16" if compiled_for == pocl.HIGHEST_LEVEL else "8")
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_a_zen_4_taken_for_a_zen_3_is_compiled_for_what_it_has(tmp_path: Path) -> None:
     if pocl.level_of(pocl.processor_flags()) != pocl.HIGHEST_LEVEL:
         pytest.skip("a processor without AVX-512")
     assert on_that_machine(tmp_path, NAME="znver3") == [pocl.HIGHEST_LEVEL, "", "16"]
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_kernels_compiled_for_less_than_the_processor_has_are_narrow(tmp_path: Path) -> None:
     if pocl.level_of(pocl.processor_flags()) != pocl.HIGHEST_LEVEL:
         pytest.skip("a processor without AVX-512")

@@ -23,7 +23,7 @@ SETTINGS = PlanSettings(
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "n_networks"), [("two-rooms", 1), pytest.param("doors-open", 1, marks=pytest.mark.slow)]
+    ("name", "n_networks"), [("two-rooms", 1), pytest.param("doors-open", 1, marks=pytest.mark.campaign)]
 )
 def test_lone_candidates_do_not_split_a_plan_that_can_be_one_network(name: str, n_networks: int) -> None:
     """In both, some candidates have no link to any other: high ones near doorways."""

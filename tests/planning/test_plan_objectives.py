@@ -69,7 +69,7 @@ def test_the_plan_of_most_coverage_is_one_network_too(small: PlanSettings, plann
     assert [len(network.stations) for network in plan.registration.networks] == [len(plan.stations)]
 
 
-@pytest.mark.parametrize("scene", ["doors-open", pytest.param("corridor-comb", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("scene", ["doors-open", pytest.param("corridor-comb", marks=pytest.mark.campaign)])
 def test_the_plan_of_least_time_takes_no_longer_than_that_of_fewest_stations(
     scene: str, small: PlanSettings, planned: Planned
 ) -> None:

@@ -80,7 +80,7 @@ def test_coverage_of_the_house_is_what_open3d_computes(house_plan: Plan) -> None
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["duplex", "fzk-haus"])
+@pytest.mark.parametrize("name", [pytest.param("duplex", marks=pytest.mark.campaign), "fzk-haus"])
 def test_coverage_of_a_real_building_is_what_open3d_computes(name: str, real_scene: Callable[[str], Scene]) -> None:
     # All that Open3D is given returns beams; glass has its own oracle, tests/engine/test_optics.py.
     plan = make_plan(replace(real_scene(name), optics_of_triangle=None), COARSE)

@@ -9,7 +9,7 @@ from planner_core.model import PlanSettings
 from planner_core.scanner.load_scanner import load_scanner
 
 
-@pytest.mark.parametrize("name", ["duplex", pytest.param("fzk-haus", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["duplex", pytest.param("fzk-haus", marks=pytest.mark.campaign)])
 def test_candidates_of_a_real_building_do_not_depend_on_the_engine(name, real_scene):
     scene = real_scene(name)
     settings = PlanSettings(

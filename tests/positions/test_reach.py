@@ -190,7 +190,8 @@ def test_regions_come_largest_first_and_cover_all_standing_ground() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "least_m2"), [pytest.param("duplex", (140.0, 90.0), marks=pytest.mark.slow), ("fzk-haus", (90.0, 45.0))]
+    ("name", "least_m2"),
+    [pytest.param("duplex", (140.0, 90.0), marks=pytest.mark.campaign), ("fzk-haus", (90.0, 45.0))],
 )
 def test_both_storeys_of_a_real_house_are_one_walk(
     name: str, least_m2: tuple[float, float], real_scene: Callable[[str], Scene]

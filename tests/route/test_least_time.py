@@ -79,7 +79,7 @@ def all_sets(problem: CoverProblem, network: Network | None, given: tuple[int, .
     return [s for s in sets if network is None or joined(network, s)]
 
 
-LATER = [pytest.param(seed, marks=pytest.mark.slow) for seed in range(6, 12)]
+LATER = [pytest.param(seed, marks=pytest.mark.campaign) for seed in range(6, 12)]
 
 
 @pytest.mark.parametrize("seed", [*range(6), *LATER])

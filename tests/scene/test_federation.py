@@ -355,7 +355,7 @@ _TRADES = (
 )  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_eight_trades_of_schependomlaan_are_one_building(corpus_file):
     names = [f"ifc-schependomlaan-{trade}-archicad18.ifc" for trade in _TRADES]
     files = [corpus_file(name) for name in (*names, "ifc-schependomlaan-linden-frames-tekla20.ifc")]

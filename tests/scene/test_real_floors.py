@@ -10,7 +10,7 @@ from planner_core.scene.floors import find_floors
 from planner_core.scene.load import LoadOptions, load_scene
 from tests.scene.real_buildings import EXPECTED
 
-NAMES = [pytest.param(name, marks=pytest.mark.slow) if each.is_slow else name for name, each in EXPECTED.items()]
+NAMES = [pytest.param(name, marks=pytest.mark.campaign) if each.is_slow else name for name, each in EXPECTED.items()]
 
 
 @pytest.mark.parametrize("name", NAMES)

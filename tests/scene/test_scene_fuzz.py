@@ -81,7 +81,7 @@ def test_damaged_json_of_a_gltf_file_is_read_or_refused(tmp_path, write_house):
     assert told == {"loaded", "refused"}
 
 
-@pytest.mark.parametrize("n", [N_MUTATIONS // 3, pytest.param(N_MUTATIONS, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("n", [N_MUTATIONS // 3, pytest.param(N_MUTATIONS, marks=pytest.mark.campaign)])
 @pytest.mark.parametrize("name", [pytest.param("house.usda", marks=pytest.mark.slow), "house.usdc", "four.ifc"])
 def test_damaged_file_of_a_native_library_is_read_or_refused(tmp_path, write_house, name, n):
     """In a process of its own, which a library that crashes ends."""

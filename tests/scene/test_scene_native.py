@@ -79,7 +79,7 @@ def test_real_file_is_the_same(corpus_file, name):
     check_same(corpus_file(name), "ifc")
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 @pytest.mark.parametrize("name", ["duplex.ifc", "fzk-haus.ifc"])
 def test_real_building_is_the_same(real_ifc, name):
     """Georeferenced, with rooms."""

@@ -363,11 +363,13 @@ def test_copy_without_slabs_is_the_walls_alone() -> None:
     assert bare.truth.floor_area_m2 == original.truth.floor_area_m2
 
 
-LARGE = ("atrium", "tunnel", "facade")
+MORE = (
+    *("hole-walls", "glass-and-mirror", "thin-walls", "doors-open", "doors-shut", "double-height-hall"),
+    *("georeferenced", "atrium", "tunnel", "facade"),
+)
 HARD = (
-    *("hole-walls", "glass-and-mirror", "thin-walls", "doors-open", "doors-shut", "stairwell", "double-height-hall"),
-    *("georeferenced", "millimetres-y-up", "broken-faces", "without-slabs"),
-    *(pytest.param(name, marks=pytest.mark.slow) for name in LARGE),
+    *("stairwell", "millimetres-y-up", "broken-faces", "without-slabs"),
+    *(pytest.param(name, marks=pytest.mark.campaign) for name in MORE),
 )
 OPTIONS = {
     "millimetres-y-up": LoadOptions(metres_per_unit=0.001, up_axis="Y"),

@@ -252,7 +252,7 @@ def test_what_others_had_found_when_the_search_ended_counts(by, held):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("n_workers", [1, 2, 4])
+@pytest.mark.parametrize("n_workers", [2, *(pytest.param(n, marks=pytest.mark.campaign) for n in (1, 4))])
 def test_selection_whose_blocks_others_look_at_is_the_same(n_workers, asked):
     problem, network = flats(2, n=8, r=60)
 

@@ -1,7 +1,6 @@
 """Beams by the hundred million at shared edges and vertices of closed meshes: none may pass between two triangles.
 
     python tests/soak/soak_watertight.py [--beams 1.1e8] [--seed 1] [--write docs/benchmarks/watertight.md] [--fresh]
-        [--short]
 
 Every mesh of `meshes.py` is scaled to radii from 0.05 to 300 m and set down at several distances from the local origin.
 Beams start at points inside, and outside, and are aimed at edges (anywhere along them, and a hair from their ends) and
@@ -452,17 +451,13 @@ def table(title: str, rows: dict[str, Tally]) -> list[str]:
 
 
 def main() -> int:
-    global BATCH, ROWS
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--beams", type=float, default=1.1e8, help="how many, before sizes are left out")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--write", type=Path, help="also write the tables to this Markdown file")
     parser.add_argument("--fresh", action="store_true", help="do not go on where an earlier run was interrupted")
-    parser.add_argument("--short", action="store_true", help="in small batches, as few as there are jobs")
     parser.add_argument("--store", type=Path, default=REPOSITORY / "build" / "soak-watertight.jsonl")
     options = parser.parse_args()
-    if options.short:
-        options.beams, BATCH, ROWS = 1, 25_000, 256
     if options.fresh:
         options.store.unlink(missing_ok=True)
     results = run(int(options.beams), options.seed, options.store)

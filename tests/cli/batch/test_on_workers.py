@@ -343,7 +343,7 @@ def n_done(out: Path) -> int:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("n_workers", [1, 2, 4])
+@pytest.mark.parametrize("n_workers", [2, *(pytest.param(n, marks=pytest.mark.campaign) for n in (1, 4))])
 def test_workers_killed_at_random_moments_change_no_byte(
     n_workers: int,
     tlsplan: Batch,
@@ -391,7 +391,7 @@ def test_a_scheduler_that_is_started_anew_loses_no_job(
 
 @pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="looks at processes as Linux shows them")
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("number", [pytest.param(signal.SIGTERM, marks=pytest.mark.campaign), signal.SIGKILL])
 def test_jobs_of_a_batch_that_is_ended_end_at_workers_and_it_goes_on(
     number: int,
     tlsplan: Batch,
@@ -426,7 +426,7 @@ def test_jobs_of_a_batch_that_is_ended_end_at_workers_and_it_goes_on(
     assert begun(out)["a"] == first["a"]
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_a_disk_that_fills_up_at_one_worker_is_told(
     fit: Path,
     tmp_path: Path,

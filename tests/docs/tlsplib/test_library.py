@@ -55,7 +55,7 @@ def test_an_instance_comes_out_of_its_geometry_to_the_byte(name):
     assert make(entry).raw == kept
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_all_instances_come_out_of_their_geometry_to_the_byte():
     """But large ones, which the test of all certificates makes."""
     listed = Library(FOLDER).listed()
@@ -67,7 +67,7 @@ def test_all_instances_come_out_of_their_geometry_to_the_byte():
             assert class_of(instance) == listed[entry.name]["class"]
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_scans_made_anew_are_those_that_are_kept():
     listed = Library(FOLDER).listed()
     for entry in entries():
@@ -136,7 +136,7 @@ def test_falsified_bounds_of_a_large_instance_are_refused(large):
             checker.check(raw, json.dumps(certificate | false).encode())
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_all_certificates_hold():
     library = Library(FOLDER, GALLERY if GALLERY.exists() else None)
     assert len(list(library.check(()))) + library.n_left_out(()) == len(entries())

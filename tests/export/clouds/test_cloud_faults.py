@@ -148,8 +148,8 @@ def test_a_full_disk_is_told_in_one_line_and_leaves_nothing(
     [
         ("e57", False),
         pytest.param("las", True, marks=pytest.mark.slow),
-        pytest.param("ply", False, marks=pytest.mark.slow),
-        pytest.param("exr", False, marks=pytest.mark.slow),
+        pytest.param("ply", False, marks=pytest.mark.campaign),
+        pytest.param("exr", False, marks=pytest.mark.campaign),
         ("laz", False),
     ],
 )

@@ -36,10 +36,10 @@ def exported(
     return contents(folder), told.remarks
 
 
-SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("las-split", "laz-split", "ply-split")]
+MORE = [pytest.param(name, marks=pytest.mark.campaign) for name in ("laz-split", "ply-split")]
 
 
-@pytest.mark.parametrize("name", ["e57-split", "exr", *SLOW])
+@pytest.mark.parametrize("name", ["e57-split", "exr", pytest.param("las-split", marks=pytest.mark.slow), *MORE])
 def test_clouds_by_workers_are_the_files_of_one_process(
     name: str, source: PlanSource, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
