@@ -3,6 +3,7 @@ import { defineConfig } from 'vitest/config';
 export default defineConfig({
   test: {
     root: import.meta.dirname,
+    reporters: ['default', './skipped-tests.ts'],
     include: ['*.e2e.ts'],
     exclude: ['scenes.e2e.ts', 'memory.e2e.ts'],
     globalSetup: ['./served-plan.ts'],
