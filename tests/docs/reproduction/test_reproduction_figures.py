@@ -1,9 +1,6 @@
 """Figures 4, 6, 7, 11 and 17 of the reproduction: their measures against oracles, their verdicts, and their bits."""
 
 import json
-import os
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -45,12 +42,13 @@ def shrunk(grid_step_m: float) -> Callable[..., Level]:
     return opened
 
 
-def shrunken_numbers(name: str, folder: Path) -> tuple[Outcome, str]:
-    module, step_m = {"fig11": (fig11, 1.0), "fig17": (fig17, 0.75)}[name]
+def shrunken(module: Any, grid_step_m: float, folder: Path) -> Outcome:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "open_level", shrunk(step_m))
-        outcome = module.run(Bench(folder))
-    return outcome, json.dumps(outcome.numbers, allow_nan=False)
+        patch.setattr(module, "open_level", shrunk(grid_step_m))
+        outcome: Outcome = module.run(Bench(folder))
+    check_files(outcome, folder)
+    json.dumps(outcome.numbers, allow_nan=False)
+    return outcome
 
 
 # ---------------------------------------------------------------------------------------------- Fig. 4
@@ -225,16 +223,8 @@ def test_figure_11_adds_up_what_positions_see(seed: int) -> None:
         left[seen[one]] = 0.0
 
 
-@pytest.fixture(scope="module")
-def of_figure_11(tmp_path_factory: pytest.TempPathFactory) -> tuple[Outcome, str]:
-    folder = tmp_path_factory.mktemp("fig11")
-    outcome, numbers = shrunken_numbers("fig11", folder)
-    check_files(outcome, folder)
-    return outcome, numbers
-
-
-def test_figure_11_places_all_chosen_positions_in_rooms(of_figure_11: tuple[Outcome, str]) -> None:
-    outcome, _ = of_figure_11
+def test_figure_11_places_all_chosen_positions_in_rooms(tmp_path: Path) -> None:
+    outcome = shrunken(fig11, 2.0, tmp_path)
     numbers = outcome.numbers
     assert sum(numbers["chosen_by_room"].values()) == fig11.N_BEST
     assert sum(numbers["positions_by_room"].values()) == numbers["n_positions"]
@@ -280,16 +270,8 @@ def test_figure_17_sees_through_holes_as_the_scene_knows(tmp_path: Path) -> None
     assert filled.survey.scene.n_triangles < level.survey.scene.n_triangles
 
 
-@pytest.fixture(scope="module")
-def of_figure_17(tmp_path_factory: pytest.TempPathFactory) -> tuple[Outcome, str]:
-    folder = tmp_path_factory.mktemp("fig17")
-    outcome, numbers = shrunken_numbers("fig17", folder)
-    check_files(outcome, folder)
-    return outcome, numbers
-
-
-def test_figure_17_keeps_chosen_positions_apart_and_at_their_height(of_figure_17: tuple[Outcome, str]) -> None:
-    outcome, _ = of_figure_17
+def test_figure_17_keeps_chosen_positions_apart_and_at_their_height(tmp_path: Path) -> None:
+    outcome = shrunken(fig17, 0.75, tmp_path)
     for scanner in ("hdl-64e", "pandar64"):
         numbers = outcome.numbers[scanner]
         for name in ("fixed", "variable"):
@@ -301,32 +283,3 @@ def test_figure_17_keeps_chosen_positions_apart_and_at_their_height(of_figure_17
             )
         assert numbers["variable"]["best_f2_m2"] <= numbers["fixed"]["best_f2_m2"]
         assert numbers["variable"]["best_f1"] >= numbers["fixed"]["best_f1"]
-
-
-# --------------------------------------------------------------------------------------------- bits
-ONE_CORE = """
-import sys; from pathlib import Path; from tempfile import TemporaryDirectory
-sys.path.insert(0, sys.argv[1])
-import test_reproduction_figures as figures
-from planner_core.device import open_device
-print(open_device().queue.device.max_compute_units)
-for name in ("fig11", "fig17"):
-    with TemporaryDirectory() as folder:
-        print(figures.shrunken_numbers(name, Path(folder))[1])
-"""
-
-
-def test_the_figures_do_not_depend_on_the_number_of_cores(
-    of_figure_11: tuple[Outcome, str], of_figure_17: tuple[Outcome, str]
-) -> None:
-    found = subprocess.run(
-        [sys.executable, "-c", ONE_CORE, str(Path(__file__).parent)],
-        env={**os.environ, "POCL_MAX_PTHREAD_COUNT": "1", "OMP_NUM_THREADS": "1"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    n_cores, *numbers = found.stdout.splitlines()
-    if n_cores != "1":
-        pytest.skip("this driver does not heed POCL_MAX_PTHREAD_COUNT")
-    assert numbers == [of_figure_11[1], of_figure_17[1]]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,17 +17,18 @@ from paper_figures.levels import Level, open_level
 
 import scenes_synthetic
 from planner_core.model import Visibility
+from planner_core.paper.genetic import GeneticSettings
 from planner_core.paper.search import SearchHistory, SearchResult, SearchSettings, search
 from scenes_synthetic.model import Room
 
 pytestmark = pytest.mark.slow
 
 
-def shrunk(grid_step_m: float) -> Callable[..., Level]:
+def shrunk(grid_step_m: float, max_patch_area_m2: float = 0.25) -> Callable[..., Level]:
     """Return `open_level` for scans of few columns from few positions, on large patches."""
 
     def opened(bench: Bench, scene: Any, **options: Any) -> Level:
-        few = {"n_azimuths": 90, "grid_step_m": grid_step_m, "max_patch_area_m2": 0.25}
+        few = {"n_azimuths": 90, "grid_step_m": grid_step_m, "max_patch_area_m2": max_patch_area_m2}
         return open_level(bench, scene, **{**options, **few})
 
     return opened
@@ -100,7 +102,8 @@ def test_figure_13_takes_pools_apart_as_a_matrix_would(seed: int, first: int, n:
 def of_figure_13(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
     folder = tmp_path_factory.mktemp("fig13")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fig13, "open_level", shrunk(6.0))
+        patch.setattr(fig13, "open_level", shrunk(6.0, max_patch_area_m2=1.0))
+        patch.setattr(fig13, "GeneticSettings", partial(GeneticSettings, max_iterations=60))
         patch.setattr(of_searches, "search", short(3))
         outcome = fig13.run(Bench(folder))
     check_pictures(outcome, folder)
