@@ -356,7 +356,9 @@ def _as_good_as(asked: Requirements, planned: Plan) -> Requirements:
     reached = {result.name: max(result.fraction_of_achievable, 1e-6) for result in planned.requirements}
     names = {part.name for part in asked.parts}
     others = [fraction for name, fraction in reached.items() if name not in names]
-    parts = tuple(replace(part, coverage=min(part.coverage, reached[part.name])) for part in asked.parts)
+    parts = tuple(
+        replace(part, coverage=min(part.coverage, reached.get(part.name, 0.0))) for part in asked.parts
+    )  # parts of which nothing is required have no result
     return replace(asked, coverage=min([asked.coverage, *others]), parts=parts)
 
 

@@ -10,7 +10,7 @@ import pytest
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import PlanSettings, Proven, Requirements
+from planner_core.model import PartRequirement, PlanSettings, Proven, Requirements
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.plan_folder.stations_csv import stations_csv
@@ -19,12 +19,15 @@ from planner_core.plan_folder.viewer_layers import layer_files
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.planning.live.opening import open_live
 from planner_core.planning.plan import plan_survey
+from planner_core.requirements.goals import NO_COVER
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
 
 SETTINGS = PlanSettings(
     scanner=replace(load_scanner("hdl-64e"), n_azimuths=720),
-    requirements=Requirements(coverage=0.8, network="none"),
+    requirements=Requirements(
+        coverage=0.8, network="none", parts=(PartRequirement(NO_COVER[0], coverage=0.0, classes=NO_COVER),)
+    ),
     grid_step_m=1.0,
     instrument_heights_m=(1.5,),
     max_patch_area_m2=0.2,
