@@ -60,9 +60,10 @@ def warnings_of(plan: PlanSource) -> list[str]:
 def required_on(plan: PlanSource, floor: FieldFloor) -> float:
     """Return the share of a floor's achievable surface that was asked for."""
     asked = plan.document["requirements"]
-    # A part that is one whole floor has a requirement of its own; its result bears the floor's name.
-    own = [float(each["required"]) for each in asked["results"] if each["name"] == floor.name]
-    return own[0] if own else float(asked["coverage"])
+    # The results begin with those of the planned floors, each by the name, id or pattern that the client wrote.
+    planned = [each.id for each in plan.floors if is_planned(plan, each)]
+    results = dict(zip(planned, asked["results"], strict=False))  # older plans have none
+    return float(results.get(floor.id, {"required": asked["coverage"]})["required"])
 
 
 # ------------------------------------------------------------------------------------------------- tables

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from planner_core.coverage.percent import reached_percent
-from planner_core.export.sheets.words import floors_table, networks_table
+from planner_core.export.sheets.words import floors_table, networks_table, required_on
 from planner_core.plan_folder.plan_source import PlanSource
 
 ORIGIN_M, ROTATION_RAD = (691_000.0, 5_334_000.0, 512.0), 0.35
@@ -148,3 +148,12 @@ def test_a_floor_without_anything_scannable_has_no_percentage(edited: Callable[.
     rows = floors_table(edited(empty)).rows
     assert rows[0][-2:] == ("none", "0")
     assert rows[1][-2] not in ("none", "100.0")
+
+
+def test_a_floors_requirement_is_its_own_where_the_client_wrote_it_by_its_id(edited: Callable[..., PlanSource]) -> None:
+    def by_id(document: dict[str, Any]) -> None:
+        document["requirements"]["results"][1] |= {"name": "F1", "required": 0.85}
+
+    plan = edited(by_id)
+    asked = plan.document["requirements"]["coverage"]
+    assert [required_on(plan, floor) for floor in plan.floors] == [asked, 0.85]

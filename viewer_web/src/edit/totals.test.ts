@@ -29,6 +29,15 @@ test('floors that the plan is not of have no total', () => {
   }
 });
 
+test('a floor has its own requirement where the client wrote it by its id', () => {
+  const plan = smallPlan();
+  const result = (name: string, required: number) =>
+    resultOf({ name, required, fraction_of_achievable: 0.95, met: true });
+  const results = [result('Ground floor', 0.95), result('F1', 0.85), result('overall', 0.95)];
+  const totals = planTotals({ ...plan, requirements: { ...plan.requirements, results } });
+  expect(totals.floors.map(({ required }) => required)).toEqual([0.95, 0.85]);
+});
+
 test('what is missed is told part by part, and of older plans as a whole', () => {
   const plan = smallPlan();
   const result = (name: string, met: boolean) => resultOf({ name, required: 0.95, fraction_of_achievable: 0.9, met });

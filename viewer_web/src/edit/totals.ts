@@ -101,11 +101,13 @@ type StationsByFloor = readonly { readonly floor: string }[];
 type Figures = readonly { readonly floor: string; readonly fraction_of_achievable: number }[];
 
 function floorTotals(plan: PlanJson, figures: Figures, stations: StationsByFloor | null): FloorTotal[] {
+  const planned = plan.floors.filter((floor) => isPlanned(floor, plan.requirements.floors));
   return figures.flatMap(({ floor: id, fraction_of_achievable: coverage }) => {
     const name = plan.floors.find((floor) => floor.id === id)?.name ?? id;
     if (!isPlanned({ id, name }, plan.requirements.floors)) return [];
     const nStations = stations?.filter(({ floor }) => floor === id).length ?? null;
-    const own = plan.requirements.results.find((result) => result.name === name);
+    // The results begin with those of the planned floors, by the name or id that the client wrote.
+    const own = plan.requirements.results[planned.findIndex((floor) => floor.id === id)];
     return [{ id, name, coverage, required: own?.required ?? plan.requirements.coverage, nStations }];
   });
 }
