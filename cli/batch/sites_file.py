@@ -219,8 +219,7 @@ def _sites(path: Path, place: str, defaults: DefaultEntries, entries: SiteEntrie
             raise RequirementError(f"{path}: {place}: {error.format_message()}; {_REMEDY}") from error
         except RequirementError as error:
             raise RequirementError(f"{path}: {place}: {error}") from error
-        missing = next((f"{each}: there is no such file; check the name and the folder" for each in scenes
-                        if not each.is_file()), "")  # fmt: skip
+        missing = next((_why_missing(each) for each in scenes if not each.is_file()), "")
         if missing and _PATTERN.search(scenes[0].name) and len(scenes) == 1:
             missing = f"{scenes[0]}: no file has such a name; check the pattern and the folder"
         called = _plain(name or scenes[0].stem)
@@ -230,6 +229,12 @@ def _sites(path: Path, place: str, defaults: DefaultEntries, entries: SiteEntrie
                  missing)
         )  # fmt: skip
     return made
+
+
+def _why_missing(scene: Path) -> str:
+    if scene.is_dir():
+        return f"{scene}: it is a folder, expected a scene file; name the files in it, such as {scene.name}/*.ifc"
+    return f"{scene}: there is no such file; check the name and the folder"
 
 
 def _given(entries: Entries) -> dict[str, Any]:

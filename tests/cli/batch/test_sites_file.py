@@ -46,17 +46,20 @@ def test_a_site_overrides_the_defaults(tmp_path: Path) -> None:
 
 def test_a_pattern_is_a_site_for_each_file_and_a_list_one_of_several(tmp_path: Path) -> None:
     path = written(
-        tmp_path, "sites:\n  - scene: '*.obj'\n  - scene: [a.ifc, c.ifc]\n  - scene: no*.ply\n  - scene: gone.stl\n",
+        tmp_path, "sites:\n  - scene: '*.obj'\n  - scene: [a.ifc, c.ifc]\n  - scene: no*.ply\n  - scene: gone.stl\n"
+        "  - scene: models\n",
         b_obj="", a_obj="", a_ifc="", c_ifc="",
     )  # fmt: skip
     with pytest.raises(RequirementError, match=r"sites\[1\]: got a second site a, expected names that differ"):
         read_sites(path)
     path.write_text(path.read_text().replace("c.ifc]", "c.ifc]\n    name: Both of them"))
+    (tmp_path / "models").mkdir()
     sites, _ = read_sites(path)
-    assert [site.name for site in sites] == ["a", "b", "Both-of-them", "no", "gone"]
-    assert [len(site.scenes) for site in sites] == [1, 1, 2, 1, 1]
+    assert [site.name for site in sites] == ["a", "b", "Both-of-them", "no", "gone", "models"]
+    assert [len(site.scenes) for site in sites] == [1, 1, 2, 1, 1, 1]
     assert "no file has such a name" in sites[3].missing
     assert "there is no such file" in sites[4].missing
+    assert "it is a folder" in sites[5].missing and "models/*.ifc" in sites[5].missing
     assert [job.name for job in first_jobs(sites)] == ["a", "b", "Both-of-them"]
 
 
