@@ -141,7 +141,8 @@ def read_plan(path: Path) -> PlanDocument:
         document = json.loads(text)
         is_too_deep = is_deeper(document, _MOST_DEEP)
     except ValueError as error:
-        raise PlanFolderError(f"{file}: is not JSON ({error}), expected a plan.json; plan again") from error
+        remedy = "plan again" if file.name == "plan.json" else "name the plan folder"
+        raise PlanFolderError(f"{file}: is not JSON ({error}), expected a plan.json; {remedy}") from error
     except RecursionError:
         is_too_deep = True
     if is_too_deep:

@@ -134,6 +134,12 @@ def test_reading_what_is_no_plan_is_refused_with_the_file_named(tmp_path: Path, 
     assert "\n" not in str(caught.value)
 
 
+def test_a_scene_in_place_of_a_plan_is_refused_with_what_to_name(tmp_path: Path) -> None:
+    (tmp_path / "house.ifc").write_text("ISO-10303-21;")
+    with pytest.raises(PlanFolderError, match=r"house\.ifc: is not JSON .* name the plan folder$"):
+        read_plan_json(tmp_path / "house.ifc")
+
+
 def test_reading_a_missing_plan_is_refused(tmp_path: Path) -> None:
     with pytest.raises(PlanFolderError, match="no such file"):
         read_plan_json(tmp_path)
