@@ -36,7 +36,8 @@ NO_DEVICE = "this machine has no OpenCL device"
 _FOLDER = str(Path(__file__).parent)
 sys.path.insert(0, _FOLDER)
 try:
-    import oldest_plan  # noqa: F401 - from here on they are known by their names
+    import in_process  # noqa: F401 - from here on they are known by their names
+    import oldest_plan  # noqa: F401
     import oracles  # noqa: F401
     import small_pictures  # noqa: F401
     import waiting  # noqa: F401

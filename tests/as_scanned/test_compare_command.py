@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import small_pictures
 from click.testing import CliRunner, Result
 from tlsplan.commands.compare import _again, command
 
@@ -33,28 +32,6 @@ def test_unchanged_list_ends_with_0_and_says_so(house_plan: Path, source: PlanSo
     assert document["met"]
     assert document["counts"]["as planned"] == len(source.stations)
     assert document["coverage"]["actual"] == document["coverage"]["planned"]
-
-
-def test_missing_stations_end_with_7_and_a_plan_of_what_to_scan_again(
-    house_plan: Path, source: PlanSource, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    small_pictures.draw_blank(monkeypatch)
-    names = [source.stations[0].id, source.stations[3].id]
-    actual = without(house_plan, tmp_path, *names)
-    result = run(house_plan, "--stations", actual, "-o", tmp_path / "again")
-    assert result.exit_code == 7, result.output
-    assert "missing       2" in result.stdout
-    assert "NOT MET" in result.stdout
-    assert "all requirements are met again" in result.stdout
-    again = json.loads((tmp_path / "again" / "plan.json").read_text())
-    scanned = {row["id"] for row in again["stations"] if row["fixed"]}
-    assert scanned == {each.id for each in source.stations} - set(names)
-    assert all(result["met"] for result in again["requirements"]["results"])
-    lines = [line for line in result.stdout.partition("SCAN AGAIN")[2].splitlines()[1:] if line[:2] == "  "]
-    told, purposes = lines[0::2], lines[1::2]
-    assert [line.split()[0] for line in told] == [row["id"] for row in again["stations"] if not row["fixed"]]
-    assert all(" adds " in line and " m2 on floor F" in line for line in purposes)
-    assert "enough" not in result.stdout  # all of them are for what was lost
 
 
 @pytest.mark.slow
