@@ -46,13 +46,16 @@ def show(document: dict[str, Any]) -> None:
         doors = "door is" if scene["n_doors_open"] == 1 else "doors are"
         output.say(f"doors         {scene['n_doors_open']} {doors} open (--doors shut leaves them as modelled)")
     asked = {name.casefold() for name in asks["floors"]}
-    for figures in coverage["floors"]:
-        if asked and not asked & {figures["floor"].casefold(), floors[figures["floor"]].casefold()}:
-            continue
+    planned = [
+        figures
+        for figures in coverage["floors"]
+        if not asked or asked & {figures["floor"].casefold(), floors[figures["floor"]].casefold()}
+    ]
+    for figures, result in zip(planned, asks["results"], strict=False):  # these begin with the planned floors
         n_stations = sum(station["floor"] == figures["floor"] for station in document["stations"])
         seen = "nothing scannable"
         if figures["achievable_area_m2"] > 0:
-            reached = reached_percent(figures["fraction_of_achievable"], asks["coverage"])
+            reached = reached_percent(figures["fraction_of_achievable"], result["required"])
             seen = f"{reached:>5} % of {figures['achievable_area_m2']:.0f} m2"
         output.say(f"  {figures['floor']:<4} {floors[figures['floor']]:<22} {n_stations:>3} stations  {seen}")
     for result in asks["results"]:

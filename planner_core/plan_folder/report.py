@@ -158,10 +158,12 @@ def _figures(plan: Plan) -> str:
         ("Scanner", f"{escape(scanner.title)}, range {scanner.range_max_m:g} m, {scanner.n_beams:,} beams per scan"),
         ("Patches", f"at most {plan.survey.patches.max_area_m2:g} m² each"),
     ]
-    required = {result.name: result.required for result in plan.requirements}
+    # The results begin with those of the planned floors, each by the name or id that the client wrote.
+    planned = (plan.survey.floors[index].id for index in plan.survey.planned)
+    required = {name: result.required for name, result in zip(planned, plan.requirements, strict=False)}
     for floor, figures in zip(plan.survey.floors, plan.coverage_by_floor, strict=True):
         n_stations = sum(station.floor == floor.id for station in plan.stations)
-        reached = reached_percent(figures.fraction_of_achievable, required.get(floor.name, asked.coverage))
+        reached = reached_percent(figures.fraction_of_achievable, required.get(floor.id, asked.coverage))
         share = f"{reached} % of {figures.achievable_area_m2:.0f} m²"
         value = f"{n_stations} stations, {share}"
         rows.append((escape(floor.name), value))

@@ -94,6 +94,15 @@ def test_coverage_reads_as_what_was_asked_only_where_it_is(
     assert "95.0 %" not in said.replace(shown, "")
 
 
+def test_coverage_of_a_floor_reads_as_what_was_asked_of_it_alone(capsys: pytest.CaptureFixture[str]) -> None:
+    told = document(0.84996)
+    told["requirements"]["results"].insert(
+        0, {"name": "F0", "met": False, "required": 0.85, **document(0.84996)["coverage"]}
+    )
+    summary.show(told)
+    assert " 0 stations   84.9 % of 10 m2\n" in capsys.readouterr().out
+
+
 def test_a_floor_without_anything_scannable_has_no_percentage(capsys: pytest.CaptureFixture[str]) -> None:
     told = document(0.96)
     told["coverage"]["floors"][0] |= {"fraction_of_achievable": 1.0, "achievable_area_m2": 0.0}
