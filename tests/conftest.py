@@ -179,6 +179,6 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     lines = [f"{len(of)} skipped: {reason} ({', '.join(sorted(set(of)))})" for reason, of in sorted(files.items())]
     for line in lines:
         terminalreporter.write_line(line)
-    if path := os.environ.get("SKIPPED_TESTS"):
+    if (path := os.environ.get("SKIPPED_TESTS")) and "PYTEST_XDIST_WORKER" not in os.environ:
         with Path(path).open("a", encoding="utf-8") as listed:
             listed.writelines(f"{line}\n" for line in lines)
