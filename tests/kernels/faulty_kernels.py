@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 
-from planner_core.device import open_device
+from planner_core.device.choice import open_unchecked
 
 KERNELS = {
     "none": "kernel void k(global int *x) { x[get_global_id(0)] = 1; }",
@@ -15,7 +15,7 @@ KERNELS = {
 }
 
 if __name__ == "__main__":
-    device = open_device()
+    device = open_unchecked(0)
     x = device.upload("x", {"x": np.zeros(8, dtype=np.int32)})["x"]
     device.program_from_source(KERNELS[sys.argv[1]], title="faulty.cl", defines={}).run("k", (8,), x)
     device.finish("faulty kernel")
