@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import SimpleNamespace
 from typing import Any
@@ -11,6 +12,7 @@ import numpy as np
 import pyopencl
 import pytest
 from pyopencl import _cl
+from tlsplan.main import main
 
 from planner_core.device import Device, open_device, runtime
 from planner_core.engine.opencl import OpenCLEngine
@@ -39,7 +41,7 @@ class Aborted:
         self._event.wait()
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def nothing_built_yet(monkeypatch: pytest.MonkeyPatch) -> None:
     """As in a fresh process: what a driver does wrong comes to light where contexts and programs are made."""
     monkeypatch.setattr(runtime, "_contexts", {})
@@ -100,13 +102,27 @@ def watch() -> Iterator[list[str]]:
         yield names
 
 
+@pytest.fixture
+def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    """Run tlsplan in this process, where the driver can be wrapped: exit code, standard output, standard error."""
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["tlsplan", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stopped:
+            main()
+        written = capsys.readouterr()
+        return int(stopped.value.code or 0), written.out, written.err
+
+    return run
+
+
 @pytest.fixture(scope="session")
 def faults() -> SimpleNamespace:
     """The faults above, each a context manager."""
     return SimpleNamespace(refuse=refuse, abort=abort, watch=watch)
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def room() -> tuple[Scene, Patches]:
     """A closed box of 2 x 4 x 6 m about the origin."""
     corners = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-2.0, 2.0) for z in (-3.0, 3.0)])
@@ -125,9 +141,9 @@ def room() -> tuple[Scene, Patches]:
     return scene, make_patches(scene, max_area_m2=0.5)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def engine(room: tuple[Scene, Patches], needs_opencl: None) -> OpenCLEngine:
-    """An engine on a device of its own: what it holds can be counted."""
+    """An engine on a device of its own: what it holds can be counted, and no failure leaves a trace in it."""
     return OpenCLEngine(*room, open_device())
 
 

@@ -1,8 +1,10 @@
 """The choice of a device, memory told before it is taken, and errors of the driver in one line."""
 
 import re
+import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pyopencl
@@ -10,7 +12,17 @@ import pyopencl.cltypes
 import pytest
 from pyopencl import _cl
 
-from planner_core.device import DEVICE_VARIABLE, Device, check, choice, keep_fastest, list_devices, open_device
+from planner_core.device import (
+    DEVICE_VARIABLE,
+    Device,
+    check,
+    choice,
+    keep_fastest,
+    list_devices,
+    open_device,
+    pocl,
+    runtime,
+)
 from planner_core.device.sources import kernel_source
 from planner_core.errors import DeviceError, PlannerError
 
@@ -42,6 +54,31 @@ def test_a_device_is_found_by_number_by_name_and_by_variable(monkeypatch: pytest
     with pytest.raises(DeviceError, match="no such thing"):
         open_device()
     assert open_device("0").label == by_number.label, "an argument goes before the variable"
+
+
+def test_without_a_driver_no_device_is_listed_and_without_pyopencl_that_is_the_error(
+    monkeypatch: pytest.MonkeyPatch, faults: SimpleNamespace
+) -> None:
+    with faults.refuse(pyopencl, "get_platforms", "PLATFORM_NOT_FOUND_KHR"):
+        assert list_devices() == ()
+    monkeypatch.setitem(sys.modules, "pyopencl", None)
+    with pytest.raises(DeviceError, match=r"pyopencl can't be loaded .* see `tlsplan doctor`"):
+        list_devices()
+
+
+def test_kernels_for_a_processor_that_goes_by_its_level_are_as_wide_as_the_level(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    source = "kernel void a(global int *x) {\n#ifdef COMPILED_FOR_X86_64_V3\n x[0] = 3;\n#endif\n}"
+    wide = choice.open_unchecked(0).native_lanes
+    for level, lanes in ((pocl.HIGHEST_LEVEL, wide), ("x86-64-v3", 8)):
+        monkeypatch.setattr(runtime, "name_given", lambda _, level=level: level)
+        named, out = choice.open_unchecked(0), np.zeros(1, dtype=np.int32)
+        assert named.native_lanes == named.max_lanes == lanes
+        assert named.identity()["driver"] == f"{named.driver}, for {level}"
+        with named.outputs("test", {"x": out}) as buffers:
+            named.program_from_source(source, title="a.cl", defines={}).run("a", (1,), buffers["x"])
+    assert out[0] == 3
 
 
 @pytest.mark.parametrize("name", ["no-such-device", "99"])
@@ -228,9 +265,3 @@ def test_kernel_sources_are_found_and_hold_no_include_of_ours(file: str) -> None
     source = kernel_source(file)
     assert "kernel void" in source
     assert '#include "' not in source
-
-
-@pytest.mark.parametrize("lanes", [1, 4, 8])
-def test_kernels_build_at_every_packet_width(device: Device, lanes: int) -> None:
-    defines = {"LANES": lanes, "STACK": 64, "PREFETCH": 1, "TILE_ROWS": 8, "TILE_COLUMNS": 8}
-    device.program("scan_tiles.cl", defines)

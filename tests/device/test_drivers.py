@@ -79,6 +79,31 @@ def test_a_full_disk_costs_the_runtime_and_nothing_else(monkeypatch: pytest.Monk
         assert "OCL_ICD_VENDORS" not in os.environ
 
 
+@pytest.mark.opencl
+@pytest.mark.parametrize(
+    ("variables", "n_usable", "affinity"),
+    [
+        ({}, os.cpu_count(), "1"),
+        ({"POCL_AFFINITY": "0"}, os.cpu_count(), "0"),
+        ({"POCL_MAX_PTHREAD_COUNT": "1"}, os.cpu_count(), None),
+        ({}, 0, None),
+    ],
+    ids=["all cores", "the user's choice", "the user's number of workers", "some cores"],
+)
+def test_pocls_workers_are_to_be_bound_where_all_cores_are_ours_unless_the_user_decides(
+    variables: dict[str, str], n_usable: int, affinity: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("POCL_AFFINITY", "POCL_MAX_PTHREAD_COUNT"):
+        monkeypatch.setenv(name, "")  # so that it is afterwards as it was
+        monkeypatch.delenv(name)
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(drivers, "n_usable_cores", lambda: n_usable)
+    assert drivers.all_devices()
+    assert os.environ.get("POCL_AFFINITY") == affinity
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(
     not Path("/proc/self/task").exists() or len(os.sched_getaffinity(0)) != os.cpu_count() or os.cpu_count() == 1,
     reason="PoCL binds on Linux, and all of the machine's cores must be ours to see it",
@@ -91,6 +116,7 @@ def test_pocls_workers_are_bound_to_cores_unless_the_user_says_otherwise(told: d
     assert alone == (device if is_bound else 0)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity") or os.cpu_count() == 1, reason="needs a core to keep off")
 def test_workers_keep_to_the_cores_that_the_process_was_given() -> None:
     last = (os.cpu_count() or 1) - 1

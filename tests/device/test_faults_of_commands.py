@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
 import pyopencl
 import pytest
-from tlsplan.main import main
 
 from planner_core.engine import opencl
 from planner_core.model import Greedy, PlanSettings
@@ -23,7 +21,7 @@ from scenes_synthetic.mesh_files import ply_bytes
 
 pytestmark = pytest.mark.opencl
 
-COARSE = ("--preset", "paper", "--grid", "1.0", "--height", "1.5", "--patch-area", "0.5", "--coverage", "80")
+COARSE = ("--preset", "paper", "--grid", "1.5", "--height", "1.5", "--patch-area", "0.5", "--coverage", "80")
 QUICK = (*COARSE, "--set", "work_limit=0.2")
 Command = Callable[..., tuple[int, str, str]]
 
@@ -35,56 +33,30 @@ def scene_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.fixture
-def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
-    """Run tlsplan in this process, where the driver can be wrapped: exit code, standard output, standard error."""
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["tlsplan", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stopped:
-            main()
-        said = capsys.readouterr()
-        return int(stopped.value.code or 0), said.out, said.err
-
-    return run
-
-
 def last_line(err: str) -> str:
     return err.strip().splitlines()[-1]
 
 
-def test_a_device_lost_in_the_middle_of_a_plan_ends_it_with_the_remedy_and_no_folder(
-    command: Command, scene_file: Path, tmp_path: Path, faults: SimpleNamespace
-) -> None:
-    with faults.abort("list_patches", "DEVICE_NOT_AVAILABLE") as seen:
+@pytest.mark.parametrize(
+    ("kernel", "status", "cause", "remedy"),
+    [
+        ("list_patches", "DEVICE_NOT_AVAILABLE", "was lost", "--engine open3d"),
+        ("scan_tiles", "INVALID_COMMAND_QUEUE", "was lost", "--engine open3d"),
+        ("list_patches", "OUT_OF_RESOURCES", "ran out of memory", "smaller scene"),
+    ],
+    ids=["lost among candidates", "lost while scans are written", "never enough memory"],
+)
+def test_a_device_that_fails_during_a_plan_ends_it_with_the_remedy_and_no_folder(
+    command: Command, scene_file: Path, tmp_path: Path, faults: SimpleNamespace, kernel: str, status: str, cause: str,
+    remedy: str,
+) -> None:  # fmt: skip
+    with faults.abort(kernel, status) as seen:
         code, out, err = command("plan", scene_file, "-o", tmp_path / "plan", "--json", *QUICK)
     assert seen.aborted >= 1
-    assert code == 6
-    assert out == ""
-    assert "was lost" in last_line(err)
-    assert "--engine open3d" in last_line(err)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_device_lost_while_scans_are_written_leaves_no_folder_either(
-    command: Command, scene_file: Path, tmp_path: Path, faults: SimpleNamespace
-) -> None:
-    with faults.abort("scan_tiles", "INVALID_COMMAND_QUEUE") as seen:
-        code, _, err = command("plan", scene_file, "-o", tmp_path / "plan", "-q", *QUICK)
-    assert seen.aborted >= 1
-    assert code == 6
-    assert "was lost" in last_line(err)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_memory_that_never_suffices_is_told_in_one_line(
-    command: Command, scene_file: Path, tmp_path: Path, faults: SimpleNamespace
-) -> None:
-    with faults.abort("list_patches", "OUT_OF_RESOURCES"):
-        code, _, err = command("plan", scene_file, "-o", tmp_path / "plan", "-q", *QUICK)
-    assert code == 6
-    assert "ran out of memory" in last_line(err)
+    assert (code, out) == (6, "")
     assert last_line(err).startswith("tlsplan: ")
+    assert cause in last_line(err)
+    assert remedy in last_line(err)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -136,3 +108,14 @@ def test_a_device_that_was_asked_for_and_is_not_there_is_an_error(
     assert code == 6
     assert "no OpenCL device" in last_line(err)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_measuring_devices_where_there_is_none_is_refused_with_a_remedy(
+    command: Command, faults: SimpleNamespace
+) -> None:
+    with faults.refuse(pyopencl, "get_platforms", "PLATFORM_NOT_FOUND_KHR"):
+        code, _, err = command("tune", "--quick")
+    assert code == 6
+    (line,) = err.splitlines()
+    assert "no OpenCL device" in line
+    assert "`pip install" in line

@@ -3,20 +3,21 @@
 import json
 import os
 import re
-import subprocess
-import sys
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tlsplan import start_time
+from tlsplan import environment, start_time
 from tlsplan.commands import doctor
 
 from planner_core.cache import cache_folder
-from planner_core.device import Device, choice, list_devices, open_device, runtime, sources
+from planner_core.device import Device, check, choice, list_devices, open_device, runtime, sources
 from planner_core.engine import tuning
 from planner_core.engine.measure_shapes import ShapeTimes, measure_shapes
 from planner_core.engine.opencl import OpenCLEngine
@@ -32,14 +33,19 @@ from planner_core.engine.tuning import (
 from planner_core.errors import DeviceError, RequirementError
 from planner_core.model import BeamTemplate, Patches, Scene
 from planner_core.progress import ProgressEvent
+from planner_core.scanner import load_scanner
 
 OTHER = (4, 16, 4)
 
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A cache folder of the test's own; what the process remembers of files is forgotten before and after."""
+    """A cache folder of the test's own; what the process remembers of files is forgotten before and after.
+
+    No verdict on the device is in it, and none is needed: that costs a process (test_device_check.py).
+    """
     monkeypatch.setenv("TLSPLAN_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(check, "problem_of", lambda device, index, anew=False: "")
     sources.kernels_hash.cache_clear()
     tuning._read.cache_clear()
     yield tmp_path / "cache"
@@ -63,16 +69,8 @@ def test_a_measured_shape_is_used_from_then_on(device: Device, cache: Path) -> N
     document = json.loads(file.read_text(encoding="utf-8"))
     assert document["milliseconds"] == {"4 x 16": 1.2346}
     assert [path.name for path in cache.iterdir()] == [file.name], "nothing is left beside the file"
-
-
-def test_a_fresh_process_reads_what_was_kept(device: Device) -> None:
-    keep_shape(device, OTHER, {})
-    program = (
-        "from planner_core.device import open_device; from planner_core.engine.tuning import tile_shape;"
-        "print(tile_shape(open_device()))"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=240, check=True)
-    assert done.stdout.strip() == str(OTHER)
+    tuning._read.cache_clear()
+    assert tile_shape(open_device()) == OTHER, "as a fresh process finds it"
 
 
 def test_packets_that_are_too_wide_here_are_not_taken(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -220,7 +218,8 @@ def test_shapes_to_try_can_all_be_built_and_begin_with_the_shipped_one(
 TEMPLATE = BeamTemplate(np.arange(64) * (np.pi / 32), np.linspace(0.4, -0.4, 8), 0.0, 100.0)
 
 
-def test_measuring_times_every_shape_and_finds_the_one_that_is_clearly_fastest(engine: OpenCLEngine) -> None:
+def test_measuring_times_every_shape_and_finds_the_one_that_is_clearly_fastest(device: Device) -> None:
+    engine = SimpleNamespace(device="idle", visible_patches=lambda *_: None)
     shapes = ((8, 32, 8), (4, 16, 4), (8, 8, 1))
     seconds = {(8, 32, 8): 4.0, (4, 16, 4): 1.0, (8, 8, 1): 3.0}
     now = [0.0]
@@ -228,7 +227,7 @@ def test_measuring_times_every_shape_and_finds_the_one_that_is_clearly_fastest(e
 
     def clock() -> float:
         """Every second reading is later by what the shape is said to take, the first round by a disturbance more."""
-        asked.append(tile_shape(engine._on))
+        asked.append(tile_shape(device))
         if len(asked) % 2 == 0:
             now[0] += seconds[asked[-1]] + (100.0 if len(asked) <= 6 else 0.0)
         return now[0]
@@ -278,29 +277,31 @@ def test_scans_are_the_same_with_a_shape_that_was_kept(device: Device, room: tup
 
 
 # ------------------------------------------------------------------------------------------------ as a user
-def tlsplan(*arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "tlsplan", *arguments],
-        capture_output=True,
-        text=True,
-        timeout=900,
-        env={**os.environ, **variables},
-    )
-
-
-def test_tune_refuses_to_measure_what_it_can_not_keep() -> None:
+def test_tune_refuses_to_measure_what_it_can_not_keep(
+    command: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     # Nobody, root included, can make a folder below /proc.
-    done = tlsplan("tune", "-q", HOME="/proc/self", XDG_CACHE_HOME="", TLSPLAN_CACHE="")
-    assert done.returncode == 4
-    assert "TLSPLAN_CACHE" in done.stderr
-    assert done.stderr.count("\n") == 1
+    for name in ("XDG_CACHE_HOME", "XDG_CONFIG_HOME", "MPLCONFIGDIR", "TLSPLAN_CACHE"):
+        monkeypatch.setenv(name, "")
+    monkeypatch.setenv("HOME", "/proc/self")
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # where caches go then
+    for name in ("_caches_are_kept", "_own_caches"):  # of the process: as before the next test
+        monkeypatch.setattr(environment, name, getattr(environment, name))
+    code, _, err = command("tune", "-q")
+    assert code == 4
+    assert "TLSPLAN_CACHE" in err
+    assert err.count("\n") == 1
 
 
 @pytest.mark.opencl
-def test_tune_keeps_its_answer(cache: Path) -> None:
-    done = tlsplan("tune", "--json", "--quick")
-    assert done.returncode == 0, done.stderr
-    answer = json.loads(done.stdout)
+def test_tune_keeps_its_answer(
+    command: Callable[..., tuple[int, str, str]], cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few_beams = replace(load_scanner.load_scanner("hdl-64e"), n_azimuths=90)
+    monkeypatch.setattr(load_scanner, "load_scanner", lambda name: few_beams)
+    code, out, err = command("tune", "--json", "--quick")
+    assert code == 0, err
+    answer = json.loads(out)
     document = next(each for each in answer["devices"] if each["device"] == answer["fastest"])
     assert len(answer["devices"]) == len(list_devices()), "all that there are"
     best = (document["tile_rows"], document["tile_columns"], document["lanes"])

@@ -21,10 +21,13 @@ print(problem)
 print("" if problem else tile_shape(open_device(str(info.index)))[2])
 """
 
-pytestmark = pytest.mark.skipif(
-    not any(info.platform == pocl.POCL and "PoCL 3.0-rc2" in info.version for info in list_devices()),
-    reason="another PoCL than that of pyopencl's wheel, or none",
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        not any(info.platform == pocl.POCL and "PoCL 3.0-rc2" in info.version for info in list_devices()),
+        reason="another PoCL than that of pyopencl's wheel, or none",
+    ),
+]
 
 
 def on_that_machine(tmp_path: Path, **variables: str) -> list[str]:
