@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from planner_core.device import Device
+from planner_core.device import Device, faults, open_device
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.model import BeamTemplate, LoadReport, Patches, Scene, SceneSource
@@ -97,6 +97,18 @@ def shapes() -> SimpleNamespace:
     return SimpleNamespace(
         scene_of=scene_of, box_of=box_of, sphere_of=sphere_of, clutter_of=clutter_of, template_of=template_of
     )
+
+
+@pytest.fixture
+def own_device(needs_opencl: None) -> Device:
+    """A device whose memory nobody else counts against: no engine of another test is still to be collected."""
+    return open_device()
+
+
+@pytest.fixture
+def no_collections(monkeypatch: pytest.MonkeyPatch) -> None:
+    """None before smaller batches are tried: the tests' process holds a lot, and one takes half a second there."""
+    monkeypatch.setattr(faults, "gc", SimpleNamespace(collect=lambda: None))
 
 
 @pytest.fixture(scope="session")

@@ -162,7 +162,7 @@ def distance_to(points: Floats, corners: Floats) -> Floats:
     return np.where(over, plane, rim)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(case=cases)
 def test_no_surface_is_passed_by(device: Device, shapes: SimpleNamespace, case: Case) -> None:
     scene, stations_m, template = case.make(shapes)
@@ -182,7 +182,7 @@ def test_no_surface_is_passed_by(device: Device, shapes: SimpleNamespace, case: 
         assert (found.ravel()[due] <= at_most[due]).all()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(case=cases)
 def test_no_beam_ends_where_nothing_is(device: Device, shapes: SimpleNamespace, case: Case) -> None:
     scene, stations_m, template = case.make(shapes)
@@ -242,7 +242,7 @@ def test_bits_do_not_depend_on_the_way(device: Device, shapes: SimpleNamespace, 
             np.testing.assert_array_equal(hits.triangle, scans.triangle.ravel(), str(ways))
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(case=cases)
 def test_memory_asked_for_ahead_changes_nothing(device: Device, shapes: SimpleNamespace, case: Case) -> None:
     scene, stations_m, template = case.make(shapes)

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core import compiled
@@ -24,6 +24,7 @@ def hits_on(traced: Traced, rng: np.random.Generator, n: int) -> Hits:
     return Hits(rng.uniform(0.1, 9.0, n).astype(np.float32), triangle, uv.astype(np.float32))
 
 
+@settings(max_examples=25)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([3.0, 0.3, 0.01, 0.0004]))
 def test_compiled_addresses_are_those_of_numpy_bit_for_bit(shapes: SimpleNamespace, seed: int, area_m2: float) -> None:
     rng = np.random.default_rng(seed)

@@ -10,15 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner_core.device import Device
-from planner_core.engine.opencl import OpenCLEngine
-from planner_core.engine.scan_engine import ScanEngine, open_engine
-from planner_core.engine.tuning import use_shape
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import BeamTemplate, ScanBatch, Scanner
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import azimuth_step_rad, bands, directions, is_full_turn, make_template
-from planner_core.scene.patches import make_patches
 
 
 @st.composite
@@ -171,44 +167,6 @@ def test_scans_of_a_cluttered_room_are_the_oracles(open_both: Callable, shapes: 
     np.testing.assert_array_equal(
         ours.visible_patches(template, at_m[None]).patch, np.unique(batch.patch[batch.patch >= 0])
     )
-
-
-@pytest.mark.parametrize("name", ["pandar64", "pandar64 in a sector"])
-def test_a_scan_in_bands_is_the_scan_in_one(device: Device, shapes: SimpleNamespace, name: str) -> None:
-    scene = shapes.scene_of(*shapes.clutter_of(40, seed=23))
-    patches, template = make_patches(scene, max_area_m2=0.04), TEMPLATES[name]()
-    at_m = np.array([[0.031, -0.047, 1.373], [-0.3, 0.2, 0.8]])
-    whole = OpenCLEngine(scene, patches, device).scan(template, at_m)
-    parted = OpenCLEngine(scene, patches, device, band_beams=19 * template.shape[1]).scan(template, at_m)
-    for field in ("range_m", "triangle", "patch", "cos_incidence"):
-        np.testing.assert_array_equal(getattr(parted, field), getattr(whole, field), err_msg=field)
-
-
-@pytest.mark.parametrize("shape", [(4, 8, 1), (16, 16, 4)])
-def test_a_scan_is_the_same_whatever_the_tiles(
-    device: Device, shapes: SimpleNamespace, shape: tuple[int, int, int]
-) -> None:
-    scene = shapes.scene_of(*shapes.clutter_of(40, seed=24))
-    engine = OpenCLEngine(scene, make_patches(scene, max_area_m2=0.04), device)
-    at_m = np.array([[0.031, -0.047, 1.373]])
-    for name in ("pandar64 in a sector", "coarse sphere"):
-        usual = engine.scan(TEMPLATES[name](), at_m)
-        with use_shape(shape):
-            other = engine.scan(TEMPLATES[name](), at_m)
-        for field in ("range_m", "triangle", "patch", "cos_incidence"):
-            np.testing.assert_array_equal(getattr(other, field), getattr(usual, field), err_msg=f"{name} {field}")
-
-
-@pytest.mark.opencl
-@pytest.mark.parametrize("name", [pytest.param("pandar64", marks=pytest.mark.slow), "dome"])
-def test_scans_of_a_building_are_the_oracles(name: str, real_scene: Callable) -> None:
-    scene = real_scene("duplex")
-    patches = make_patches(scene, max_area_m2=0.04)
-    ours, oracle = (open_engine(scene, patches, engine=engine) for engine in ("opencl", "open3d"))
-    template = TEMPLATES[name]()
-    low, high = scene.vertices_m.min(axis=0), scene.vertices_m.max(axis=0)
-    at_m = low + (high - low) * np.array([0.41, 0.53, 0.37])
-    assert unexplained(template, at_m, ours.scan(template, at_m[None]), oracle) == []
 
 
 def test_an_inverted_scan_is_the_upright_one_of_the_scene_turned_over(
