@@ -1,6 +1,7 @@
 """Free space: against exact plans of rooms, SciPy's distance transform, and Open3D's distances."""
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import pytest
@@ -29,6 +30,18 @@ def survey_of(scene: Scene) -> Survey:
     return make_survey(scene, PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0))
 
 
+@cache
+def survey_in(name: str) -> Survey:
+    """Of a synthetic building; nobody changes it."""
+    return survey_of(build(name).scene)
+
+
+@cache
+def stairwell() -> FreeSpace:
+    """Of a person; nobody changes it."""
+    return free_space(survey_in("stairwell"))
+
+
 def boxes(*solids: Box) -> Scene:
     """A scene of closed boxes, given by their corners."""
     corner = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
@@ -49,6 +62,7 @@ ROOM: tuple[Box, ...] = (
 )
 
 
+@cache
 def room_with(*solids: Box) -> Survey:
     """A room of 6 x 4 m, 2.6 m high, its floor at 0, with solids in it."""
     return survey_of(boxes(*ROOM, *solids))
@@ -90,7 +104,7 @@ def clipped_heights(triangle: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
 coordinate = st.floats(-0.5, 2.5, width=32)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(hnp.arrays(np.float64, (3, 3), elements=coordinate), st.booleans())
 def test_footprints_equal_the_triangle_clipped_to_each_cell(triangle: np.ndarray, upright: bool) -> None:
     if upright:
@@ -185,23 +199,6 @@ def test_clearance_is_the_distance_transform_of_the_room() -> None:
     exact = np.minimum(ndimage.distance_transform_edt(room) * space.grid.cell_m, space.clearance_cap_m)
     assert room.sum() > 8000
     assert np.abs(floor.clearance_m - exact)[room].max() <= 0.1 * space.grid.cell_m
-
-
-def test_clearance_agrees_with_open3d_to_0_71_cells() -> None:
-    o3d = pytest.importorskip("open3d")
-    survey = room_with(((2.0, 1.5, 0.0), (3.0, 2.5, 2.6)), ((4.6, 0.8, 0.0), (5.0, 3.1, 0.9)))
-    space = free_space(survey)
-    walls = o3d.t.geometry.RaycastingScene()
-    corners = survey.scene.vertices_m[survey.scene.triangles]
-    upright = np.ptp(corners[:, :, 2], axis=1) > 0.5  # all obstacles here reach through the height looked at
-    flat = corners[upright].reshape(-1, 3).astype(np.float32)
-    walls.add_triangles(flat, np.arange(len(flat), dtype=np.uint32).reshape(-1, 3))
-    node = np.flatnonzero(space.can_stand)
-    place = space.position_m(node) + np.array([0.0, 0.0, 0.5])
-    exact = walls.compute_distance(place.astype(np.float32)).numpy()
-    capped = np.minimum(exact, space.clearance_cap_m)
-    assert node.size > 5000
-    assert np.abs(space.clearance_m[node] - capped).max() <= 0.71 * space.grid.cell_m + 1e-4
 
 
 # ------------------------------------------------------------------------------------------------ what is walked
@@ -304,9 +301,8 @@ def test_one_ducks_on_stairs_and_not_on_the_floor() -> None:
 
 
 def test_zones_keep_out_of_their_floor_only_and_access_keeps_in() -> None:
-    survey = survey_of(build("stairwell").scene)
+    survey, free = survey_in("stairwell"), stairwell()
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    free = free_space(survey)
     kept_out = free_space(survey, zones=(Zone(square, 0),))
     kept_in = free_space(survey, zones=(Zone(square, 1, access=True),))
     plan = free.position_m()[:, :2]
@@ -316,16 +312,8 @@ def test_zones_keep_out_of_their_floor_only_and_access_keeps_in() -> None:
     assert np.array_equal(kept_in.can_stand, free.can_stand & (inside | (free.floor != 1)))
 
 
-def test_free_space_is_the_same_twice() -> None:
-    survey = room_with()
-    one, two = free_space(survey), free_space(survey)
-    for field in dataclasses.fields(one):
-        if isinstance(getattr(one, field.name), np.ndarray):
-            assert getattr(one, field.name).tobytes() == getattr(two, field.name).tobytes()
-
-
 def test_a_scene_in_bands_of_rows_gives_the_same_free_space(monkeypatch: pytest.MonkeyPatch) -> None:
-    survey = survey_of(build("thin-walls").scene)
+    survey = survey_in("thin-walls")
     whole = free_space(survey)
     monkeypatch.setattr("planner_core.positions.footprints._BAND_PAIRS", 3000)
     monkeypatch.setattr("planner_core.positions.footprints._CHUNK", 700)
@@ -336,10 +324,9 @@ def test_a_scene_in_bands_of_rows_gives_the_same_free_space(monkeypatch: pytest.
 
 
 def test_a_scene_in_chunks_of_nodes_gives_the_same_free_space(monkeypatch: pytest.MonkeyPatch) -> None:
-    survey = survey_of(build("stairwell").scene)
-    whole = free_space(survey)
+    whole = stairwell()
     monkeypatch.setattr("planner_core.positions.free_space._CHUNK", 700)
-    chunked = free_space(survey)
+    chunked = free_space(survey_in("stairwell"))
     assert chunked.ground_m.tobytes() == whole.ground_m.tobytes()
     assert chunked.links.tobytes() == whole.links.tobytes()
     numbers = components(whole.links, whole.can_stand)
@@ -398,8 +385,10 @@ def test_houses_a_kilometre_apart_keep_their_doorways() -> None:
     assert space.n_nodes < 3 * free_space(room_with()).n_nodes
 
 
-@pytest.mark.parametrize("angle_deg", [0.0, 12.0, 27.0, 45.0])
-@pytest.mark.parametrize("shift", [(0.0, 0.0), (0.06, 0.11), (0.12, 0.03), (0.19, 0.21)])
+@pytest.mark.parametrize(
+    ("angle_deg", "shift"),
+    [(0.0, (0.0, 0.0)), (0.0, (0.06, 0.11)), (12.0, (0.12, 0.03)), (27.0, (0.19, 0.21)), (45.0, (0.0, 0.0))],
+)
 def test_the_largest_cells_keep_doorways_wider_than_0_6_m(
     angle_deg: float, shift: tuple[float, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -414,13 +403,13 @@ def test_the_largest_cells_keep_doorways_wider_than_0_6_m(
 def test_the_largest_cells_keep_stairs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("planner_core.positions.free_space.MAX_CELLS", 1)
     monkeypatch.setattr("planner_core.positions.free_space._MAX_COVERED", 1)
-    space = free_space(survey_of(build("stairwell").scene))
+    space = free_space(survey_in("stairwell"))
     assert space.grid.cell_m == LARGEST_CELL_M
     assert joined(space, (0.6, 1.0, 0.0), (0.6, 1.0, 2.8), (0.6, 1.0, 5.6))
 
 
-@pytest.mark.parametrize("radius_m", [0.15, 0.25, 0.35, 0.45])
-@pytest.mark.parametrize("most", [7e3, 1e4, 1e5, 1e6, 1e7])
+@pytest.mark.parametrize("radius_m", [0.15, 0.25, 0.45])
+@pytest.mark.parametrize("most", [7e3, 1e5, 1e7])
 def test_cells_grow_with_what_is_covered_by_whole_fractions_of_the_radius(
     radius_m: float, most: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -453,7 +442,7 @@ def test_of_terrain_round_a_site_what_lies_within_counts(monkeypatch: pytest.Mon
 
 
 def test_a_map_of_every_so_many_cells_shows_the_middle_ones() -> None:
-    space = free_space(survey_of(build("stairwell").scene))
+    space = stairwell()
     fine = space.floor_map(1)
     for every in (2, 3, 7):
         coarse = space.floor_map(1, every=every)
@@ -473,7 +462,7 @@ def test_links_go_both_ways_and_climb_a_step_at_most() -> None:
 
 
 def test_a_map_shows_its_floor_and_its_stairs_up_to_head_height() -> None:
-    space = free_space(survey_of(build("stairwell").scene))
+    space = stairwell()
     for index, low_m in enumerate((0.0, 2.8, 5.6)):
         ground_m = space.floor_map(index).ground_m
         shown = ground_m[np.isfinite(ground_m)]

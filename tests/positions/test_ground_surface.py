@@ -91,7 +91,7 @@ def test_without_slab_it_is_the_floors_elevation_inside_its_bounds() -> None:
     np.testing.assert_array_equal(found, [floor.elevation_m, np.nan, np.nan])
 
 
-@pytest.mark.parametrize("name", ["stairwell", "atrium", "house", "duplex"])
+@pytest.mark.parametrize("name", ["stairwell", "atrium", "house", pytest.param("duplex", marks=pytest.mark.slow)])
 def test_candidates_stand_as_high_above_it_as_they_say(name: str, real_scene) -> None:
     scene = real_scene(name) if name == "duplex" else scenes_synthetic.build(name).scene
     survey = make_survey(scene, SETTINGS)

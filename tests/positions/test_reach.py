@@ -1,6 +1,7 @@
 """Reach: which rooms of buildings that are known can be walked to."""
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import pytest
@@ -23,6 +24,13 @@ from scenes_synthetic.basement import ENCLOSED
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0, instrument_heights_m=(1.5,))
 PERSON = Mover()
 KEYLESS = Mover(opens_doors=False)
+SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("atrium", "corridor-comb")]
+
+
+@cache
+def survey_of(name: str) -> Survey:
+    """Of a synthetic building; nobody changes it."""
+    return make_survey(build(name).scene, SETTINGS)
 
 
 def reach_of(survey: Survey, mover: Mover = PERSON, *entrances: tuple[float, float, float]) -> Reach:
@@ -40,8 +48,7 @@ def room_of(scene: SyntheticScene, place: np.ndarray) -> str:
 
 
 def test_of_three_sealed_rooms_the_two_without_the_entrance_are_reported_with_their_areas() -> None:
-    scene = build("closed-rooms")
-    survey = make_survey(scene.scene, SETTINGS)
+    scene, survey = build("closed-rooms"), survey_of("closed-rooms")
     reach = reach_of(survey, PERSON, (4.5, 2.0, 0.0))
     assert [region.reached for region in reach.regions].count(True) == 1
     assert {room_of(scene, region.inside_m) for region in reach.sealed} == {"Room 1", "Room 3"}
@@ -54,8 +61,7 @@ def test_of_three_sealed_rooms_the_two_without_the_entrance_are_reported_with_th
 
 
 def test_candidates_in_sealed_rooms_are_flagged() -> None:
-    scene = build("closed-rooms")
-    survey = make_survey(scene.scene, SETTINGS)
+    scene, survey = build("closed-rooms"), survey_of("closed-rooms")
     engine = open_engine(survey.scene, survey.patches, engine="open3d")
     candidates = find_candidates(survey, SETTINGS, engine, floors=(0,))
     flag = reachable(reach_of(survey, PERSON, (4.5, 2.0, 0.0)), candidates)
@@ -75,7 +81,7 @@ def test_candidates_inside_a_solid_are_not_reachable_and_all_others_are() -> Non
 
 
 def test_a_tripod_is_set_down_at_arms_length_but_not_through_a_wall() -> None:
-    survey = make_survey(build("thin-walls").scene, SETTINGS)
+    survey = survey_of("thin-walls")
     barred = Zone(np.array([[3.0, -1.0], [10.0, -1.0], [10.0, 5.0], [3.0, 5.0]]), 0)
     reach = reachability(survey, free_space(survey, PERSON, zones=(barred,)), np.array([[1.5, 2.0, 0.0]]))
     wall_x = 3.0
@@ -89,24 +95,22 @@ def test_a_tripod_is_set_down_at_arms_length_but_not_through_a_wall() -> None:
 
 @pytest.mark.slow
 def test_without_entrances_equal_rooms_are_all_entered_and_small_ones_are_not() -> None:
-    assert not reach_of(make_survey(build("closed-rooms").scene, SETTINGS)).sealed
-    basement = reach_of(make_survey(build("basement").scene, SETTINGS))
+    assert not reach_of(survey_of("closed-rooms")).sealed
+    basement = reach_of(survey_of("basement"))
     assert [round(region.area_m2) for region in basement.sealed] == [12]
 
 
 def test_shut_doors_seal_rooms_for_a_mover_that_opens_none_and_open_ones_do_not() -> None:
-    open_doors, shut = build("doors-open"), build("doors-shut")
+    shut, survey = build("doors-shut"), survey_of("doors-shut")
     corridor = (1.0, 0.8, 0.0)
-    assert not reach_of(make_survey(open_doors.scene, SETTINGS), KEYLESS, corridor).sealed
-    survey = make_survey(shut.scene, SETTINGS)
+    assert not reach_of(survey_of("doors-open"), KEYLESS, corridor).sealed
     sealed = reach_of(survey, KEYLESS, corridor).sealed
     assert sorted(room_of(shut, region.inside_m) for region in sealed) == ["Room 1", "Room 2", "Room 3"]
     assert not reach_of(survey, PERSON, corridor).sealed
 
 
 def test_storeys_of_a_stairwell_are_reached_by_its_stairs() -> None:
-    scene = build("stairwell")
-    survey = make_survey(scene.scene, SETTINGS)
+    survey = survey_of("stairwell")
     reach = reach_of(survey, PERSON, (0.6, 1.0, 0.0))
     assert len(reach.regions) == 1
     assert reach.regions[0].reached
@@ -116,9 +120,9 @@ def test_storeys_of_a_stairwell_are_reached_by_its_stairs() -> None:
     assert sorted(region.floor for region in alone.sealed) == [1, 2]
 
 
-@pytest.mark.parametrize("name", ["spiral", "thin-walls", "double-height-hall", "atrium", "corridor-comb"])
+@pytest.mark.parametrize("name", ["spiral", "thin-walls", "double-height-hall", *SLOW])
 def test_nothing_is_sealed_in_a_building_with_open_doorways(name: str) -> None:
-    survey = make_survey(build(name).scene, SETTINGS)
+    survey = survey_of(name)
     reach = reach_of(survey)
     reached = np.sum([r.area_by_floor_m2 for r in reach.regions if r.reached], axis=0)
     assert not reach.sealed
@@ -173,7 +177,7 @@ def test_rooms_modelled_as_closed_surfaces_are_rooms() -> None:
 
 
 def test_an_entrance_in_a_wall_or_in_the_air_is_refused() -> None:
-    survey = make_survey(build("closed-rooms").scene, SETTINGS)
+    survey = survey_of("closed-rooms")
     space = free_space(survey)
     for wrong in ((-3.0, 2.0, 0.0), (1.5, 2.0, 1.5)):
         with pytest.raises(RequirementError, match="entrance: got"):
@@ -181,7 +185,7 @@ def test_an_entrance_in_a_wall_or_in_the_air_is_refused() -> None:
 
 
 def test_regions_come_largest_first_and_cover_all_standing_ground() -> None:
-    survey = make_survey(build("doors-shut").scene, SETTINGS)
+    survey = survey_of("doors-shut")
     reach = reach_of(survey, KEYLESS)
     areas = [region.area_m2 for region in reach.regions]
     assert areas == sorted(areas, reverse=True)
@@ -189,6 +193,7 @@ def test_regions_come_largest_first_and_cover_all_standing_ground() -> None:
     assert (reach.near_region[reach.region >= 0] == reach.region[reach.region >= 0]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "least_m2"),
     [pytest.param("duplex", (140.0, 90.0), marks=pytest.mark.campaign), ("fzk-haus", (90.0, 45.0))],

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
@@ -130,6 +130,7 @@ def test_what_is_wrong_is_named_in_one_line(mapping: Any, named: str) -> None:
     assert "\n" not in str(error.value)
 
 
+@settings(max_examples=25)
 @given(st.recursive(st.none() | st.booleans() | st.floats() | st.text(max_size=3), lambda c: st.lists(c, max_size=4)))
 def test_any_value_of_any_key_is_read_or_refused_by_name(value: Any) -> None:
     for key in ("entrances", "keep_out", "fixed", "forbidden", "robot", "start", "returns"):

@@ -36,7 +36,7 @@ def off_by(space: FreeSpace, node: np.ndarray, *plan_m: tuple[float, float]) -> 
 
 
 # ------------------------------------------------------------------------------------------- rooms, doorways
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(hnp.arrays(bool, st.tuples(st.integers(1, 9), st.integers(1, 9)), elements=st.sampled_from([True, True, False])))
 def test_distances_of_single_cells_are_the_exact_distance_transform(walkable: np.ndarray) -> None:
     cells = _Cells(np.flatnonzero(walkable), walkable.shape[1])
@@ -137,6 +137,7 @@ def test_places_anywhere_in_a_doorway_are_moved_to_its_middle_and_those_in_the_o
     assert centre_in_doorways(engine, np.empty((0, 3))).shape == (0, 3)
 
 
+@pytest.mark.slow
 def test_every_inner_door_of_the_duplex_has_a_place_in_its_middle(real_scene: MAKES) -> None:
     """By the boxes of the door elements, which the search does not look at."""
     shut = real_scene("duplex")

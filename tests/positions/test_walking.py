@@ -1,5 +1,6 @@
 """Walking distances: against rooms where they are known, and networkx on the same cells."""
 
+from functools import cache
 from itertools import combinations, pairwise
 
 import networkx as nx
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner_core.coverage.survey import make_survey
-from planner_core.model import PlanSettings, Scene
+from planner_core.model import PlanSettings, Survey
 from planner_core.positions.carrier import Mover, Zone
 from planner_core.positions.free_space import LARGEST_CELL_M, free_space
 from planner_core.positions.reach import Footing, Reach, reachability
@@ -16,11 +17,19 @@ from planner_core.scanner.load_scanner import load_scanner
 from scenes_synthetic import build
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0)
+PERSON = Mover()
 
 
-def reach_of(scene: Scene, mover: Mover | None = None, *zones: Zone, cell_m: float = 0.05) -> Reach:
-    survey = make_survey(scene, SETTINGS)
-    return reachability(survey, free_space(survey, mover or Mover(), zones=zones, cell_m=cell_m))
+@cache
+def survey_of(name: str) -> Survey:
+    return make_survey(build(name).scene, SETTINGS)
+
+
+@cache
+def reach_in(name: str, mover: Mover = PERSON, *, cell_m: float = 0.05) -> Reach:
+    """What is reached in a synthetic building; nobody changes it."""
+    survey = survey_of(name)
+    return reachability(survey, free_space(survey, mover, cell_m=cell_m))
 
 
 def some_places(reach: Reach, number: int) -> np.ndarray:
@@ -54,7 +63,7 @@ def round_a_corner_m(a: np.ndarray, b: np.ndarray, corner: np.ndarray, radius: f
 
 
 def test_in_an_empty_room_distances_are_straight_lines() -> None:
-    reach = reach_of(build("convex-room").scene)
+    reach = reach_in("convex-room")
     places = some_places(reach, 25)
     exact = np.linalg.norm(places[:, None] - places[None], axis=2)
     # Along the slanted walls the cells are jagged: some lines are bent by millimetres.
@@ -64,9 +73,9 @@ def test_in_an_empty_room_distances_are_straight_lines() -> None:
 
 @pytest.mark.parametrize(("a", "b"), [((1.0, 8.0), (8.0, 1.0)), ((0.5, 9.0), (6.0, 0.5)), ((2.5, 9.5), (9.5, 2.5))])
 def test_round_the_corner_of_an_l_the_walk_is_that_of_a_taut_string(a: tuple[float, ...], b: tuple[float, ...]) -> None:
-    reach = reach_of(build("l-by-range").scene)
+    reach = reach_in("l-by-range")
     ends = np.array([[*a, 0.0], [*b, 0.0]])
-    exact = round_a_corner_m(np.array(a), np.array(b), np.array([3.0, 3.0]), Mover().radius_m)
+    exact = round_a_corner_m(np.array(a), np.array(b), np.array([3.0, 3.0]), PERSON.radius_m)
     found = Walking(reach).distances_m(ends)[0, 1]
     pulled = Walking(reach).path(*ends).length_m
     cell = reach.space.grid.cell_m
@@ -78,7 +87,7 @@ def test_round_the_corner_of_an_l_the_walk_is_that_of_a_taut_string(a: tuple[flo
 @pytest.mark.parametrize("name", ["corridor-comb", "doors-open", "stairwell"])
 def test_distances_lie_between_those_of_networkx_on_the_cells_and_their_least_possible(name: str) -> None:
     """Ways from cell to cell are up to 8.24 % longer than straight ones, ours at most 2.8 %, on the same cells."""
-    reach = reach_of(build(name).scene, cell_m=0.1)
+    reach = reach_in(name, cell_m=0.1)
     places = some_places(reach, 8)
     oracle = grid_distances(reach, places)
     found = Walking(reach).distances_m(places)
@@ -89,11 +98,10 @@ def test_distances_lie_between_those_of_networkx_on_the_cells_and_their_least_po
     assert found.sum() < oracle.sum()
 
 
-@pytest.mark.parametrize("name", ["corridor-comb", "doors-open", "stairwell"])
+@pytest.mark.parametrize("name", ["corridor-comb", pytest.param("doors-open", marks=pytest.mark.slow), "stairwell"])
 def test_distances_on_the_largest_cells_are_those_on_small_ones(name: str) -> None:
     """Half a metre is two cells, of which either end may be half a cell off; stairs are where most is lost."""
-    scene = build(name).scene
-    fine, coarse = reach_of(scene), reach_of(scene, cell_m=LARGEST_CELL_M)
+    fine, coarse = reach_in(name), reach_in(name, cell_m=LARGEST_CELL_M)
     roomy = np.flatnonzero(fine.reached_node & fine.space.on_ground & (fine.space.clearance_m > 0.5))
     places = fine.space.position_m(np.random.default_rng(5).choice(roomy, 12, replace=False))
     exact, found = Walking(fine).distances_m(places), Walking(coarse).distances_m(places)
@@ -102,16 +110,18 @@ def test_distances_on_the_largest_cells_are_those_on_small_ones(name: str) -> No
 
 
 def test_distances_are_a_metric() -> None:
-    reach = reach_of(build("spiral").scene)
-    found = Walking(reach).distances_m(some_places(reach, 30))
+    reach = reach_in("spiral")
+    places = some_places(reach, 30)
+    found = Walking(reach).distances_m(places)
     assert np.array_equal(found, found.T)
+    assert np.array_equal(found, Walking(reach).distances_m(places)), "the same twice"
     assert (np.diag(found) == 0).all()
     assert (found[:, None] <= found[:, :, None] + found[None] + 1e-9).all()
 
 
 def test_stairs_count_with_their_slope() -> None:
     """The flight has 14 treads of 0.26 m and 15 risers over 2.8 m; one walks from before it to behind it, above."""
-    reach = reach_of(build("stairwell").scene)
+    reach = reach_in("stairwell")
     foot, head = np.array([1.8, 0.3, 0.0]), np.array([1.8, 5.7, 2.8])
     along = np.hypot(14 * 0.26, 2.8) + (5.4 - 14 * 0.26)
     found = Walking(reach).distances_m(np.stack([foot, head]))[0, 1]
@@ -127,7 +137,7 @@ def test_stairs_count_with_their_slope() -> None:
 
 
 def test_places_one_above_the_other_are_a_flight_of_stairs_apart() -> None:
-    reach = reach_of(build("stairwell").scene)
+    reach = reach_in("stairwell")
     found = Walking(reach).distances_m(np.array([[0.6, 1.0, 0.0], [0.6, 1.0, 2.8], [0.6, 1.0, 5.6]]))
     assert found[0, 1] > 2 * np.hypot(2.8, 1.0)
     assert found[0, 2] > found[0, 1] + 5.0
@@ -135,12 +145,12 @@ def test_places_one_above_the_other_are_a_flight_of_stairs_apart() -> None:
 
 def test_a_small_robot_turns_corners_along_walkable_cells_only() -> None:
     robot = Mover(radius_m=0.08, step_m=0.03, height_m=0.4, stairs_height_m=0.4, opens_doors=False)
-    reach = reach_of(build("doors-open").scene, robot)
+    reach = reach_in("doors-open", robot)
     walking = Walking(reach)
-    places = some_places(reach, 12)
+    places = some_places(reach, 8)
     cells, footing = reach.space.cells(), Footing(reach)
     node = footing.nodes(places)
-    for a, b in combinations(range(12), 2):
+    for a, b in combinations(range(8), 2):
         path = walking.path(places[a], places[b])
         at = np.concatenate([node[[a]], footing.nodes(path.points_m[1:-1]), node[[b]]])
         seen = walks_straight(reach.space, cells, reach.reached_node, at[:-1], at[1:])
@@ -149,7 +159,7 @@ def test_a_small_robot_turns_corners_along_walkable_cells_only() -> None:
 
 
 def test_a_path_stays_where_there_is_room_and_is_no_longer_than_the_distance() -> None:
-    reach = reach_of(build("doors-open").scene)
+    reach = reach_in("doors-open")
     places = some_places(reach, 8)
     walking = Walking(reach)
     found = walking.distances_m(places)
@@ -165,7 +175,7 @@ def test_a_path_stays_where_there_is_room_and_is_no_longer_than_the_distance() -
 
 
 def test_sealed_rooms_are_infinitely_far_and_have_no_path() -> None:
-    reach = reach_of(build("closed-rooms").scene)
+    reach = reach_in("closed-rooms")
     places = np.array([[1.5, 2.0, 0.0], [1.5, 3.0, 0.0], [4.5, 2.0, 0.0], [4.5, 2.0, 9.0]])
     found = Walking(reach).distances_m(places)
     assert found[0, 1] == pytest.approx(1.0)
@@ -177,25 +187,27 @@ def test_sealed_rooms_are_infinitely_far_and_have_no_path() -> None:
 
 
 def test_a_zone_kept_out_of_is_walked_round() -> None:
-    scene = build("convex-room").scene
+    survey = survey_of("convex-room")
     square = Zone(np.array([[3.0, 2.5], [4.5, 2.5], [4.5, 4.0], [3.0, 4.0]]), 0)
     ends = np.array([[2.0, 3.2, 0.0], [5.5, 3.2, 0.0]])
     corner = 2.5
     exact = 2 * np.hypot(1.0, 3.2 - corner) + 1.5
-    assert Walking(reach_of(scene)).distances_m(ends)[0, 1] == pytest.approx(3.5, abs=1e-6)
-    assert Walking(reach_of(scene, None, square)).path(*ends).length_m == pytest.approx(exact, abs=0.12)
+    assert Walking(reach_in("convex-room")).distances_m(ends)[0, 1] == pytest.approx(3.5, abs=1e-6)
+    assert Walking(reachability(survey, free_space(survey, zones=(square,)))).path(*ends).length_m == pytest.approx(
+        exact, abs=0.12
+    )
 
 
 def test_a_narrow_passage_joins_what_it_joins() -> None:
     """A body of 0.49 m radius in doorways of 1 m: the way is one cell wide."""
-    reach = reach_of(build("thin-walls").scene, Mover(radius_m=0.47))
+    reach = reach_in("thin-walls", Mover(radius_m=0.47))
     found = Walking(reach).distances_m(np.array([[1.5, 2.0, 0.0], [4.5, 2.0, 0.0], [7.5, 2.0, 0.0]]))
     assert np.isfinite(found).all()
     assert found[0, 2] == pytest.approx(6.0, abs=0.15)
 
 
 def test_walking_straight_agrees_with_every_cell_of_the_line() -> None:
-    reach = reach_of(build("doors-open").scene, cell_m=0.1)
+    reach = reach_in("doors-open", cell_m=0.1)
     space = reach.space
     rng = np.random.default_rng(2)
     node = rng.choice(np.flatnonzero(reach.reached_node), (300, 2))
@@ -209,15 +221,8 @@ def test_walking_straight_agrees_with_every_cell_of_the_line() -> None:
         assert seen == all(tuple(cell) in free for cell in line)
 
 
-def test_distances_are_the_same_twice() -> None:
-    reach = reach_of(build("corridor-comb").scene)
-    places = some_places(reach, 12)
-    one, two = Walking(reach).distances_m(places), Walking(reach).distances_m(places)
-    assert one.tobytes() == two.tobytes()
-
-
 def test_the_graph_made_in_pieces_is_that_made_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    reach = reach_of(build("stairwell").scene)
+    reach = reach_in("stairwell")
     whole = Walking(reach)._edges
     monkeypatch.setattr("planner_core.positions.walking._ROWS", 50)
     monkeypatch.setattr("planner_core.positions.walking._PAIRS", 300)
@@ -230,7 +235,7 @@ def test_the_graph_made_in_pieces_is_that_made_at_once(monkeypatch: pytest.Monke
 
 @pytest.mark.parametrize("name", ["corridor-comb", "closed-rooms"])
 def test_ways_among_few_blocks_are_those_of_the_whole_graph(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    reach = reach_of(build(name).scene, cell_m=0.1)
+    reach = reach_in(name, cell_m=0.1)
     pairs = list(combinations(some_places(reach, 6), 2))
     walking, asked, within = Walking(reach), [], Walking._within
     monkeypatch.setattr(Walking, "_within", lambda self, *args: asked.append(within(self, *args)) or asked[-1])
@@ -245,7 +250,7 @@ def test_ways_among_few_blocks_are_those_of_the_whole_graph(name: str, monkeypat
 
 def test_a_way_longer_than_blocks_were_chosen_for_is_looked_for_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """As if the blocks had held a detour of 100 m only."""
-    reach = reach_of(build("corridor-comb").scene, cell_m=0.1)
+    reach = reach_in("corridor-comb", cell_m=0.1)
     walking, n_blocks, shortest = Walking(reach), [], Walking._shortest
     a, b = np.array([1.5, 4.0, 0.0]), np.array([7.8, 4.0, 0.0])
     expected = walking.path(a, b)
@@ -261,7 +266,7 @@ def test_a_way_longer_than_blocks_were_chosen_for_is_looked_for_again(monkeypatc
 
 
 def test_a_way_round_a_long_wall_is_found_beyond_the_first_ellipse() -> None:
-    reach = reach_of(build("corridor-comb").scene, cell_m=0.1)
+    reach = reach_in("corridor-comb", cell_m=0.1)
     # In neighbouring rooms, against the wall between them and far from their doorways.
     a, b = np.array([2.7, 5.3, 0.0]), np.array([3.45, 5.3, 0.0])
     walking = Walking(reach)
@@ -273,7 +278,7 @@ def test_a_way_round_a_long_wall_is_found_beyond_the_first_ellipse() -> None:
 def test_distances_of_parts_are_those_of_one_search_over_everything() -> None:
     from scipy.sparse.csgraph import dijkstra
 
-    reach = reach_of(build("closed-rooms").scene)
+    reach = reach_in("closed-rooms")
     places = some_places(reach, 20)
     walking = Walking(reach)
     node, place = walking._stands(places)
