@@ -87,7 +87,7 @@ def test_the_judge_says_the_same() -> None:
     plan = evaluate_stations(scene, settings, [station])
     assert [floor.elevation_m for floor in plan.survey.floors] == pytest.approx([0.0, 3.0], abs=1e-6)
     engine = open_engine(plan.survey.scene, plan.survey.patches)
-    found = judge(plan, engine, n_points=20_000)
+    found = judge(plan, engine, n_points=5_000)
     assert abs(found.covered_m2.told - found.covered_m2.judged) < 4 * found.covered_m2.error
     # The lower room without its ceiling, which is the upper room's ground.
     assert plan.coverage.covered_area_m2 == pytest.approx(SIDE_M**2 + 4 * SIDE_M * STOREY_M, rel=0.02)

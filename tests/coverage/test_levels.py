@@ -54,11 +54,6 @@ def test_patches_meet_limits_from_one_position_at_once(asked: PointLimits, meets
     assert (times_meeting(three_rows(), asked) > 0).tolist() == meets
 
 
-def test_positions_that_meet_are_counted() -> None:
-    assert times_meeting(three_rows(), PointLimits()).tolist() == [2, 1, 0, 1]
-    assert times_meeting(three_rows(), PointLimits(range_m=8.0)).tolist() == [1, 1, 0, 0]
-
-
 def test_noise_is_asked_for_at_the_reflectivity_that_comes_back() -> None:
     scanner = replace(
         load_scanner("hdl-64e"),
