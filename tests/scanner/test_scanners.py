@@ -10,7 +10,7 @@ import pytest
 from planner_core.errors import RequirementError
 from planner_core.model import Scanner
 from planner_core.scanner.load_scanner import list_scanners, load_scanner
-from planner_core.scanner.template import directions, make_template
+from planner_core.scanner.template import make_template
 
 GOOD = {
     "name": "mine",
@@ -54,18 +54,6 @@ def test_every_listed_scanner_loads_by_its_name() -> None:
     assert "hdl-64e" in {scanner.name for scanner in scanners}
     for scanner in scanners:
         assert load_scanner(scanner.name.upper()) == scanner
-
-
-def test_template_has_the_highest_channel_first_and_azimuth_from_zero() -> None:
-    template = make_template(load_scanner("hdl-64e"))
-    beams = directions(template)
-    assert beams.shape == (64, 4500, 3)
-    np.testing.assert_allclose(np.linalg.norm(beams, axis=2), 1.0, atol=1e-15)
-    assert np.all(np.diff(beams[:, 0, 2]) < 0)
-    assert template.azimuth_rad[0] == 0.0
-    assert template.azimuth_rad[-1] == pytest.approx(2 * math.pi * 4499 / 4500)
-    # Counter-clockwise from +x: a quarter turn is +y.
-    np.testing.assert_allclose(beams[0, 1125, :2], [0.0, math.cos(math.radians(2))], atol=1e-12)
 
 
 def test_a_file_of_the_users_own_is_read(tmp_path: Path) -> None:

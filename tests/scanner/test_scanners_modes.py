@@ -144,57 +144,6 @@ def test_a_mode_that_is_not_there_is_answered_with_what_to_do(asked: str, told: 
     assert len(str(caught.value)) < 400
 
 
-@pytest.mark.parametrize(
-    ("change", "told"),
-    [
-        ({"modes": []}, "modes: got 0 of them, expected at least 1"),
-        ({"modes": "fast"}, "modes: got 'fast', expected a list"),
-        ({"modes": mode() * 101}, "modes: got 101 of them, expected at most 100"),
-        ({"modes": ["fast"]}, r"modes\[0\]: got 'fast'"),
-        ({"modes": mode() + mode()}, "mode id 'fast' twice"),
-        ({"modes": mode(id=None)}, r"modes\[0\]: got no id"),
-        ({"modes": mode(id="Fast!")}, r"modes\[0\].id: got"),
-        ({"modes": mode(id="a" * 41)}, r"modes\[0\].id: got"),
-        ({"modes": mode(id=7)}, r"modes\[0\].id: got 7"),
-        ({"modes": mode(id="6mm")}, "id 6mm with another spacing"),
-        ({"modes": mode(title=" ")}, r"modes\[0\].title: got ' '"),
-        ({"modes": mode(colour="red")}, r"modes\[0\]: got the unknown entry 'colour'"),
-        ({"modes": mode(step_deg=None)}, "no step"),
-        ({"modes": mode(azimuth_step_deg=1)}, "azimuth_step_deg and step_deg"),
-        ({"modes": mode(step_deg=None, azimuth_step_deg=1)}, "expected spacing_at_10m_mm, or step_deg"),
-        ({"modes": mode(spacing_at_10m_mm=6)}, "spacing_at_10m_mm and step_deg"),
-        ({"modes": mode(step_deg=0)}, "step_deg: got 0"),
-        ({"modes": mode(step_deg=-1)}, "step_deg: got -1"),
-        ({"modes": mode(step_deg=31)}, "at most 30"),
-        ({"modes": mode(step_deg="1")}, "step_deg: got '1'"),
-        ({"modes": mode(step_deg=True)}, "step_deg: got True"),
-        ({"modes": mode(step_deg=1e-300)}, "step_deg: got 1e-300, expected more than 1e-06"),
-        ({"modes": mode(step_deg=None, spacing_at_10m_mm=5e-324)}, "spacing_at_10m_mm: got 5e-324"),
-        ({"modes": mode(step_deg=0.001), "default_mode": "fast"}, "at most 200000000 beams"),
-        ({"modes": mode(seconds=0)}, "seconds: got 0"),
-        ({"modes": mode(seconds=1e6)}, "seconds: got 1000000.0"),
-        ({"default_mode": None}, "3 modes and no default_mode"),
-        ({"default_mode": "slow"}, "mode 'slow'"),
-        ({"default_mode": 3}, "default_mode: got 3"),
-        ({"modes": None, "n_azimuths": 8, "elevation_deg": [0]}, "default_mode without modes"),
-        ({"n_azimuths": 8}, "modes and n_azimuths"),
-        ({"azimuth_deg": {"step": 1}}, "modes and azimuth_deg"),
-        ({"azimuth_offset_deg": [0]}, "modes and azimuth_offset_deg"),
-        ({"channel_modes": [{"id": "a", "title": "a", "elevation_deg": [1, 0]}]}, "modes and channel_modes"),
-        ({"elevation_deg": [10, 0]}, "elevation_deg"),
-        ({"elevation_deg": {"first": 90, "last": -60, "step": 1}}, "modes and channels in elevation_deg"),
-        ({"elevation_deg": {"first": 90}}, "elevation_deg: got no last"),
-        ({"elevation_deg": {"first": -60, "last": 90}}, "first > last"),
-        ({"elevation_deg": {"first": 91, "last": 0}}, "elevation_deg.first: got 91"),
-        ({"elevation_deg": {"first": 1, "last": None}}, "elevation_deg.last: got None"),
-    ],
-)
-def test_a_bad_mode_is_named(tmp_path: Path, change: dict[str, object], told: str) -> None:
-    with pytest.raises(RequirementError, match=told) as caught:
-        load_scanner(write(tmp_path, **change))
-    assert len(str(caught.value).splitlines()) == 1
-
-
 BEAMS = {"modes": None, "default_mode": None, "n_azimuths": 8, "elevation_deg": [10, 0, -10]}
 
 
@@ -214,54 +163,88 @@ def test_another_table_of_channels_is_picked_by_its_name(tmp_path: Path) -> None
     assert (mode.elevation_step_rad, grid_of(mode, field_rad=1.0).n_beams) == (None, 32)
 
 
-@pytest.mark.parametrize(
-    ("change", "told"),
-    [
-        (table(id="Low"), r"channel_modes\[0\].id"),
-        (table(id="6mm"), "id 6mm, a spacing"),
-        (table(title=" "), r"channel_modes\[0\].title"),
-        (table(elevation_deg=[]), r"channel_modes\[0\].elevation_deg: got 0 of them"),
-        (table(elevation_deg=[0, 1]), "rising from 0 to 1 at channel 2"),
-        (table(elevation_deg=[1, 0, 0]), "elevation_deg = 0 for channels 2 and 3"),
-        (table(elevation_deg=[91, 0]), r"elevation_deg\[0\]: got 91"),
-        (table(step_deg=1), "unknown entry 'step_deg'"),
-        ({**table(), "n_azimuths": 66_000_000}, "channels in mode low, expected at most 200000000 beams"),
-        ({**table(), "azimuth_offset_deg": [0, 1, 2]}, "channel_modes and azimuth_offset_deg"),
-        ({**table(), "n_azimuths": None, "azimuth_deg": {"step": 1}}, "channel_modes and azimuth_deg"),
-        ({**table(), "channel_modes": 2 * table()["channel_modes"]}, "mode id 'low' twice"),  # type: ignore[operator]
-        ({**table(), "default_mode": "low"}, "default_mode without modes"),
-    ],
-)
-def test_a_bad_table_of_channels_is_named(tmp_path: Path, change: dict[str, object], told: str) -> None:
-    with pytest.raises(RequirementError, match=told) as caught:
-        load_scanner(write(tmp_path, **change))
-    assert len(str(caught.value).splitlines()) == 1
+#: What is changed in GOOD, and what the message names.
+BAD_MODES = [
+    ({"modes": []}, "modes: got 0 of them, expected at least 1"),
+    ({"modes": "fast"}, "modes: got 'fast', expected a list"),
+    ({"modes": mode() * 101}, "modes: got 101 of them, expected at most 100"),
+    ({"modes": ["fast"]}, r"modes\[0\]: got 'fast'"),
+    ({"modes": mode() + mode()}, "mode id 'fast' twice"),
+    ({"modes": mode(id=None)}, r"modes\[0\]: got no id"),
+    ({"modes": mode(id="Fast!")}, r"modes\[0\].id: got"),
+    ({"modes": mode(id="a" * 41)}, r"modes\[0\].id: got"),
+    ({"modes": mode(id=7)}, r"modes\[0\].id: got 7"),
+    ({"modes": mode(id="6mm")}, "id 6mm with another spacing"),
+    ({"modes": mode(title=" ")}, r"modes\[0\].title: got ' '"),
+    ({"modes": mode(colour="red")}, r"modes\[0\]: got the unknown entry 'colour'"),
+    ({"modes": mode(step_deg=None)}, "no step"),
+    ({"modes": mode(azimuth_step_deg=1)}, "azimuth_step_deg and step_deg"),
+    ({"modes": mode(step_deg=None, azimuth_step_deg=1)}, "expected spacing_at_10m_mm, or step_deg"),
+    ({"modes": mode(spacing_at_10m_mm=6)}, "spacing_at_10m_mm and step_deg"),
+    ({"modes": mode(step_deg=0)}, "step_deg: got 0"),
+    ({"modes": mode(step_deg=-1)}, "step_deg: got -1"),
+    ({"modes": mode(step_deg=31)}, "at most 30"),
+    ({"modes": mode(step_deg="1")}, "step_deg: got '1'"),
+    ({"modes": mode(step_deg=True)}, "step_deg: got True"),
+    ({"modes": mode(step_deg=1e-300)}, "step_deg: got 1e-300, expected more than 1e-06"),
+    ({"modes": mode(step_deg=None, spacing_at_10m_mm=5e-324)}, "spacing_at_10m_mm: got 5e-324"),
+    ({"modes": mode(step_deg=0.001), "default_mode": "fast"}, "at most 200000000 beams"),
+    ({"modes": mode(seconds=0)}, "seconds: got 0"),
+    ({"modes": mode(seconds=1e6)}, "seconds: got 1000000.0"),
+    ({"default_mode": None}, "3 modes and no default_mode"),
+    ({"default_mode": "slow"}, "mode 'slow'"),
+    ({"default_mode": 3}, "default_mode: got 3"),
+    ({"modes": None, "n_azimuths": 8, "elevation_deg": [0]}, "default_mode without modes"),
+    ({"n_azimuths": 8}, "modes and n_azimuths"),
+    ({"azimuth_deg": {"step": 1}}, "modes and azimuth_deg"),
+    ({"azimuth_offset_deg": [0]}, "modes and azimuth_offset_deg"),
+    ({"channel_modes": [{"id": "a", "title": "a", "elevation_deg": [1, 0]}]}, "modes and channel_modes"),
+    ({"elevation_deg": [10, 0]}, "elevation_deg"),
+    ({"elevation_deg": {"first": 90, "last": -60, "step": 1}}, "modes and channels in elevation_deg"),
+    ({"elevation_deg": {"first": 90}}, "elevation_deg: got no last"),
+    ({"elevation_deg": {"first": -60, "last": 90}}, "first > last"),
+    ({"elevation_deg": {"first": 91, "last": 0}}, "elevation_deg.first: got 91"),
+    ({"elevation_deg": {"first": 1, "last": None}}, "elevation_deg.last: got None"),
+]
+BAD_CHANNELS = [
+    (table(id="Low"), r"channel_modes\[0\].id"),
+    (table(id="6mm"), "id 6mm, a spacing"),
+    (table(title=" "), r"channel_modes\[0\].title"),
+    (table(elevation_deg=[]), r"channel_modes\[0\].elevation_deg: got 0 of them"),
+    (table(elevation_deg=[0, 1]), "rising from 0 to 1 at channel 2"),
+    (table(elevation_deg=[1, 0, 0]), "elevation_deg = 0 for channels 2 and 3"),
+    (table(elevation_deg=[91, 0]), r"elevation_deg\[0\]: got 91"),
+    (table(step_deg=1), "unknown entry 'step_deg'"),
+    ({**table(), "n_azimuths": 66_000_000}, "channels in mode low, expected at most 200000000 beams"),
+    ({**table(), "azimuth_offset_deg": [0, 1, 2]}, "channel_modes and azimuth_offset_deg"),
+    ({**table(), "n_azimuths": None, "azimuth_deg": {"step": 1}}, "channel_modes and azimuth_deg"),
+    ({**table(), "channel_modes": 2 * table()["channel_modes"]}, "mode id 'low' twice"),  # type: ignore[operator]
+    ({**table(), "default_mode": "low"}, "default_mode without modes"),
+]
+BAD_FIGURES = [
+    ({"angular_accuracy_arcsec": 0}, "angular_accuracy_arcsec: got 0"),
+    ({"angular_accuracy_arcsec": "18"}, "angular_accuracy_arcsec"),
+    ({"beam_divergence_mrad": -0.3}, "beam_divergence_mrad: got -0.3"),
+    ({"beam_divergence_mrad": 350}, "at most 100"),
+    ({"beam_diameter_mm": [6]}, "beam_diameter_mm"),
+    ({"beam_width_at": "half"}, "'1/e', '1/e2' or 'FWHM'"),
+    ({"beam_width_at": ""}, "beam_width_at"),
+    ({"beam_width_at": ["1/e"]}, "beam_width_at"),
+    ({"wavelength_nm": 0}, "wavelength_nm"),
+    ({"dual_axis_compensator": "yes"}, "true or false"),
+    ({"dual_axis_compensator": 1}, "true or false"),
+    ({"ranging_accuracy": 1.0}, "ranging_accuracy: got 1.0"),
+    ({"ranging_accuracy": {"ppm": 10}}, "ranging_accuracy: got no mm"),
+    ({"ranging_accuracy": {"mm": 1, "ppm": -1}}, "ranging_accuracy.ppm: got -1"),
+    ({"ranging_accuracy": {"mm": 1, "per_km": 1}}, "ranging_accuracy: got the unknown entry 'per_km'"),
+    ({"mounting": ["upright"]}, "'upright' or 'inverted'"),
+    ({"line\nbreak": 1}, "unknown entry 'line"),
+]
 
 
-@pytest.mark.parametrize(
-    ("change", "told"),
-    [
-        ({"angular_accuracy_arcsec": 0}, "angular_accuracy_arcsec: got 0"),
-        ({"angular_accuracy_arcsec": "18"}, "angular_accuracy_arcsec"),
-        ({"beam_divergence_mrad": -0.3}, "beam_divergence_mrad: got -0.3"),
-        ({"beam_divergence_mrad": 350}, "at most 100"),
-        ({"beam_diameter_mm": [6]}, "beam_diameter_mm"),
-        ({"beam_width_at": "half"}, "'1/e', '1/e2' or 'FWHM'"),
-        ({"beam_width_at": ""}, "beam_width_at"),
-        ({"beam_width_at": ["1/e"]}, "beam_width_at"),
-        ({"wavelength_nm": 0}, "wavelength_nm"),
-        ({"dual_axis_compensator": "yes"}, "true or false"),
-        ({"dual_axis_compensator": 1}, "true or false"),
-        ({"ranging_accuracy": 1.0}, "ranging_accuracy: got 1.0"),
-        ({"ranging_accuracy": {"ppm": 10}}, "ranging_accuracy: got no mm"),
-        ({"ranging_accuracy": {"mm": 1, "ppm": -1}}, "ranging_accuracy.ppm: got -1"),
-        ({"ranging_accuracy": {"mm": 1, "per_km": 1}}, "ranging_accuracy: got the unknown entry 'per_km'"),
-        ({"mounting": ["upright"]}, "'upright' or 'inverted'"),
-        ({"line\nbreak": 1}, "unknown entry 'line"),
-    ],
-)
-def test_a_bad_figure_is_named(tmp_path: Path, change: dict[str, object], told: str) -> None:
-    with pytest.raises(RequirementError, match=told) as caught:
+@pytest.mark.parametrize(("change", "named"), [*BAD_MODES, *BAD_CHANNELS, *BAD_FIGURES])
+def test_a_bad_entry_is_named(tmp_path: Path, change: dict[str, object], named: str) -> None:
+    with pytest.raises(RequirementError, match=named) as caught:
         load_scanner(write(tmp_path, **change))
     assert len(str(caught.value).splitlines()) == 1
 
