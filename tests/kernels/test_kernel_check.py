@@ -40,6 +40,7 @@ def test_unwritten_memory_and_the_shape_of_tiles_do_not_reach_the_results(
     assert check.run(["gpu", "--poison", "0xff"], flags=None, folder=tmp_path).results == plain.results
 
 
+@pytest.mark.slow
 def test_a_program_that_ends_badly_is_a_report(check: ModuleType, tmp_path: Path) -> None:
     found = check.run(["no-such-form"], flags=None, folder=tmp_path)
     assert "ended with 2" in found.report

@@ -97,7 +97,7 @@ def cases(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 def test_kernel_and_host_give_the_same_address(device: Device, lanes: int, depth: int) -> None:
     if lanes > device.max_lanes:
         pytest.skip(f"{device.label} has no vectors of {lanes}")
-    weights, edges = cases(20_000, seed=depth)
+    weights, edges = cases(5_120, seed=depth)
     expected = patch_code(weights, edges, np.full(len(weights), depth))
     np.testing.assert_array_equal(codes_of(device, weights, edges, depth, lanes), expected)
 
@@ -107,7 +107,7 @@ def test_kernel_and_host_give_the_same_address(device: Device, lanes: int, depth
 def test_the_parts_that_a_tile_sees_are_those_of_its_hits_each_once(device: Device, lanes: int, depth: int) -> None:
     if lanes > device.max_lanes:
         pytest.skip(f"{device.label} has no vectors of {lanes}")
-    weights, edges = cases(12_800, seed=depth)
+    weights, edges = cases(2_560, seed=depth)
     n_hits = WINDOW * lanes
     edges = np.ascontiguousarray(edges[::n_hits])
     seen = parts_of(device, weights, edges, depth, lanes)
