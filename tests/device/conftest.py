@@ -8,15 +8,15 @@ from contextlib import contextmanager
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pyopencl
 import pytest
 from pyopencl import _cl
 from tlsplan.main import main
 
+from planner_core import self_check
 from planner_core.device import Device, open_device, runtime
 from planner_core.engine.opencl import OpenCLEngine
-from planner_core.model import LoadReport, Patches, Scene, SceneSource
+from planner_core.model import Patches, Scene
 from planner_core.scene.patches import make_patches
 
 CODES = {name: getattr(pyopencl.status_code, name) for name in dir(pyopencl.status_code) if name.isupper()}
@@ -125,19 +125,7 @@ def faults() -> SimpleNamespace:
 @pytest.fixture(scope="session")
 def room() -> tuple[Scene, Patches]:
     """A closed box of 2 x 4 x 6 m about the origin."""
-    corners = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-2.0, 2.0) for z in (-3.0, 3.0)])
-    faces = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1)]
-    faces += [(2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)]
-    scene = Scene(
-        source=SceneSource(__file__, "", "memory", "metre", 1.0, "Z"),
-        vertices_m=corners,
-        triangles=np.array(faces, dtype=np.int32),
-        element_of_triangle=np.zeros(12, dtype=np.int32),
-        elements=(),
-        storeys=(),
-        offset_m=np.zeros(3),
-        report=LoadReport(12),
-    )
+    scene, _ = self_check.box()
     return scene, make_patches(scene, max_area_m2=0.5)
 
 
