@@ -27,7 +27,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-firefox system-kernel-check lint typecheck \
-  imports pytest pytest-slow pytest-campaign web web-check web-main e2e e2e-scenes bench bench-roofline bench-patch-mode bench-genetic bench-selection bench-selection-large \
+  imports pytest pytest-slow pytest-campaign web web-check web-main e2e e2e-firefox e2e-scenes bench bench-roofline bench-patch-mode bench-genetic bench-selection bench-selection-large \
   bench-drivers bench-planning bench-channels bench-truth bench-live bench-clouds bench-cluster bench-area bench-scale bench-paper-scale reproduce plan-scenes \
   campaigns test-repeatedly soak soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
 
@@ -120,8 +120,11 @@ web-check: $(NODE)
 web-main: $(NODE) $(VIEWER) $(DEV) system-tests
 	cd $(WEB) && npm run --silent e2e:main
 
-e2e: $(NODE) $(VIEWER) $(DEV) system-tests system-firefox ## the viewer in a real browser, all of it
+e2e: $(NODE) $(VIEWER) $(DEV) system-tests system-firefox ## the viewer in a real browser, its main paths apart
 	cd $(WEB) && npm run --silent e2e
+
+e2e-firefox: $(NODE) $(VIEWER) $(DEV) system-firefox ## more of the viewer in Firefox
+	cd $(WEB) && npm run --silent e2e:firefox
 
 # Plans of whole scenes: made once, in minutes, and kept. The duplex is not part of the repository.
 SCENES := $(OUT)/e2e-scenes
@@ -130,7 +133,7 @@ SCENE_PLANS := $(SCENES)/school/plan.json $(if $(DUPLEX),$(SCENES)/duplex/plan.j
 
 e2e-scenes: $(NODE) $(VIEWER) $(DEV) system-tests $(SCENE_PLANS) ## the viewer in a real browser on a duplex and on a synthetic school
 	$(if $(DUPLEX),,@echo "e2e-scenes: no ../shared/data/ifc/duplex.ifc, so the school alone")
-	cd $(WEB) && TLSPLAN_E2E_SCENES="$(abspath $(SCENES))" npx vitest run --config e2e/scenes.config.ts
+	cd $(WEB) && TLSPLAN_E2E_SCENES="$(abspath $(SCENES))" npm run --silent e2e:scenes
 
 $(SCENES)/school.ifc: | $(RUNTIME)
 	mkdir -p $(SCENES) && $(BIN)/tlsplan scene school -o $@ --quiet

@@ -1,42 +1,73 @@
-/** Drives Chromium: one page of the viewer, what went wrong on it, and the pixels it shows. */
-import { existsSync, mkdirSync } from 'node:fs';
+/** Drives Chromium: pages of the viewer, what went wrong on them, and the pixels they show. */
 import { fileURLToPath } from 'node:url';
-import { type Browser, chromium, type Page } from 'playwright-core';
+import { type Browser, type CDPSession, chromium, type Locator, type Page } from 'playwright-core';
+import { afterAll, afterEach, beforeAll, expect, inject } from 'vitest';
+import type { Change, Review } from '../src/api/documents.ts';
+import type { PlanStation } from '../src/load/plan-json.ts';
+import { PATIENCE_MS } from './chromium.ts';
+import { discardReview } from './plan-files.ts';
 
-/** WebGL in software, and nothing that calls home. */
-const FLAGS = [
-  '--no-sandbox',
-  '--disable-gpu',
-  '--disable-background-networking',
-  '--disable-component-update',
-  '--disable-sync',
-  '--use-angle=swiftshader',
-  '--enable-unsafe-swiftshader',
-  '--ignore-gpu-blocklist',
-];
-const PLACES = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome', '/snap/bin/chromium'];
-/** Software draws pictures slowly, and a click waits for them. */
-const PATIENCE_MS = 240_000;
 const SCREENSHOTS = fileURLToPath(new URL('../test-results/', import.meta.url));
 
-export function launchBrowser(): Promise<Browser> {
-  const executablePath = process.env.TLSPLAN_CHROMIUM ?? PLACES.find((place) => existsSync(place));
-  if (executablePath === undefined) throw new Error(`no Chromium at ${PLACES.join(', ')}; set TLSPLAN_CHROMIUM`);
-  return chromium.launch({ executablePath, args: FLAGS, timeout: PATIENCE_MS });
-}
+export type PagePoint = [x: number, y: number];
 
 export interface Look {
   readonly width?: number;
   readonly height?: number;
   readonly colorScheme?: 'light' | 'dark';
   readonly hasTouch?: boolean;
-  /** Of the browser; nothing told: English. */
+  readonly isMobile?: boolean;
+  /** Of the browser; by default English. */
   readonly locale?: string;
+}
+
+/**
+ * Pages of the viewer for the tests of one file, all in the Chromium of this run.
+ *
+ * After each test its pages are closed, none of them may have had a fault, and the plan's review is empty again. A test
+ * that fails leaves pictures of its pages in test-results/.
+ */
+export function viewerPages(usual: Look = {}): (look?: Look, address?: string) => Promise<ViewerPage> {
+  let browser: Browser;
+  const opened: ViewerPage[] = [];
+  beforeAll(async () => {
+    browser = await chromium.connect(inject('browser'), { timeout: PATIENCE_MS });
+  });
+  afterAll(() => browser.close());
+  afterEach(async ({ task }) => {
+    const pages = opened.splice(0);
+    for (const [i, { page }] of pages.entries()) {
+      if (task.result?.state === 'fail' && !page.isClosed()) {
+        await page.screenshot({
+          path: `${SCREENSHOTS}failed-${i}-${task.name.replace(/[^a-z0-9]+/gi, '-').slice(0, 60)}.png`,
+        });
+      }
+      await page.close();
+    }
+    discardReview(inject('planFolder'));
+    expect(pages.flatMap(({ faults }) => faults)).toEqual([]);
+  });
+  return async (look = {}, address = inject('address')) => {
+    const viewer = await ViewerPage.create(browser, address, { ...usual, ...look });
+    opened.push(viewer);
+    return viewer;
+  };
+}
+
+/** One sample a pixel instead of four: in software a third of the time of a picture goes into smooth edges. */
+function drawWithoutSmoothing(): void {
+  const { getContext } = HTMLCanvasElement.prototype as unknown as { getContext: (...args: unknown[]) => unknown };
+  Object.assign(HTMLCanvasElement.prototype, {
+    getContext(this: HTMLCanvasElement, kind: string, options?: object) {
+      return getContext.call(this, kind, kind === 'webgl2' ? { ...options, antialias: false } : options);
+    },
+  });
 }
 
 export class ViewerPage {
   /** Errors of the page and requests to other machines. */
   readonly faults: string[] = [];
+  private fingers: CDPSession | null = null;
 
   private constructor(
     readonly page: Page,
@@ -57,6 +88,7 @@ export class ViewerPage {
   static async create(browser: Browser, address: string, { width = 1000, height = 680, ...look }: Look = {}) {
     const page = await browser.newPage({ viewport: { width, height }, reducedMotion: 'reduce', ...look });
     page.setDefaultTimeout(PATIENCE_MS);
+    await page.addInitScript(drawWithoutSmoothing);
     return new ViewerPage(page, address);
   }
 
@@ -67,15 +99,116 @@ export class ViewerPage {
     await this.settle();
   }
 
-  /** What follows the `#` of the address: asked of the page, for the browser tells of it later. */
+  /** Go to the tab Edit of a floor, seen straight from above, and wait until the server evaluates edits. */
+  async openEditing(hash: string, view: 't' | 'p' = 't'): Promise<void> {
+    await this.open(`#tab=edit&${hash}`);
+    // First that there is a server, then that it is ready.
+    await this.page.getByRole('radiogroup', { name: /^(Tool|Werkzeug)$/ }).waitFor();
+    await this.page.getByTestId('live-note').waitFor({ state: 'detached' });
+    await this.page.getByTestId('totals').waitFor();
+    await this.press(view);
+  }
+
+  /** Press a key, and wait until the picture has been drawn. */
+  async press(key: string): Promise<void> {
+    await this.page.keyboard.press(key);
+    await this.settle();
+  }
+
+  /** The `#` of the address and what follows it, from the page: the browser learns it later. */
   hash(): Promise<string> {
     return this.page.evaluate(() => window.location.hash);
   }
 
-  /** Wait until the picture has been drawn: a frame asked for now comes after those asked for before. */
+  /** Wait until the picture has been drawn: a frame requested now comes after those requested before. */
   async settle(): Promise<void> {
     await this.page.evaluate(
       () => new Promise<void>((done) => requestAnimationFrame(() => requestAnimationFrame(() => done()))),
+    );
+  }
+
+  marker(id: string): Locator {
+    return this.page.locator(`.marker[data-station="${id}"]`);
+  }
+
+  /** Where on the page the number of a station is. */
+  async centreOf(id: string): Promise<PagePoint> {
+    const box = (await this.marker(id).boundingBox())!;
+    return [box.x + box.width / 2, box.y + box.height / 2];
+  }
+
+  /** Where points (x, y) of the scene are on the page, in the plan view: by the numbers of two stations far apart. */
+  async planToPage(stations: readonly PlanStation[]): Promise<(x: number, y: number) => PagePoint> {
+    const sum = ({ position: [x, y] }: PlanStation): number => x + y;
+    const from = stations.reduce((a, b) => (sum(a) < sum(b) ? a : b));
+    const to = stations.reduce((a, b) => (sum(a) > sum(b) ? a : b));
+    const [[ax, ay], [bx, by]] = [await this.centreOf(from.id), await this.centreOf(to.id)];
+    const perX = (bx - ax) / (to.position[0] - from.position[0]);
+    const perY = (by - ay) / (to.position[1] - from.position[1]);
+    return (x, y) => [ax + perX * (x - from.position[0]), ay + perY * (y - from.position[1])];
+  }
+
+  /** Stations whose numbers are shown, sorted. */
+  shownStations(): Promise<string[]> {
+    return this.page
+      .locator('.marker:not([hidden])')
+      .evaluateAll((all) => all.map((one) => (one as HTMLElement).dataset.station ?? '').sort());
+  }
+
+  /** Whether nothing lies over the canvas at a point of the page. */
+  isBare(...point: PagePoint): Promise<boolean> {
+    return this.page.evaluate(([x, y]) => document.elementFromPoint(x, y)?.tagName === 'CANVAS', point);
+  }
+
+  /** Drag with the mouse from a point of the page, drawing after each step; the button stays down. */
+  async dragFrom([x, y]: PagePoint, dx: number, dy: number, steps = 3): Promise<void> {
+    await this.page.mouse.move(x, y);
+    await this.page.mouse.down();
+    for (let i = 1; i <= steps; i++) {
+      await this.page.mouse.move(x + (dx * i) / steps, y + (dy * i) / steps);
+      await this.settle();
+    }
+  }
+
+  /** What fingers do, each at a point of the page; drawn afterwards. */
+  async touch(type: 'touchStart' | 'touchMove' | 'touchEnd', ...fingers: readonly PagePoint[]): Promise<void> {
+    this.fingers ??= await this.page.context().newCDPSession(this.page);
+    const touchPoints = fingers.map(([x, y], id) => ({ x, y, id }));
+    await this.fingers.send('Input.dispatchTouchEvent', { type, touchPoints });
+    await this.settle();
+  }
+
+  /** Choose a tool of the tab Edit. */
+  tool(name: string): Promise<void> {
+    return this.page.getByRole('radio', { name, exact: true }).click();
+  }
+
+  review(): Promise<Review> {
+    return this.page.evaluate(async () => (await fetch('api/review')).json());
+  }
+
+  /** The review once it is at another revision than `revision`. */
+  async changedFrom(revision: number): Promise<Review> {
+    await expect.poll(async () => (await this.review()).revision).not.toBe(revision);
+    return this.review();
+  }
+
+  /** Take the last change back by its button. */
+  async undo(): Promise<void> {
+    const { revision } = await this.review();
+    await this.page.getByRole('button', { name: /^Undo: / }).click();
+    await this.changedFrom(revision);
+  }
+
+  /** Change the review as another page would; the status of the server's answer. */
+  async changeAs(author: string, ...changes: readonly Change[]): Promise<number> {
+    const { revision } = await this.review();
+    return this.page.evaluate(
+      async (body) => {
+        const headers = { 'content-type': 'application/json' };
+        return (await fetch('api/review/changes', { method: 'POST', headers, body: JSON.stringify(body) })).status;
+      },
+      { base_revision: revision, author, changes },
     );
   }
 
@@ -89,9 +222,9 @@ export class ViewerPage {
     );
   }
 
+  /** A picture of the page in test-results/ for people, with `TLSPLAN_E2E_PICTURES` alone: software draws it slowly. */
   async screenshot(name: string): Promise<void> {
-    mkdirSync(SCREENSHOTS, { recursive: true });
-    await this.page.screenshot({ path: `${SCREENSHOTS}${name}.png` });
+    if (process.env.TLSPLAN_E2E_PICTURES) await this.page.screenshot({ path: `${SCREENSHOTS}${name}.png` });
   }
 
   /** What the canvas shows, panels and markers hidden. */
@@ -130,7 +263,7 @@ export class ViewerPage {
   }
 }
 
-type Rgb = [number, number, number];
+export type Rgb = [number, number, number];
 
 export class Pixels {
   constructor(

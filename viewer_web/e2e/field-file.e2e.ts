@@ -3,56 +3,35 @@ import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { fileURLToPath } from 'node:url';
-import type { Page } from 'playwright-core';
 import { afterAll, beforeAll, expect, inject, test } from 'vitest';
-import type { Review } from '../src/api/documents.ts';
-import { ViewerPage } from './browser.ts';
-import { ownCopy } from './own-copy.ts';
+import { viewerPages } from './browser.ts';
 import { PlanFiles } from './plan-files.ts';
+import { PYTHON, REPOSITORY } from './plan-server.ts';
 
-const REPOSITORY = fileURLToPath(new URL('../../', import.meta.url));
-const PYTHON = process.env.TLSPLAN_PYTHON ?? `${REPOSITORY}.venv/bin/python`;
 const { plan } = new PlanFiles(inject('planFolder'));
 const [first, second, third, fourth] = plan.route!.order.map((id) => plan.stations.find((one) => one.id === id)!);
 
-const own = ownCopy(inject('planFolder'));
+const openPage = viewerPages({ width: 1024, height: 768 });
 let folder: string;
 let file: string;
 beforeAll(() => {
   folder = mkdtempSync(join(tmpdir(), 'tlsplan-field-'));
   file = join(folder, 'field.html');
-  execFileSync(PYTHON, ['-m', 'tlsplan', 'export', own.server.folder, '--format', 'field', '-o', file, '--quiet'], {
+  execFileSync(PYTHON, ['-m', 'tlsplan', 'export', inject('planFolder'), '--format', 'field', '-o', file, '--quiet'], {
     cwd: REPOSITORY,
     stdio: ['ignore', 'ignore', 'inherit'],
   });
 });
 afterAll(() => rmSync(folder, { recursive: true, force: true }));
 
-async function openPhone(): Promise<{ page: Page; faults: string[] }> {
-  const look = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, acceptDownloads: true };
-  const page = await own.browser.newPage(look);
-  const faults: string[] = [];
-  page.on('pageerror', (error) => faults.push(error.message));
-  page.on('console', (message) => message.type() === 'error' && faults.push(message.text()));
-  page.on('request', (request) => !/^(file|data|blob):/.test(request.url()) && faults.push(request.url()));
+test('done, moved, skipped, notes and photos stay over a reload, and go into the review by its revision', async () => {
+  const phone = await openPage({ width: 390, height: 844, hasTouch: true, isMobile: true }, `file://${file}`);
+  const { page } = phone;
   await page.context().setOffline(true);
   await page.goto(`file://${file}`);
-  return { page, faults };
-}
-
-const shot = (page: Page, name: string): Promise<Buffer> =>
-  page.screenshot({ path: fileURLToPath(new URL(`../test-results/field-file-${name}.png`, import.meta.url)) });
-
-async function review(viewer: ViewerPage): Promise<Review> {
-  return viewer.page.evaluate(async () => (await fetch('api/review')).json());
-}
-
-test('done, moved, skipped, notes and photos stay over a reload, and go into the review by its revision', async () => {
-  const { page, faults } = await openPhone();
   const station = page.locator('#station');
   expect(await station.textContent()).toBe(first.id);
-  await shot(page, '1-opened');
+  await phone.screenshot('field-file-1-opened');
   expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(390);
   await page.locator('#act-done').tap();
   await expect.poll(() => station.textContent()).toBe(second.id);
@@ -62,7 +41,7 @@ test('done, moved, skipped, notes and photos stay over a reload, and go into the
   await page.touchscreen.tap(map.x + map.width / 2, map.y + map.height / 2);
   await page.getByText(/^Moved by \d/).waitFor();
   await page.locator('#photo').check();
-  await shot(page, '2-moved');
+  await phone.screenshot('field-file-2-moved');
   await page.locator('#act-done').tap();
   await expect.poll(() => station.textContent()).toBe(third.id);
   await page.locator('#note').fill('Door locked, no key');
@@ -73,7 +52,7 @@ test('done, moved, skipped, notes and photos stay over a reload, and go into the
   expect(await page.locator('#count').textContent()).toBe(`2 of ${plan.stations.length} done`);
   expect(await station.textContent()).toBe(fourth.id);
   expect(await page.locator('#name').inputValue()).toBe('Ada');
-  await shot(page, '3-kept');
+  await phone.screenshot('field-file-3-kept');
   const [download] = await Promise.all([page.waitForEvent('download'), page.locator('#save').tap()]);
   const saved = join(folder, 'result.json');
   await download.saveAs(saved);
@@ -82,15 +61,13 @@ test('done, moved, skipped, notes and photos stay over a reload, and go into the
     revision: 0,
     name: 'Ada',
   });
-  expect(faults).toEqual([]);
-  await page.close();
 
-  const viewer = await ViewerPage.create(own.browser, own.server.address, { width: 1024, height: 768 });
+  const viewer = await openPage();
   await viewer.open('#tab=review');
   const chooser = viewer.page.getByLabel('What the crew saved from the field file');
   await chooser.setInputFiles(saved);
-  await expect.poll(async () => Object.keys((await review(viewer)).comments)).toHaveLength(3);
-  const { stations, comments } = await review(viewer);
+  await expect.poll(async () => Object.keys((await viewer.review()).comments)).toHaveLength(3);
+  const { stations, comments } = await viewer.review();
   const [x, y] = stations[second.id].position_m!;
   expect(Math.hypot(x - second.position[0], y - second.position[1])).toBeGreaterThan(0.2);
   const texts = Object.values(comments).map(({ target, text }) => [target, text]);
@@ -101,7 +78,6 @@ test('done, moved, skipped, notes and photos stay over a reload, and go into the
   await chooser.setInputFiles(saved);
   await viewer.page.getByRole('alertdialog').waitFor();
   await viewer.page.getByRole('button', { name: 'Keep theirs' }).click();
-  expect(Object.keys((await review(viewer)).comments)).toHaveLength(3);
-  await viewer.page.close();
-  expect(viewer.faults.filter((fault) => !/409/.test(fault))).toEqual([]);
+  expect(Object.keys((await viewer.review()).comments)).toHaveLength(3);
+  expect(viewer.faults.splice(0).filter((fault) => !/409/.test(fault))).toEqual([]);
 });

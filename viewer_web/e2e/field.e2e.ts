@@ -1,50 +1,25 @@
-/** The field view in a real browser: the next station, the way there, ticks that stay on the device, no network. */
-import { readFileSync } from 'node:fs';
-import { join } from 'node:path';
-import type { Browser } from 'playwright-core';
-import { afterAll, afterEach, beforeAll, beforeEach, expect, inject, test } from 'vitest';
+/** The field view in a real browser: ticks that stay on the device, no network, stations at one position. */
+import { beforeEach, expect, inject, test } from 'vitest';
 import { routeStops } from '../src/field/route.ts';
-import { type PlanJson, parsePlan } from '../src/load/plan-json.ts';
-import { launchBrowser, ViewerPage } from './browser.ts';
+import { type ViewerPage, viewerPages } from './browser.ts';
+import { PlanFiles } from './plan-files.ts';
 
 const address = inject('address');
-const plan: PlanJson = parsePlan(JSON.parse(readFileSync(join(inject('planFolder'), 'plan.json'), 'utf8')));
+const { plan } = new PlanFiles(inject('planFolder'));
 const stops = routeStops(plan);
 
-let browser: Browser;
+const openPage = viewerPages({ width: 768, height: 1024, hasTouch: true });
 let viewer: ViewerPage;
-beforeAll(async () => {
-  browser = await launchBrowser();
-});
-afterAll(() => browser.close());
 beforeEach(async () => {
   // A tablet, held upright.
-  viewer = await ViewerPage.create(browser, address, { width: 768, height: 1024, hasTouch: true });
+  viewer = await openPage();
   await viewer.page.goto(`${address}#view=field`);
   await viewer.page.getByTestId('field-count').waitFor();
 });
-afterEach(async () => {
-  await viewer.page.close();
-  expect(viewer.faults).toEqual([]);
-});
 
-/** Wait until a part of the page reads so: a tap has its effect a moment after the finger is gone. */
+/** Wait until a part of the page has a text: a tap has its effect a moment after the finger is gone. */
 const reads = (id: string, words: string): Promise<void> =>
   expect.poll(() => viewer.page.getByTestId(id).textContent()).toBe(words);
-
-test('the next station, its number and the way there are shown, station after station', { tags: 'main' }, async () => {
-  expect(plan.route).not.toBeNull();
-  await viewer.screenshot('field-1-begin');
-  for (const [i, stop] of stops.slice(0, 3).entries()) {
-    await reads('field-number', String(stop.order));
-    await reads('field-station', stop.stationId);
-    const way = viewer.page.getByTestId('field-way');
-    if (i > 0 && stop.wayM !== null && stop.wayM > 0) expect(await way.textContent()).toMatch(/^\d+(\.\d)? m to go$/);
-    await viewer.page.getByRole('button', { name: 'Done', exact: true }).tap();
-    await reads('field-count', `${i + 1} of ${stops.length}`);
-  }
-  await viewer.screenshot('field-2-under-way');
-});
 
 test('ticks stay on the device, work without a network, and can be taken back', async () => {
   await viewer.page.getByRole('button', { name: 'Done', exact: true }).tap();

@@ -1,31 +1,18 @@
-/** Inspection in a real browser: layers, unseen surface, stations, clouds, panoramas, the walk, and views in the address. */
+/** Inspection in a real browser: layers, floors outside the plan, unique areas, the walk-through and the route. */
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import type { Browser } from 'playwright-core';
-import { afterAll, afterEach, beforeAll, beforeEach, expect, inject, test } from 'vitest';
+import { beforeEach, expect, inject, test } from 'vitest';
 import { quantity } from '../src/heat/quantity.ts';
-import { launchBrowser, ViewerPage } from './browser.ts';
+import { type ViewerPage, viewerPages } from './browser.ts';
 import { PlanFiles } from './plan-files.ts';
 
-const address = inject('address');
 const files = new PlanFiles(inject('planFolder'));
-const { plan } = files;
-const floors = [...plan.floors].sort((a, b) => a.elevation_m - b.elevation_m);
-const ground = floors[0];
-const stationsOf = (floorId: string) => plan.stations.filter(({ floor }) => floor === floorId);
+const { plan, floors, ground, stationsOf } = files;
 
-let browser: Browser;
+const openPage = viewerPages({ width: 1280, height: 800 });
 let viewer: ViewerPage;
-beforeAll(async () => {
-  browser = await launchBrowser();
-});
-afterAll(() => browser.close());
 beforeEach(async () => {
-  viewer = await ViewerPage.create(browser, address, { width: 1280, height: 800 });
-});
-afterEach(async () => {
-  await viewer.page.close();
-  expect(viewer.faults).toEqual([]);
+  viewer = await openPage();
 });
 
 const legend = () => viewer.page.getByTestId('legend');
@@ -55,20 +42,15 @@ test('every layer has a legend and a picture of its own', async () => {
   expect(await viewer.hash()).toContain('layer=reason');
 });
 
-test('a clicked surface tells the figures of its patch as the files have them', async () => {
+test('a clicked surface has the figures that the files have of its patch', async () => {
   await viewer.open(`#floor=${ground.id}&layer=${files.layers.layers[0].id}`);
-  await viewer.page.keyboard.press('t');
-  await viewer.settle();
+  await viewer.press('t');
   let nCompared = 0;
   for (let i = 0; i < 12; i++) {
     for (let j = 0; j < 9 && nCompared < 12; j++) {
       // From the middle outwards: some buildings are narrow.
       const [x, y] = [810 + (i % 2 ? -1 : 1) * 36 * i, 150 + 62 * j];
-      const isBare = await viewer.page.evaluate(
-        ([x, y]) => document.elementFromPoint(x, y)?.tagName === 'CANVAS',
-        [x, y],
-      );
-      if (!isBare) continue;
+      if (!(await viewer.isBare(x, y))) continue;
       await viewer.page.mouse.click(x, y);
       const card = viewer.page.getByTestId('surface-figures');
       if ((await card.count()) === 0) continue;
@@ -90,43 +72,11 @@ test('a clicked surface tells the figures of its patch as the files have them', 
   await viewer.screenshot('i-clicked');
 });
 
-test('the unseen list is sorted by size, tells why, and flies to a piece that it points out', {
-  tags: 'main',
-}, async () => {
-  await viewer.open('#tab=unseen');
-  const { page } = viewer;
-  const rows = page.locator('.unseen > button');
-  const areas = (await rows.locator('.row-area').allTextContents()).map(areaIn);
-  expect(areas.length).toBeGreaterThan(3);
-  expect([...areas].sort((a, b) => b - a)).toEqual(areas);
-  const largest = Math.max(...plan.why!.unseen_surfaces.map(({ area_m2 }) => area_m2));
-  expect(areas[0]).toBeCloseTo(largest, 0);
-
-  await page.getByRole('button', { name: /reachable, left out/ }).click();
-  const surface = plan
-    .why!.unseen_surfaces.filter(({ reason }) => reason === 'not worth a station')
-    .sort((a, b) => b.area_m2 - a.area_m2)[0];
-  const before = await viewer.canvasPixels();
-  await rows.first().click();
-  await page.locator('[data-testid=legend][data-state=shown]').waitFor();
-  await viewer.settle();
-  const after = await viewer.canvasPixels();
-  expect(before.share(isPurple)).toBeLessThan(0.001);
-  expect(after.share(isPurple)).toBeGreaterThan(0.005);
-  expect(await legend().textContent()).toContain('reachable, left out');
-  // The list, the legend and what is marked are one figure.
-  expect(areaIn(await legend().textContent())).toBeCloseTo(surface.pieces[0].area_m2, 1);
-  await viewer.screenshot('i-unseen');
-  await page.keyboard.press('Escape');
-  await viewer.settle();
-  expect((await viewer.canvasPixels()).share(isPurple)).toBeLessThan(0.001);
-});
-
 const isOrange = ([r, g, b]: readonly number[]): boolean => r > g + 50 && g > b + 20;
 
-test('floors that nobody asked for are neither seen nor unseen, and comparisons leave them out', async () => {
+test('floors outside the plan are neither seen nor unseen, and comparisons leave them out', async () => {
   const { page } = viewer;
-  // The same plan, as if it had been asked for the ground floor, and for nothing that it leaves unseen.
+  // The same plan, as if the ground floor alone were required, and nothing that it leaves unseen.
   const [upper] = floors.slice(1);
   const some = JSON.parse(readFileSync(join(inject('planFolder'), 'plan.json'), 'utf8'));
   some.requirements.floors = [ground.name];
@@ -161,8 +111,8 @@ test('floors that nobody asked for are neither seen nor unseen, and comparisons 
   await page.getByTestId('comparison').waitFor();
   await page.locator('[data-testid=legend][data-state=shown]').waitFor();
   expect(await legend().textContent()).toContain('not to be covered, or in one plan only');
-  const said = page.getByText(/^The plan includes /);
-  expect(await said.textContent()).toBe(
+  const included = page.getByText(/^The plan includes /);
+  expect(await included.textContent()).toBe(
     `The plan includes ${floors.map(({ name }) => name).join(' and ')}; Run R009 includes ${ground.name}. ` +
       `Only ${ground.name} is compared.`,
   );
@@ -189,72 +139,9 @@ test('the list of stations sorts by unique area, and its card highlights that', 
   await viewer.screenshot('i-own-surface');
 });
 
-test('clouds of a floor show together, by station, and go when they are hidden', async () => {
-  // Software draws points slowly: a small picture of them does.
-  await viewer.page.setViewportSize({ width: 900, height: 560 });
-  await viewer.open(`#floor=${ground.id}`);
-  const { page } = viewer;
-  const before = await viewer.canvasPixels();
-  const toggle = page.getByRole('button', { name: 'Clouds', exact: true });
-  await toggle.click();
-  await page.locator('[data-testid=cloud][data-state=shown]').waitFor();
-  await page.getByLabel('Colour of the cloud').selectOption('station');
-  await viewer.settle();
-  expect(await page.getByTestId('cloud').textContent()).toContain(`from ${stationsOf(ground.id).length} station`);
-  expect(before.shareChanged(await viewer.canvasPixels())).toBeGreaterThan(0.1);
-  await viewer.screenshot('i-clouds');
-  await toggle.click();
-  await viewer.settle();
-  expect(await page.getByTestId('cloud').count()).toBe(0);
-  expect(before.shareChanged(await viewer.canvasPixels())).toBeLessThan(0.002);
-});
-
-test('a panorama shows the range image, reads ranges and looks there', { tags: 'main' }, async () => {
-  const station = stationsOf(ground.id)[0];
-  await viewer.open(`#floor=${ground.id}&station=${station.id}`);
-  const { page } = viewer;
-  await page.locator('[data-testid=cloud][data-state=shown]').waitFor();
-  await page.getByRole('button', { name: 'Panorama' }).click();
-  const picture = page.getByRole('img', { name: `Panorama of station ${station.id}` });
-  const drawn = await picture.evaluate((canvas: HTMLCanvasElement) => {
-    const { data } = canvas.getContext('2d')!.getImageData(0, 0, canvas.width, canvas.height);
-    let n = 0;
-    for (let i = 3; i < data.length; i += 4) if (data[i] > 0) n++;
-    return n / (canvas.width * canvas.height);
-  });
-  const bytes = files.bytes(`clouds/${station.id}.u16`);
-  const ranges = new Uint16Array(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + (2 * bytes.length) / 3));
-  const returned = ranges.filter((steps) => steps > 0).length / ranges.length;
-  expect(Math.abs(drawn - returned)).toBeLessThan(0.1);
-  const box = (await picture.boundingBox())!;
-  const said: string[] = [];
-  for (let i = 1; i < 12; i++) {
-    await page.mouse.move(box.x + (i / 12) * box.width, box.y + 0.7 * box.height);
-    said.push((await page.locator('.panorama p').textContent()) ?? '');
-  }
-  expect(
-    said.some((words) => /^Range [\d.]+ m, incidence \d+°$/.test(words)),
-    said.join(),
-  ).toBe(true);
-  await viewer.screenshot('i-panorama');
-  await page.mouse.click(box.x + 0.5 * box.width, box.y + 0.7 * box.height);
-  await viewer.settle();
-  expect(await picture.count()).toBe(0);
-});
-
 async function cameraOf(): Promise<number[]> {
   const camera = new URLSearchParams((await viewer.hash()).slice(1)).get('camera');
   return (camera ?? '').split(',').map(Number);
-}
-
-/** The address once it is that of where the camera is: it follows with a pause. */
-async function addressAtRest(): Promise<string> {
-  let [before, now] = ['', await viewer.hash()];
-  while (now !== before) {
-    await viewer.page.waitForTimeout(700);
-    [before, now] = [now, await viewer.hash()];
-  }
-  return now;
 }
 
 /** Let so many pictures be drawn. */
@@ -282,7 +169,6 @@ test('the building is walked at eye height with keys, and left with Escape', asy
     // A picture is a tenth of a second of the way at most, however slowly it is drawn.
     await pictures(10);
     await page.keyboard.up(key);
-    await addressAtRest();
     const at = await cameraOf();
     farM = Math.max(farM, Math.hypot(at[0] - start[0], at[1] - start[1]));
     // On the ground all the while: no higher or lower than a step.
@@ -323,29 +209,6 @@ test('ceilings and roofs are hidden, and walls stay in their full height', async
   await viewer.screenshot('i-no-ceilings');
 });
 
-test('a view in the address shows the same picture to somebody else', async () => {
-  await viewer.open(`#floor=${ground.id}`);
-  const { page } = viewer;
-  await choose('range');
-  await page.mouse.move(900, 420);
-  await page.mouse.down();
-  await page.mouse.move(1010, 460, { steps: 4 });
-  await page.mouse.up();
-  await page.waitForFunction(() => location.hash.includes('camera='));
-  const turned = await addressAtRest();
-  await page.mouse.wheel(0, -300);
-  await page.waitForFunction((old) => location.hash !== old, turned);
-  const shown = await addressAtRest();
-  await viewer.settle();
-  const mine = await viewer.canvasPixels();
-  const theirs = await ViewerPage.create(browser, address, { width: 1280, height: 800 });
-  await theirs.open(shown);
-  await theirs.page.locator('[data-testid=legend][data-state=shown]').waitFor();
-  await theirs.settle();
-  expect(mine.shareChanged(await theirs.canvasPixels())).toBeLessThan(0.02);
-  await theirs.page.close();
-});
-
 test('a plan of an older version is shown, and says what it lacks', async () => {
   await viewer.page.route('**/plan/viewer/layers.json', (route) => route.fulfill({ status: 404 }));
   await viewer.open(`#floor=${ground.id}&layer=range`);
@@ -356,8 +219,7 @@ test('a plan of an older version is shown, and says what it lacks', async () => 
 });
 
 test('on a tablet fingers walk and choose', async () => {
-  await viewer.page.close();
-  viewer = await ViewerPage.create(browser, address, { width: 820, height: 1180, hasTouch: true });
+  viewer = await openPage({ width: 820, height: 1180, hasTouch: true });
   await viewer.open(`#floor=${ground.id}`);
   const { page } = viewer;
   await page.locator('.marker:not([hidden])').first().tap();

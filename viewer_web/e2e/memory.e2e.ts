@@ -11,9 +11,10 @@ import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import type { CDPSession } from 'playwright-core';
 import { afterAll, beforeAll, expect, test } from 'vitest';
-import { launchBrowser, ViewerPage } from './browser.ts';
+import { ViewerPage } from './browser.ts';
+import { launchBrowser } from './chromium.ts';
 import { countGl, glCount } from './gl-meter.ts';
-import { type PlanServer, REPOSITORY, servePlan } from './plan-server.ts';
+import { type PlanServer, PYTHON, REPOSITORY, servePlan } from './plan-server.ts';
 
 const RESULTS = fileURLToPath(new URL('../test-results/', import.meta.url));
 const MOST_BYTES = 500e6;
@@ -24,8 +25,7 @@ beforeAll(async () => {
   own = mkdtempSync(join(tmpdir(), 'tlsplan-e2e-sixty-'));
   const folder = process.env.TLSPLAN_E2E_SIXTY ?? join(own, 'plan');
   if (process.env.TLSPLAN_E2E_SIXTY === undefined) {
-    const python = process.env.TLSPLAN_PYTHON ?? `${REPOSITORY}.venv/bin/python`;
-    execFileSync(python, ['viewer_web/e2e/plan_sixty.py', folder], { cwd: REPOSITORY, stdio: 'inherit' });
+    execFileSync(PYTHON, ['viewer_web/e2e/plan_sixty.py', folder], { cwd: REPOSITORY, stdio: 'inherit' });
   }
   server = await servePlan(folder);
 }, 3_600_000);

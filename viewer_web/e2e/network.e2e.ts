@@ -1,31 +1,15 @@
 /** The review of overlap in a real browser, against the figures and files of the plan. */
-import type { Browser } from 'playwright-core';
-import { afterAll, afterEach, beforeAll, beforeEach, expect, inject, test } from 'vitest';
+import { expect, inject, test } from 'vitest';
 import { countingOf, networkOf } from '../src/network/graph.ts';
-import { launchBrowser, ViewerPage } from './browser.ts';
+import { viewerPages } from './browser.ts';
 import { PlanFiles } from './plan-files.ts';
 
-const address = inject('address');
-const files = new PlanFiles(inject('planFolder'));
-const { plan } = files;
+const { plan } = new PlanFiles(inject('planFolder'));
 const { registration } = plan;
 const ids = plan.stations.map(({ id }) => id);
 const report = networkOf(ids, registration.links, countingOf(plan));
 
-let browser: Browser;
-let viewer: ViewerPage;
-beforeAll(async () => {
-  browser = await launchBrowser();
-});
-afterAll(() => browser.close());
-beforeEach(async () => {
-  viewer = await ViewerPage.create(browser, address, { width: 1280, height: 800 });
-});
-afterEach(async () => {
-  await viewer.page.close();
-  expect(viewer.faults).toEqual([]);
-});
-
+const openPage = viewerPages({ width: 1280, height: 800 });
 test('what the browser finds of the network is what the planner found', () => {
   const sorted = (lists: readonly (readonly string[])[]): string[] => lists.map((list) => list.join(' ')).sort();
   expect(sorted(report.components)).toEqual(sorted(registration.networks.map(({ stations }) => stations)));
@@ -35,27 +19,14 @@ test('what the browser finds of the network is what the planner found', () => {
   expect([...report.articulations].sort()).toEqual(registration.networks.flatMap((one) => one.articulations).sort());
 });
 
-test('the tab tells networks, bridges and the weakest link', { tags: 'main' }, async () => {
-  await viewer.open('#tab=network');
-  const shown = await viewer.figures('network-figures');
-  expect(shown.Network).toContain(
-    report.components.length === 1 ? 'connected' : `${report.components.length} unconnected groups`,
-  );
-  expect(shown['Registration links']).toBe(String(report.counting.length));
-  expect(shown['Single-link connections']).toBe(String(report.bridges.size));
-  const weakest = report.weakest;
-  if (weakest !== null) {
-    expect(shown['Weakest link']).toContain(`${weakest.a} – ${weakest.b}`);
-    await viewer.page.getByTestId('network-figures').getByRole('button').click();
-    expect(await viewer.page.getByRole('heading', { name: `${weakest.a} – ${weakest.b}` }).count()).toBe(1);
-  }
-  expect(await viewer.page.locator('.graph-node').count()).toBe(ids.length);
-  await viewer.screenshot('n-graph');
-});
-
-test('links are listed by what they are worth, each with the motion that it holds least', async () => {
-  await viewer.open('#tab=network');
+test('links are drawn and listed by what they are worth, each with its weakest direction, and a pair by what it shares', async () => {
+  const viewer = await openPage();
   const { page } = viewer;
+  await viewer.open();
+  const without = await viewer.canvasPixels();
+  await page.getByRole('tab', { name: 'Network' }).click();
+  await viewer.settle();
+  expect(without.shareChanged(await viewer.canvasPixels())).toBeGreaterThan(0.0005);
   const register = page.getByRole('list', { name: 'Registration links' }).locator('.row-link');
   const tooWeak = page.getByRole('list', { name: 'Weak links' }).locator('.row-link');
   const nCounting = report.counting.length - report.bridges.size;
@@ -73,36 +44,7 @@ test('links are listed by what they are worth, each with the motion that it hold
   expect(isCut).toBe(false);
   await register.first().scrollIntoViewIfNeeded();
   await viewer.screenshot('n-links');
-});
-
-test('numbers at the rim of the matrix do not cover each other', async () => {
-  await viewer.open('#tab=network');
-  await viewer.page.getByRole('radio', { name: 'Matrix' }).click();
-  const matrix = viewer.page.getByRole('application');
-  const rim = await matrix.boundingBox();
-  await viewer.page.mouse.move(rim!.x + 0.6 * rim!.width, rim!.y + 0.55 * rim!.height);
-  await matrix.locator('.matrix-number-pointed').first().waitFor();
-  const boxes = await matrix.locator('.matrix-number').evaluateAll((all) =>
-    all.map((one) => {
-      const { left, right, top, bottom } = one.getBoundingClientRect();
-      return { left, right, top, bottom };
-    }),
-  );
-  const covers = boxes.filter((a, i) =>
-    boxes.some(
-      // A pixel of what surrounds the figures does not count.
-      (b, j) =>
-        i < j && a.left < b.right - 1.5 && b.left < a.right - 1.5 && a.top < b.bottom - 1.5 && b.top < a.bottom - 1.5,
-    ),
-  );
-  expect(covers).toEqual([]);
-  await viewer.screenshot('n-matrix-small');
-});
-
-test('a pair points out what both see, and tells how much', async () => {
   const link = [...registration.links].sort((x, y) => y.overlap - x.overlap)[0];
-  await viewer.open('#tab=network');
-  const { page } = viewer;
   await page
     .locator('.row-link')
     .filter({ hasText: `${link.a} – ${link.b}` })
@@ -122,12 +64,33 @@ test('a pair points out what both see, and tells how much', async () => {
   await viewer.screenshot('n-pair');
 });
 
-test('the matrix is read and chosen from by pointer and by keys', async () => {
-  await viewer.page.emulateMedia({ colorScheme: 'dark' });
-  await viewer.open('#tab=network');
+test('the matrix is read and chosen from by pointer and keys; enlarged it has figures that fit their cells', async () => {
+  const viewer = await openPage({ colorScheme: 'dark' });
   const { page } = viewer;
+  await viewer.open('#tab=network');
   await page.getByRole('radio', { name: 'Matrix' }).click();
+  expect(await page.locator('.matrix-figure').count()).toBe(0);
+  const small = page.getByRole('application');
+  const rim = await small.boundingBox();
+  await page.mouse.move(rim!.x + 0.6 * rim!.width, rim!.y + 0.55 * rim!.height);
+  await small.locator('.matrix-number-pointed').first().waitFor();
+  const boxes = await small.locator('.matrix-number').evaluateAll((all) =>
+    all.map((one) => {
+      const { left, right, top, bottom } = one.getBoundingClientRect();
+      return { left, right, top, bottom };
+    }),
+  );
+  const covers = boxes.filter((a, i) =>
+    boxes.some(
+      // A pixel of what surrounds the figures does not count.
+      (b, j) =>
+        i < j && a.left < b.right - 1.5 && b.left < a.right - 1.5 && a.top < b.bottom - 1.5 && b.top < a.bottom - 1.5,
+    ),
+  );
+  expect(covers).toEqual([]);
+  await viewer.screenshot('n-matrix-small');
   await page.getByRole('button', { name: 'Enlarge' }).click();
+  const sheet = page.locator('.sheet');
   const matrix = page.locator('.sheet').getByRole('application');
   const words = page.locator('.sheet .matrix-words');
   const link = registration.links[0];
@@ -139,27 +102,13 @@ test('the matrix is read and chosen from by pointer and by keys', async () => {
   for (let i = 0; i < column; i++) await page.keyboard.press('ArrowRight');
   expect(await words.textContent()).toContain(`${link.a} – ${link.b}: ${tenthsDown(link.overlap)} overlap`);
   await viewer.screenshot('n-matrix');
-  await page.keyboard.press('Enter');
-  expect(await page.getByRole('heading', { name: `${link.a} – ${link.b}` }).count()).toBe(1);
-  await page.locator('.sheet').getByRole('button', { name: 'Close' }).click();
-  await viewer.settle();
-  await viewer.screenshot('n-pair-dark');
-});
-
-test('the enlarged matrix tells overlap and strength in figures that fit their cells, with both legends', async () => {
-  await viewer.open('#tab=network');
-  const { page } = viewer;
-  await page.getByRole('radio', { name: 'Matrix' }).click();
-  expect(await page.locator('.matrix-figure').count()).toBe(0);
-  await page.getByRole('button', { name: 'Enlarge' }).click();
-  const sheet = page.locator('.sheet');
   const figures = sheet.locator('.matrix-figure');
   await figures.first().waitFor();
   const withStrength = registration.links.filter(({ strength }) => strength !== null);
   expect(await figures.count()).toBe(registration.links.length + withStrength.length);
-  const told = await figures.allTextContents();
+  const texts = await figures.allTextContents();
   const overlaps = registration.links.map(({ overlap }) => String(Math.floor(100 * overlap + 1e-9)));
-  expect(told.filter((words) => !words.includes('.')).sort()).toEqual(overlaps.sort());
+  expect(texts.filter((words) => !words.includes('.')).sort()).toEqual(overlaps.sort());
   const cell = await sheet.locator('.matrix-diagonal').first().boundingBox();
   const widths = await figures.evaluateAll((all) => all.map((one) => one.getBoundingClientRect().width));
   expect(Math.max(...widths)).toBeLessThan(cell!.width);
@@ -167,19 +116,15 @@ test('the enlarged matrix tells overlap and strength in figures that fit their c
   await viewer.screenshot('n-matrix-figures');
   await sheet.getByRole('checkbox', { name: /^Figures/ }).click();
   expect(await figures.count()).toBe(0);
-});
-
-test('links are drawn in 3D while the network is looked at', async () => {
-  await viewer.open();
-  const without = await viewer.canvasPixels();
-  await viewer.page.getByRole('tab', { name: 'Network' }).click();
+  await matrix.focus();
+  await page.keyboard.press('Enter');
+  expect(await page.getByRole('heading', { name: `${link.a} – ${link.b}` }).count()).toBe(1);
+  await page.locator('.sheet').getByRole('button', { name: 'Close' }).click();
   await viewer.settle();
-  expect(without.shareChanged(await viewer.canvasPixels())).toBeGreaterThan(0.0005);
-  await viewer.page.locator('.graph-node').first().click();
-  expect(await viewer.page.getByRole('heading', { name: `Station ${ids[0]}` }).count()).toBeLessThanOrEqual(1);
+  await viewer.screenshot('n-pair-dark');
 });
 
-/** As the sheets write it; plan.json has nine decimals, so that text tells the tenths. */
+/** As the sheets write it; plan.json has nine decimals, so that its text has the tenths. */
 function tenthsDown(overlap: number): string {
   const [whole, decimals = ''] = overlap.toFixed(9).split('.');
   const digits = `${whole}${decimals.slice(0, 3)}`;

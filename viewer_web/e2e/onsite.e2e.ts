@@ -2,100 +2,60 @@
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import type { Locator } from 'playwright-core';
-import { afterEach, expect, inject, test } from 'vitest';
-import type { Change, Review } from '../src/api/documents.ts';
-import { type Look, ViewerPage } from './browser.ts';
-import { ownCopy } from './own-copy.ts';
+import { expect, inject, test } from 'vitest';
+import { type Look, type ViewerPage, viewerPages } from './browser.ts';
 import { PlanFiles } from './plan-files.ts';
 
 const planFolder = inject('planFolder');
-const { plan } = new PlanFiles(planFolder);
-const floor = [...plan.floors].sort((a, b) => a.elevation_m - b.elevation_m)[0];
-const [first, second] = plan.stations.filter(({ floor: id }) => id === floor.id);
+const { plan, ground: floor, stationsOf } = new PlanFiles(planFolder);
+const [first, second] = stationsOf(floor.id);
 
-const own = ownCopy(planFolder);
+const openPage = viewerPages({ width: 1024, height: 768 });
 let viewer: ViewerPage;
-afterEach(async () => {
-  await viewer.page.close();
-  expect(viewer.faults).toEqual([]);
-});
 
 async function open(hash: string, look: Look = {}): Promise<void> {
-  viewer = await ViewerPage.create(own.browser, own.server.address, { width: 1024, height: 768, ...look });
-  await viewer.open(`#floor=${floor.id}&${hash}`);
+  viewer = await openPage(look);
+  await viewer.open(hash);
 }
 
 async function openEdit(look: Look = {}): Promise<void> {
-  await open('tab=edit', look);
-  await viewer.page.getByRole('radiogroup', { name: 'Tool' }).waitFor();
-  await viewer.page.getByTestId('live-note').waitFor({ state: 'detached' });
-  await viewer.page.getByTestId('totals').waitFor();
-  await viewer.page.keyboard.press('t');
-  await viewer.settle();
+  viewer = await openPage(look);
+  await viewer.openEditing(`floor=${floor.id}`);
 }
 
-const marker = (id: string): Locator => viewer.page.locator(`.marker[data-station="${id}"]`);
 const alert = (): Locator => viewer.page.getByRole('alert');
 
-async function centreOf(id: string): Promise<readonly [number, number]> {
-  const box = (await marker(id).boundingBox())!;
-  return [box.x + box.width / 2, box.y + box.height / 2];
-}
-
-async function review(): Promise<Review> {
-  return viewer.page.evaluate(async () => (await fetch('api/review')).json());
-}
-
-/** Somebody else, on another page. */
-async function changeAs(author: string, ...changes: readonly Change[]): Promise<void> {
-  const { revision } = await review();
-  await viewer.page.evaluate((body) => fetch('api/review/changes', body), {
-    method: 'POST',
-    headers: { 'content-type': 'application/json' },
-    body: JSON.stringify({ base_revision: revision, author, changes }),
-  });
-}
-
-async function drag(id: string, dx: number, dy: number): Promise<void> {
-  const [x, y] = await centreOf(id);
-  await viewer.page.mouse.move(x, y);
-  await viewer.page.mouse.down();
-  for (let i = 1; i <= 5; i++) {
-    await viewer.page.mouse.move(x + (dx * i) / 5, y + (dy * i) / 5);
-    await viewer.settle();
-  }
-}
+/** Drag a station by its number. */
+const drag = async (id: string, dx: number, dy: number): Promise<void> =>
+  viewer.dragFrom(await viewer.centreOf(id), dx, dy, 4);
 
 test('a locked station is not dragged, and its place not forbidden', async () => {
   await openEdit();
-  await marker(first.id).click();
+  await viewer.marker(first.id).click();
   await viewer.page.getByRole('button', { name: 'Lock', exact: true }).click();
-  await expect.poll(async () => (await review()).stations[first.id]?.locked).toBe(true);
-  const { revision } = await review();
+  await expect.poll(async () => (await viewer.review()).stations[first.id]?.locked).toBe(true);
+  const { revision } = await viewer.review();
   await drag(first.id, 60, 40);
   await viewer.page.mouse.up();
   await expect.poll(() => alert().textContent()).toContain(`Station ${first.id} is locked. Unlock it to move it.`);
   await viewer.screenshot('onsite-1-locked');
   expect(await viewer.page.getByRole('button', { name: 'Forbid this position' }).isDisabled()).toBe(true);
-  await viewer.page.getByRole('radio', { name: 'Forbid position', exact: true }).click();
-  const [x, y] = await centreOf(first.id);
+  await viewer.tool('Forbid position');
+  const [x, y] = await viewer.centreOf(first.id);
   await viewer.page.mouse.click(x - 16, y + 4);
   await expect.poll(() => alert().textContent()).toMatch(new RegExp(`station ${first.id} is locked 0\\.\\d\\d m away`));
-  expect((await review()).revision).toBe(revision);
+  expect((await viewer.review()).revision).toBe(revision);
   // The server refuses it to every page, and says why.
   expect(viewer.faults.splice(0).filter((fault) => !/422|400/.test(fault))).toEqual([]);
-  await viewer.page.getByRole('radio', { name: 'Move', exact: true }).click();
-  await viewer.page.getByRole('button', { name: 'Unlock', exact: true }).click();
-  await expect.poll(async () => (await review()).stations[first.id]?.locked ?? false).toBe(false);
 });
 
-test('who changed a station while it was dragged is told of, and nothing of it is lost', async () => {
+test('who changed a station while it was dragged is named, and nothing of it is lost', async () => {
   await openEdit();
   const { id } = second;
   await drag(id, 50, 30);
   const raised = (second.instrument_height_m ?? 0) + 0.2;
-  await changeAs('Ben', { kind: 'set_height', station: id, instrument_height_m: raised });
-  await expect.poll(async () => (await review()).stations[id]?.instrument_height_m).toBeCloseTo(raised);
+  await viewer.changeAs('Ben', { kind: 'set_height', station: id, instrument_height_m: raised });
+  await expect.poll(async () => (await viewer.review()).stations[id]?.instrument_height_m).toBeCloseTo(raised);
   // This page has heard of it before the pointer lets go.
   await viewer.page.getByText(`${id} moved`).waitFor();
   await viewer.page.mouse.up();
@@ -103,15 +63,14 @@ test('who changed a station while it was dragged is told of, and nothing of it i
   expect(await viewer.page.getByRole('alertdialog').textContent()).toContain(`Ben changed station ${id}`);
   await viewer.screenshot('onsite-2-conflict');
   await viewer.page.getByRole('button', { name: 'Keep theirs' }).click();
-  expect((await review()).stations[id].instrument_height_m).toBeCloseTo(raised);
-  await changeAs('Ben', { kind: 'move_station', station: id, position_m: null });
+  expect((await viewer.review()).stations[id].instrument_height_m).toBeCloseTo(raised);
   expect(viewer.faults.splice(0).filter((fault) => !/409/.test(fault))).toEqual([]);
 });
 
 test('who moved a station and who raised it meanwhile both keep what they did', async () => {
   await openEdit();
   const mine = viewer;
-  const ben = await ViewerPage.create(own.browser, own.server.address, { width: 1024, height: 768 });
+  const ben = await openPage();
   await ben.open(`#floor=${floor.id}&tab=edit`);
   await ben.page.getByTestId('totals').waitFor();
   const { id, position } = second;
@@ -121,22 +80,20 @@ test('who moved a station and who raised it meanwhile both keep what they did', 
   const height = ben.page.getByRole('slider', { name: /Instrument height/ });
   const raised = Number(await height.inputValue()) + 0.2;
   await height.fill(raised.toFixed(2));
-  await expect.poll(async () => (await review()).stations[id]?.instrument_height_m ?? 0).toBeCloseTo(raised);
+  await expect.poll(async () => (await viewer.review()).stations[id]?.instrument_height_m ?? 0).toBeCloseTo(raised);
   await mine.page.mouse.up();
   await mine.page.getByRole('alertdialog').waitFor();
   await mine.screenshot('onsite-2-keep-both');
   await mine.page.getByRole('button', { name: 'Keep both' }).click();
-  await expect.poll(async () => (await review()).stations[id].position_m?.[0]).not.toBeCloseTo(position[0], 2);
-  const kept = (await review()).stations[id];
+  await expect.poll(async () => (await viewer.review()).stations[id].position_m?.[0]).not.toBeCloseTo(position[0], 2);
+  const kept = (await viewer.review()).stations[id];
   expect(kept.instrument_height_m).toBeCloseTo(raised);
   const ground = position[2] - second.instrument_height_m!;
   expect(kept.position_m![2]).toBeCloseTo(ground + raised, 2);
   expect(Math.hypot(kept.position_m![0] - position[0], kept.position_m![1] - position[1])).toBeGreaterThan(0.1);
   // Both pages show it.
   await expect.poll(() => height.inputValue()).toBe(String(Number(raised.toFixed(2))));
-  await ben.page.close();
-  await changeAs('Ben', { kind: 'move_station', station: id, position_m: null });
-  expect([...mine.faults.splice(0), ...ben.faults].filter((fault) => !/409/.test(fault))).toEqual([]);
+  expect([...mine.faults.splice(0), ...ben.faults.splice(0)].filter((fault) => !/409/.test(fault))).toEqual([]);
 });
 
 test('keys move the chosen station over its floor as one change, and turn the building', async () => {
@@ -144,55 +101,53 @@ test('keys move the chosen station over its floor as one change, and turn the bu
   const before = await viewer.hash();
   await viewer.page.keyboard.press('q');
   await expect.poll(() => viewer.hash()).not.toBe(before);
-  await viewer.page.keyboard.press('t');
-  await viewer.settle();
-  const [x0, y0] = await centreOf(first.id);
-  await marker(first.id).focus();
+  await viewer.press('t');
+  const [x0, y0] = await viewer.centreOf(first.id);
+  await viewer.marker(first.id).focus();
   await viewer.page.keyboard.press('Enter');
   await viewer.page.getByRole('heading', { name: `Station ${first.id}` }).waitFor();
-  const { revision } = await review();
+  const { revision } = await viewer.review();
   await viewer.page.keyboard.press('t');
   await viewer.page.keyboard.down('Shift');
   for (const key of ['ArrowDown', 'ArrowDown', 'ArrowLeft']) {
     await viewer.page.keyboard.press(key);
     await viewer.settle();
   }
-  expect((await review()).revision).toBe(revision);
+  expect((await viewer.review()).revision).toBe(revision);
   await viewer.page.keyboard.up('Shift');
-  await expect.poll(async () => (await review()).revision).toBe(revision + 1);
-  const [x, y] = (await review()).stations[first.id].position_m!;
+  await expect.poll(async () => (await viewer.review()).revision).toBe(revision + 1);
+  const [x, y] = (await viewer.review()).stations[first.id].position_m!;
   // To the millimetre: south twice, west once; or as far as a tripod can stand.
   expect(Math.hypot(x - first.position[0], y - first.position[1])).toBeGreaterThan(0.09);
   expect([x <= first.position[0] + 1e-6, y <= first.position[1] + 1e-6]).toEqual([true, true]);
-  await viewer.page.keyboard.press('t');
-  await viewer.settle();
-  const [x1, y1] = await centreOf(first.id);
+  await viewer.press('t');
+  const [x1, y1] = await viewer.centreOf(first.id);
   expect([x1 <= x0 + 0.5, y1 >= y0 - 0.5]).toEqual([true, true]);
   await viewer.page.keyboard.press('Control+z');
-  await expect.poll(async () => (await review()).stations[first.id]?.position_m ?? null).toBeNull();
+  await expect.poll(async () => (await viewer.review()).stations[first.id]?.position_m ?? null).toBeNull();
 });
 
 test('a station added where no tripod can stand says how far beside it is', async () => {
   await openEdit();
-  await viewer.page.getByRole('radio', { name: 'Add station', exact: true }).click();
-  const { revision } = await review();
+  await viewer.tool('Add station');
+  const { revision } = await viewer.review();
   const table = await tablePlace();
   await viewer.page.mouse.click(...table);
-  await expect.poll(async () => (await review()).revision).toBe(revision + 1);
+  await expect.poll(async () => (await viewer.review()).revision).toBe(revision + 1);
   await expect
     .poll(() => alert().textContent())
     .toMatch(/No tripod can stand at that point: S\d+ was added \d\.\d\d m away/);
   await viewer.screenshot('onsite-3-added');
-  const [added] = Object.values((await review()).stations).filter((edit) => edit.added);
+  const [added] = Object.values((await viewer.review()).stations).filter((edit) => edit.added);
   const heights = plan.stations.map(({ instrument_height_m }) => instrument_height_m);
   expect(heights).toContain(added.instrument_height_m);
   await viewer.page.keyboard.press('Control+z');
-  await expect.poll(async () => Object.values((await review()).stations).some((edit) => edit.added)).toBe(false);
+  await expect.poll(async () => Object.values((await viewer.review()).stations).some((edit) => edit.added)).toBe(false);
 });
 
 /** A place of the page over a table top: of the dining room's, between two stations, or of another one around it. */
 async function tablePlace(): Promise<[number, number]> {
-  const [[x0, y0], [x1, y1]] = [await centreOf(first.id), await centreOf(plan.stations[3].id)];
+  const [[x0, y0], [x1, y1]] = [await viewer.centreOf(first.id), await viewer.centreOf(plan.stations[3].id)];
   for (let ring = 0; ring < 9; ring++) {
     for (let i = 0; i < 8; i++) {
       const angle = (i * Math.PI) / 4;
@@ -208,26 +163,26 @@ async function tablePlace(): Promise<[number, number]> {
 
 async function isTable(x: number, y: number): Promise<boolean> {
   const { page } = viewer;
-  if (!(await page.evaluate(([x, y]) => document.elementFromPoint(x, y)?.tagName === 'CANVAS', [x, y]))) return false;
-  await page.getByRole('radio', { name: 'Move', exact: true }).click();
+  if (!(await viewer.isBare(x, y))) return false;
+  await viewer.tool('Move');
   await page.mouse.click(x, y);
   await viewer.settle();
   const card = page.getByRole('complementary', { name: 'Clicked surface' });
   const words = (await card.count()) > 0 ? ((await card.textContent()) ?? '') : '';
   await page.keyboard.press('Escape');
-  await page.getByRole('radio', { name: 'Add station', exact: true }).click();
+  await viewer.tool('Add station');
   return /table/i.test(words);
 }
 
 test('what is not planned and what is not met stand beside the headline, and show in the building', async () => {
-  viewer = await ViewerPage.create(own.browser, own.server.address, { width: 1024, height: 768 });
+  viewer = await openPage();
   const inside = [...first.position] as [number, number, number];
   inside[2] = floor.elevation_m;
   const results = plan.requirements.results.map((result, i) =>
     i === 0 ? { ...result, fraction_of_achievable: 0.931, met: false } : result,
   );
   await viewer.page.route('**/plan/plan.json', async (route) => {
-    const told = await (await route.fetch()).json();
+    const body = await (await route.fetch()).json();
     const [x, y] = inside;
     const rectangles = [
       [
@@ -236,7 +191,7 @@ test('what is not planned and what is not met stand beside the headline, and sho
       ],
     ];
     const sealed = [{ floor: floor.id, area_m2: 1096, inside, rectangles }];
-    await route.fulfill({ json: { ...told, sealed, requirements: { ...told.requirements, results } } });
+    await route.fulfill({ json: { ...body, sealed, requirements: { ...body.requirements, results } } });
   });
   await viewer.open();
   const list = viewer.page.getByRole('list', { name: 'What falls short' }).getByRole('button');
@@ -279,8 +234,8 @@ test('a coverage reads the same in headline, curve, floors, the bar of the edite
   const rows = viewer.page.getByTestId('requirements').locator('tr');
   expect(await rows.filter({ hasText: 'Whole building' }).textContent()).toContain(headline);
   for (const { id, name } of plan.floors) {
-    const told = await viewer.page.locator(`[data-floor="${id}"] .row-figure`).textContent();
-    expect(await rows.filter({ hasText: name }).textContent()).toContain(told!.trim());
+    const share = await viewer.page.locator(`[data-floor="${id}"] .row-figure`).textContent();
+    expect(await rows.filter({ hasText: name }).textContent()).toContain(share!.trim());
   }
 });
 
@@ -308,24 +263,22 @@ test.each([
 });
 
 test('what is written on a number is in its name, and no head of a table is empty', async () => {
-  await open('tab=plan');
+  await open(`#floor=${floor.id}`);
   const names = await viewer.page
     .locator('.marker')
     .evaluateAll((all) => all.map((one) => [one.textContent ?? '', one.getAttribute('aria-label') ?? '']));
   expect(names).toHaveLength(plan.stations.length);
-  for (const [seen, said] of names) expect(said.split(/[\s,]+/)).toContain(seen);
-  await changeAs('Ben', { kind: 'remove_station', station: second.id });
+  for (const [number, name] of names) expect(name.split(/[\s,]+/)).toContain(number);
+  await viewer.changeAs('Ben', { kind: 'remove_station', station: second.id });
   await viewer.page.getByText('as edited', { exact: true }).first().waitFor();
   const heads = await viewer.page.locator('th').evaluateAll((all) => all.map((one) => one.textContent?.trim() ?? ''));
   expect(heads.length).toBeGreaterThan(3);
   expect(heads).not.toContain('');
-  await changeAs('Ben', { kind: 'restore_station', station: second.id });
 });
 
 test('on paper the numbers stand where they do on the screen, and nothing is cut off', async () => {
-  await open('tab=plan');
-  await viewer.page.keyboard.press('t');
-  await viewer.settle();
+  await open(`#floor=${floor.id}`);
+  await viewer.press('t');
   const places = (): Promise<number[][]> =>
     viewer.page.evaluate(() => {
       const scene = document.querySelector('.scene')!.getBoundingClientRect();

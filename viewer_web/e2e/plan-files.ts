@@ -1,8 +1,8 @@
-/** The plan folder that the browser tests show, read directly: what the viewer says is compared with it. */
-import { readFileSync } from 'node:fs';
+/** The plan folder that the browser tests show, read directly: the viewer's figures are compared with it. */
+import { readFileSync, rmSync } from 'node:fs';
 import { join } from 'node:path';
 import { type LayersJson, parseLayers } from '../src/load/layers.ts';
-import { type PlanJson, parsePlan } from '../src/load/plan-json.ts';
+import { type PlanJson, type PlanStation, parsePlan } from '../src/load/plan-json.ts';
 
 /** A map conversion as IFC has it: the scene's x axis points 30 degrees north of east. */
 const [COS, SIN] = [Math.sqrt(3) / 2, 0.5];
@@ -43,12 +43,24 @@ export function withSite(folder: string): object {
   return plan;
 }
 
+/** Begin the review of a plan folder anew: its server reads it with the next request. */
+export function discardReview(folder: string): void {
+  rmSync(join(folder, 'review.usda'), { force: true });
+}
+
 export class PlanFiles {
   readonly plan: PlanJson;
+  /** Lowest first. */
+  readonly floors: PlanJson['floors'];
+  readonly ground: PlanJson['floors'][number];
 
   constructor(private readonly folder: string) {
     this.plan = parsePlan(JSON.parse(this.text('plan.json')));
+    this.floors = [...this.plan.floors].sort((a, b) => a.elevation_m - b.elevation_m);
+    this.ground = this.floors[0];
   }
+
+  readonly stationsOf = (floorId: string): PlanStation[] => this.plan.stations.filter(({ floor }) => floor === floorId);
 
   get layers(): LayersJson {
     return parseLayers(JSON.parse(this.text('viewer/layers.json')));

@@ -6,6 +6,7 @@ import { join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
 export const REPOSITORY = fileURLToPath(new URL('../../', import.meta.url));
+export const PYTHON = process.env.TLSPLAN_PYTHON ?? `${REPOSITORY}.venv/bin/python`;
 
 export interface PlanServer {
   readonly address: string;
@@ -18,15 +19,14 @@ export interface PlanServer {
 
 /** Serve a plan folder, planning it first where there is none; `TLSPLAN_PYTHON` names the interpreter. */
 export async function servePlan(folder: string, scene = '', port = 0): Promise<PlanServer> {
-  const python = process.env.TLSPLAN_PYTHON ?? `${REPOSITORY}.venv/bin/python`;
   const args = ['viewer_web/e2e/serve_plan.py', folder, scene, `${port}`];
-  const server = spawn(python, args, { cwd: REPOSITORY, stdio: ['ignore', 'pipe', 'inherit'] });
+  const server = spawn(PYTHON, args, { cwd: REPOSITORY, stdio: ['ignore', 'pipe', 'inherit'] });
   const ended = new Promise<void>((done) => server.on('exit', () => done()));
   const [address, , commentAddress] = await new Promise<string[]>((resolveLines, reject) => {
-    let said = '';
+    let output = '';
     server.stdout.on('data', (chunk: Buffer) => {
-      said += chunk.toString();
-      if (said.split('\n').length > 3) resolveLines(said.split('\n'));
+      output += chunk.toString();
+      if (output.split('\n').length > 3) resolveLines(output.split('\n'));
     });
     server.on('exit', (code) => reject(new Error(`serve_plan.py ended with ${code} before it served`)));
     server.on('error', reject);
@@ -43,11 +43,11 @@ export async function servePlan(folder: string, scene = '', port = 0): Promise<P
 }
 
 /** Serve a copy of a plan folder: what tests change there, others do not see. */
-export async function serveCopy(planFolder: string): Promise<PlanServer> {
+export async function serveCopy(planFolder: string, scene = sceneOf(planFolder)): Promise<PlanServer> {
   const own = mkdtempSync(join(tmpdir(), 'tlsplan-e2e-copy-'));
   const folder = join(own, 'plan');
   cpSync(planFolder, folder, { recursive: true });
-  const server = await servePlan(folder, sceneOf(planFolder));
+  const server = await servePlan(folder, scene);
   return {
     ...server,
     stop: async (signal) => {
@@ -61,4 +61,27 @@ export async function serveCopy(planFolder: string): Promise<PlanServer> {
 export function sceneOf(planFolder: string): string {
   const { source } = JSON.parse(readFileSync(join(planFolder, 'plan.json'), 'utf8')) as { source: { path: string } };
   return resolve(planFolder, source.path);
+}
+
+/** Serve a folder by `python -m http.server`, as the how-to page has it; its first line has the port. */
+export async function serveStatic(root: string): Promise<{ address: string; stop: () => Promise<void> }> {
+  const server = spawn(PYTHON, ['-u', '-m', 'http.server', '0', '--bind', '127.0.0.1'], {
+    cwd: root,
+    stdio: ['ignore', 'pipe', 'ignore'],
+  });
+  const ended = new Promise<void>((done) => server.on('exit', () => done()));
+  const port = await new Promise<string>((found, reject) => {
+    server.stdout.on('data', (chunk: Buffer) => {
+      const port = / port (\d+)/.exec(chunk.toString());
+      if (port) found(port[1]);
+    });
+    server.on('exit', (code) => reject(new Error(`http.server ended with ${code}`)));
+  });
+  return {
+    address: `http://127.0.0.1:${port}/`,
+    stop: () => {
+      server.kill();
+      return ended;
+    },
+  };
 }

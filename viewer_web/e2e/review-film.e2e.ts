@@ -1,25 +1,17 @@
-/** A whole review, from opening to sign-off, by fingers alone and by keys alone: each step is a picture, to be looked at in order. */
-import type { CDPSession, Locator } from 'playwright-core';
-import { afterEach, beforeEach, expect, inject, test } from 'vitest';
-import type { Review } from '../src/api/documents.ts';
-import { ViewerPage } from './browser.ts';
-import { ownCopy } from './own-copy.ts';
+/** A whole review, from opening to sign-off, by fingers alone and by keys alone: each step is a picture, in order. */
+import type { Locator } from 'playwright-core';
+import { beforeEach, expect, inject, test } from 'vitest';
+import { type ViewerPage, viewerPages } from './browser.ts';
 import { PlanFiles } from './plan-files.ts';
 
-const planFolder = inject('planFolder');
-const { plan } = new PlanFiles(planFolder);
-const floor = [...plan.floors].sort((a, b) => a.elevation_m - b.elevation_m)[0];
-const [first, second] = plan.stations.filter(({ floor: id }) => id === floor.id);
+const { plan, ground: floor, stationsOf } = new PlanFiles(inject('planFolder'));
+const [first, second] = stationsOf(floor.id);
 
-const own = ownCopy(planFolder);
+const openPage = viewerPages({ width: 1024, height: 768 });
 let viewer: ViewerPage;
 let takes = 0;
 beforeEach(() => {
   takes = 0;
-});
-afterEach(async () => {
-  await viewer.page.close();
-  expect(viewer.faults).toEqual([]);
 });
 
 async function film(reel: string, what: string): Promise<void> {
@@ -28,11 +20,6 @@ async function film(reel: string, what: string): Promise<void> {
   await viewer.screenshot(`film-${reel}-${String(takes).padStart(2, '0')}-${what}`);
 }
 
-async function review(): Promise<Review> {
-  return viewer.page.evaluate(async () => (await fetch('api/review')).json());
-}
-
-const marker = (id: string): Locator => viewer.page.locator(`.marker[data-station="${id}"]`);
 const button = (name: string | RegExp): Locator =>
   viewer.page.getByRole('button', { name, ...(typeof name === 'string' ? { exact: true } : {}) });
 const tab = (name: string): Locator => viewer.page.getByRole('tab', { name });
@@ -43,48 +30,22 @@ const liveIsReady = async (): Promise<void> => {
 };
 
 async function isSigned(by: string): Promise<void> {
-  await expect.poll(async () => (await review()).sign_off?.name).toBe(by);
-  const { stations, comments, verdicts } = await review();
+  await expect.poll(async () => (await viewer.review()).sign_off?.name).toBe(by);
+  const { stations, comments, verdicts } = await viewer.review();
   expect(stations[first.id].position_m).not.toBeNull();
   expect(Object.values(comments).map(({ author, target }) => [author, target])).toContainEqual([by, second.id]);
   expect(Object.keys(verdicts)).toHaveLength(plan.stations.length);
 }
 
-async function startAgain(): Promise<void> {
-  const { revision, stations, comments, verdicts } = await review();
-  const changes = [
-    { kind: 'unsign' },
-    ...Object.keys(stations).map((station) => ({ kind: 'move_station', station, position_m: null })),
-    ...Object.values(comments).map(({ id }) => ({ kind: 'remove_comment', id })),
-    ...Object.keys(verdicts).map((station) => ({ kind: 'clear_verdict', station })),
-  ];
-  const body = (author: string): string => JSON.stringify({ base_revision: revision, author, changes });
-  const [author] = Object.values(comments).map((comment) => comment.author);
-  const status = await viewer.page.evaluate(
-    async (text) => {
-      const headers = { 'content-type': 'application/json' };
-      return (await fetch('api/review/changes', { method: 'POST', headers, body: text })).status;
-    },
-    body(author ?? 'nobody'),
-  );
-  expect(status).toBe(200);
-}
-
 test('by fingers alone, on a tablet', async () => {
-  viewer = await ViewerPage.create(own.browser, own.server.address, { width: 1024, height: 768, hasTouch: true });
+  viewer = await openPage({ hasTouch: true });
   const { page } = viewer;
-  const fingers: CDPSession = await page.context().newCDPSession(page);
-  const touch = async (type: string, places: readonly (readonly [number, number])[]): Promise<void> => {
-    const touchPoints = places.map(([x, y], id) => ({ x, y, id }));
-    await fingers.send('Input.dispatchTouchEvent', { type, touchPoints } as never);
-    await viewer.settle();
-  };
   await viewer.open();
   await film('touch', 'opened');
   await page.locator(`[data-floor="${floor.id}"]`).first().tap();
   await button('Top').tap();
   await film('touch', 'floor');
-  await marker(second.id).tap();
+  await viewer.marker(second.id).tap();
   await film('touch', 'station');
   await tab('Unseen').tap();
   await page.locator('.unseen button').first().tap();
@@ -95,27 +56,26 @@ test('by fingers alone, on a tablet', async () => {
   await liveIsReady();
   await button('Top').tap();
   await viewer.settle();
-  const box = (await marker(first.id).boundingBox())!;
-  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
-  await touch('touchStart', [[x, y]]);
-  for (let i = 1; i <= 6; i++) await touch('touchMove', [[x - 6 * i, y + 5 * i]]);
+  const [x, y] = await viewer.centreOf(first.id);
+  await viewer.touch('touchStart', [x, y]);
+  for (let i = 1; i <= 4; i++) await viewer.touch('touchMove', [x - 9 * i, y + 7 * i]);
   await film('touch', 'dragging');
-  await touch('touchEnd', []);
-  await expect.poll(async () => (await review()).stations[first.id]?.position_m ?? null).not.toBeNull();
+  await viewer.touch('touchEnd');
+  await expect.poll(async () => (await viewer.review()).stations[first.id]?.position_m ?? null).not.toBeNull();
   await film('touch', 'moved');
   await tab('Review').tap();
   await page.getByLabel('Your name, for changes and comments').tap();
   await page.keyboard.insertText('Ada');
-  await marker(second.id).tap();
+  await viewer.marker(second.id).tap();
   await button(`Pin to ${second.id}`).tap();
   await page.getByLabel('New comment').tap();
   await page.keyboard.insertText('The door beside it is mostly shut.');
   await film('touch', 'comment');
   await button('Comment').tap();
-  await expect.poll(async () => Object.keys((await review()).comments)).toHaveLength(1);
+  await expect.poll(async () => Object.keys((await viewer.review()).comments)).toHaveLength(1);
   await button(`Accept ${first.id}`).tap();
   await button(/^Accept the other/).tap();
-  await expect.poll(async () => Object.keys((await review()).verdicts)).toHaveLength(plan.stations.length);
+  await expect.poll(async () => Object.keys((await viewer.review()).verdicts)).toHaveLength(plan.stations.length);
   await film('touch', 'verdicts');
   await page.getByLabel(/^Sign off with th/).tap();
   await film('touch', 'open-points');
@@ -123,11 +83,10 @@ test('by fingers alone, on a tablet', async () => {
   await page.getByTestId('signature').waitFor();
   await film('touch', 'signed');
   await isSigned('Ada');
-  await startAgain();
 });
 
 test('by keys alone', async () => {
-  viewer = await ViewerPage.create(own.browser, own.server.address, { width: 1024, height: 768 });
+  viewer = await openPage();
   const { page } = viewer;
   const { keyboard } = page;
   /** Tab until it has the focus, which has to be seen: where it lies in the page, and that something marks it. */
@@ -159,7 +118,7 @@ test('by keys alone', async () => {
   await keyboard.press('1');
   await keyboard.press('t');
   await film('keys', 'floor');
-  await use(marker(second.id));
+  await use(viewer.marker(second.id));
   await film('keys', 'station');
   await openTab('Unseen');
   await use(page.locator('.unseen button').first());
@@ -171,7 +130,7 @@ test('by keys alone', async () => {
   await use(page.getByRole('radio', { name: 'Move', exact: true }));
   await keyboard.press('t');
   await viewer.settle();
-  await use(marker(first.id));
+  await use(viewer.marker(first.id));
   await keyboard.press('t');
   await viewer.settle();
   await keyboard.down('Shift');
@@ -181,7 +140,7 @@ test('by keys alone', async () => {
   }
   await film('keys', 'moving');
   await keyboard.up('Shift');
-  await expect.poll(async () => (await review()).stations[first.id]?.position_m ?? null).not.toBeNull();
+  await expect.poll(async () => (await viewer.review()).stations[first.id]?.position_m ?? null).not.toBeNull();
   await film('keys', 'moved');
   // A place is pointed at with the cross: here one that no station may come near.
   await use(page.getByRole('radio', { name: 'Forbid position', exact: true }), 'Shift+Tab');
@@ -189,13 +148,13 @@ test('by keys alone', async () => {
   for (let i = 0; i < 6; i++) await keyboard.press('ArrowDown');
   await film('keys', 'cross');
   await keyboard.press('Space');
-  await expect.poll(async () => Object.keys((await review()).forbidden)).toHaveLength(1);
+  await expect.poll(async () => Object.keys((await viewer.review()).forbidden)).toHaveLength(1);
   await film('keys', 'forbidden');
   await keyboard.press('Control+z');
-  await expect.poll(async () => Object.keys((await review()).forbidden)).toHaveLength(0);
+  await expect.poll(async () => Object.keys((await viewer.review()).forbidden)).toHaveLength(0);
   await keyboard.press('t');
   await viewer.settle();
-  await use(marker(second.id));
+  await use(viewer.marker(second.id));
   await openTab('Review');
   await reach(page.getByLabel('Your name, for changes and comments'));
   await keyboard.type('Ben');
@@ -204,10 +163,10 @@ test('by keys alone', async () => {
   await keyboard.type('Mind the step.');
   await film('keys', 'comment');
   await use(button('Comment'));
-  await expect.poll(async () => Object.keys((await review()).comments)).toHaveLength(1);
+  await expect.poll(async () => Object.keys((await viewer.review()).comments)).toHaveLength(1);
   await use(button(`Accept ${first.id}`));
   await use(button(/^Accept the other/));
-  await expect.poll(async () => Object.keys((await review()).verdicts)).toHaveLength(plan.stations.length);
+  await expect.poll(async () => Object.keys((await viewer.review()).verdicts)).toHaveLength(plan.stations.length);
   await film('keys', 'verdicts');
   await reach(page.getByLabel(/^Sign off with th/));
   await keyboard.press('Space');
@@ -216,7 +175,6 @@ test('by keys alone', async () => {
   await page.getByTestId('signature').waitFor();
   await film('keys', 'signed');
   await isSigned('Ben');
-  await startAgain();
 });
 
 /** Why what has the focus is not seen to have it: it lies beyond the window, or nothing is around it. Empty: it is seen. */

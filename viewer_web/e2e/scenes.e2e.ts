@@ -11,7 +11,8 @@ import { fileURLToPath } from 'node:url';
 import type { Browser, Locator } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from 'vitest';
 import type { Change, Review, Run } from '../src/api/documents.ts';
-import { launchBrowser, ViewerPage } from './browser.ts';
+import { ViewerPage } from './browser.ts';
+import { launchBrowser } from './chromium.ts';
 import { countGl, type GlCount, glCount } from './gl-meter.ts';
 import { PlanFiles } from './plan-files.ts';
 import { type PlanServer, serveCopy } from './plan-server.ts';
@@ -270,8 +271,12 @@ describe.each(names)('%s', (name) => {
     ]);
     for (const [dx, dy] of around) {
       await page.mouse.click(x + dx, y + dy);
-      await page.waitForTimeout(3000);
-      if ((await review()).revision !== revision) break;
+      const refused = page.getByText(/nothing to unmark/);
+      await expect
+        .poll(async () => (await review()).revision > revision || (await refused.count()) > 0, SLOW)
+        .toBe(true);
+      if ((await review()).revision > revision) break;
+      await page.getByRole('button', { name: 'Dismiss' }).click();
     }
     const picked = await changedFrom(revision);
     expect(Object.values(picked.ground_picks)).toMatchObject([{ is_ground: false, floor: floor.id }]);

@@ -1,32 +1,17 @@
-/** What the viewer says of stations: what requirements would lose without one, and which of them other floors hide. */
-import { readFileSync } from 'node:fs';
-import { join } from 'node:path';
-import type { Browser } from 'playwright-core';
-import { afterAll, afterEach, beforeAll, beforeEach, expect, inject, test } from 'vitest';
-import type { PlanJson } from '../src/load/plan-json.ts';
-import { launchBrowser, ViewerPage } from './browser.ts';
+/** Stations in the viewer: what requirements would lose without one, and which of them other floors hide. */
+import { beforeEach, expect, inject, test } from 'vitest';
+import { type ViewerPage, viewerPages } from './browser.ts';
+import { PlanFiles } from './plan-files.ts';
 
-const plan: PlanJson = JSON.parse(readFileSync(join(inject('planFolder'), 'plan.json'), 'utf8'));
-const [ground, upper] = [...plan.floors].sort((a, b) => a.elevation_m - b.elevation_m);
-const stationsOf = (floorId: string) => plan.stations.filter(({ floor }) => floor === floorId);
-
-let browser: Browser;
+const { plan, floors, stationsOf } = new PlanFiles(inject('planFolder'));
+const [ground, upper] = floors;
+const openPage = viewerPages({ width: 960, height: 600 });
 let viewer: ViewerPage;
-
-beforeAll(async () => {
-  browser = await launchBrowser();
-});
-afterAll(() => browser.close());
 beforeEach(async () => {
-  viewer = await ViewerPage.create(browser, inject('address'));
-});
-afterEach(async () => {
-  await viewer.page.close();
-  expect(viewer.faults).toEqual([]);
+  viewer = await openPage();
 });
 
 const note = () => viewer.page.getByTestId('covered');
-const marker = (id: string) => viewer.page.locator(`.marker[data-station=${id}]`);
 
 test('a card lists by requirement what would be lost without the station, and points it out', async () => {
   const station = stationsOf(upper.id)[0];
@@ -53,8 +38,7 @@ test('a card lists by requirement what would be lost without the station, and po
 test('from above the stations that upper floors hide are counted, and their floor is a click away', async () => {
   await viewer.open();
   const { page } = viewer;
-  await page.keyboard.press('t');
-  await viewer.settle();
+  await viewer.press('t');
   await note().waitFor();
   const [, n] = /^(\d+) stations? behind another floor/.exec((await note().textContent()) ?? '') ?? [];
   const shown = await page.locator('.marker:not([hidden])').count();
@@ -72,16 +56,14 @@ test('from above the stations that upper floors hide are counted, and their floo
 test('a chosen station behind an upper floor is marked through it, says so, and opens its floor', async () => {
   await viewer.open();
   const { page } = viewer;
-  await page.keyboard.press('t');
-  await viewer.settle();
+  await viewer.press('t');
   await note().waitFor();
   const hidden = await page.locator('.marker[hidden]').first().getAttribute('data-station');
   await page.locator(`li [data-station=${hidden}]`).click();
   await viewer.settle();
   await page.locator('[data-floor=all]').click();
-  await page.keyboard.press('t');
-  await viewer.settle();
-  const mark = marker(hidden ?? '');
+  await viewer.press('t');
+  const mark = viewer.marker(hidden ?? '');
   await expect.poll(() => mark.getAttribute('class')).toContain('marker-through');
   expect(await mark.isVisible()).toBe(true);
   expect(await note().textContent()).toContain(`${hidden} is behind ${upper.name}`);

@@ -1,26 +1,21 @@
-/** What goes wrong beside the page, told on it in words, with the way out: a damaged review, a missing scene, another start of the server. */
+/** What goes wrong beside the page, stated on it in words, with the way out: a damaged review, a missing scene, another start of the server. */
 import { cpSync, mkdtempSync, renameSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import type { Browser } from 'playwright-core';
-import { afterAll, beforeAll, expect, inject, test } from 'vitest';
-import { launchBrowser, ViewerPage } from './browser.ts';
+import { expect, inject, test } from 'vitest';
+import { viewerPages } from './browser.ts';
 import { servePlan } from './plan-server.ts';
 
-let browser: Browser;
-beforeAll(async () => {
-  browser = await launchBrowser();
-});
-afterAll(() => browser.close());
+const openPage = viewerPages({ width: 960, height: 600 });
 
-test('a damaged review and a missing scene are told, and a page goes on when they are mended or the server comes back', async () => {
+test('a damaged review and a missing scene are reported, and a page goes on when they are mended or the server comes back', async () => {
   const own = mkdtempSync(join(tmpdir(), 'tlsplan-e2e-trouble-'));
   const folder = join(own, 'plan');
   cpSync(inject('planFolder'), folder, { recursive: true });
   const review = join(folder, 'review.usda');
   writeFileSync(review, '#usda 1.0\n(\n');
   const first = await servePlan(folder);
-  const viewer = await ViewerPage.create(browser, first.address, { width: 960, height: 600 });
+  const viewer = await openPage({}, first.address);
   const { page } = viewer;
   await viewer.open('#tab=edit');
   const trouble = page.getByTestId('trouble');
@@ -52,7 +47,7 @@ test('a damaged review and a missing scene are told, and a page goes on when the
 
   await page.goto(second.address);
   await page.locator('.marker:not([hidden])').first().waitFor();
-  expect(viewer.faults.filter((fault) => !/Failed to load resource|ERR_/.test(fault))).toEqual([]);
+  expect(viewer.faults.splice(0).filter((fault) => !/Failed to load resource|ERR_/.test(fault))).toEqual([]);
   await page.close();
   await second.stop();
   rmSync(own, { recursive: true, force: true });
