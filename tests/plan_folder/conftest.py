@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -177,8 +178,25 @@ def plan(survey: Survey, engine: ScanEngine) -> Plan:
 
 
 @pytest.fixture(scope="session")
+def small(plan: Plan) -> Plan:
+    """The plan without stations and floors, which is written in no time."""
+    nowhere = np.full_like(plan.survey.floor_of_triangle, -1)
+    survey = dataclasses.replace(plan.survey, floors=(), floor_of_triangle=nowhere)
+    return dataclasses.replace(plan, survey=survey, stations=(), links=(), coverage_by_floor=(), coverage_curve=())
+
+
+@pytest.fixture(scope="session")
 def plan_folder(plan: Plan, engine: ScanEngine, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The plan written once; tests only read it."""
+    """The plan written once, with small pictures; tests only read it."""
     folder = tmp_path_factory.mktemp("plans") / "plan"
-    write_plan_folder(plan, folder, engine=engine)
+    with pytest.MonkeyPatch.context() as patch:
+        draw_small(patch)
+        write_plan_folder(plan, folder, engine=engine)
     return folder
+
+
+@pytest.fixture
+def folder(small: Plan, engine: ScanEngine, tmp_path: Path) -> Path:
+    """A folder of `small`, which the test may change."""
+    write_plan_folder(small, tmp_path / "plan", engine=engine)
+    return tmp_path / "plan"

@@ -3,10 +3,10 @@
 import dataclasses
 import json
 import os
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 from oldest_plan import oldest_plan
 
@@ -40,20 +40,6 @@ def put_mine(folder: Path) -> None:
     os.utime(folder / "field-notes.docx", ns=(1, 2_000_000_000))
 
 
-@pytest.fixture(scope="module")
-def small(plan: Plan) -> Plan:
-    """A plan without stations and floors, which is written in no time."""
-    nowhere = np.full_like(plan.survey.floor_of_triangle, -1)
-    survey = dataclasses.replace(plan.survey, floors=(), floor_of_triangle=nowhere)
-    return dataclasses.replace(plan, survey=survey, stations=(), links=(), coverage_by_floor=(), coverage_curve=())
-
-
-@pytest.fixture
-def folder(small: Plan, engine: ScanEngine, tmp_path: Path) -> Path:
-    write_plan_folder(small, tmp_path / "plan", engine=engine)
-    return tmp_path / "plan"
-
-
 def stopping_at(name: str, action: Callable[[], object]) -> Callable[[ProgressEvent], None]:
     """Progress that does something once the file `name` is there."""
 
@@ -81,9 +67,10 @@ def test_files_of_people_outlive_overwriting(small: Plan, engine: ScanEngine, fo
     assert [path.name for path in folder.parent.iterdir()] == ["plan"]
 
 
-@pytest.mark.usefixtures("thumbnails")
-def test_files_of_stations_that_are_no_more_go(small: Plan, engine: ScanEngine, plan: Plan, tmp_path: Path) -> None:
-    write_plan_folder(plan, tmp_path / "plan", engine=engine)
+def test_files_of_stations_that_are_no_more_go(
+    small: Plan, engine: ScanEngine, plan_folder: Path, tmp_path: Path
+) -> None:
+    shutil.copytree(plan_folder, tmp_path / "plan")
     (tmp_path / "plan" / "scans" / "mine.txt").write_text("mine")
     write_plan_folder(small, tmp_path / "plan", engine=engine, overwrite=True)
     left = {str(path.relative_to(tmp_path / "plan")) for path in (tmp_path / "plan").rglob("*")}
@@ -144,12 +131,11 @@ def test_other_folder_that_takes_the_name_while_the_export_runs_is_not_replaced(
     assert (folder / "thesis.tex").read_text() == "mine"
 
 
-@pytest.mark.usefixtures("thumbnails")
 def test_file_whose_name_the_new_plan_needs_is_not_replaced(plan: Plan, engine: ScanEngine, folder: Path) -> None:
     (folder / "scans").mkdir()
     (folder / "scans" / "S002.png").write_text("my own picture")
     with pytest.raises(OutputExistsError, match=r"S002\.png.*move yours"):
-        write_plan_folder(plan, folder, engine=engine, overwrite=True)
+        write_plan_folder(plan, folder, engine=engine, overwrite=True, pictures=False)
     assert (folder / "scans" / "S002.png").read_text() == "my own picture"
     assert read_plan_json(folder)["stations"] == []
 

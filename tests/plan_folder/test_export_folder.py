@@ -23,13 +23,6 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
-def without_clouds(plan: Plan) -> Plan:
-    """A plan that is written in no time."""
-    nowhere = np.full_like(plan.survey.floor_of_triangle, -1)
-    survey = dataclasses.replace(plan.survey, floors=(), floor_of_triangle=nowhere)
-    return dataclasses.replace(plan, survey=survey, stations=(), links=(), coverage_by_floor=(), coverage_curve=())
-
-
 def test_plan_folder_holds_the_files_of_the_contract_and_no_others(plan_folder: Path) -> None:
     names = ["S001", "S002", "S003"]
     expected = {
@@ -47,6 +40,7 @@ def test_plan_folder_holds_the_files_of_the_contract_and_no_others(plan_folder: 
     assert set(contents(plan_folder)) == expected
 
 
+@pytest.mark.usefixtures("thumbnails")
 def test_plan_folder_written_twice_has_the_same_bytes(
     plan: Plan, engine: ScanEngine, plan_folder: Path, tmp_path: Path
 ) -> None:
@@ -55,29 +49,20 @@ def test_plan_folder_written_twice_has_the_same_bytes(
     assert [name for name in first if first[name] != second[name]] == []
 
 
-def test_progress_counts_every_file_up_to_the_total(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
-    events: list[ProgressEvent] = []
-    write_plan_folder(plan, tmp_path / "plan", engine=engine, pictures=False, progress=events.append)
-    assert {event.stage for event in events} == {"export"}
-    assert [event.done for event in events] == sorted(event.done for event in events)
-    assert events[-1].done == events[-1].total == len(contents(tmp_path / "plan"))
-
-
-def test_plan_folder_without_pictures_lacks_them_alone(
+def test_plan_folder_without_pictures_lacks_them_alone_and_progress_counts_its_files(
     plan: Plan, engine: ScanEngine, plan_folder: Path, tmp_path: Path
 ) -> None:
-    write_plan_folder(plan, tmp_path / "plan", engine=engine, pictures=False)
+    events: list[ProgressEvent] = []
+    write_plan_folder(plan, tmp_path / "plan", engine=engine, pictures=False, progress=events.append)
     whole, without = contents(plan_folder), contents(tmp_path / "plan")
+    assert {event.stage for event in events} == {"export"}
+    assert [event.done for event in events] == sorted(event.done for event in events)
+    assert events[-1].done == events[-1].total == len(without)
     pictures = {name for name in whole if name.startswith("report/") and name.endswith(".png")}
     assert set(without) == set(whole) - pictures
     assert [name for name in without if without[name] != whole[name]] == ["report/index.html"]
     assert b"<img" in whole["report/index.html"]
     assert b"<img" not in without["report/index.html"]
-
-
-def test_plan_without_stations_and_floors_is_written(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
-    write_plan_folder(without_clouds(plan), tmp_path / "plan", engine=engine)
-    assert read_plan_json(tmp_path / "plan")["stations"] == []
 
 
 def test_existing_folder_is_refused_with_the_remedy(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
@@ -99,58 +84,53 @@ def test_file_and_link_in_the_way_are_refused(plan_folder: Path, tmp_path: Path)
             check_output(tmp_path / name, overwrite=True)
 
 
-def test_empty_folder_may_be_written(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
+def test_plan_without_stations_and_floors_is_written_into_an_empty_folder(
+    small: Plan, engine: ScanEngine, tmp_path: Path
+) -> None:
     (tmp_path / "plan").mkdir()
-    write_plan_folder(without_clouds(plan), tmp_path / "plan", engine=engine)
-    assert (tmp_path / "plan" / "plan.json").is_file()
+    write_plan_folder(small, tmp_path / "plan", engine=engine)
+    assert read_plan_json(tmp_path / "plan")["stations"] == []
 
 
 @pytest.mark.parametrize("can_exchange", [True, False])
 def test_overwriting_replaces_the_plan_and_leaves_nothing_beside(
-    plan: Plan, engine: ScanEngine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, can_exchange: bool
+    small: Plan, engine: ScanEngine, folder: Path, monkeypatch: pytest.MonkeyPatch, can_exchange: bool
 ) -> None:
-    small = without_clouds(plan)
-    write_plan_folder(small, tmp_path / "plan", engine=engine)
     if not can_exchange:
         monkeypatch.setattr(atomic, "exchange", lambda one, other: False)
-    changed = dataclasses.replace(small, settings=dataclasses.replace(plan.settings, seed=7))
-    write_plan_folder(changed, tmp_path / "plan", engine=engine, overwrite=True)
-    assert read_plan_json(tmp_path / "plan")["seed"] == 7
-    assert [path.name for path in tmp_path.iterdir()] == ["plan"]
+    changed = dataclasses.replace(small, settings=dataclasses.replace(small.settings, seed=7))
+    write_plan_folder(changed, folder, engine=engine, overwrite=True)
+    assert read_plan_json(folder)["seed"] == 7
+    assert [path.name for path in folder.parent.iterdir()] == ["plan"]
 
 
-def test_overwriting_reviewers_changes_is_refused(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
-    write_plan_folder(without_clouds(plan), tmp_path / "plan", engine=engine)
-    check_output(tmp_path / "plan", overwrite=True)
-    review = tmp_path / "plan" / "review.usda"
+def test_overwriting_reviewers_changes_is_refused(folder: Path) -> None:
+    check_output(folder, overwrite=True)
+    review = folder / "review.usda"
     review.write_text(review.read_text() + 'over "Plan" {}\n')
     with pytest.raises(OutputExistsError, match=r"review\.usda"):
-        check_output(tmp_path / "plan", overwrite=True)
+        check_output(folder, overwrite=True)
 
 
 def test_exception_while_writing_leaves_the_old_plan_and_nothing_beside(
-    plan: Plan, engine: ScanEngine, tmp_path: Path
+    small: Plan, engine: ScanEngine, folder: Path
 ) -> None:
-    small = without_clouds(plan)
-    write_plan_folder(small, tmp_path / "plan", engine=engine)
-    before = contents(tmp_path / "plan")
+    before = contents(folder)
 
     def stop(event: ProgressEvent) -> None:
         if event.note == "plan.json":
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        write_plan_folder(small, tmp_path / "plan", engine=engine, overwrite=True, progress=stop)
-    assert contents(tmp_path / "plan") == before
-    assert [path.name for path in tmp_path.iterdir()] == ["plan"]
+        write_plan_folder(small, folder, engine=engine, overwrite=True, progress=stop)
+    assert contents(folder) == before
+    assert [path.name for path in folder.parent.iterdir()] == ["plan"]
 
 
 def test_failed_second_rename_puts_the_old_plan_back(
-    plan: Plan, engine: ScanEngine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    small: Plan, engine: ScanEngine, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    small = without_clouds(plan)
-    write_plan_folder(small, tmp_path / "plan", engine=engine)
-    before = contents(tmp_path / "plan")
+    before = contents(folder)
     rename = Path.rename
 
     def failing(self: Path, target: Path) -> Path:
@@ -161,9 +141,9 @@ def test_failed_second_rename_puts_the_old_plan_back(
     monkeypatch.setattr(atomic, "exchange", lambda one, other: False)
     monkeypatch.setattr(Path, "rename", failing)
     with pytest.raises(PlanFolderError, match="No space left"):
-        write_plan_folder(small, tmp_path / "plan", engine=engine, overwrite=True)
-    assert contents(tmp_path / "plan") == before
-    assert [path.name for path in tmp_path.iterdir()] == ["plan"]
+        write_plan_folder(small, folder, engine=engine, overwrite=True)
+    assert contents(folder) == before
+    assert [path.name for path in folder.parent.iterdir()] == ["plan"]
 
 
 KILLED = """
@@ -231,13 +211,7 @@ def test_folder_that_appears_meanwhile_is_not_replaced(tmp_path: Path) -> None:
     assert (tmp_path / "plan" / "file").read_text() == "theirs"
 
 
-@pytest.mark.usefixtures("thumbnails")
-def test_moved_plan_folder_still_reads(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
-    write_plan_folder(plan, tmp_path / "plan", engine=engine)
-    (tmp_path / "plan").rename(tmp_path / "moved")
-    assert len(read_station_list(tmp_path / "moved")) == 3
-
-
+@pytest.mark.slow
 def test_importing_the_writer_loads_no_graphics() -> None:
     look = "print([m for m in sys.modules if m.startswith(('vtk', 'pyvista'))])"
     code = f"import sys, planner_core.plan_folder.folder; {look}"
@@ -245,13 +219,14 @@ def test_importing_the_writer_loads_no_graphics() -> None:
     assert done.stdout.strip() == "[]"
 
 
-@pytest.mark.usefixtures("thumbnails")
 def test_station_of_odd_id_unknown_height_and_no_floor_is_written(
     plan: Plan, engine: ScanEngine, tmp_path: Path
 ) -> None:
     """What a crew's own list may hold: `evaluate` writes a folder of it too."""
     odd = dataclasses.replace(plan.stations[0], id="Punkt 1/a", floor="", instrument_height_m=float("nan"))
-    write_plan_folder(dataclasses.replace(plan, stations=(odd,), links=()), tmp_path / "plan", engine=engine)
+    write_plan_folder(
+        dataclasses.replace(plan, stations=(odd,), links=()), tmp_path / "plan", engine=engine, pictures=False
+    )
     (row,) = read_plan_json(tmp_path / "plan")["stations"]
     assert (row["id"], row["instrument_height_m"]) == ("Punkt 1/a", None)
     for name in ("plan.json", "stations.csv"):

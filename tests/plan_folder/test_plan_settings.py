@@ -206,7 +206,7 @@ def test_settings_of_the_next_test_vary_every_field(kind: type, varied: dict[str
 
 
 @given(told=any_settings)
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
 def test_settings_read_from_plan_json_equal_those_written_to_the_last_bit(plan: Plan, told: PlanSettings) -> None:
     assert settings_of(document_of(plan, told)) == told
 

@@ -145,6 +145,8 @@ def test_maps_show_the_walk_on_one_and_links_on_the_other(walked: Plan, engine: 
     for write, name in ((write_floor_map, "walk.png"), (write_link_map, "links.png")):
         write(walked, 0, tmp_path / name, view=view)
         pixels = Oiio.ImageBuf(str(tmp_path / name)).get_pixels(Oiio.FLOAT)[:, :, :3]
+        assert pixels.shape[1] == 1600
+        assert 300 < pixels.shape[0] < 2000
         for colour in (ROUTE.colour, LINKS[2].colour, palette.SEEN_ONCE):
             share[name, colour] = int((np.abs(pixels - np.array(colour)).max(axis=2) < 0.03).sum())
     assert share["walk.png", ROUTE.colour] > 300 < share["links.png", LINKS[2].colour]
