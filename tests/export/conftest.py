@@ -1,50 +1,34 @@
-"""A planned box, as a folder with nothing but its plan.json beside its scene file; and plans written by hand."""
+"""The plan of a box as a folder with nothing but its plan.json beside its scene file; and plans written by hand."""
 
 from __future__ import annotations
 
 import json
 import shutil
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from made_once import MadeOnce
 from oldest_plan import floor, link, oldest_plan, station
+from shared_plans import SharedPlan
 
-import scenes_synthetic
-from planner_core.model import Greedy, PlanSettings, Requirements, Scanner
-from planner_core.plan_folder.plan_json import plan_text
-from planner_core.planning.plan import make_plan
-from planner_core.scene.load import LoadOptions, load_scene
-
-SCANNER = Scanner(
-    name="test", title="Test scanner", source="made up", range_min_m=0.3, range_max_m=20.0, n_azimuths=90,
-    elevation_rad=tuple(np.deg2rad(np.linspace(45, -60, 30))), instrument_height_min_m=1.5, instrument_height_max_m=1.5,
-)  # fmt: skip
-
-
-@pytest.fixture(scope="session")
-def planned_box(made_once: MadeOnce) -> Path:
-    """The folder `plan` beside `box.ifc`, which says where on earth it is; for copying."""
-    return made_once("planned-box", plan_box)
-
-
-def plan_box(folder: Path) -> None:
-    path = scenes_synthetic.write(scenes_synthetic.on_map(scenes_synthetic.build("box")), folder / "box.ifc")
-    settings = PlanSettings(
-        scanner=SCANNER, requirements=Requirements(coverage=0.5), grid_step_m=1.5, refine=False, method=Greedy()
-    )
-    plan = make_plan(load_scene(path, options=LoadOptions(doors="shut")), settings, engine="open3d")
-    (folder / "plan").mkdir()
-    (folder / "plan" / "plan.json").write_text(plan_text(plan, folder / "plan"), encoding="utf-8")
+_FOLDER = str(Path(__file__).parent)
+sys.path.insert(0, _FOLDER)
+try:
+    import two_rooms  # noqa: F401 - folders below know it by its name from here on
+finally:
+    sys.path.remove(_FOLDER)
 
 
 @pytest.fixture
-def box_folder(planned_box: Path, tmp_path: Path) -> Path:
-    """A copy of `planned_box` to do as one likes with."""
-    return Path(shutil.copytree(planned_box, tmp_path / "box"))
+def box_folder(box_plan: SharedPlan, tmp_path: Path) -> Path:
+    """The folder `plan` beside `box.ifc`, which has a position on earth; the test may change it."""
+    folder = tmp_path / "box"
+    (folder / "plan").mkdir(parents=True)
+    shutil.copy(box_plan.scene_file, folder)
+    shutil.copy(box_plan.folder / "plan.json", folder / "plan")
+    return folder
 
 
 @pytest.fixture

@@ -287,7 +287,7 @@ def random_site(found: list[tuple[float, ...]], elevations: tuple[float, ...]) -
 
 
 @given(terrain, st.sampled_from([(0.0,), (0.0, 2.2), (0.0, 4.1)]))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_a_step_leads_between_any_two_free_neighbours_of_a_map(
     found: list[tuple[float, ...]], elevations: tuple[float, ...]
 ) -> None:
@@ -313,7 +313,7 @@ def test_a_step_leads_between_any_two_free_neighbours_of_a_map(
 
 
 @given(terrain, st.sampled_from([(0.0,), (0.0, 2.2)]), st.data())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_ways_never_leave_free_cells(
     found: list[tuple[float, ...]], elevations: tuple[float, ...], data: st.DataObject
 ) -> None:

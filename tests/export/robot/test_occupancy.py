@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 from PIL import Image
-from robot_house import FOOT_X_M, N_STEPS, ROOMS, STAIRS, TABLE, TREAD_M
+from robot_house import ROOMS, STAIRS, TABLE
 from scipy import ndimage
+from two_rooms import FOOT_X_M, N_STEPS, TREAD_M
 
 from planner_core.export.occupancy import grey_png
 from planner_core.export.options import Options

@@ -26,12 +26,11 @@ AROUND = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)]
 N_WAYS = 12
 
 
+SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("double-height-hall", "duplex")]
 MORE = [pytest.param(name, marks=pytest.mark.campaign) for name in ("atrium", "fzk-haus")]
 
 
-@pytest.fixture(
-    scope="module", params=["house", "double-height-hall", pytest.param("duplex", marks=pytest.mark.slow), *MORE]
-)
+@pytest.fixture(scope="module", params=["house", *SLOW, *MORE])
 def ground(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, real_scene: Callable[[str], Scene]
 ) -> Ground:

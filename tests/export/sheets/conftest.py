@@ -54,24 +54,28 @@ def scene_plan(sheet_folder: Path) -> PlanSource:
 Sheets = Callable[..., "reading.Pdf"]
 
 
-@pytest.fixture
-def pdf_of(tmp_path: Path) -> Sheets:
-    """Call with a plan and options, A4 where no paper is told; returns what a PDF reader finds."""
+@pytest.fixture(scope="session")
+def pdf_of(tmp_path_factory: pytest.TempPathFactory) -> Sheets:
+    """Call with a plan and options, on A4 by default; returns what a PDF reader finds. Each is written once."""
+    folder = tmp_path_factory.mktemp("pdf")
+    written: dict[tuple[int, Options], tuple[PlanSource, reading.Pdf]] = {}  # the plan is held for its id
 
     def write(plan: PlanSource, **options: Any) -> reading.Pdf:
-        path = tmp_path / f"sheets{len(list(tmp_path.iterdir()))}.pdf"
-        remarks = write_pdf(plan, path, Options(**{"paper": "A4", **options}), silent)
-        return reading.Pdf(path, remarks)
+        key = id(plan), Options(**{"paper": "A4", **options})
+        if key not in written:
+            path = folder / f"{len(written)}.pdf"
+            written[key] = plan, reading.Pdf(path, write_pdf(plan, path, key[1], silent))
+        return written[key][1]
 
     return write
 
 
-@pytest.fixture
-def html_of(tmp_path: Path) -> Callable[..., str]:
+@pytest.fixture(scope="session")
+def html_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., str]:
     """Call with a plan and options; returns the page."""
+    path = tmp_path_factory.mktemp("html") / "sheets.html"
 
     def write(plan: PlanSource, **options: Any) -> str:
-        path = tmp_path / "sheets.html"
         write_html(plan, path, Options(**options), silent)
         return path.read_text(encoding="utf-8")
 
@@ -79,10 +83,9 @@ def html_of(tmp_path: Path) -> Callable[..., str]:
 
 
 @pytest.fixture(scope="session")
-def site_sheets(site_plan: PlanSource, tmp_path_factory: pytest.TempPathFactory) -> "reading.Pdf":
-    """The house in site coordinates on A4; tests only read it."""
-    path = tmp_path_factory.mktemp("site") / "sheets.pdf"
-    return reading.Pdf(path, write_pdf(site_plan, path, Options(paper="A4"), silent))
+def site_sheets(site_plan: PlanSource, pdf_of: Sheets) -> "reading.Pdf":
+    """The house in site coordinates on A4."""
+    return pdf_of(site_plan)
 
 
 @pytest.fixture

@@ -196,25 +196,18 @@ def test_scanned_station_is_told_from_those_to_do(
     assert shades[0] < 0.3 and shades[1] > 0.8
 
 
-def test_way_that_is_none_says_where_the_walk_goes_on(
-    edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
-) -> None:
-    def cut(document: dict[str, Any]) -> None:
-        leg = next(leg for leg in document["route"]["legs"] if leg["from"] == "S002")
-        leg.update(points=[], floors=[], length_m=None)
-
-    words = "\n".join(pdf_of(edited(cut)).texts)
-    assert "then 3, no path inside" in words and "from 2, no path inside" in words
-
-
-def test_links_to_other_floors_are_named_beside_the_station(
+def test_legs_without_a_path_and_links_to_other_floors_name_the_other_station(
     edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
 ) -> None:
     def join(document: dict[str, Any]) -> None:
+        leg = next(leg for leg in document["route"]["legs"] if leg["from"] == "S002")
+        leg.update(points=[], floors=[], length_m=None)
         link = {**document["registration"]["links"][0], "a": "S001", "b": "S006", "overlap": 0.9, "strength": 0.5}
         document["registration"]["links"].append(link)
 
     sheets = pdf_of(edited(join))
+    words = "\n".join(sheets.texts)
+    assert "then 3, no path inside" in words and "from 2, no path inside" in words
     assert "↕ 6" in sheets.texts[sheets.drawing("Level 1")]
     assert "↕ 1" in sheets.texts[sheets.drawing("Level 2")]
 

@@ -46,7 +46,7 @@ class _Page(HTMLParser):
             self.cells[-1] += data
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def page(site_plan: PlanSource, html_of: Callable[..., str]) -> str:
     return html_of(site_plan, paper="A4")
 

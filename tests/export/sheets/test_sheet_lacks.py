@@ -12,7 +12,7 @@ import pytest
 
 from planner_core.errors import ExportError, RequirementError
 from planner_core.export.options import Options
-from planner_core.export.sheets.building import Building, read_building
+from planner_core.export.sheets.building import Building, read_building, read_meshes
 from planner_core.export.sheets.pdf import write_pdf
 from planner_core.export.write import export_plan
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
@@ -20,39 +20,43 @@ from planner_core.progress import silent
 
 
 def test_plan_folder_without_stage_has_sheets_without_walls(
-    sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any]
+    bare: Callable[..., Path], pdf_of: Callable[..., Any]
 ) -> None:
-    (tmp_path / "bare").mkdir()
-    (tmp_path / "bare" / "plan.json").write_bytes((sheet_folder / "plan.json").read_bytes())
-    sheets = pdf_of(open_plan(tmp_path / "bare"))
+    sheets = pdf_of(open_plan(bare()))
     assert any("stage.usdc" in remark for remark in sheets.remarks)
     assert "walls and unseen surface are not drawn" in " ".join("\n".join(sheets.texts).split())
     assert len(sheets.spots(sheets.drawing("Level 1"))) == 4
     assert not sheets.pages_with("Point spacing")
 
 
-@pytest.mark.parametrize("content", [b"no usd", b"#usda 1.0\n", b'#usda 1.0\ndef Xform "Plan" {}\n'])
-def test_stage_that_is_none_is_refused(
-    sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any], content: bytes
-) -> None:
-    (tmp_path / "bare" / "viewer").mkdir(parents=True)
-    for name in ("plan.json", "viewer/patches.u8"):
-        (tmp_path / "bare" / name).write_bytes((sheet_folder / name).read_bytes())
-    (tmp_path / "bare" / "viewer" / "stage.usdc").write_bytes(content)
+@pytest.fixture
+def bare(sheet_folder: Path, tmp_path: Path) -> Callable[..., Path]:
+    """Call with names of files; returns a plan folder that holds plan.json and these."""
+
+    def make(*names: str) -> Path:
+        (tmp_path / "bare" / "viewer").mkdir(parents=True)
+        for name in ("plan.json", *names):
+            (tmp_path / "bare" / name).write_bytes((sheet_folder / name).read_bytes())
+        return tmp_path / "bare"
+
+    return make
+
+
+def test_stage_that_is_none_is_refused(bare: Callable[..., Path], pdf_of: Callable[..., Any]) -> None:
+    stage = bare("viewer/patches.u8") / "viewer" / "stage.usdc"
+    for content in (b"#usda 1.0\n", b'#usda 1.0\ndef Xform "Plan" {}\n', b"no usd"):
+        stage.write_bytes(content)
+        with pytest.raises(ExportError, match=r"stage\.usdc: .*expected .*plan again"):
+            read_meshes(str(stage))
     with pytest.raises(ExportError, match=r"stage\.usdc: .*expected .*plan again"):
-        pdf_of(open_plan(tmp_path / "bare"))
+        pdf_of(open_plan(stage.parents[1]))
 
 
 @pytest.mark.parametrize("other", ["viewer/patches.u8", "viewer/reason.u8"])
-def test_patches_of_another_plan_are_told(
-    sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any], other: str
-) -> None:
-    (tmp_path / "bare" / "viewer").mkdir(parents=True)
-    for name in ("plan.json", "viewer/stage.usdc", "viewer/patches.u8"):
-        (tmp_path / "bare" / name).write_bytes((sheet_folder / name).read_bytes())
-    (tmp_path / "bare" / other).write_bytes(b"\1\2\3")
-    sheets = pdf_of(open_plan(tmp_path / "bare"))
-    assert any(f"{other} has 3 patches" in remark for remark in sheets.remarks)
+def test_patches_of_another_plan_are_told(bare: Callable[..., Path], other: str) -> None:
+    folder = bare("viewer/stage.usdc", "viewer/patches.u8")
+    (folder / other).write_bytes(b"\1\2\3")
+    assert str(read_building(folder)).startswith(f"{other} has 3 patches")
 
 
 def test_surface_without_a_requirement_is_known_by_its_reason(sheet_folder: Path, tmp_path: Path) -> None:
@@ -72,12 +76,10 @@ def test_surface_without_a_requirement_is_known_by_its_reason(sheet_folder: Path
     assert older.required.all()
 
 
-def test_layers_that_are_not_there_are_told(sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any]) -> None:
-    (tmp_path / "bare" / "viewer").mkdir(parents=True)
-    for name in ("plan.json", "viewer/patches.u8", "viewer/stage.usdc", "viewer/layers.json"):
-        (tmp_path / "bare" / name).write_bytes((sheet_folder / name).read_bytes())
+def test_layers_that_are_not_there_are_told(bare: Callable[..., Path], pdf_of: Callable[..., Any]) -> None:
+    folder = bare("viewer/patches.u8", "viewer/stage.usdc", "viewer/layers.json")
     with pytest.raises(ExportError, match=r"layers\.json: its layers can't be read \(FileNotFoundError"):
-        pdf_of(open_plan(tmp_path / "bare"))
+        pdf_of(open_plan(folder))
 
 
 def test_plan_of_an_older_version_that_lacks_results_has_sheets(
@@ -116,16 +118,15 @@ def test_same_plan_gives_the_same_bytes(site_plan: PlanSource, site_sheets: Any,
     assert (tmp_path / "again.pdf").read_bytes() == site_sheets.path.read_bytes()
 
 
-def stage_with(folder: Path, path: Path, change: str) -> None:
-    """Put a plan's stage at `path`, as text, with the first prim that is changed by a statement about `prim`."""
+@pytest.fixture(scope="module")
+def stage_text(sheet_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plan's stage as text."""
     from pxr import Usd
 
-    stage = Usd.Stage.Open(str(folder / "viewer" / "stage.usdc"))
-    stage.Flatten().Export(str(path.with_suffix(".usda")))
-    stage = Usd.Stage.Open(str(path.with_suffix(".usda")))
-    prim = next(prim for prim in stage.Traverse() if prim.GetAttribute("primvars:tlsplan:triangle"))
-    exec(change, {"prim": prim})
-    stage.GetRootLayer().Export(str(path))
+    path = tmp_path_factory.mktemp("stage") / "stage.usda"
+    Usd.Stage.Open(str(sheet_folder / "viewer" / "stage.usdc")).Flatten().Export(str(path))
+    assert read_meshes(str(path))[0]
+    return path
 
 
 @pytest.mark.parametrize(
@@ -139,22 +140,25 @@ def stage_with(folder: Path, path: Path, change: str) -> None:
         "prim.RemoveProperty('points')",
     ],
 )
-def test_stage_whose_figures_do_not_fit_is_refused(sheet_folder: Path, tmp_path: Path, change: str) -> None:
-    shutil.copytree(sheet_folder / "viewer", tmp_path / "viewer")
-    assert isinstance(read_building(tmp_path), Building)
-    stage_with(sheet_folder, tmp_path / "viewer" / "stage.usdc", change)
+def test_stage_whose_figures_do_not_fit_is_refused(stage_text: Path, tmp_path: Path, change: str) -> None:
+    from pxr import Sdf, Usd
+
+    stage = Usd.Stage.Open(Sdf.Layer.OpenAsAnonymous(str(stage_text)))
+    prim = next(prim for prim in stage.Traverse() if prim.GetAttribute("primvars:tlsplan:triangle"))
+    exec(change, {"prim": prim})
+    stage.GetRootLayer().Export(str(tmp_path / "stage.usdc"))
     with pytest.raises(ExportError, match=r"stage\.usdc: is damaged \(.*expected the stage that a plan wrote"):
-        read_building(tmp_path)
+        read_meshes(str(tmp_path / "stage.usdc"))
 
 
-def test_stage_that_crashes_the_usd_library_is_refused(sheet_folder: Path, tmp_path: Path) -> None:
-    shutil.copytree(sheet_folder / "viewer", tmp_path / "viewer")
+def test_stage_that_crashes_the_usd_library_is_refused(bare: Callable[..., Path]) -> None:
     from pxr import Sdf
 
+    folder = bare("viewer/patches.u8")
     deep = "#usda 1.0\n" + 'def Xform "a"\n{\n' * 200_000 + "}\n" * 200_000
-    (tmp_path / "viewer" / "deep.usda").write_text(deep)
+    (folder / "viewer" / "deep.usda").write_text(deep)
     layer = Sdf.Layer.CreateAnonymous(".usdc")
     layer.subLayerPaths.append("./deep.usda")
-    layer.Export(str(tmp_path / "viewer" / "stage.usdc"))
+    layer.Export(str(folder / "viewer" / "stage.usdc"))
     with pytest.raises(ExportError, match=r"the USD library crashed .* at its layers, expected a plan's stage"):
-        read_building(tmp_path)
+        read_building(folder)

@@ -43,21 +43,15 @@ def test_links_of_a_station_are_named_by_number(site_sheets: Any, site_plan: Pla
     assert f"6 ({math.floor(1000 * overlap) / 10:.1f})" in site_sheets.texts[page]
 
 
-def test_unknown_instrument_height_is_said(edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]) -> None:
+def test_unknown_instrument_heights_and_stations_of_no_floor_are_listed(
+    edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
+) -> None:
     def forget(document: dict[str, Any]) -> None:
         document["stations"][0]["instrument_height_m"] = None
+        document["stations"][2]["floor"] = ""
 
     words = "\n".join(pdf_of(edited(forget)).texts)
     assert words.count("not known\n") >= 2
-
-
-def test_station_of_no_floor_has_a_table_of_its_own(
-    edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
-) -> None:
-    def lose(document: dict[str, Any]) -> None:
-        document["stations"][2]["floor"] = ""
-
-    words = "\n".join(pdf_of(edited(lose)).texts)
     assert "Stations of no floor" in words
     assert len(re.findall(r"^S003$", words, re.MULTILINE)) == 1
 

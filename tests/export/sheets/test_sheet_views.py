@@ -103,13 +103,13 @@ def test_every_place_of_a_floor_is_on_a_sheet(
         assert (tiles[0].scale, len(tiles) == 1) == (fits[0] if fits else SCALES[-1], bool(fits))
 
 
-@settings(deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.text(max_size=60), st.floats(8.0, 60.0))
 def test_words_cut_short_have_room(words: str, room_mm: float) -> None:
     assert width_mm(fitted(words, 7.0, room_mm), 7.0) <= room_mm
 
 
-@settings(deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.text(alphabet="ab üΩ,-", max_size=80), st.floats(5.0, 60.0))
 def test_wrapped_lines_have_room_and_keep_all_letters(words: str, room_mm: float) -> None:
     lines = wrapped(words, 7.0, room_mm)

@@ -19,7 +19,7 @@ Sheets = Callable[..., Pdf]
 FOOT_US_M = 1200 / 3937
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def plan_in_feet(site_plan: PlanSource) -> PlanSource:
     return replace(site_plan, frame=replace(site_plan.frame, unit=US_SURVEY_FOOT))
 
