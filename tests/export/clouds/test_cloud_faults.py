@@ -121,8 +121,14 @@ def disk_full_from() -> Iterator[Callable[[int, int], FullDisk]]:
         disk.end()
 
 
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize(("after", "room"), [(0, 0), (3, 0), (3, 80_000), (12, 100)])
+@pytest.mark.parametrize(
+    ("name", "after", "room"),
+    [
+        *((name, 3, 80_000) for name in NAMES),
+        *((name, 0, 0) for name in ("e57", "laz", "ply-split")),
+        *((name, 12, 100) for name in ("e57-split", "las", "ply", "exr")),
+    ],
+)
 def test_a_full_disk_is_told_in_one_line_and_leaves_nothing(
     source: PlanSource,
     tmp_path: Path,
@@ -150,7 +156,7 @@ def test_a_full_disk_is_told_in_one_line_and_leaves_nothing(
         pytest.param("las", True, marks=pytest.mark.slow),
         pytest.param("ply", False, marks=pytest.mark.campaign),
         pytest.param("exr", False, marks=pytest.mark.campaign),
-        ("laz", False),
+        pytest.param("laz", False, marks=pytest.mark.slow),
     ],
 )
 def test_memory_does_not_grow_with_the_number_of_beams(
