@@ -13,7 +13,7 @@ from planner_core.errors import LONGEST_LINE, PlannerError
 from planner_core.export.write import export_plan
 from planner_core.plan_folder.plan_source import open_plan
 
-N_DAMAGES = 25
+FORMATS = ("html", "pdf", "dxf", "csv", "landxml", "geojson", "bcf", "ifc", "usd-stations")
 NUMBERS = (0, -1, 1e-9, 1e9, 1e300, -1e300, 5e-324, 10**30, None, "x")
 TEXTS = ("", "\x1b[2J\x00", "two\nlines\r\n", "<b>&amp;]]>", "x" * 20_000, "../../x", "\u202e日本", 5, None)
 OTHERS = (None, True, [], {}, [[]], [None], "x", -1)
@@ -41,25 +41,37 @@ def damaged(document: Any, chance: random.Random) -> str:
     return text[: chance.randrange(len(text))] if chance.random() < 0.05 else text
 
 
-@pytest.mark.parametrize("name", ["html", "pdf", "dxf", "csv", "landxml", "geojson", "bcf", "ifc", "usd-stations"])
-def test_damaged_plans_are_exported_or_refused_in_one_line(
-    box_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
-) -> None:
+def n_exported(name: str, folder: Path, damages: range, monkeypatch: pytest.MonkeyPatch) -> int:
+    """Number of damaged plans that become a file; the others are refused in one line."""
     draw_small(monkeypatch)
-    file = box_folder / "plan" / "plan.json"
+    file = folder / "plan" / "plan.json"
     whole = file.read_text(encoding="utf-8")
     n_written = 0
-    for number in range(N_DAMAGES):
+    for number in damages:
         file.write_text(damaged(json.loads(whole), random.Random(number)), encoding="utf-8")
-        target = tmp_path / f"{number}"
         try:
-            export_plan(name, file.parent, target)
+            export_plan(name, file.parent, folder / f"{number}.{name}")
         except PlannerError as refused:
-            assert "\n" not in str(refused), number
-            assert len(str(refused)) <= LONGEST_LINE
+            assert "\n" not in str(refused), (name, number)
+            assert len(str(refused)) <= LONGEST_LINE, (name, number)
         else:
             n_written += 1
-    assert 0 < n_written < N_DAMAGES
+    file.write_text(whole, encoding="utf-8")
+    return n_written
+
+
+def test_damaged_plans_are_exported_or_refused_in_one_line(box_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Six damages of its own for each format."""
+    n_written = [
+        n_exported(name, box_folder, range(6 * at, 6 * at + 6), monkeypatch) for at, name in enumerate(FORMATS)
+    ]
+    assert 0 < sum(n_written) < 6 * len(FORMATS)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FORMATS)
+def test_every_format_meets_every_damage(box_folder: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    assert 0 < n_exported(name, box_folder, range(25), monkeypatch) < 25
 
 
 def test_names_with_line_ends_are_one_line_in_every_format(box_folder: Path) -> None:

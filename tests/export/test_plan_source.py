@@ -147,11 +147,16 @@ def with_value(folder: Path, place: tuple[str | int, ...], value: object) -> Pat
     return folder
 
 
-@pytest.mark.parametrize("place", NUMBERS, ids=NUMBERS.values())
+NO_NUMBERS = (math.nan, 1e300, -5e12, math.inf, -math.inf, "3", True, [1.0], {}, 10**400)
+
+
 @pytest.mark.parametrize(
-    "value",
-    [math.nan, math.inf, -math.inf, "3", True, [1.0], {}, 10**400, -5e12, 1e300],
-    ids=lambda value: str(value)[:6],
+    ("place", "value"),
+    [
+        *((place, value) for place in NUMBERS for value in NO_NUMBERS[:3]),
+        *((("floors", 1, "elevation_m"), value) for value in NO_NUMBERS[3:]),
+    ],
+    ids=lambda value: str(value)[:24],
 )
 def test_what_is_no_number_there_is_refused_by_its_place(
     written_plan: Callable[..., Path], place: tuple[str | int, ...], value: object

@@ -8,6 +8,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from small_pictures import draw_blank
 
 from planner_core.errors import ExportError
 from planner_core.export import reviewed
@@ -108,7 +109,10 @@ def test_a_review_without_stations_is_refused(box_folder: Path, tmp_path: Path) 
         export_reviewed("csv", folder, tmp_path / "stations.csv")
 
 
-def test_sheets_of_edited_stations_tell_figures_of_those(box_folder: Path, tmp_path: Path) -> None:
+def test_sheets_of_edited_stations_tell_figures_of_those(
+    box_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    draw_blank(monkeypatch)
     folder = box_folder / "plan"
     planned = read_plan_json(folder)
     (station, *_) = planned["stations"]
@@ -148,8 +152,9 @@ def test_sheets_of_a_plan_that_is_entered_elsewhere_have_the_route_from_there(
 
     def look(name: str, of: object, *more: object, **options: object) -> object:
         told.append(read_plan_json(of) if isinstance(of, Path) else None)
-        return export_plan(name, of, *more, **options)  # type: ignore[arg-type]
+        return export_plan("csv", of, *more, **options)  # type: ignore[arg-type]
 
+    draw_blank(monkeypatch)
     monkeypatch.setattr(reviewed, "export_plan", look)
     export_reviewed("csv", folder, tmp_path / "stations.csv")
     export_reviewed("html", folder, tmp_path / "reviewed.html")

@@ -295,6 +295,7 @@ def test_flight_of_one_mesh_shows_every_tread():
 
 
 # ------------------------------------------------------------------------------------------------- real files
+@pytest.mark.slow
 def test_walls_of_a_real_building_are_cut_to_closed_lines_of_the_area_that_shapely_finds(real_scene):
     scene = real_scene("duplex")
     floor = find_floors(scene).floors[0]

@@ -22,6 +22,7 @@ SCANNER = Scanner(
     name="few", title="few beams", source="made up", range_min_m=0.3, range_max_m=20.0, n_azimuths=8,
     elevation_rad=(0.0,), instrument_height_min_m=1.5, instrument_height_max_m=1.5,
 )  # fmt: skip
+pytestmark = pytest.mark.slow  # random terrain of test_ledges.py is in the quick tier
 AROUND = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)]
 N_WAYS = 12
 

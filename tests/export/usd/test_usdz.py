@@ -11,50 +11,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdValidation
+from shared_plans import SharedPlan
 
-import scenes_synthetic
 from planner_core.coordinates.request import FrameRequest
-from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import ExportError
 from planner_core.export.write import export_plan
-from planner_core.model import Greedy, PlanSettings, Requirements, Scanner
-from planner_core.plan_folder.face_results import face_results
-from planner_core.plan_folder.plan_json import plan_text
-from planner_core.plan_folder.usd_clouds import cloud_layer
-from planner_core.plan_folder.usd_stage import write_heatmaps, write_layer, write_stage
-from planner_core.plan_folder.viewer_layers import layer_files
-from planner_core.planning.plan import plan_survey
-from planner_core.scene.load import load_scene
-
-SCANNER = Scanner(
-    name="test", title="Test scanner", source="made up", range_min_m=0.3, range_max_m=20.0, n_azimuths=90,
-    elevation_rad=tuple(np.deg2rad(np.linspace(45, -60, 30))), instrument_height_min_m=1.5, instrument_height_max_m=1.5,
-)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
-def stage_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A plan folder of a box with all of its stage; not to be written into."""
-    folder = tmp_path_factory.mktemp("usdz")
-    scene = load_scene(scenes_synthetic.write(scenes_synthetic.build("box"), folder / "box.ifc"))
-    settings = PlanSettings(
-        scanner=SCANNER, requirements=Requirements(coverage=0.5), grid_step_m=1.5, refine=False, method=Greedy()
-    )
-    survey = make_survey(scene, settings)
-    engine = open_engine(scene, survey.patches, engine="open3d")
-    plan = plan_survey(survey, settings, engine)
-    target = folder / "plan"
-    write_stage(plan, face_results(plan, np.full(plan.survey.patches.n_patches, np.inf)), target)
-    for name, content in layer_files(plan, engine):
-        (target / name).parent.mkdir(parents=True, exist_ok=True)
-        (target / name).write_bytes(content)
-    write_heatmaps(plan, target)
-    for station in plan.stations:
-        range_m = engine.scan(survey.template, station.position_m[None]).range_m[0]
-        write_layer(cloud_layer(range_m, survey.template), target / f"stage/clouds/{station.id}.usdc")
-    (target / "plan.json").write_text(plan_text(plan, target), encoding="utf-8")
-    return target
+def stage_folder(box_plan: SharedPlan) -> Path:
+    """A plan folder with all of its stage; not to be written into."""
+    return box_plan.folder
 
 
 @pytest.fixture(scope="module")
@@ -124,10 +91,11 @@ def test_folder_without_clouds_loaded_opens_no_cloud(stage_folder: Path) -> None
 
 
 def test_same_plan_gives_the_same_bytes(stage_folder: Path, tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(stage_folder, tmp_path / "plan"))
     for number, name in enumerate(("a.usdz", "b.usdz")):
-        for path in stage_folder.rglob("*.usd*"):
+        for path in folder.rglob("*.usd*"):
             os.utime(path, (1.7e9, 1.7e9 + 60 * number))
-        export_plan("usdz", stage_folder, tmp_path / name)
+        export_plan("usdz", folder, tmp_path / name)
     assert (tmp_path / "a.usdz").read_bytes() == (tmp_path / "b.usdz").read_bytes()
 
 
