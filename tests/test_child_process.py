@@ -49,8 +49,10 @@ def test_answer_comes_back():
     assert run("json:loads", s="[1, [2.5, null], -Infinity, true]") == (1, (2.5, None), float("-inf"), True)
 
 
-@pytest.mark.parametrize("shape", [[], [0, 3], [3], [2, 0], [5, 4, 3]])
-@pytest.mark.parametrize("dtype", ["uint8", "bool", "int64", "float32", ">f8"])
+@pytest.mark.parametrize(
+    ("shape", "dtype"),
+    [([], "bool"), ([0, 3], "uint8"), ([3], ">f8"), ([2, 0], "int64"), ([5, 4, 3], "float32")],
+)
 def test_array_comes_back_bit_by_bit(shape, dtype):
     expected = np.full(shape, 1, dtype=dtype)
     found = run("numpy:full", shape=shape, fill_value=1, dtype=dtype)
@@ -136,14 +138,14 @@ def test_processor_time_of_one_thread_without_a_step_is_limited():
 
 def test_processor_time_begins_anew_with_a_step():
     steps = (
-        "for i in range(12):\n c.at(str(i)); end = time.process_time() + 0.3\n while time.process_time() < end: pass"
+        "for i in range(4):\n c.at(str(i)); end = time.process_time() + 0.35\n while time.process_time() < end: pass"
     )
-    assert statement(IMPORTS + "\n" + steps, limits=Limits(silent_s=None, memory_bytes=None, step_cpu_s=1.5)) > 3.0
+    assert statement(IMPORTS + "\n" + steps, limits=Limits(silent_s=None, memory_bytes=None, step_cpu_s=1.0)) > 1.3
 
 
 def test_child_that_takes_steps_goes_on_as_long_as_it_wants(monkeypatch):
     monkeypatch.setattr(child_process, "ASLEEP_S", 3.0)
-    steps = "for i in range(50):\n c.at(str(i)); time.sleep(0.05); end = time.monotonic() + 0.05\n"
+    steps = "for i in range(50):\n c.at(str(i)); time.sleep(0.09); end = time.monotonic() + 0.01\n"
     steps += " while time.monotonic() < end: pass"
     assert statement(IMPORTS + "\n" + steps, limits=Limits(silent_s=3.0, memory_bytes=None)) > 4.5
 
