@@ -140,11 +140,6 @@ def test_a_scene_in_place_of_a_plan_is_refused_with_what_to_name(tmp_path: Path)
         read_plan_json(tmp_path / "house.ifc")
 
 
-def test_reading_a_missing_plan_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(PlanFolderError, match="no such file"):
-        read_plan_json(tmp_path)
-
-
 @pytest.mark.parametrize("levels", [100, 900, 100_000])
 @pytest.mark.parametrize("key", ["schema", "stations", "of another version"])
 def test_lists_deep_inside_each_other_are_refused_before_they_overflow(

@@ -24,17 +24,10 @@ def test_cover_tells_the_scale_of_the_grid(sheet_folder: Path, pdf_of: Callable[
     assert "grid scale factor 0.999600" in words
 
 
-def test_sheets_name_the_crs_on_every_page(site_sheets: Any) -> None:
-    assert all("EPSG:25832" in words for words in site_sheets.texts)
-
-
-def test_sheets_are_numbered_through(site_sheets: Any) -> None:
-    n = site_sheets.n_pages
+def test_sheets_are_numbered_through_name_the_crs_and_stand_on_the_cover(site_sheets: Any) -> None:
     for place, words in enumerate(site_sheets.texts, start=1):
-        assert f"{place} / {n}" in words
-
-
-def test_cover_lists_every_sheet(site_sheets: Any) -> None:
+        assert f"{place} / {site_sheets.n_pages}" in words
+        assert "EPSG:25832" in words
     for place, words in ((1, "Cover"), (2, "Level 1, 1:50"), (3, "Stations of Level 1"), (4, "Level 2, 1:50")):
         assert f"{place}   {words}" in site_sheets.texts[0]
 

@@ -14,7 +14,6 @@ from planner_core.errors import ExportError, RequirementError
 from planner_core.export.options import Options
 from planner_core.export.sheets.building import Building, read_building, read_meshes
 from planner_core.export.sheets.pdf import write_pdf
-from planner_core.export.write import export_plan
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.progress import silent
 
@@ -105,12 +104,6 @@ def test_options_that_make_no_sense_are_refused(
 ) -> None:
     with pytest.raises(RequirementError, match=re.escape(message)):
         pdf_of(site_plan, **options)
-
-
-@pytest.mark.parametrize("name", ["pdf", "html"])
-def test_sheets_are_handed_over_by_name(sheet_folder: Path, tmp_path: Path, name: str) -> None:
-    written = export_plan(name, sheet_folder, tmp_path / f"sheets.{name}", Options(paper="A4"))
-    assert written.n_files == 1 and written.n_bytes > 10_000
 
 
 def test_same_plan_gives_the_same_bytes(site_plan: PlanSource, site_sheets: Any, tmp_path: Path) -> None:
