@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from shared_plans import SharedPlan
 
-import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import Judgement, Optics, PlanSettings, PointLimits, Requirements, ScanBy, Scanner, Scene
+from planner_core.model import Judgement, Optics, Plan, PlanSettings, PointLimits, Requirements, ScanBy, Scanner, Scene
 from planner_core.plan_folder.plan_model.results import JudgeSection
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
@@ -41,26 +41,41 @@ ROOM = scene_of(ROOM_BOXES)
 def all_round() -> Scanner:
     """A scanner that looks everywhere but straight down, with fine steps."""
     return replace(
-        load_scanner("hdl-64e"), elevation_rad=tuple(np.linspace(np.pi / 2, -np.pi / 2, 721).tolist()), n_azimuths=1440,
+        load_scanner("hdl-64e"), elevation_rad=tuple(np.linspace(np.pi / 2, -np.pi / 2, 361).tolist()), n_azimuths=720,
         range_min_m=0.0, range_max_m=50.0, instrument_height_usual_m=None,
     )  # fmt: skip
 
 
-def judged(
+def low_only() -> Scanner:
+    """Sees no floor within its own height."""
+    return replace(all_round(), elevation_rad=tuple(np.linspace(np.pi / 2, -np.pi / 4, 271).tolist()))
+
+
+def evaluated(
     scene: Scene,
     at_m: list[tuple[float, float, float]],
     scanner: Scanner,
     scan_mode: ScanBy = ScanBy.AUTO,
     **asked: object,
-) -> Judgement:
+) -> Plan:
     requirements = Requirements(network="none", scope="all", **asked)  # type: ignore[arg-type]
     settings = PlanSettings(
-        scanner=scanner, requirements=requirements, grid_step_m=1.0, instrument_heights_m=(1.5,), special_places=False,
+        scanner=scanner, requirements=requirements, grid_step_m=2.0, instrument_heights_m=(1.5,), special_places=False,
         scan_mode=scan_mode,
     )  # fmt: skip
     stations = [GivenStation(f"T{i}", np.array(at) + scene.offset_m, None, None) for i, at in enumerate(at_m)]
-    plan = evaluate_stations(scene, settings, stations)
-    return judge(plan, open_engine(scene, plan.survey.patches), n_points=N_POINTS)
+    return evaluate_stations(scene, settings, stations)
+
+
+def judgement_of(plan: Plan, **asked: object) -> Judgement:
+    """With some requirements replaced, of which the plan's own figures say nothing then."""
+    requirements = replace(plan.settings.requirements, **asked)  # type: ignore[arg-type]
+    plan = replace(plan, settings=replace(plan.settings, requirements=requirements))
+    return judge(plan, open_engine(plan.survey.scene, plan.survey.patches), n_points=N_POINTS)
+
+
+def judged(*scene_stations_scanner: object, **asked: object) -> Judgement:
+    return judgement_of(evaluated(*scene_stations_scanner, **asked))  # type: ignore[arg-type]
 
 
 def is_within(figure_judged: float, truth: float, error: float) -> bool:
@@ -79,8 +94,7 @@ def test_a_closed_room_is_seen_whole_and_nothing_else_is() -> None:
 
 
 def test_a_cone_below_the_scanner_is_not_seen() -> None:
-    elevations = tuple(np.linspace(np.pi / 2, -np.pi / 4, 541).tolist())
-    found = judged(ROOM, [(3.0, 2.0, 1.5)], replace(all_round(), elevation_rad=elevations))
+    found = judged(ROOM, [(3.0, 2.0, 1.5)], low_only())
     # 45 degrees down from 1.5 m: a disc of that radius on the floor; other candidates see it.
     assert is_within(found.covered_m2.judged, ROOM_M2 - np.pi * 1.5**2, found.covered_m2.error)
     assert is_within(found.achievable_m2.judged, ROOM_M2, found.achievable_m2.error)
@@ -131,34 +145,25 @@ def test_what_only_a_station_sees_is_scannable_as_evaluate_has_it() -> None:
     assert found.covered_m2.told == pytest.approx(disc_m2, rel=0.1)
 
 
-def test_overlap_is_the_share_that_both_see_of_what_the_one_with_more_sees() -> None:
-    low_only = replace(all_round(), elevation_rad=tuple(np.linspace(np.pi / 2, -np.pi / 4, 541).tolist()))
-    found = judged(ROOM, [(1.5, 2.0, 1.4), (4.5, 2.0, 0.9)], low_only)
-    (link,) = found.links
+def test_overlap_is_what_both_see_of_what_the_one_with_more_sees_or_by_jaccard_of_what_either_sees() -> None:
+    plan = evaluated(ROOM, [(1.5, 2.0, 1.4), (4.5, 2.0, 0.9)], low_only(), overlap_measure="jaccard")
     discs_m2 = [np.pi * 1.4**2, np.pi * 0.9**2]
-    # The discs lie apart: each sees the other's.
-    both, most = ROOM_M2 - sum(discs_m2), ROOM_M2 - min(discs_m2)
+    # The discs lie apart: each sees the other's, and together they see the room.
+    both_m2 = ROOM_M2 - sum(discs_m2)
+    (link,) = judgement_of(plan).links
     assert (link.a, link.b) == ("T0", "T1")
-    assert is_within(link.overlap.judged, both / most, link.overlap.error)
-
-
-def test_jaccard_is_the_share_that_both_see_of_what_either_sees() -> None:
-    low_only = replace(all_round(), elevation_rad=tuple(np.linspace(np.pi / 2, -np.pi / 4, 541).tolist()))
-    at_m = [(1.5, 2.0, 1.4), (4.5, 2.0, 0.9)]
-    (link,) = judged(ROOM, at_m, low_only, overlap_measure="jaccard").links
-    # The discs lie apart: together they see the room.
-    both = ROOM_M2 - np.pi * (1.4**2 + 0.9**2)
-    assert is_within(link.overlap.judged, both / ROOM_M2, link.overlap.error)
-    (share,) = judged(ROOM, at_m, low_only).links
-    assert link.overlap.judged < share.overlap.judged - 4 * link.overlap.error
+    assert is_within(link.overlap.judged, both_m2 / ROOM_M2, link.overlap.error)
     assert link.overlap.told == pytest.approx(link.overlap.judged, abs=0.02)
+    (share,) = judgement_of(plan, overlap_measure="smaller-share").links
+    assert is_within(share.overlap.judged, both_m2 / (ROOM_M2 - min(discs_m2)), share.overlap.error)
+    assert link.overlap.judged < share.overlap.judged - 4 * link.overlap.error
 
 
 @pytest.mark.parametrize("measure", ["smaller-share", "jaccard"])
 def test_of_what_is_seen_as_required_overlap_counts_points_within_the_limits(measure: str) -> None:
     at_m, most_m = [(2.0, 2.0, 1.5), (3.5, 2.0, 1.0)], 2.4
     asked = {"asked": PointLimits(range_m=most_m), "overlap_measure": measure}
-    found = judged(ROOM, at_m, all_round(), overlap_of="seen-as-required", **asked)
+    plan = evaluated(ROOM, at_m, all_round(), overlap_of="seen-as-required", **asked)
     # Of the room's six faces, on a fine grid: what lies within range of either, and of both.
     near_m2 = np.zeros(2)
     both_m2 = 0.0
@@ -173,35 +178,30 @@ def test_of_what_is_seen_as_required_overlap_counts_points_within_the_limits(mea
             near_m2 += [each.mean() * face_m2 for each in near]
             both_m2 += float((near[0] & near[1]).mean()) * face_m2
     whole_m2 = near_m2.sum() - both_m2 if measure == "jaccard" else near_m2.max()
-    (link,) = found.links
+    (link,) = judgement_of(plan).links
     assert is_within(link.overlap.judged, both_m2 / whole_m2, link.overlap.error)
     assert 0.2 < both_m2 / whole_m2 < 0.9
     assert link.overlap.told == pytest.approx(link.overlap.judged, abs=0.05)
     # All of the room is seen from both.
-    (all_seen,) = judged(ROOM, at_m, all_round(), **asked).links
+    (all_seen,) = judgement_of(plan, overlap_of="all-seen").links
     assert all_seen.overlap.judged > 0.999
 
 
 def test_points_meet_what_is_asked_from_so_many_stations() -> None:
     scene = scene_of([*ROOM_BOXES, PILLAR])
-    both = [(1.0, 2.0, 1.5), (5.0, 2.0, 1.5)]
-    once = judged(scene, both, all_round())
-    twice = judged(scene, both, all_round(), seen_from=2)
-    single = [judged(scene, [at], all_round()).covered_m2.judged for at in both]
+    plan = evaluated(scene, [(1.0, 2.0, 1.5), (5.0, 2.0, 1.5)], all_round())
+    once, twice = judgement_of(plan), judgement_of(plan, seen_from=2)
+    single = [judgement_of(replace(plan, stations=(one,), links=())).covered_m2.judged for one in plan.stations]
     # Inclusion and exclusion.
     tolerance_m2 = 4 * 3 * once.covered_m2.error
     assert twice.covered_m2.judged == pytest.approx(sum(single) - once.covered_m2.judged, abs=tolerance_m2)
     assert twice.covered_m2.judged < min(single)
 
 
-def test_too_few_points_are_refused() -> None:
-    scene = scenes_synthetic.build("box").scene
-    settings = PlanSettings(scanner=all_round(), requirements=Requirements(network="none"), grid_step_m=1.0)
-    plan = evaluate_stations(
-        scene, settings, [GivenStation("T", np.array([2.0, 2.0, 1.5]) + scene.offset_m, None, None)]
-    )
+def test_too_few_points_are_refused(box_plan: SharedPlan) -> None:
+    plan = box_plan.plan
     with pytest.raises(RequirementError, match="got 10 points, expected at least 100"):
-        judge(plan, open_engine(scene, plan.survey.patches), n_points=10)
+        judge(plan, open_engine(plan.survey.scene, plan.survey.patches), n_points=10)
 
 
 def test_a_plan_that_says_too_much_is_told_so() -> None:
@@ -232,9 +232,10 @@ def test_surface_that_a_station_stands_in_the_plane_of_is_not_seen(monkeypatch: 
     wall = ("wall", (2.0, 4.0, 0.0), (6.0, 4.2, 3.0))
     floor = ("floor", (-1.0, -1.0, -0.2), (9.0, 9.0, 0.0))
     scene = scene_of([floor, wall])
-    told = judged(scene, [(0.5, 3.995, 1.5)], load_scanner("rtc360")).covered_m2
+    plan = evaluated(scene, [(0.5, 3.995, 1.5)], load_scanner("rtc360"))
+    told = judgement_of(plan).covered_m2
     monkeypatch.setattr("planner_core.planning.judge.LEAST_RETURNS", 0.0)
-    by_sight_alone = judged(scene, [(0.5, 3.995, 1.5)], load_scanner("rtc360")).covered_m2
+    by_sight_alone = judgement_of(plan).covered_m2
     assert is_within(by_sight_alone.judged - told.judged, 4.0 * 3.0, by_sight_alone.error)
 
 
