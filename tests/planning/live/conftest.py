@@ -7,34 +7,24 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
+from shared_plans import SETTINGS, SharedPlan
 
 import scenes_synthetic
-from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
-from planner_core.model import PartRequirement, Plan, PlanSettings, PointLimits, Proven, Requirements
-from planner_core.plan_folder.plan_json import plan_text
-from planner_core.plan_folder.viewer_files import patches_bytes
-from planner_core.plan_folder.viewer_layers import layer_files
+from planner_core.model import PartRequirement, Plan, PlanSettings, PointLimits, Requirements
+from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.planning.live.opening import open_live
-from planner_core.planning.plan import plan_survey
-from planner_core.scanner.load_scanner import load_scanner
+from planner_core.planning.plan import make_plan
 from planner_core.scene.load import load_scene
+from scenes_synthetic.model import FileFrame, SyntheticScene
 
-SMALL = PlanSettings(
-    scanner=replace(load_scanner("hdl-64e"), n_azimuths=720),
-    requirements=Requirements(coverage=0.8),
-    grid_step_m=1.0,
-    instrument_heights_m=(1.5,),
-    max_patch_area_m2=0.2,
-    method=Proven(work_limit=0.1),
-    refine=True,
-)
-#: Limits of all, a class with limits of its own, and a part that two stations must see.
+#: Limits of all, a class with limits of its own, and a part that two stations must see; by beams.
 ASKING = replace(
-    SMALL,
+    SETTINGS["house"],
     refine=False,
+    scan_mode="beams",
     requirements=Requirements(
         coverage=0.7,
         asked=PointLimits(range_m=9.0, incidence_rad=1.3),
@@ -44,6 +34,7 @@ ASKING = replace(
         ),
     ),
 )
+FAR = replace(SETTINGS["house"], scanner=replace(SETTINGS["house"].scanner, n_azimuths=360), scan_mode="beams")
 
 
 @pytest.hookimpl(tryfirst=True)  # before xdist asks for groups
@@ -55,51 +46,33 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.xdist_group("live"))
 
 
+def far_rooms() -> SyntheticScene:
+    """Two rooms, five thousand kilometres from the origin; `scene` is local, as it is after loading."""
+    rooms, far_m = scenes_synthetic.build("two-rooms"), (500_000.0, 5_400_000.0, 0.0)
+    return replace(rooms, scene=replace(rooms.scene, offset_m=np.array(far_m)), frame=FileFrame(offset_m=far_m))
+
+
 @cache
 def made(folder: Path, scene: str, settings: PlanSettings) -> tuple[Path, Plan]:
-    """Plan a synthetic scene and write what live editing reads of a plan folder: scans and pictures take long."""
     file = folder / f"{scene}.ifc"
     if not file.exists():
-        scenes_synthetic.write(scenes_synthetic.build(scene), file)
-    loaded = load_scene(file)
-    survey = make_survey(loaded, settings)
-    engine = open_engine(loaded, survey.patches)
-    plan = plan_survey(survey, settings, engine)
+        scenes_synthetic.write(far_rooms() if scene == "far" else scenes_synthetic.build(scene), file)
+    plan = make_plan(load_scene(file), settings)
     out = folder / f"{scene}-{len(list(folder.iterdir()))}"
-    for name, content in (
-        ("plan.json", plan_text(plan).encode()),
-        ("viewer/patches.u8", patches_bytes(plan.times_seen, plan.achievable)),
-        *layer_files(plan, engine),
-    ):
-        (out / name).parent.mkdir(parents=True, exist_ok=True)
-        (out / name).write_bytes(content)
+    write_plan_folder(plan, out, pictures=False)
     return out, plan
 
 
 @pytest.fixture(scope="session")
-def scratch(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("live")
-
-
-@pytest.fixture(scope="session")
-def planned(scratch: Path) -> Callable[[str, PlanSettings], tuple[Path, Plan]]:
+def planned(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, PlanSettings], tuple[Path, Plan]]:
     """Folder and plan of a scene by name; a plan asked for again is not made again."""
+    scratch = tmp_path_factory.mktemp("live")
     return lambda scene, settings: made(scratch, scene, settings)
 
 
 @pytest.fixture(scope="session")
-def house_folder(planned: Callable[[str, PlanSettings], tuple[Path, Plan]]) -> Path:
-    return planned("house", SMALL)[0]
-
-
-@pytest.fixture(scope="session")
-def house(house_folder: Path) -> LivePlan:
-    return open_live(house_folder)
-
-
-@pytest.fixture(scope="session")
-def small() -> PlanSettings:
-    return SMALL
+def house(house_plan: SharedPlan) -> LivePlan:
+    return open_live(house_plan.folder)
 
 
 @pytest.fixture(scope="session")
@@ -118,11 +91,10 @@ def asking_house(asking_folder: Path) -> LivePlan:
 
 
 @pytest.fixture(scope="session")
-def far_folder(planned: Callable[[str, PlanSettings], tuple[Path, Plan]]) -> Path:
-    """The house half a thousand kilometres from the origin."""
-    return planned("georeferenced", SMALL)[0]
+def far(planned: Callable[[str, PlanSettings], tuple[Path, Plan]]) -> tuple[Path, Plan]:
+    return planned("far", FAR)
 
 
 @pytest.fixture(scope="session")
-def far_house(far_folder: Path) -> LivePlan:
-    return open_live(far_folder)
+def far_plan(far: tuple[Path, Plan]) -> LivePlan:
+    return open_live(far[0])

@@ -19,9 +19,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from schemathesis import GenerationMode
 from schemathesis.checks import CHECKS, load_all_checks
+from shared_plans import SharedPlan
 
 from planner_core.errors import PlanFolderError
-from planner_core.model import Review
+from planner_core.model import Plan, Review
 from planner_core.model.review import ForbiddenPlace, StationEdit, Zone
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.progress import Progress, ProgressEvent
@@ -78,8 +79,8 @@ class Desk:
 
 
 @pytest.fixture
-def desk(house: LivePlan, house_folder: Path) -> Desk:
-    return Desk(house, house_folder).ready()
+def desk(house: LivePlan, house_plan: SharedPlan) -> Desk:
+    return Desk(house, house_plan.folder).ready()
 
 
 def unframed(content: bytes) -> tuple[dict[str, Any], bytes]:
@@ -140,10 +141,8 @@ def test_preview_is_framed_and_changes_the_layers_into_those_of_the_moved_statio
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["house", "far_house"])
-def test_committing_what_a_preview_answered_needs_no_other_scan(name: str, request: pytest.FixtureRequest) -> None:
-    folder = request.getfixturevalue({"house": "house_folder", "far_house": "far_folder"}[name])
-    desk = Desk(request.getfixturevalue(name), folder).ready()
+def test_committing_what_a_preview_answered_needs_no_other_scan(far: tuple[Path, Plan], far_plan: LivePlan) -> None:
+    desk = Desk(far_plan, far[0]).ready()
     x, y, _ = desk.plan.stations[0].position_m
     where = question(desk, position=[x + 0.123456, y - 0.234567])
     head, _ = unframed(desk.client.post("/api/live/preview", json=where).content)
@@ -220,8 +219,8 @@ def test_clouds_of_stations_that_stay_and_maps_of_ground_are_not_sent_again(desk
         assert desk.client.get(f"/api/live/{path}", headers=tag).status_code == 200
 
 
-def test_files_of_the_plan_are_what_the_routes_give_of_the_unchanged_draft(desk: Desk, house_folder: Path) -> None:
-    viewer = house_folder / "viewer"
+def test_files_of_the_plan_are_what_the_routes_give_of_the_unchanged_draft(desk: Desk, house_plan: SharedPlan) -> None:
+    viewer = house_plan.folder / "viewer"
     assert desk.client.get("/api/live/layers/times_seen").content == (viewer / "patches.u8").read_bytes()
     for name in ("range", "incidence", "spacing"):
         assert desk.client.get(f"/api/live/layers/{name}").content == (viewer / f"layers/{name}.u16").read_bytes()
@@ -364,12 +363,12 @@ def test_plan_that_was_made_anew_is_not_mixed_with_the_old_one(desk: Desk) -> No
     assert "was replaced" in answer.json()["message"]
 
 
-def test_review_that_cannot_be_read_is_told_in_words(house: LivePlan, house_folder: Path) -> None:
+def test_review_that_cannot_be_read_is_told_in_words(house: LivePlan, house_plan: SharedPlan) -> None:
     def broken() -> Review:
         raise PlanFolderError("review.usda: is no USD layer, expected one; repair it")
 
     side = LiveSide(lambda progress: house)
-    client = client_of(create_live_router(side, broken, lambda: plan_under_review(house_folder)))
+    client = client_of(create_live_router(side, broken, lambda: plan_under_review(house_plan.folder)))
     side.start()
     side.wait()
     answer = client.get("/api/live/figures")
@@ -378,7 +377,7 @@ def test_review_that_cannot_be_read_is_told_in_words(house: LivePlan, house_fold
 
 
 # ------------------------------------------------------------------------------------------------- the live side
-def test_server_answers_while_the_plan_is_opened(house: LivePlan, house_folder: Path) -> None:
+def test_server_answers_while_the_plan_is_opened(house: LivePlan, house_plan: SharedPlan) -> None:
     go_on, shown = threading.Event(), threading.Event()
     told: list[dict[str, Any]] = []
 
@@ -389,7 +388,7 @@ def test_server_answers_while_the_plan_is_opened(house: LivePlan, house_folder: 
         go_on.wait(30)
         return house
 
-    desk = Desk(house, house_folder)
+    desk = Desk(house, house_plan.folder)
     desk.side = LiveSide(opening, tell=told.append)
     client = client_of(create_live_router(desk.side, lambda: desk.review, lambda: desk.plan))
     assert client.get("/api/live/figures").status_code == 503

@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from shared_plans import SharedPlan
 from stages import find_positions, tripod_tests
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import FloatArray, KeepOut, PlanSettings, PriorStation
+from planner_core.model import FloatArray, KeepOut, PriorStation
 from planner_core.planning.live.draft import Draft, local_place
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.planning.live.tripod_positions import (
@@ -50,7 +51,7 @@ def test_every_candidate_of_a_plan_is_a_spot(
         np.testing.assert_allclose(spot.position_m, at, atol=1e-4)
 
 
-@pytest.mark.parametrize("name", ["house", "far_house"])
+@pytest.mark.parametrize("name", ["house", "far_plan"])
 def test_every_station_of_a_plan_stands_at_a_spot(name: str, request: pytest.FixtureRequest) -> None:
     live: LivePlan = request.getfixturevalue(name)
     for station in live.draft.stations:
@@ -150,8 +151,8 @@ def test_heights_that_the_tripod_does_not_have_are_refused(house: LivePlan) -> N
     assert house.snap(house.draft, house.draft.stations[0].floor, at, high_m).admissible
 
 
-def test_georeferenced_places_are_few_digits_and_come_back_the_same(far_house: LivePlan) -> None:
-    live = far_house
+def test_georeferenced_places_are_few_digits_and_come_back_the_same(far_plan: LivePlan) -> None:
+    live = far_plan
     offset_m = live.survey.scene.offset_m
     assert np.abs(offset_m).max() > 1e5
     low, high = live.survey.floors[0].bounds_m
@@ -168,7 +169,7 @@ def box_faces(low: tuple[float, ...], high: tuple[float, ...]) -> FloatArray:
     return (np.array(low) + corner * (np.array(high) - low))[order]
 
 
-def test_stations_on_landings_can_be_dragged_on_them(small: PlanSettings) -> None:
+def test_stations_on_landings_can_be_dragged_on_them(house_plan: SharedPlan) -> None:
     steps = [((3.4 - 0.3 * (k + 1), 1.4, 0.0), (3.4 - 0.3 * k, 2.6, 0.2 * (k + 1))) for k in range(4)]
     walls = [
         ((-0.2, -0.2, -0.2), (7.2, 4.2, 0.0)),
@@ -181,9 +182,10 @@ def test_stations_on_landings_can_be_dragged_on_them(small: PlanSettings) -> Non
     points = np.concatenate(
         [box_faces(low, high) for low, high in [*walls, *steps, ((1.2, 1.4, 0.0), (2.2, 2.6, 1.0))]]
     )
-    survey = make_survey(scene_from_arrays(points, np.arange(len(points)).reshape(-1, 3)), small)
+    settings = house_plan.settings
+    survey = make_survey(scene_from_arrays(points, np.arange(len(points)).reshape(-1, 3)), settings)
     engine = open_engine(survey.scene, survey.patches)
-    places = find_positions(survey, small, engine, floors=(0,))
+    places = find_positions(survey, settings, engine, floors=(0,))
     landing = np.flatnonzero(places.kind == KINDS.index("landing"))
     assert landing.size > 0
     spots = TripodPositions(places.tripods, places.site, places.reach, height_m=1.5)
