@@ -94,7 +94,7 @@ def test_two_stores_of_one_folder_see_each_others_commits(folder: Path) -> None:
     assert one.current().stations["S001"].locked
 
 
-@pytest.mark.parametrize("n_answers", [1, 4, 9])
+@pytest.mark.parametrize("n_answers", [4, *(pytest.param(n, marks=pytest.mark.slow) for n in (1, 9))])
 def test_a_process_that_is_killed_loses_nothing_that_it_answered(folder: Path, n_answers: int) -> None:
     with writer(folder, "Ana", 10_000) as process:
         begin(process)
@@ -111,6 +111,7 @@ def test_a_process_that_is_killed_loses_nothing_that_it_answered(folder: Path, n
     assert sorted(path.name for path in folder.iterdir()) == ["plan.json", "review.usda"]
 
 
+@pytest.mark.slow
 def test_two_processes_that_write_at_once_lose_nothing(folder: Path) -> None:
     with writer(folder, "Ana", 25) as one, writer(folder, "Ben", 25) as other:
         begin(one, other)
@@ -119,19 +120,22 @@ def test_two_processes_that_write_at_once_lose_nothing(folder: Path) -> None:
     assert ReviewStore(folder).current().revision == 50
 
 
-def test_threads_of_one_store_lose_nothing(folder: Path) -> None:
-    store = ReviewStore(folder)
+def test_threads_of_one_store_and_of_two_lose_nothing(folder: Path) -> None:
+    """Two stores share nothing but the lock of the folder, as two processes do."""
+    shared, own = ReviewStore(folder), ReviewStore(folder)
 
-    def write(name: str) -> None:
+    def write(store: ReviewStore, name: str) -> None:
         for number in range(5):
             store.commit(0, [c.AddComment(f"{name} {number}")], name)
 
-    threads = [threading.Thread(target=write, args=(name,)) for name in ("Ana", "Ben", "Carl")]
+    writers = [(shared, "Ana"), (shared, "Ben"), (own, "Carl")]
+    threads = [threading.Thread(target=write, args=each) for each in writers]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert len(comments(folder)) == 15
+    assert comments(folder) == {f"{name} {number}" for _, name in writers for number in range(5)}
+    assert ReviewStore(folder).current().revision == 15
 
 
 @pytest.mark.parametrize("content", [b"my own notes", b"#usda 1.0\nover", b"\xff\xfe#usda", b"x" * 2000])
