@@ -22,7 +22,6 @@ def test_importing_loads_nothing_until_a_name_is_asked_for() -> None:
         "assert 'plan' in dir(tlsplan)\n"
         "from tlsplan import options\n"
         "assert 'tlsplan.api' not in sys.modules\n"
-        "assert tlsplan.Proven().work_limit > 0\n"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=240, check=False)
     assert (done.returncode, done.stderr) == (0, "")

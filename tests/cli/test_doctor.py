@@ -26,6 +26,7 @@ def test_an_installation_is_healthy_unless_something_that_is_needed_is_not(
     assert "the test scan of a box is correct" in findings["scan engine"]["detail"]
     assert findings["start of the engine"]["detail"].endswith("first use, compiling 12.3 s")
     monkeypatch.setattr(start_time, "start", lambda: start_time.Start(1.0, "opencl", (), "ranges are off"))
+    monkeypatch.setattr(doctor, "_devices", list)
     broken = tlsplan("doctor", "--json")
     assert broken.returncode == 1 and not json.loads(broken.stdout)["healthy"]
 
@@ -36,7 +37,6 @@ def test_a_device_whose_wide_kernels_fail_is_told(monkeypatch: pytest.MonkeyPatc
         return ""
 
     info = list_devices()[0]
-    assert "in packets of" not in doctor._device(info).detail
     monkeypatch.setattr("planner_core.device.check.problem_of", narrowed)
     finding = doctor._device(info)
     assert finding.ok

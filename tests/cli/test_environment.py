@@ -6,7 +6,9 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tlsplan import environment
@@ -70,8 +72,8 @@ def test_closed_standard_error_is_no_error() -> None:
 
 
 @pytest.mark.parametrize("arguments", [["plan"], ["plan", "x.ifc", "--grid", "abc"], ["view", "x", "--port", "99999"]])
-def test_usage_errors_are_one_line_that_names_the_help(arguments: list[str]) -> None:
-    done = subprocess.run([sys.executable, "-m", "tlsplan", *arguments], capture_output=True, text=True, timeout=240)
+def test_usage_errors_are_one_line_that_names_the_help(arguments: list[str], tlsplan: Callable[..., Any]) -> None:
+    done = tlsplan(*arguments)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert f"tlsplan {arguments[0]} --help" in done.stderr

@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -38,6 +39,10 @@ main()
 """
 
 
+def some_slow(*modules: str) -> list[Any]:
+    return [pytest.param(module, marks=pytest.mark.slow) for module in modules]
+
+
 def interrupted_at(
     module: str,
     sent: str = "SIGINT",
@@ -55,8 +60,10 @@ def python(program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.parametrize(
     "module",
-    ["click", "click.core", "tlsplan.environment", "tlsplan.exit_codes", "tlsplan.group", "tlsplan.commands.export",
-     "tlsplan.options", "planner_core.export.formats", "numpy"],
+    ["click", "tlsplan.commands.export", *some_slow(
+        "click.core", "tlsplan.environment", "tlsplan.exit_codes", "tlsplan.group", "tlsplan.options",
+        "planner_core.export.formats", "numpy",
+    )],
 )  # fmt: skip
 def test_an_interrupt_of_any_import_is_one_line_and_exit_code_130(module: str) -> None:
     done = interrupted_at(module)
@@ -84,6 +91,7 @@ def test_an_interrupt_while_standard_error_is_closed_is_no_traceback() -> None:
     assert done.stdout == "130\n"
 
 
+@pytest.mark.slow
 def test_an_interrupt_from_outside_at_any_moment_after_the_beginning_is_one_line(tmp_path: Path) -> None:
     # The child says when it heeds interrupts; then it is interrupted after longer and longer waits.
     program = (
@@ -113,14 +121,14 @@ def test_an_interrupt_from_outside_at_any_moment_after_the_beginning_is_one_line
     assert not (tmp_path / "demo").exists()
 
 
-@pytest.mark.parametrize("module", ["pxr.Ar", "pxr.Plug._plug", "pxr.Vt._vt"])
+@pytest.mark.parametrize("module", ["pxr.Vt._vt", *some_slow("pxr.Ar", "pxr.Plug._plug")])
 def test_an_interrupt_of_an_import_by_compiled_code_waits_until_that_is_loaded(module: str, tmp_path: Path) -> None:
     # The C++ of pxr imports other modules of it, and prints a traceback for whatever is raised there.
     done = interrupted_at(module, arguments=("plan", tmp_path / "none.ifc", "-o", tmp_path / "plan"))
     assert (done.returncode, done.stderr.strip(), done.stdout) == (130, INTERRUPTED, "")
 
 
-@pytest.mark.parametrize("module", ["click.decorators", "planner_core.export.formats", "numpy"])
+@pytest.mark.parametrize("module", ["numpy", *some_slow("click.decorators", "planner_core.export.formats")])
 def test_an_interrupt_of_what_python_calls_by_the_way_is_neither_lost_nor_a_traceback(module: str) -> None:
     done = interrupted_at(module, how="by the way")
     assert (done.returncode, done.stderr.strip(), done.stdout) == (130, INTERRUPTED, "")

@@ -176,7 +176,10 @@ def is_alive(pid: int) -> bool:
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="jobs of a killed batch end on Linux alone")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize(
+    "number",
+    [signal.SIGKILL, *(pytest.param(number, marks=pytest.mark.slow) for number in (signal.SIGINT, signal.SIGTERM))],
+)
 def test_a_batch_that_is_ended_takes_its_jobs_along_and_goes_on(
     number: int, tlsplan: Tlsplan, stood_in: Path, tmp_path: Path
 ) -> None:
