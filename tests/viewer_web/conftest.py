@@ -29,18 +29,16 @@ PLAN = oldest_plan(
 )  # fmt: skip
 
 
-@pytest.fixture
-def built_app(tmp_path: Path) -> Path:
-    folder = tmp_path / "dist"
+def write_app(root: Path) -> Path:
+    folder = root / "dist"
     (folder / "assets").mkdir(parents=True)
     (folder / "index.html").write_text("<!doctype html><title>viewer</title>")
     (folder / "assets" / "index-abc123.js").write_text("export const x = 1;\n" * 200)
     return folder
 
 
-@pytest.fixture
-def plan_folder(tmp_path: Path) -> Path:
-    folder = tmp_path / "plan"
+def write_plan(root: Path) -> Path:
+    folder = root / "plan"
     for name in ("viewer/clouds", "report", "stage"):
         (folder / name).mkdir(parents=True)
     (folder / "plan.json").write_text(json.dumps(PLAN))
@@ -48,8 +46,18 @@ def plan_folder(tmp_path: Path) -> Path:
     (folder / "viewer" / ".draft").write_text("hidden")
     (folder / "report" / "index.html").write_text("<style>b{color:red}</style><b>report</b>")
     (folder / "stage" / "building.usdc").write_text("not for the browser")
-    (tmp_path / "secret.txt").write_text("secret")
+    (root / "secret.txt").write_text("secret")
     return folder
+
+
+@pytest.fixture
+def built_app(tmp_path: Path) -> Path:
+    return write_app(tmp_path)
+
+
+@pytest.fixture
+def plan_folder(tmp_path: Path) -> Path:
+    return write_plan(tmp_path)
 
 
 @pytest.fixture

@@ -1,5 +1,6 @@
 """Attacks on the server's connections, on real sockets: whoever has the token is answered nevertheless."""
 
+import contextlib
 import http.client
 import socket
 import subprocess
@@ -20,6 +21,8 @@ import pytest
 
 from viewer_web.server import connections
 from viewer_web.server.connections import client_of, make_room
+
+from .conftest import write_app, write_plan
 
 #: For what takes seconds at most on a machine that has nothing else to do.
 WAIT_S = 120
@@ -73,16 +76,28 @@ def serving(plan_folder: Path, built_app: Path, *settings: str) -> Iterator[Serv
             process.kill()
 
 
-@pytest.fixture
-def served(plan_folder: Path, built_app: Path) -> Iterator[Served]:
+LARGE_BYTES = 16_000_000
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """A plan folder with a large file, and the application."""
+    root = tmp_path_factory.mktemp("shown")
+    plan = write_plan(root)
+    (plan / "viewer" / "clouds" / "S002.u16").write_bytes(bytes(LARGE_BYTES))
+    return plan, write_app(root)
+
+
+@pytest.fixture(scope="module")
+def served(shown: tuple[Path, Path]) -> Iterator[Served]:
     """A server with the limits that users have, and less time."""
-    yield from serving(plan_folder, built_app, "HEAD_S=1")
+    yield from serving(*shown, "HEAD_S=1", "BODY_S=2", "UNREAD_S=2")
 
 
-@pytest.fixture
-def patient(plan_folder: Path, built_app: Path) -> Iterator[Served]:
+@pytest.fixture(scope="module")
+def patient(shown: tuple[Path, Path]) -> Iterator[Served]:
     """A server that waits for ever, so that only its limits of numbers help."""
-    yield from serving(plan_folder, built_app, "HEAD_S=1e9", "BODY_S=1e9", "UNREAD_S=1e9")
+    yield from serving(*shown, "HEAD_S=1e9", "BODY_S=1e9", "UNREAD_S=1e9")
 
 
 @pytest.mark.parametrize("sent", ["", "GET / HTTP/1.1\r\nhost: "])
@@ -148,13 +163,26 @@ def test_a_second_head_that_never_ends_is_not_waited_for(served: Served) -> None
 
 
 @pytest.mark.parametrize("token", [True, False])
-def test_a_body_that_never_ends_is_not_waited_for(plan_folder: Path, built_app: Path, token: bool) -> None:
-    for served in serving(plan_folder, built_app, "BODY_S=2" if token else "BODY_S=1e9"):
+def test_a_body_that_never_ends_is_not_waited_for(shown: tuple[Path, Path], token: bool) -> None:
+    for served in serving(*shown, "BODY_S=2" if token else "BODY_S=1e9"):
         head = served.head(
             "/api/review/changes", token=token, more="content-type: application/json\r\ncontent-length: 1000000\r\n"
         )
         with served.open(head.replace("GET", "POST")) as line:
             assert is_closed_though_fed(line, b" ")
+
+
+def test_a_body_that_is_longer_than_it_says_is_not_read_on(served: Served) -> None:
+    head = served.head("/api/review/changes", more="content-type: application/json\r\ncontent-length: 4\r\n")
+    answer = b""
+    with served.open() as line:
+        with contextlib.suppress(ConnectionError):  # it answers, and hangs up on what it has not read
+            line.sendall(head.replace("GET", "POST").encode() + b"null" + b"x" * 100_000)
+        with contextlib.suppress(ConnectionError):
+            while part := line.recv(65536):
+                answer += part
+    assert answer.startswith(b"HTTP/1.1 422")  # of the four bytes: null is JSON, and no document
+    assert b"valid dictionary" in answer
 
 
 def test_an_answer_that_nobody_reads_is_given_up(plan_folder: Path, built_app: Path) -> None:
@@ -191,16 +219,14 @@ def read_all(line: socket.socket) -> int:
     return n_read
 
 
-def test_a_download_that_is_slow_but_read_is_not_given_up(plan_folder: Path, built_app: Path) -> None:
-    (plan_folder / "viewer" / "clouds" / "S002.u16").write_bytes(bytes(16_000_000))
-    for served in serving(plan_folder, built_app, "UNREAD_S=2", "HEAD_S=2"):
-        with served.open(served.head("/plan/viewer/clouds/S002.u16")) as line:
-            n_read = 0
-            while n_read < 16_000_000:
-                part = line.recv(1_000_000)
-                assert part, f"closed after {n_read} bytes"
-                n_read += len(part)
-                time.sleep(0.05)
+def test_a_download_that_is_slow_but_read_is_not_given_up(served: Served) -> None:
+    with served.open(served.head("/plan/viewer/clouds/S002.u16")) as line:
+        n_read = 0
+        while n_read < LARGE_BYTES:
+            part = line.recv(1_000_000)
+            assert part, f"closed after {n_read} bytes"
+            n_read += len(part)
+            time.sleep(0.05)
 
 
 def test_streams_of_events_take_no_room_of_requests_and_have_limits_of_their_own(patient: Served) -> None:

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -51,7 +52,7 @@ def hall(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("hall")
     scene = scenes_synthetic.write(scenes_synthetic.build("column-hall"), root / "hall.ply")
     settings = PlanSettings(
-        scanner=load_scanner("hdl-64e"),
+        scanner=replace(load_scanner("hdl-64e"), n_azimuths=900),
         requirements=Requirements(coverage=0.9, network="none", parts=(PART,)),
         grid_step_m=1.0,
         instrument_heights_m=(1.3,),
@@ -59,9 +60,7 @@ def hall(tmp_path_factory: pytest.TempPathFactory) -> Path:
         special_places=False,
         method=Greedy(),
     )
-    with pytest.MonkeyPatch.context() as patch:
-        small_pictures.draw_blank(patch)
-        write_plan_folder(make_plan(load_scene(scene), settings), root / "plan")
+    write_plan_folder(make_plan(load_scene(scene), settings), root / "plan", pictures=False)
     return root
 
 

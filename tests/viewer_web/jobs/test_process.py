@@ -6,6 +6,7 @@ import json
 import os
 import shutil
 import signal
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -68,7 +69,7 @@ def test_a_run_enters_where_the_review_does_and_opens_the_door_that_it_opens(tmp
     loaded = load_scene(scene)
     door, other, _ = (element.source_id for element in loaded.elements if element.kind == "IfcDoor")
     coarse = PlanSettings(
-        scanner=load_scanner("hdl-64e"),
+        scanner=replace(load_scanner("hdl-64e"), n_azimuths=900),
         requirements=Requirements(coverage=0.5, network="none"),
         grid_step_m=1.0,
         instrument_heights_m=(1.3,),
