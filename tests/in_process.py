@@ -16,6 +16,7 @@ from typing import IO
 
 import pytest
 from small_pictures import draw_blank, draw_small
+from tlsplan import environment
 from tlsplan.main import main
 
 Tlsplan = Callable[..., "subprocess.CompletedProcess[str]"]
@@ -46,10 +47,11 @@ def run_here(
 
 @contextmanager
 def signals_and_warnings_kept() -> Iterator[None]:
-    """The program sets handlers and filters for good: its process is its own."""
+    """The program sets handlers and filters, and notes an interrupt, for good: its process is its own."""
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM)}
     with warnings.catch_warnings(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(sys, "unraisablehook", sys.unraisablehook)
+        patch.setattr(environment, "_interrupted", False)
         try:
             yield
         finally:
