@@ -37,12 +37,9 @@ def test_lone_candidates_do_not_split_a_plan_that_can_be_one_network(name: str, 
 @pytest.mark.opencl
 def test_rooms_that_cannot_be_registered_stay_apart_and_are_all_planned() -> None:
     scene = scenes_synthetic.build("closed-rooms").scene
-    plan = make_plan(scene, SETTINGS, engine="opencl")
-    free = make_plan(
-        scene,
-        replace(SETTINGS, requirements=Requirements(network="none")),
-        engine="opencl",
-    )
+    settings = replace(SETTINGS, scanner=replace(SETTINGS.scanner, n_azimuths=720))
+    plan = make_plan(scene, settings, engine="opencl")
+    free = make_plan(scene, replace(settings, requirements=Requirements(network="none")), engine="opencl")
     assert plan.registration is not None
     n_rooms = len(scenes_synthetic.build("closed-rooms").rooms)
     assert len(plan.registration.networks) == n_rooms

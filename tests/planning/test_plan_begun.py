@@ -28,7 +28,7 @@ def rooms(tmp_path_factory: pytest.TempPathFactory) -> Scene:
 @pytest.fixture(scope="module")
 def settings() -> PlanSettings:
     return PlanSettings(
-        scanner=load_scanner("hdl-64e"),
+        scanner=replace(load_scanner("hdl-64e"), n_azimuths=900),
         requirements=Requirements(coverage=1.0, network="none"),
         method=Proven(),
         grid_step_m=1.0,

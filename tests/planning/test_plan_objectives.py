@@ -24,7 +24,7 @@ def most(small: PlanSettings) -> PlanSettings:
     return replace(small, requirements=asked, objective="coverage", max_stations=2)
 
 
-@pytest.mark.parametrize("scene", ["l-room", "two-rooms", "closed-rooms"])
+@pytest.mark.parametrize("scene", ["l-room", pytest.param("two-rooms", marks=pytest.mark.slow), "closed-rooms"])
 def test_most_coverage_is_that_of_the_best_of_all_sets_of_candidates(
     scene: str, most: PlanSettings, planned: Planned
 ) -> None:
@@ -50,13 +50,13 @@ def test_most_coverage_is_that_of_the_best_of_all_sets_of_candidates(
 def test_coverage_grows_with_the_stations_allowed_and_never_passes_its_bound(
     most: PlanSettings, planned: Planned
 ) -> None:
-    plans = [planned("corridor-comb", replace(most, max_stations=n)) for n in (1, 3, 6)]
+    plans = [planned("corridor-comb", replace(most, max_stations=n)) for n in (1, 4)]
     values = [plan.objective_value or 0.0 for plan in plans]
     bounds = [plan.objective_bound or 0.0 for plan in plans]
     assert values == sorted(values)
     assert values[0] < values[-1] <= 1.0
     assert all(value <= bound <= 1.0 + 1e-9 for value, bound in zip(values, bounds, strict=True))
-    assert [len(plan.stations) <= n for plan, n in zip(plans, (1, 3, 6), strict=True)] == [True] * 3
+    assert [len(plan.stations) <= n for plan, n in zip(plans, (1, 4), strict=True)] == [True] * 2
     for plan, value in zip(plans, values, strict=True):
         assert plan.coverage.fraction_of_achievable == pytest.approx(value, abs=1e-6)
 

@@ -50,6 +50,11 @@ def pool_of(plan: Plan) -> Pool:
     return make_pool(plan.survey, plan.settings, engine, at, given=none, kept=none)
 
 
+@pytest.fixture(scope="module")
+def pools(small: PlanSettings, planned: Planned) -> dict[tuple[str, str], Pool]:
+    return {way: pool_of(planned("corridor-comb", asking(small, *way))) for way in WAYS}
+
+
 def assert_listed(found: dict[tuple[int, int], float], expected: dict[tuple[int, int], float], least: float) -> None:
     """Scans decide which of two patches a beam on their edge hits: some thousandths of an overlap."""
     for pair in found.keys() | expected.keys():
@@ -59,7 +64,12 @@ def assert_listed(found: dict[tuple[int, int], float], expected: dict[tuple[int,
 
 @pytest.mark.parametrize(("measure", "of"), WAYS)
 def test_candidates_and_stations_are_linked_by_what_is_asked(
-    measure: str, of: str, small: PlanSettings, planned: Planned, looks: Callable[..., Any]
+    measure: str,
+    of: str,
+    small: PlanSettings,
+    planned: Planned,
+    pools: dict[tuple[str, str], Pool],
+    looks: Callable[..., Any],
 ) -> None:
     plan = planned("corridor-comb", asking(small, measure, of))
     area_m2 = plan.survey.patches.area_m2
@@ -72,7 +82,7 @@ def test_candidates_and_stations_are_linked_by_what_is_asked(
     graph.add_nodes_from(ids)
     graph.add_edges_from((link.a, link.b) for link in plan.links if link.overlap >= 0.3 and link.strength >= 0.01)
     assert nx.is_connected(graph)
-    pool = pool_of(plan)
+    pool = pools[measure, of]
     assert pool.links is not None
     some = np.arange(0, pool.n_candidates, max(pool.n_candidates // 20, 1))
     expected = recounted(looks(plan, pool.candidates.position_m[some]), area_m2, measure, of)
@@ -89,12 +99,8 @@ def test_candidates_and_stations_are_linked_by_what_is_asked(
     assert not any(overlap < 0.29 and pair in linked for pair, overlap in expected.items())
 
 
-def test_what_is_asked_decides_the_links(small: PlanSettings, planned: Planned) -> None:
-    n_links = {}
-    for measure, of in WAYS:
-        links = pool_of(planned("corridor-comb", asking(small, measure, of))).links
-        assert links is not None
-        n_links[measure, of] = links.n_links
+def test_what_is_asked_decides_the_links(pools: dict[tuple[str, str], Pool]) -> None:
+    n_links = {way: pool.links.n_links for way, pool in pools.items() if pool.links is not None}
     for of in ("all-seen", "seen-as-required"):
         assert n_links["jaccard", of] < n_links["smaller-share", of]
     assert n_links["smaller-share", "seen-as-required"] < n_links["smaller-share", "all-seen"]
@@ -106,7 +112,9 @@ def test_plans_off_the_grid_and_lists_are_measured_alike(
     plan = planned("corridor-comb", replace(asking(small, "jaccard", "seen-as-required"), refine=True))
     at_m = np.stack([station.position_m for station in plan.stations])
     ids = [station.id for station in plan.stations]
-    off_grid = [np.abs(pool_of(plan).candidates.position_m - at).sum(axis=1).min() > 0.01 for at in at_m]
+    engine = open_engine(plan.survey.scene, plan.survey.patches)
+    grid_m = find_positions(plan.survey, plan.settings, engine, floors=(0,)).candidates.position_m
+    off_grid = [np.abs(grid_m - at).sum(axis=1).min() > 0.01 for at in at_m]
     assert any(off_grid)
     told = {(ids.index(link.a), ids.index(link.b)): link.overlap for link in plan.links}
     expected = recounted(looks(plan, at_m), plan.survey.patches.area_m2, "jaccard", "seen-as-required")

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import open3d as o3d
 import pytest
+from shared_plans import SharedPlan
 from stages import find_candidates
 
 import scenes_synthetic
@@ -31,11 +32,6 @@ COARSE = PlanSettings(
     max_patch_area_m2=0.1,
     method=Greedy(),
 )
-
-
-@pytest.fixture(scope="module")
-def house_plan() -> Plan:
-    return make_plan(scenes_synthetic.build("house").scene, COARSE)
 
 
 def seen_by_open3d(plan: Plan, positions_m: np.ndarray) -> np.ndarray:
@@ -75,8 +71,9 @@ def recomputed_fraction(plan: Plan) -> float:
     return float(area_m2[covered & achievable].sum() / area_m2[achievable].sum())
 
 
-def test_coverage_of_the_house_is_what_open3d_computes(house_plan: Plan) -> None:
-    assert abs(recomputed_fraction(house_plan) - house_plan.coverage.fraction_of_achievable) < 0.005
+def test_coverage_of_the_house_is_what_open3d_computes(house_on_map: SharedPlan) -> None:
+    plan = house_on_map.plan
+    assert abs(recomputed_fraction(plan) - plan.coverage.fraction_of_achievable) < 0.005
 
 
 @pytest.mark.slow
@@ -88,9 +85,9 @@ def test_coverage_of_a_real_building_is_what_open3d_computes(name: str, real_sce
 
 
 @pytest.mark.opencl
-def test_both_engines_see_the_same_area_from_the_same_stations(house_plan: Plan) -> None:
-    survey = house_plan.survey
-    positions_m = np.stack([station.position_m for station in house_plan.stations])
+def test_both_engines_see_the_same_area_from_the_same_stations(house_on_map: SharedPlan) -> None:
+    survey = house_on_map.plan.survey
+    positions_m = np.stack([station.position_m for station in house_on_map.plan.stations])
     area_m2 = survey.patches.area_m2
     seen_m2 = {}
     for name in ("opencl", "open3d"):
@@ -127,9 +124,9 @@ def test_a_quarter_turn_and_a_far_origin_change_no_figure() -> None:
 
 
 @pytest.mark.slow
-def test_the_order_of_given_stations_changes_no_figure_and_more_stations_see_more(house_plan: Plan) -> None:
-    scene = house_plan.survey.scene
-    given = [GivenStation(s.id, s.position_m + scene.offset_m, None, None) for s in house_plan.stations[:6]]
+def test_the_order_of_given_stations_changes_no_figure_and_more_stations_see_more(house_on_map: SharedPlan) -> None:
+    scene = house_on_map.plan.survey.scene
+    given = [GivenStation(s.id, s.position_m + scene.offset_m, None, None) for s in house_on_map.plan.stations[:6]]
     settings = replace(COARSE, grid_step_m=2.0, max_patch_area_m2=0.3)  # what is achievable takes part in none of it
     forward = evaluate_stations(scene, settings, given)
     backward = evaluate_stations(scene, settings, given[::-1])

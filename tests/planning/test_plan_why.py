@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from shared_plans import SharedPlan
 
 import scenes_synthetic
 from planner_core.engine.scan_engine import open_engine
@@ -19,9 +20,9 @@ Planned = Callable[[str, PlanSettings], Plan]
 
 @pytest.mark.parametrize("scene", ["l-room", "closed-rooms", "house"])
 def test_areas_by_reason_add_up_to_all_surface_and_the_unseen_is_listed_whole(
-    scene: str, small: PlanSettings, planned: Planned
+    scene: str, small: PlanSettings, planned: Planned, house_on_map: SharedPlan
 ) -> None:
-    plan = planned(scene, replace(small, method=Proven(work_limit=0.02)))
+    plan = house_on_map.plan if scene == "house" else planned(scene, small)
     why, area_m2 = plan.why, plan.survey.patches.area_m2
     assert why is not None
     assert sum(why.area_by_reason_m2) == pytest.approx(area_m2.sum())
@@ -61,7 +62,7 @@ def test_what_a_station_adds_is_what_scans_of_the_others_lack(
     assert all(a >= b - 1e-9 for a, b in pairwise(gains))
 
 
-@pytest.mark.parametrize(("seen_from", "coverage"), [(1, 0.8), (2, 0.5)])
+@pytest.mark.parametrize(("seen_from", "coverage"), [pytest.param(1, 0.8, marks=pytest.mark.slow), (2, 0.5)])
 def test_what_a_station_adds_is_told_of_asked_floors_alone_and_once(
     seen_from: int, coverage: float, small: PlanSettings, planned: Planned
 ) -> None:
@@ -79,7 +80,7 @@ def test_what_a_station_adds_is_told_of_asked_floors_alone_and_once(
         assert station.own_area_m2 == pytest.approx(by_station[station.id], abs=1e-9)
 
 
-@pytest.mark.parametrize("scene", ["l-room", "doors-open", "corridor-comb"])
+@pytest.mark.parametrize("scene", [pytest.param("l-room", marks=pytest.mark.slow), "doors-open", "corridor-comb"])
 def test_every_leg_can_be_walked_and_visits_are_numbered_in_its_order(
     scene: str, small: PlanSettings, planned: Planned
 ) -> None:
