@@ -114,7 +114,7 @@ def test_candidates_that_memory_would_not_hold_are_left_out_evenly_and_that_is_t
     assert len(plan.stations) <= len(told[0].stations) + 3
 
 
-@pytest.mark.parametrize("method", [Greedy(), Proven(work_limit=0.1)])
+@pytest.mark.parametrize("method", [Greedy(), pytest.param(Proven(work_limit=0.1), marks=pytest.mark.slow)])
 def test_memory_is_kept_to_whatever_the_method_and_however_little_there_is(
     method: Greedy | Proven, comb: PlanSettings, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,6 +11,7 @@ from stages import find_positions, make_pool
 
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Plan, PlanSettings, Requirements
+from planner_core.planning.pool import Pool
 from planner_core.select.greedy import select_greedy
 
 Planned = Callable[[str, PlanSettings], Plan]
@@ -33,19 +34,19 @@ def overlap_of(one: np.ndarray, other: np.ndarray, area_m2: np.ndarray) -> float
     return float(min(shared / area_m2[one].sum(), shared / area_m2[other].sum()))
 
 
-def candidate_graph(plan: Plan) -> tuple["nx.Graph[int]", np.ndarray]:
-    """Links between all candidates, as found anew, and where the candidates are."""
+def candidate_graph(plan: Plan) -> tuple["nx.Graph[int]", Pool]:
+    """Links between all candidates, and the candidates, as found anew."""
     survey = plan.survey
     engine = open_engine(survey.scene, survey.patches)
     at = find_positions(survey, plan.settings, engine, floors=(0,)).candidates
     none = np.zeros(0, dtype=np.int64)
-    links = make_pool(survey, plan.settings, engine, at, given=none, kept=none).links
-    assert links is not None
+    pool = make_pool(survey, plan.settings, engine, at, given=none, kept=none)
+    assert pool.links is not None
     whole: nx.Graph[int] = nx.Graph()
     whole.add_nodes_from(range(at.floor.size))
     for one in range(at.floor.size):
-        whole.add_edges_from((one, int(k)) for k in links.neighbour[links.row(one)])
-    return whole, at.position_m
+        whole.add_edges_from((one, int(k)) for k in pool.links.neighbour[pool.links.row(one)])
+    return whole, pool
 
 
 @pytest.mark.parametrize("scene", ["l-room", "two-rooms", "corridor-comb"])
@@ -74,7 +75,8 @@ def test_loops_leave_no_link_that_all_hangs_on(small: PlanSettings, planned: Pla
 
     joined, loops = (planned("corridor-comb", asking(network)) for network in ("connected", "redundant"))
     assert nx.is_connected(graph_of(loops))
-    whole, at_m = candidate_graph(loops)
+    whole, pool = candidate_graph(loops)
+    at_m = pool.candidates.position_m
     station = {s.id: int(np.linalg.norm(at_m - s.position_m, axis=1).argmin()) for s in loops.stations}
     unavoidable = {frozenset(pair) for pair in nx.bridges(whole)}
     left = [(a, b) for a, b in nx.bridges(graph_of(loops)) if frozenset((station[a], station[b])) not in unavoidable]
@@ -92,21 +94,13 @@ def test_no_network_asked_for_takes_no_more_stations_and_tells_no_gaps(small: Pl
     assert not any("register" in line for line in free.warnings)
 
 
-@pytest.mark.parametrize("scene", ["two-rooms", "corridor-comb", "doors-open"])
+@pytest.mark.parametrize("scene", ["two-rooms", "corridor-comb", pytest.param("doors-open", marks=pytest.mark.slow)])
 def test_joining_inside_the_choice_takes_no_more_stations_than_joining_afterwards(
     scene: str, small: PlanSettings, planned: Planned
 ) -> None:
     plan = planned(scene, small)
-    survey = plan.survey
-    engine = open_engine(survey.scene, survey.patches)
-    at = find_positions(survey, small, engine, floors=(0,)).candidates
-    none = np.zeros(0, dtype=np.int64)
-    pool = make_pool(survey, small, engine, at, given=none, kept=none)
+    whole, pool = candidate_graph(plan)
     assert pool.links is not None
-    whole: nx.Graph[int] = nx.Graph()
-    whole.add_nodes_from(range(at.floor.size))
-    for one in range(at.floor.size):
-        whole.add_edges_from((one, int(k)) for k in pool.links.neighbour[pool.links.row(one)])
     chosen = set(select_greedy(pool.problem).chosen)
     # Afterwards: the two nearest pieces of each part are joined by the shortest way, until there is one piece.
     for part in nx.connected_components(whole):
@@ -123,7 +117,7 @@ def test_joining_inside_the_choice_takes_no_more_stations_than_joining_afterward
     assert nx.number_connected_components(graph_of(plan)) <= len(parts)
 
 
-@pytest.mark.parametrize("scene", ["doors-open", "two-rooms"])
+@pytest.mark.parametrize("scene", ["doors-open", pytest.param("two-rooms", marks=pytest.mark.slow)])
 def test_spots_that_nobody_can_be_registered_with_are_no_way_round_the_network(
     scene: str, small: PlanSettings, planned: Planned
 ) -> None:

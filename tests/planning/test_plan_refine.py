@@ -15,7 +15,7 @@ from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Plan, PlanSettings, PriorStation, Site
 
 Planned = Callable[[str, PlanSettings], Plan]
-SCENES = ("l-room", "doors-open", "corridor-comb")
+SCENES = ("l-room", "corridor-comb", pytest.param("doors-open", marks=pytest.mark.slow))
 
 
 def positions_m(plan: Plan) -> np.ndarray:
@@ -39,7 +39,10 @@ def test_refinement_takes_no_more_stations_and_of_as_many_covers_no_less(
     assert len(after.registration.networks) <= len(before.registration.networks)
 
 
-@pytest.mark.parametrize(("scene", "heights_m"), [("l-room", (1.5,)), ("doors-open", (1.5,)), ("l-room", ())])
+@pytest.mark.parametrize(
+    ("scene", "heights_m"),
+    [("l-room", (1.5,)), pytest.param("doors-open", (1.5,), marks=pytest.mark.slow), ("l-room", ())],
+)
 def test_stations_off_the_grid_stand_where_any_tripod_may(
     scene: str, heights_m: tuple[float, ...], small: PlanSettings, planned: Planned
 ) -> None:
