@@ -90,13 +90,6 @@ def test_reference_in_docs_is_the_one_the_commands_give(tmp_path: Path) -> None:
     assert in_docs == made.read_text(encoding="utf-8"), "run `make docs`"
 
 
-def test_unknown_option_ends_with_code_2_and_no_traceback(tlsplan: Tlsplan) -> None:
-    done = tlsplan("plan", "--no-such-option")
-    assert done.returncode == 2
-    assert "Traceback" not in done.stderr
-    assert "No such option" in done.stderr
-
-
 def test_missing_scene_ends_with_one_line_and_code_3(tlsplan: Tlsplan, tmp_path: Path) -> None:
     done = tlsplan("plan", tmp_path / "nowhere.ifc", "-o", tmp_path / "plan")
     assert done.returncode == 3

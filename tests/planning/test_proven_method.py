@@ -40,18 +40,9 @@ def test_proven_plans_need_no_more_stations_than_greedy_ones_and_say_how_few_can
     assert plan_document(greedy)["optimality"]["why_stopped"] == ""
 
 
-@pytest.mark.parametrize(
-    ("option", "message"),
-    [
-        (("work_limit", "-1"), "work limit: got -1"),
-        (("time_limit_s", "soon"), "option time_limit_s: got 'soon', expected a number"),
-        (("spatial.step_m", "1"), "option spatial.step_m: there is none of that name"),
-    ],
-)
-def test_options_of_the_proven_method_are_checked_as_they_are_read(option: tuple[str, str], message: str) -> None:
-    with pytest.raises(RequirementError) as refusal:
-        method_of("proven", [option])
-    assert message in str(refusal.value)
+def test_options_of_the_proven_method_are_checked_as_they_are_read() -> None:
+    with pytest.raises(RequirementError, match="work limit: got -1"):
+        method_of("proven", [("work_limit", "-1")])
 
 
 def test_the_search_has_the_plans_seed_unless_it_has_one_of_its_own() -> None:

@@ -14,7 +14,6 @@ from planner_core.coverage.observe import observations_in_batches
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.patch_mode import AUTO_PATCHES_BEAMS, mode_that_counts_parts, scan_mode_of
 from planner_core.engine.scan_engine import open_engine
-from planner_core.errors import RequirementError
 from planner_core.model import Greedy, PlanSettings, Requirements, ScanBy, Scanner, Scene
 from planner_core.plan_folder.plan_json import plan_document
 from planner_core.plan_folder.stations_csv import GivenStation
@@ -78,11 +77,6 @@ def test_parts_are_counted_for_all_scanners_of_rows_and_columns_unless_told() ->
     assert mode_that_counts_parts(ScanBy.AUTO, replace(robot, elevation_rad=(0.0,), azimuth_offset_rad=())) == "auto"
     for asked in (ScanBy.BEAMS, ScanBy.PATCHES):
         assert mode_that_counts_parts(asked, robot) == asked
-
-
-def test_settings_refuse_an_unknown_scan_mode() -> None:
-    with pytest.raises(RequirementError, match="scan_mode: got 'rays', expected one of auto, beams, patches"):
-        settings_of(1.0, "rays")
 
 
 def test_plans_by_patches_and_by_beams_take_about_as_many_stations_and_say_which_they_are(
