@@ -36,11 +36,11 @@ NO_DEVICE = "this machine has no OpenCL device"
 _FOLDER = str(Path(__file__).parent)
 sys.path.insert(0, _FOLDER)
 try:
-    import in_process  # noqa: F401 - from here on they are known by their names
-    import oldest_plan  # noqa: F401
+    import oldest_plan  # noqa: F401 - from here on they are known by their names
     import oracles  # noqa: F401
     import small_pictures  # noqa: F401
     import waiting  # noqa: F401
+    from in_process import Tlsplan, run_here
     from made_once import MadeOnce, folders_made_once
     from read_once import keep_what_children_read
     from real_buildings import RealScene, real_scenes
@@ -102,6 +102,24 @@ def of_all_workers(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of this run of the tests that its workers share."""
     own = tmp_path_factory.getbasetemp()
     return own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+
+
+@pytest.fixture(scope="session")
+def tlsplan() -> Tlsplan:
+    """The command line, run in this process: call with its arguments."""
+    return run_here
+
+
+@pytest.fixture(scope="session")
+def demo_folder(made_once: MadeOnce, needs_opencl: None) -> Path:
+    """What `tlsplan demo` makes: `demo`, `demo.ifc`, and in `printed.txt` its warnings and summary."""
+
+    def fill(folder: Path) -> None:
+        done = run_here("demo", "-o", folder / "demo")
+        assert done.returncode == 0, done.stderr
+        (folder / "printed.txt").write_text(done.stderr + done.stdout)
+
+    return made_once("demo", fill)
 
 
 @pytest.fixture(scope="session")
