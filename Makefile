@@ -236,11 +236,12 @@ test-wheel: wheel ## install the wheel into an empty environment without node, a
 test-bare: ## `make demo`, `test-wheel` and `test` on bare Debian 12 and 13, made by debootstrap; needs root; not part of `make test`
 	tests/bare_systems/run.sh $(SYSTEMS)
 
-docs: $(DEV) ## regenerate the command line reference, and the JSON Schemas of documents
+docs: $(DEV) $(VIEWER) ## regenerate the command line reference, the JSON Schemas of documents, and what README, tutorial and how-tos quote
 	$(BIN)/python -m tlsplan.reference docs/reference/cli.md
 	$(BIN)/python -m tlsplan.formats_reference docs/formats/field-pack/index.md
 	$(BIN)/python -m tlsplan.commands.scanners docs/reference/scanners.md
 	$(BIN)/python -m tlsplan.document_schemas docs/formats
+	WRITE_DOCS=1 $(BIN)/pytest -q tests/docs/test_docs.py -k pages_quote
 
 api-types: $(DEV) $(NODE) ## regenerate the description of the viewer's interface, and the types made from it
 	$(BIN)/python -m viewer_web.server.openapi $(WEB)/src/api/openapi.json

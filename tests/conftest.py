@@ -40,6 +40,7 @@ try:
     import oracles  # noqa: F401
     import small_pictures  # noqa: F401
     import waiting  # noqa: F401
+    from doc_pages import Page  # noqa: F401
     from in_process import Tlsplan, run_here
     from made_once import MadeOnce, folders_made_once
     from read_once import keep_what_children_read

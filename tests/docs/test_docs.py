@@ -1,30 +1,30 @@
-"""The documentation: its links lead somewhere, and its commands are commands of the program."""
+"""The documentation: its links and names lead somewhere, its commands run as they stand, and it quotes what they print.
 
+`make docs` runs the same pages and writes what came out into them.
+"""
+
+import os
 import re
-import shlex
+import shutil
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import click
 import pytest
+from in_process import Tlsplan
+from doc_pages import Block, Page, refreshed
 from tlsplan.group import cli
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
+PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md")])
 BY_NAME = {str(page.relative_to(ROOT)): page for page in PAGES}
-
-
-def commands(page: Path) -> list[str]:
-    """Lines of code blocks that call tlsplan, with prompt, comment and quoted output taken off."""
-    found = []
-    fenced = False
-    for line in page.read_text(encoding="utf-8").splitlines():
-        if line.startswith("```"):
-            fenced = not fenced
-            continue
-        match = re.match(r"(?:\$ )?(?:\.venv/bin/)?(tlsplan .*)", line.removeprefix("    "))
-        if match and (fenced or line.startswith("    ")):
-            found.append(match[1])
-    return found
+FIRST = ["README.md", "docs/tutorial.md", "docs/tour.md", "docs/howto/notebook.md"]
+CheckPage = Callable[[str, Callable[[Block], bool]], None]
+TOPS = "planner_core|cli|docs|tests|kernels|viewer_web|scenes_synthetic|requirements"
+MADE = r"node_modules|test-results|/dist\b"
+"""Folders that only runs of something make."""
+RUN = sorted({*FIRST, *(name for name in BY_NAME if name.startswith("docs/howto/"))})
 
 
 @pytest.mark.parametrize("name", BY_NAME)
@@ -35,23 +35,146 @@ def test_links_lead_to_files_of_the_repository(name: str) -> None:
     assert missing == []
 
 
-@pytest.mark.parametrize("name", [name for name, page in BY_NAME.items() if commands(page)])
-def test_commands_in_the_documentation_are_understood(name: str) -> None:
-    for line in commands(BY_NAME[name]):
-        words = shlex.split(line, comments=True)[1:]
-        group = click.Context(cli, info_name="tlsplan")
-        if words[0].startswith("-"):
-            cli.make_context("tlsplan", words, resilient_parsing=True)
-            continue
-        command = cli.get_command(group, words[0])
-        assert command is not None, line
-        try:
-            command.make_context(words[0], words[1:], parent=group)
-        except click.exceptions.Exit:
-            continue  # --help
-        except click.UsageError as error:
-            pytest.fail(f"{line}: {error.format_message()}")
+@pytest.fixture
+def check_page(
+    tlsplan: Tlsplan, request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> CheckPage:
+    """Run due blocks of a page in a folder of its own, and compare it with what came out, or write that into it."""
+
+    def give(name: str) -> str:
+        assert name == "demo"
+        demo: Path = request.getfixturevalue("demo_folder")
+        shutil.copytree(demo, "out")
+        return (demo / "printed.txt").read_text()
+
+    def check(name: str, is_due: Callable[[Block], bool]) -> None:
+        monkeypatch.chdir(tmp_path)
+        page = Page(BY_NAME[name])
+        fresh = page.run(tlsplan, give, is_due)
+        if "WRITE_DOCS" in os.environ:
+            BY_NAME[name].write_text("\n".join(fresh) + "\n", encoding="utf-8")
+        else:
+            assert page.lines == fresh, f"{name} quotes what is not printed: run `make docs`"
+
+    return check
 
 
-def test_tutorial_calls_the_program() -> None:
-    assert len(commands(ROOT / "docs" / "tutorial.md")) >= 5
+@pytest.mark.opencl
+@pytest.mark.parametrize("name", FIRST)
+def test_the_first_pages_quote_what_their_commands_print(name: str, check_page: CheckPage) -> None:
+    check_page(name, lambda block: not block.is_slow)
+
+
+@pytest.mark.opencl
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in RUN if name not in FIRST or Page(BY_NAME[name]).has_slow_blocks])
+def test_all_pages_quote_what_their_commands_print(name: str, check_page: CheckPage) -> None:
+    check_page(name, lambda block: block.is_slow or name not in FIRST)
+
+
+def test_blocks_of_pages_are_run_or_say_why_not() -> None:
+    for name in RUN:
+        page = Page(BY_NAME[name])
+        source = "\n".join(page.lines)
+        assert source.count("```") == 2 * sum(block.is_fenced for block in page.blocks), name
+        prompts = sum(line.startswith("$ ") for block in page.blocks for line in block.lines)
+        assert len(re.findall(r"^ *\$ ", source, flags=re.M)) == prompts, name
+        for block in page.blocks:
+            runs = block.is_left_out or "file" in block.comments or block.language in {"sh", "python", "", "text"}
+            assert runs, f"{name}:{block.first}: neither run nor a file, and no comment gives the reason"
+
+
+def test_commands_of_the_documentation_are_understood_where_no_page_runs_them() -> None:
+    seen = 0
+    for name in BY_NAME:
+        for block in Page(BY_NAME[name]).blocks:
+            for command, _ in block.parts() if block.is_left_out or name not in RUN else []:
+                if command is not None and command.arguments is not None:
+                    _understand(f"{name}:{command.line}", command.arguments)
+                    seen += 1
+    assert seen > 10
+
+
+def _understand(place: str, words: list[str]) -> None:
+    group = click.Context(cli, info_name="tlsplan")
+    if words[0].startswith("-"):
+        cli.make_context("tlsplan", words, resilient_parsing=True)
+        return
+    command = cli.get_command(group, words[0])
+    assert command is not None, place
+    try:
+        command.make_context(words[0], words[1:], parent=group)
+    except click.exceptions.Exit:
+        return  # --help
+    except click.UsageError as error:
+        pytest.fail(f"{place}: {error.format_message()}")
+
+
+@cache
+def _paths_of_the_repository() -> str:
+    folders = [path for path in ROOT.iterdir() if path.is_dir() and path.name not in {"out", "build", "dist"}]
+    below = [path for folder in folders if folder.name[0] != "." for path in folder.rglob("*")]
+    return "".join(f"/{path.relative_to(ROOT).as_posix()}\n" for path in [*ROOT.iterdir(), *below])
+
+
+@pytest.mark.parametrize("name", BY_NAME)
+def test_names_in_backticks_are_files_and_targets_of_the_repository(name: str) -> None:
+    source = re.sub(r"```.*?```", "", BY_NAME[name].read_text(encoding="utf-8"), flags=re.S)
+    words = re.findall(r"`([^`\n]+)`", re.sub(r"github\.com/.*\n.*", "", source))  # files of other projects
+    targets = set(re.findall(r"^([a-z][\w-]*):", (ROOT / "Makefile").read_text(), flags=re.M))
+    missing = [word for word in words if (made := re.match(r"make ([a-z][\w-]*)", word)) and made[1] not in targets]
+    for word in words:
+        if re.fullmatch(rf"[\w./*-]+\.(py|cl|h|ts|sh|lock)|({TOPS})/[\w./*-]*", word) and not re.search(MADE, word):
+            path = re.escape(word.rstrip("/")).replace(r"\*", "[^\n]*")
+            missing += [] if re.search(rf"/{path}\n", _paths_of_the_repository()) else [word]
+    assert missing == []
+
+
+def test_a_quotation_is_refreshed_line_by_line_and_keeps_its_gaps() -> None:
+    printed = (
+        "load: 3 of 3  shapes\nwarning: one\nstations      7 (lower bound 6)\ncoverage      96 %\nroute         16 m\n"
+    )
+    for quoted, fresh in (
+        ("warning: two|...", "warning: one|..."),
+        ("warning: one|stations      9, proven|...", "warning: one|stations      7 (lower bound 6)|..."),
+        ("...|coverage      91 %|...", "...|coverage      96 %|..."),
+        ("...|coverage      91 %", "...|coverage      96 %|route         16 m"),
+        ("", ""),
+    ):
+        assert refreshed(quoted.split("|"), printed) == fresh.split("|")
+
+
+def test_a_page_is_run_in_its_order_and_quotes_are_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    source = """# Page
+<!-- file: list.csv -->
+```
+a
+b
+```
+- In a list:
+
+      $ cat list.csv
+      c
+<!-- run: no, needs a browser -->
+```sh
+false
+```
+<!-- exit: 1 -->
+```sh
+cat missing.csv 2> error.txt
+```
+<!-- run: wc -l list.csv -->
+
+    7 list.csv
+"""
+    (tmp_path / "page.md").write_text(source)
+    fresh = Page(tmp_path / "page.md").run(_no_tlsplan, str, lambda _: True)
+    assert "\n".join(fresh) + "\n" == source.replace("      c\n", "      a\n      b\n").replace("7 list", "2 list")
+    (tmp_path / "page.md").write_text(source.replace("exit: 1", "exit: 0"))
+    with pytest.raises(AssertionError, match=r"cat missing\.csv.*: exit code 1, expected 0"):
+        Page(tmp_path / "page.md").run(_no_tlsplan, str, lambda _: True)
+
+
+def _no_tlsplan(*arguments: str) -> None:
+    raise AssertionError(arguments)
