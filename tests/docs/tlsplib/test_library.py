@@ -112,6 +112,7 @@ def test_the_certificate_of_a_large_instance_holds_by_prices_of_rows(large):
     assert "rows" in [cut[0] for cut in certificate["cuts"]]
 
 
+@pytest.mark.slow
 def test_falsified_bounds_of_a_large_instance_are_refused(large):
     raw, certificate = large
     assert certificate["bound"] < len(certificate["plan"])

@@ -25,7 +25,7 @@ def text_of(certificate):
 
 
 @given(seed=st.integers(0, 10**6))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_certified_plans_are_the_smallest_by_trying_all_sets(seed):
     instance = tiny(seed)
     best = fewest(instance)
@@ -35,7 +35,7 @@ def test_certified_plans_are_the_smallest_by_trying_all_sets(seed):
 
 
 @given(seed=st.integers(0, 10**6))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_no_bound_above_the_fewest_stations_is_taken(seed):
     """Whatever the tree: the true one with the bound raised, and with any of its numbers changed."""
     instance = tiny(seed)
@@ -72,7 +72,7 @@ def shaken(certificate, rng):
 
 
 @given(seed=st.integers(0, 10**6), n_shares=st.integers(1, 6))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_cuts_hold_for_every_set_that_meets_everything(seed, n_shares):
     instance = tiny(seed, twice=True)
     problem = checker.Instance(instance.raw)
@@ -101,7 +101,7 @@ def test_cuts_hold_for_every_set_that_meets_everything(seed, n_shares):
 
 
 @given(seed=st.integers(0, 10**6))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_prices_of_rows_alone_prove_no_more_than_the_fewest_stations(seed):
     instance = tiny(seed, n=8, n_rows=20)
     best = fewest(instance)
