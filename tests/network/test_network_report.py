@@ -50,7 +50,7 @@ def pairs_of(links):
 
 
 @given(survey=surveys())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_networks_and_what_they_hang_on_are_networkx_s(survey):
     links, ids, floors = survey
     found = report(links, ids, floors)
@@ -75,7 +75,7 @@ def test_networks_and_what_they_hang_on_are_networkx_s(survey):
 
 
 @given(survey=surveys())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_bottleneck_is_the_least_strength_that_joins_the_network(survey):
     links, ids, floors = survey
     for network in report(links, ids, floors).networks:
@@ -94,7 +94,7 @@ def test_bottleneck_is_the_least_strength_that_joins_the_network(survey):
 
 
 @given(survey=surveys())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_floors_have_networks_of_their_own_and_links_that_join_them(survey):
     links, ids, floors = survey
     found = report(links, ids, floors)
@@ -107,7 +107,7 @@ def test_floors_have_networks_of_their_own_and_links_that_join_them(survey):
 
 
 @given(survey=surveys())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_gaps_are_the_best_links_between_networks_that_do_not_count(survey):
     links, ids, floors = survey
     found = report(links, ids, floors)
@@ -124,7 +124,7 @@ def test_gaps_are_the_best_links_between_networks_that_do_not_count(survey):
 
 
 @given(survey=surveys(), seed=st.randoms(use_true_random=False))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_order_of_stations_and_links_changes_no_finding(survey, seed):
     links, ids, floors = survey
     order = list(range(len(ids)))
@@ -261,7 +261,7 @@ def test_lists_that_do_not_fit_are_refused(links, ids, floors, word):
         report(links, ids, floors)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(surveys())
 def test_the_best_gap_of_a_network_is_the_first_of_most_overlap(survey):
     links, ids, floors = survey

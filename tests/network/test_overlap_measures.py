@@ -84,7 +84,7 @@ def test_what_is_not_said_is_the_smaller_share() -> None:
 
 
 @given(seen=positions())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_measures_are_those_of_plain_loops(seen: tuple[list[set[int]], Any]) -> None:
     sets, area_m2 = seen
     rows = rows_of(sets, area_m2.size)
@@ -96,7 +96,7 @@ def test_measures_are_those_of_plain_loops(seen: tuple[list[set[int]], Any]) -> 
 
 
 @given(seen=positions())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_jaccard_is_never_more_and_both_are_symmetric_and_one_for_the_same_view(
     seen: tuple[list[set[int]], Any],
 ) -> None:

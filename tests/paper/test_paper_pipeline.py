@@ -24,7 +24,7 @@ from planner_core.scanner.load_scanner import load_scanner
 
 SHORT = Paper(spatial=SearchSettings(max_iterations=6, step_m=0.2))
 SETTINGS = PlanSettings(
-    scanner=replace(load_scanner("hdl-64e"), n_azimuths=360),
+    scanner=replace(load_scanner("hdl-64e"), n_azimuths=180),
     requirements=Requirements(coverage=0.9),
     method=SHORT,
     grid_step_m=1.0,

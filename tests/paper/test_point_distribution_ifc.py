@@ -15,10 +15,10 @@ from planner_core.scanner.template import directions
 from planner_core.scene.patches import make_patches
 
 
+@pytest.mark.slow
 @pytest.mark.opencl
-@pytest.mark.parametrize("name", ["duplex"])
-def test_f2_in_a_building_is_that_of_all_pairs(name: str, real_scene: Callable[[str], Scene]) -> None:
-    scene = real_scene(name)
+def test_f2_in_a_building_is_that_of_all_pairs(real_scene: Callable[[str], Scene]) -> None:
+    scene = real_scene("duplex")
     patches = make_patches(scene, max_area_m2=0.04)
     engine = open_engine(scene, patches, engine="opencl")
     template = BeamTemplate(
