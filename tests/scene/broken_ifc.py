@@ -137,8 +137,13 @@ REFUSED: dict[str, tuple[Callable[[str], str], str]] = {
             bad_id(ifc_class, value),
             rf"the GlobalId of #\d+ \({ifc_class.upper()}\) is .*expected a text of 22 characters",
         )
-        for ifc_class in ("IfcWall", "IfcSlab", "IfcFurnishingElement", "IfcSpace")
-        for value in ("$", "*", "7", ".A.", "#1", "('a')")
+        for ifc_class, values in (
+            ("IfcWall", ("$", "*", "7", ".A.", "#1", "('a')")),
+            ("IfcSlab", ("$",)),
+            ("IfcFurnishingElement", ("*",)),
+            ("IfcSpace", ("7",)),
+        )
+        for value in values
     },
     "placement in itself": (placed_in_itself, r"#\d+ \(IFCLOCALPLACEMENT\) is made of itself"),
     "placements in a circle": (placed_in_a_circle, r"#\d+ \(IFCLOCALPLACEMENT\) is made of itself"),
@@ -146,7 +151,6 @@ REFUSED: dict[str, tuple[Callable[[str], str], str]] = {
         chained_placements(20_000),
         r"#\d+ \(IFCWALL\) stands on a chain of more than 2 000 instances",
     ),
-    "200 000 placements": (chained_placements(200_000), "stands on a chain of more than 2 000 instances"),
     "mapped in itself": (mapped_in_itself, r"#\d+ \(IFC\w+\) is made of itself"),
     "mapped in each other": (mapped_in_each_other(9, 10), r"#\d+ \(IFCFURNISHINGELEMENT\) has \de\+\d+ parts placed"),
     "cut from itself": (cut_from_itself, r"#\d+ \(IFCBOOLEANRESULT\) is made of itself"),

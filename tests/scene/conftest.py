@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import struct
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -392,14 +393,35 @@ def write_house(house) -> Callable[[Path, str], Path]:
 
 
 @pytest.fixture
-def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+def read_apart() -> None:
+    """Native readers run in child processes, as they do in use."""
+
+
+@pytest.fixture(autouse=True)
+def in_this_process_unless_apart(request: pytest.FixtureRequest) -> None:
+    """Native readers run in this process unless a test uses `read_apart`: a child costs more than most tests."""
+    if "read_apart" not in request.fixturenames:
+        request.getfixturevalue("in_this_process")
+
+
+@pytest.fixture
+def in_this_process() -> Iterator[None]:
     """Native readers run in this process, where a test can change them."""
+    with native_readers_here():
+        yield
+
+
+@contextmanager
+def native_readers_here() -> Iterator[None]:
+    """Run native readers in this process."""
 
     def run_here(function: str, arguments: dict[str, Any], **_: Any) -> Any:
         module, _, name = function.partition(":")
         return getattr(import_module(module), name)(**arguments)
 
-    monkeypatch.setattr("planner_core.child_process.run_apart", run_here)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("planner_core.child_process.run_apart", run_here)
+        yield
 
 
 @pytest.fixture(scope="session")

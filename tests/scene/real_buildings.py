@@ -16,13 +16,12 @@ class Expected:
     floors: tuple[tuple[str, float], ...]
     why: str
     up: UpAxis | None = None
-    is_slow: bool = False
     files: tuple[str, ...] = ()
     bounds_m: tuple[tuple[float, float, float, float], ...] = ()
 
 
-def _trade(what: str, *, is_slow: bool = False) -> Expected:
-    return Expected((), f"{what} alone: nothing to stand on", is_slow=is_slow)
+def _trade(what: str) -> Expected:
+    return Expected((), f"{what} alone: nothing to stand on")
 
 
 def _trades(*names: str) -> tuple[str, ...]:
@@ -51,7 +50,6 @@ EXPECTED = {
     "ifc-house-renga.ifc": Expected(
         (("Уровень 1", 0.0), ("Уровень 2", 3.45)),
         "slabs lie 0.6 m above the storeys' elevations; Кровля is the roof",
-        is_slow=True,
     ),
     "ifc-munich-roof-bricscad.ifc": Expected(
         (("Level 0", 0.0),), "no slabs; Level 1 has the gables of an open roof, and nothing to stand on"
@@ -62,7 +60,7 @@ EXPECTED = {
         (("01 eerste verdieping", 2.91), ("02 tweede verdieping", 5.91), ("03 derde verdieping", 8.91)),
         "floor plates without walls: planned with a warning; 04 dak is the roof",
     ),
-    "ifc-schependomlaan-houten-kozijnen-archicad18.ifc": _trade("window frames", is_slow=True),
+    "ifc-schependomlaan-houten-kozijnen-archicad18.ifc": _trade("window frames"),
     "ifc-schependomlaan-kalkzandsteen-archicad18.ifc": Expected(
         (
             ("00 begane grond", 0.0), ("01 eerste verdieping", 3.0), ("02 tweede verdieping", 6.0),
@@ -74,7 +72,7 @@ EXPECTED = {
         (("Level 1", -0.09),), "the lowest floor's plates alone: planned with a warning"
     ),
     "ifc-schependomlaan-kapconstructie-archicad18.ifc": _trade("roof timbers"),
-    "ifc-schependomlaan-linden-frames-tekla20.ifc": _trade("window frames", is_slow=True),
+    "ifc-schependomlaan-linden-frames-tekla20.ifc": _trade("window frames"),
     "ifc-schependomlaan-prefab-vebo-archicad18.ifc": _trade("balconies and stairs"),
     "ifc-schependomlaan-staal-archicad18.ifc": _trade("steel"),
     "ifc-schependomlaan-staal-archicad18.ifczip": _trade("steel"),
@@ -92,7 +90,6 @@ EXPECTED = {
             "kapconstructie-archicad18", "prefab-vebo-archicad18", "staal-archicad18", "houten-kozijnen-archicad18",
             "linden-frames-tekla20",
         ),
-        is_slow=True,
     ),
     "ifc-structural-frame-revit2021.ifc": Expected((("Level 1", 0.0),), "one storey; Level 2 is the roof's"),
     "ifc-tekla-steel-frame-pno.ifc": _trade("a steel frame"),

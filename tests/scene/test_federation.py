@@ -16,6 +16,7 @@ from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.federation import federated
 from planner_core.scene.floors import find_floors
 from planner_core.scene.load import LoadOptions, load_scene
+from tests.scene.conftest import native_readers_here
 
 STRUCTURE = ("IfcSlab", "IfcRoof", "IfcStair", "IfcRailing")
 ARCHITECTURE = ("IfcWall", "IfcDoor", "IfcWindow")
@@ -44,12 +45,14 @@ def trades(tmp_path_factory) -> list[Path]:
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory) -> Scene:
     folder = tmp_path_factory.mktemp("whole")
-    return load_scene(scenes_synthetic.write(scenes_synthetic.build("house"), folder / "house.ifc"))
+    with native_readers_here():
+        return load_scene(scenes_synthetic.write(scenes_synthetic.build("house"), folder / "house.ifc"))
 
 
 @pytest.fixture(scope="module")
 def together(trades) -> Scene:
-    return load_scene(trades)
+    with native_readers_here():
+        return load_scene(trades)
 
 
 def rows_of(scene: Scene) -> list[tuple[object, ...]]:
@@ -362,6 +365,7 @@ def test_eight_trades_of_schependomlaan_are_one_building(corpus_file):
     check_schependomlaan(load_scene(files), n_files=8)
 
 
+@pytest.mark.slow
 def test_walls_and_slabs_of_schependomlaan_are_one_building(corpus_file):
     names = [f"ifc-schependomlaan-{trade}-archicad18.ifc" for trade in (_TRADES[0], _TRADES[1], _TRADES[3])]
     check_schependomlaan(load_scene([corpus_file(name) for name in names]), n_files=3)

@@ -187,7 +187,7 @@ def test_box_room_without_storeys_has_one_level():
     ("name", "names", "elevations_m", "n_left_out"),
     [
         ("duplex", ["Level 1", "Level 2"], [0.0, 3.1], 2),
-        ("fzk-haus", ["Erdgeschoss", "Dachgeschoss"], [0.0, 2.7], 0),
+        pytest.param("fzk-haus", ["Erdgeschoss", "Dachgeschoss"], [0.0, 2.7], 0, marks=pytest.mark.slow),
     ],
 )
 def test_floors_of_real_buildings_are_the_storeys_people_live_on(name, names, elevations_m, n_left_out, real_scene):

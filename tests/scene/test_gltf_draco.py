@@ -88,11 +88,11 @@ def test_compression_that_names_nothing_is_refused(tmp_path, house, extension, e
 
 
 @pytest.mark.filterwarnings("error")
-def test_damaged_compression_is_read_or_refused(tmp_path, house, in_this_process):
+def test_damaged_compression_is_read_or_refused(tmp_path, house):
     whole = packed_house(house)
     rng = random.Random(1)
     told = set()
-    for number in range(300):
+    for number in range(60):
         damaged = bytearray(whole)
         for _ in range(1 + number % 3):
             damaged[rng.randrange(len(damaged))] = rng.randrange(256)
@@ -123,10 +123,10 @@ def test_compressed_file_is_read_apart_and_a_plain_one_here(tmp_path, house, wri
         load_scene(write(tmp_path / "a.gltf", packed_house(house)))
 
 
-@pytest.mark.parametrize("before", range(60))
-def test_name_of_the_extension_is_found_anywhere(tmp_path, monkeypatch, before):
+def test_name_of_the_extension_is_found_anywhere(tmp_path, monkeypatch):
     monkeypatch.setattr("planner_core.scene.gltf_draco._BLOCK_BYTES", 29)
-    (tmp_path / "a").write_bytes(b"-" * before + DRACO.encode() + b"-" * 40)
-    assert names_draco(tmp_path / "a")
-    (tmp_path / "a").write_bytes(b"-" * before + DRACO[:-1].encode() + b"-" * 40)
-    assert not names_draco(tmp_path / "a")
+    for before in range(60):
+        (tmp_path / "a").write_bytes(b"-" * before + DRACO.encode() + b"-" * 40)
+        assert names_draco(tmp_path / "a"), before
+        (tmp_path / "a").write_bytes(b"-" * before + DRACO[:-1].encode() + b"-" * 40)
+        assert not names_draco(tmp_path / "a"), before

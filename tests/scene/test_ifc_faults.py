@@ -24,7 +24,7 @@ def building_text(tmp_path_factory, write_building) -> str:
 
 @pytest.mark.parametrize("name", broken_ifc.REFUSED)
 def test_fault_is_named_before_shapes_are_made(tmp_path, building_text, name, monkeypatch):
-    monkeypatch.setattr("planner_core.scene.native._culprit", None)  # for crashes only: there is none
+    monkeypatch.setattr("ifcopenshell.geom.iterator", lambda *_, **__: pytest.fail("shapes were made"))
     change, expected = broken_ifc.REFUSED[name]
     path = tmp_path / "broken.ifc"
     path.write_text(change(building_text))
@@ -34,7 +34,6 @@ def test_fault_is_named_before_shapes_are_made(tmp_path, building_text, name, mo
     assert re.search(expected, message), message
     assert message.startswith("broken.ifc: ")
     assert "\n" not in message
-    assert caught.value.__cause__ is None or not re.search("crash|hung", message)
 
 
 @pytest.mark.parametrize("name", broken_ifc.READ)

@@ -103,6 +103,7 @@ def test_lost_end_is_needed_by_what_leads_to_it():
     assert lost_ends(text, set())[0] == []
 
 
+@pytest.mark.slow
 def test_real_frame_with_a_lost_window_style_is_loaded(corpus_file):
     scene = load_scene(corpus_file("ifc-structural-frame-revit2021.ifc"))
     assert len(scene.elements) == 115
@@ -215,6 +216,7 @@ def test_archive_gives_the_scene_of_its_file(tmp_path, house_text):
     assert (one.source.format, other.source.format) == ("ifc", "ifc")
 
 
+@pytest.mark.slow
 def test_real_archive_gives_the_scene_of_its_twin(corpus_file):
     name = "ifc-schependomlaan-staal-archicad18"
     one, other = (load_scene(corpus_file(f"{name}.{extension}")) for extension in ("ifc", "ifczip"))
@@ -238,7 +240,7 @@ def test_archive_without_one_ifc_file_says_so(tmp_path, members, expected):
     assert expected in message_of(path)
 
 
-def test_archive_of_too_much_is_not_unpacked(tmp_path, monkeypatch, in_this_process):
+def test_archive_of_too_much_is_not_unpacked(tmp_path, monkeypatch):
     monkeypatch.setattr(ifc_text, "MAX_UNPACKED_BYTES", 1000)
     path = zipped(tmp_path / "bomb.ifczip", {"a.ifc": b" " * 1001})
     assert "which is not unpacked" in message_of(path)

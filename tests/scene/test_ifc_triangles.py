@@ -41,7 +41,7 @@ def room_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def kernels(monkeypatch: pytest.MonkeyPatch, in_this_process: None) -> dict[str, list[str]]:
+def kernels(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[str]]:
     """Names of the products that each of IfcOpenShell's kernels was asked for."""
     asked: dict[str, list[str]] = {}
     original = ifc.shapes_by

@@ -104,11 +104,7 @@ def test_parapet_about_a_roof_makes_no_room_of_it():
 
 def test_paving_beside_a_house_is_ground_as_no_rooms_are_below():
     """The lower storey of a house on a slope: people walk on what lies on the earth, whichever way they come."""
-    house = [
-        ("slab", "IfcSlab", 0, (0, 0, -0.2), (10, 8, 0)),
-        *four_walls(10, 8, 0.0, 2.8, 0),
-        *HOUSE[5:],
-    ]
+    house = [("slab", "IfcSlab", 0, (0, 0, -0.2), (10, 8, 0)), *four_walls(10, 8, 0.0, 2.8, 0), *HOUSE[5:]]
     east = ("east", "IfcWall", 1, (9.8, 0, 3), (10, 8, 5.8))
     area_m2, east_m, told = upper([east, WING], house)
     assert (area_m2, east_m) == (pytest.approx(BLOCK_M2 + WING_M2, rel=0.02), pytest.approx(16.0))

@@ -84,11 +84,7 @@ def test_the_centroid_of_every_patch_has_its_address(seed: int, limit: float) ->
 
 @pytest.mark.parametrize(
     "corners",
-    [
-        [[0, 0, 0], [1, 0, 0], [0, 1, 0]],
-        [[0, 0, 0], [4, 0, 0], [4, 4, 0]],
-        [[0, 0, 0], [8, 0, 0], [4, 1, 0]],
-    ],
+    [[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 0, 0], [4, 0, 0], [4, 4, 0]], [[0, 0, 0], [8, 0, 0], [4, 1, 0]]],
     ids=["right", "right, turned", "isosceles"],
 )
 def test_equal_edges_are_told_apart_by_their_order(corners: list[list[float]]) -> None:

@@ -10,7 +10,16 @@ from planner_core.scene.floors import find_floors
 from planner_core.scene.load import LoadOptions, load_scene
 from tests.scene.real_buildings import EXPECTED
 
-NAMES = [pytest.param(name, marks=pytest.mark.campaign) if each.is_slow else name for name, each in EXPECTED.items()]
+#: Of each kind of evidence one: storeys without slabs, walls or slabs alone, a trade, several files, no storeys, y up.
+QUICK = {
+    "ifc-openhouse-ifc4.ifc", "ifc-munich-roof-bricscad.ifc", "ifc-schependomlaan-kalkzandsteen-archicad18.ifc",
+    "ifc-schependomlaan-kanaalplaatvloer-archicad18.ifc", "ifc-schependomlaan-staal-archicad18.ifc",
+    "schependomlaan, four files", "obj-angelhouse-telaviv-rhino.obj", "gltf-habitat-simple-room.glb",
+}  # fmt: skip
+NAMES = [
+    name if name in QUICK else pytest.param(name, marks=pytest.mark.campaign if each.is_slow else pytest.mark.slow)
+    for name, each in EXPECTED.items()
+]
 
 
 @pytest.mark.parametrize("name", NAMES)

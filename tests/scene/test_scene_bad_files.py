@@ -98,11 +98,12 @@ CUTS = [
     for name in HOUSE_FILES
     for share in (0.99, 0.7, 0.3, 0.02)
     if name != "house.obj" or share == 0.02  # an OBJ has no end: what is left of one may be a valid smaller one
+    if not name.endswith((".usda", ".usdc", ".ifc")) or share in (0.99, 0.3)  # in a child process each
 ]
 
 
 @pytest.mark.parametrize(("name", "share"), CUTS)
-def test_file_that_is_cut_off_is_refused(tmp_path, write_house, name, share):
+def test_file_that_is_cut_off_is_refused(tmp_path, write_house, read_apart, name, share):
     whole = write_house(tmp_path, name).read_bytes()
     message_of(written(tmp_path, name, whole[: int(len(whole) * share)]))
 
@@ -326,9 +327,7 @@ OWN_CODE = [
 
 @pytest.mark.parametrize("kind", [AttributeError, TypeError, ValueError, IndexError, KeyError, RuntimeError])
 @pytest.mark.parametrize(("name", "function"), OWN_CODE)
-def test_bug_of_our_own_is_not_told_as_a_fault_of_the_file(
-    tmp_path, write_house, monkeypatch, in_this_process, name, function, kind
-):
+def test_bug_of_our_own_is_not_told_as_a_fault_of_the_file(tmp_path, write_house, monkeypatch, name, function, kind):
     path = write_house(tmp_path, name)
 
     def fail(*args, **options):
@@ -341,7 +340,7 @@ def test_bug_of_our_own_is_not_told_as_a_fault_of_the_file(
 
 
 @pytest.mark.parametrize("name", ["four.ifc", "house.obj"])
-def test_error_of_a_progress_callback_comes_through(tmp_path, write_house, name):
+def test_error_of_a_progress_callback_comes_through(tmp_path, write_house, read_apart, name):
     path = write_house(tmp_path, name)
 
     def fail(event):
@@ -509,11 +508,10 @@ def test_gltf_sparse_accessor_that_replaces_a_missing_value_is_refused(tmp_path)
 # ----------------------------------------------------------------------------------------- native libraries
 def test_bad_files_neither_crash_the_process_nor_reach_stderr(tmp_path, write_house):
     """Native libraries write to the process's stderr, which only a process of its own shows."""
-    paths = [written(tmp_path, "jpeg" + extension, JPEG) for extension in (".ifc", ".usdc", ".usda", ".usdz", ".usd")]
-    for name in ("house.usdc", "house.usda", "four.ifc"):
+    paths = [written(tmp_path, "jpeg.usdc", JPEG)]
+    for name in ("house.usdc", "four.ifc"):
         whole = write_house(tmp_path, name).read_bytes()
         middle = len(whole) // 2
-        paths.append(written(tmp_path, "half-" + name, whole[:middle]))
         paths.append(written(tmp_path, "hole-" + name, whole[:middle] + b"\0" * 64 + whole[middle + 64 :]))
     unresolved = '#usda 1.0\n(\n    subLayers = [@./missing.usda@]\n)\ndef "A" (references = @./gone.usda@)\n{\n}\n'
     paths.append(written(tmp_path, "unresolved.usda", unresolved))
@@ -531,7 +529,7 @@ def test_bad_files_neither_crash_the_process_nor_reach_stderr(tmp_path, write_ho
     assert (done.returncode, done.stderr) == (0, "")
     answers = done.stdout.split()
     assert len(answers) == len(paths)
-    assert set(answers[:5]) == {"0"}
+    assert answers[0] == "0"
     assert set(answers) <= {"0", "loaded"}
 
 

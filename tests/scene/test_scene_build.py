@@ -225,7 +225,7 @@ def kept(vertices, triangles):
 
 
 @given(meshes)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_repair_keeps_what_an_exact_oracle_keeps(mesh):
     vertices, triangles = mesh
     expected = kept(vertices, triangles)
@@ -242,7 +242,7 @@ def test_repair_keeps_what_an_exact_oracle_keeps(mesh):
 
 
 @given(meshes, st.integers(0, 2**32 - 1))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_faults_put_among_good_faces_never_change_what_is_kept(mesh, seed):
     vertices, triangles = mesh
     if not kept(vertices, triangles):
@@ -264,7 +264,7 @@ def test_faults_put_among_good_faces_never_change_what_is_kept(mesh, seed):
 
 
 @given(meshes, st.floats(0.001, 1000.0), st.integers(-(10**7), 10**7))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_unit_and_distance_from_the_origin_never_change_the_shape(mesh, unit, shift_m):
     vertices, triangles = mesh
     if not kept(vertices, triangles):

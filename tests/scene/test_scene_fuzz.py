@@ -81,22 +81,23 @@ def test_damaged_json_of_a_gltf_file_is_read_or_refused(tmp_path, write_house):
     assert told == {"loaded", "refused"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [N_MUTATIONS // 3, pytest.param(N_MUTATIONS, marks=pytest.mark.campaign)])
-@pytest.mark.parametrize("name", [pytest.param("house.usda", marks=pytest.mark.slow), "house.usdc", "four.ifc"])
+@pytest.mark.parametrize("name", ["house.usda", "house.usdc", "four.ifc"])
 def test_damaged_file_of_a_native_library_is_read_or_refused(tmp_path, write_house, name, n):
     """In a process of its own, which a library that crashes ends."""
     path = write_house(tmp_path, name)
     program = (
         "import sys; sys.path.insert(0, sys.argv[1]); from pathlib import Path; import test_scene_fuzz as fuzz\n"
         "whole = Path(sys.argv[2]); told = []\n"
-        "for number, contents in zip(range(int(sys.argv[3])), fuzz.mutations(whole.read_bytes(), 3), strict=False):\n"
+        "for number, contents in enumerate(fuzz.mutations(whole.read_bytes(), 3)):\n"
         "    path = whole.with_name(f'{number}{whole.suffix}'); path.write_bytes(contents)\n"
         "    print(number, file=sys.stderr, flush=True)\n"
         "    told.append(fuzz.load_or_refuse(path, skip_bad_faces=False))\n"
         "print(*told)\n"
     )
     done = subprocess.run(
-        [sys.executable, "-c", program, str(Path(__file__).parent), str(path), str(n)],
+        [sys.executable, "-c", program, str(Path(__file__).parent), str(path)],
         capture_output=True,
         text=True,
         check=False,
@@ -104,5 +105,5 @@ def test_damaged_file_of_a_native_library_is_read_or_refused(tmp_path, write_hou
     )
     assert done.returncode == 0, done.stderr[-2000:]
     told = done.stdout.split()
-    assert len(told) == n
+    assert len(told) == N_MUTATIONS
     assert "refused" in told

@@ -13,12 +13,7 @@ from hypothesis import strategies as st
 import scenes_synthetic
 from planner_core.model import Optics, Scene
 from planner_core.scene.load import LoadOptions, load_scene
-from planner_core.scene.materials import (
-    optics_of_material,
-    optics_of_metal,
-    optics_of_name,
-    optics_of_transparency,
-)
+from planner_core.scene.materials import optics_of_material, optics_of_metal, optics_of_name, optics_of_transparency
 
 RETURNS, PASSES, STOPS = Optics.RETURNS, Optics.PASSES, Optics.STOPS
 
@@ -184,11 +179,8 @@ def areas_by_kind(scene: Scene) -> dict[str, list[float]]:
 @pytest.mark.parametrize(
     ("name", "wanted"),
     [
-        (
-            "duplex",
-            {"IfcDoor": [80.33, 5.47], "IfcWindow": [154.19, 114.4], "IfcFurnishingElement": [452.45, 7.56]},
-        ),
-        ("fzk-haus", {"IfcDoor": [27.92, 7.08], "IfcWindow": [36.95, 34.06]}),
+        ("duplex", {"IfcDoor": [80.33, 5.47], "IfcWindow": [154.19, 114.4], "IfcFurnishingElement": [452.45, 7.56]}),
+        pytest.param("fzk-haus", {"IfcDoor": [27.92, 7.08], "IfcWindow": [36.95, 34.06]}, marks=pytest.mark.slow),
     ],
 )
 def test_real_windows_have_panes_that_pass_and_frames_that_return(
