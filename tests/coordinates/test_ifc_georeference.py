@@ -21,7 +21,9 @@ from planner_core.model import Georeference
 from planner_core.scene.ifc_georeference import told_georeference
 from planner_core.scene.load import LoadOptions, load_scene
 from scenes_synthetic.copies import SURVEYED
+from tests.scene.conftest import in_this_process  # noqa: F401 - a fixture
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
 REAL = Path(__file__).parents[2].parent / "shared" / "data" / "ifc"
 POINTS_M = np.random.default_rng(3).uniform(-50, 50, (20, 3))
 

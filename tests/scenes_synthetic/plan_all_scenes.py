@@ -25,11 +25,7 @@ import scenes_synthetic
 
 OTHER_FORMATS = ("obj", "glb", "usdc", "ply")
 #: Scenes that are planned once, with the options that let them end in minutes on two cores.
-LARGE = {
-    "basement": (),
-    "school": ("--grid", "1", "--height", "1.3"),
-    "office": ("--grid", "1"),
-}
+LARGE = {"basement": (), "school": ("--grid", "1", "--height", "1.3"), "office": ("--grid", "1")}
 CAMPUS, CAMPUS_SIZE, CAMPUS_OPTIONS = "campus", ("--triangles", "300000"), ("--grid", "2", "--height", "1.3")
 #: Formats of scenes whose difficulty not every format has.
 FORMATS = {"millimetres-y-up": ("ifc", "obj"), "broken-faces": ("ifc", "obj", "ply", "glb")}

@@ -212,8 +212,7 @@ def test_exact_sights_agree_with_samples(x: int, y: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("radius", "area"),
-    [(5.0, 12.0), (0.5, math.pi / 4), (1.0, math.pi), (2.0, 4 * (math.pi / 3 + math.sqrt(3) / 2))],
+    ("radius", "area"), [(5.0, 12.0), (0.5, math.pi / 4), (1.0, math.pi), (2.0, 4 * (math.pi / 3 + math.sqrt(3) / 2))]
 )
 def test_circle_cuts_a_rectangle_to_its_closed_form(radius: float, area: float) -> None:
     corners = [(-3.0, -1.0), (3.0, -1.0), (3.0, 1.0), (-3.0, 1.0)]

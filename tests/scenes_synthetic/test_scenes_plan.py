@@ -83,10 +83,7 @@ def test_scene_is_written_and_planned(
 
 @pytest.mark.parametrize(
     ("name", "file", "code", "said"),
-    [
-        ("broken-faces", "rooms.ply", 3, "Repair it or pass --skip-bad-faces."),
-        ("without-slabs", "rooms.glb", 4, ""),
-    ],
+    [("broken-faces", "rooms.ply", 3, "Repair it or pass --skip-bad-faces."), ("without-slabs", "rooms.glb", 4, "")],
 )
 def test_scene_that_cannot_be_planned_is_refused_in_one_line(
     tlsplan: Callable[..., tuple[Any, str, str]], tmp_path: Path, name: str, file: str, code: int, said: str

@@ -13,6 +13,9 @@ from planner_core.model import Scene
 from planner_core.scene.load import load_scene
 from scenes_synthetic.model import SyntheticScene
 from scenes_synthetic.write import FORMATS
+from tests.scene.conftest import in_this_process  # noqa: F401 - a fixture
+
+pytestmark = pytest.mark.usefixtures("in_this_process")
 
 
 @pytest.fixture(scope="module")
