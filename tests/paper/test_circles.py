@@ -19,7 +19,7 @@ def by_polygons(d: float, r: float, s: float) -> float:
     return Point(0, 0).buffer(r, quad_segs=QUARTER).intersection(Point(d, 0).buffer(s, quad_segs=QUARTER)).area
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(d=st.floats(0.0, 45.0), r=metres, s=metres)
 def test_shared_area_is_that_of_polygons_of_many_sides(d, r, s):
     expected = by_polygons(d, r, s)

@@ -41,7 +41,7 @@ def drawn(seed: int, n_stations: int, n_pool: int, side: float, n_floors: int = 
 
 
 # ------------------------------------------------------------------------------------------- occupancy
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(0, 5))
 def test_occupancy_is_the_area_that_others_cover(seed: int, n: int) -> None:
     rng = np.random.default_rng(seed)
@@ -258,7 +258,7 @@ def test_nothing_is_added_to_stations_that_overlap_enough() -> None:
     assert (none.added.size, none.sets, none.is_joined) == (0, (), True)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
     n_stations=st.integers(1, 6),
@@ -281,7 +281,7 @@ def test_sets_are_the_components_of_stations_and_pool_together(seed, n_stations,
     assert found.is_joined == (len(reachable) == np.unique(floor).size)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
     n_pool=st.integers(0, 40),

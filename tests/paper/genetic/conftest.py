@@ -122,9 +122,12 @@ class OnDevice:
         return unpack(words, self._n_genes)
 
 
-@pytest.fixture(params=["host", "device"])
+@pytest.fixture(params=["host", pytest.param("device", marks=pytest.mark.slow)])
 def operators(request: pytest.FixtureRequest, device: Device) -> Iterator[Callable[..., Any]]:
-    """`operators(settings, n_genes)`: those of an engine; the same tests hold for both."""
+    """`operators(settings, n_genes)`: those of an engine; the same tests hold for both.
+
+    Quick tests of the trajectory compare the kernels with the host.
+    """
     made: list[OnDevice] = []
 
     def make(settings: GeneticSettings, n_genes: int) -> Any:

@@ -26,34 +26,7 @@ WAYS = {
 }
 
 #: Stations of the best set after every iteration, and the last set, of `BASE` on problem 6.
-EXPECTED_ACTIVE = [
-    22,
-    22,
-    22,
-    22,
-    22,
-    22,
-    21,
-    20,
-    20,
-    19,
-    19,
-    19,
-    19,
-    19,
-    19,
-    19,
-    19,
-    19,
-    19,
-    19,
-    19,
-    19,
-    19,
-    19,
-    19,
-    19,
-]
+EXPECTED_ACTIVE = [22] * 6 + [21, 20, 20] + [19] * 17
 EXPECTED_CHOSEN = [0, 1, 3, 5, 6, 7, 8, 11, 12, 13, 14, 16, 19, 21, 23, 27, 31, 32, 34]
 
 
@@ -132,11 +105,11 @@ def test_other_seed_gives_another_trajectory(make_problem, device):
     assert one.key_by_iteration.tolist() != other.key_by_iteration.tolist()
 
 
-@pytest.mark.parametrize("engine", ["host", "device"])
 @pytest.mark.parametrize("way", WAYS)
-def test_best_so_far_never_gets_worse_and_is_what_it_says(make_problem, way, engine):
+def test_best_so_far_never_gets_worse_and_is_what_it_says(make_problem, way):
+    """On the host: the device takes the same trajectory."""
     problem = make_problem(7)
-    result = select_genetic(problem, GeneticSettings(**(BASE | WAYS[way])), engine=engine)
+    result = select_genetic(problem, GeneticSettings(**(BASE | WAYS[way])), engine="host")
     assert (np.diff(result.key_by_iteration) >= 0).all()
     assert result.active_by_iteration[-1] == result.chosen.size
     seen = np.zeros(problem.n_rows, dtype=bool)

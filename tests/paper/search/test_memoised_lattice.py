@@ -25,7 +25,7 @@ def assert_same(one, other) -> None:
 
 
 @pytest.mark.parametrize("method", ["ls", "sa", "ts"])
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 2**20), fixed_height=st.booleans(), cell=st.sampled_from([1.0, 0.5, 0.25]))
 def test_it_goes_the_same_ways_as_the_plain_search_on_the_lattice(
     method, seed, fixed_height, cell, make_rugged
