@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 
 from planner_core.model import Link, Visibility
-from planner_core.network.links import (
-    SharedSurface,
-    components,
-    overlap_links,
-    surface_of_patches,
-)
+from planner_core.network.links import SharedSurface, components, overlap_links, surface_of_patches
 from planner_core.scene.patches import make_patches, patch_triangles
 from scenes_synthetic import rooms
 

@@ -136,8 +136,7 @@ def evenness(neighbour: float, dispersion: float) -> fig07.Evenness:
 
 
 @pytest.mark.parametrize(
-    ("halton", "verdict"),
-    [((1.4, 0.2), "yes"), ((1.05, 0.2), "partly"), ((1.4, 0.95), "partly"), ((1.05, 0.95), "no")],
+    ("halton", "verdict"), [((1.4, 0.2), "yes"), ((1.05, 0.2), "partly"), ((1.4, 0.95), "partly"), ((1.05, 0.95), "no")]
 )
 def test_figure_7_agrees_by_its_numbers(halton: tuple[float, float], verdict: str) -> None:
     random = [evenness(1.0, 1.0), evenness(1.1, 0.9)]
