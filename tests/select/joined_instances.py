@@ -6,8 +6,6 @@ import networkx as nx
 import numpy as np
 from selection_instances import network_of, problem_of
 
-from planner_core.select.problem import CoverProblem
-
 
 def instance(seed, *, n=8, r=30, looks=1, linked=0.3, reach=0.25):
     """Candidates along a line see rows around them; some that share rows are linked, in one or several parts."""
@@ -21,15 +19,7 @@ def instance(seed, *, n=8, r=30, looks=1, linked=0.3, reach=0.25):
     ticks = rng.integers(1, 20, r)
     counts_for = np.array([row_at < 0.5, np.ones(r, dtype=bool)]) & (sees.sum(axis=0) >= looks)
     required = ((counts_for * ticks).sum(axis=1) * int(rng.integers(60, 100)) // 100).astype(np.int64)
-    problem = CoverProblem(
-        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
-        row=np.nonzero(sees)[1].astype(np.int64),
-        ticks=ticks.astype(np.int64),
-        counts_for=counts_for,
-        required=required,
-        least=required,
-        seen_from=np.array([looks, 1]),
-    )
+    problem = problem_of(sees, ticks, counts_for, required, seen_from=[looks, 1])
     return problem, network_of(graph), graph
 
 

@@ -23,6 +23,13 @@ def problem_of(sees, ticks, counts_for, required, *, slack=0, seen_from=None):
     )
 
 
+def every_solution(problem):
+    """All sets that meet the least, as (N,) of 0 and 1."""
+    for bits in itertools.product((0, 1), repeat=problem.n_candidates):
+        if (problem.covered([i for i, b in enumerate(bits) if b]) >= problem.least).all():
+            yield np.array(bits)
+
+
 def network_of(graph, *, loops=False):
     """From a graph of networkx, its nodes 0 .. N - 1."""
     n = graph.number_of_nodes()

@@ -153,7 +153,7 @@ def test_blocks_that_others_look_at_give_the_same_set_bound_and_work(asked, monk
     assert {look.number for look in asked if look.work > 0} == {0, 1}, "proofs"
 
 
-@pytest.mark.parametrize("n_done", range(5))
+@pytest.mark.parametrize("n_done", [0, 3, *(pytest.param(n, marks=pytest.mark.slow) for n in (1, 2, 4))])
 def test_blocks_that_others_look_at_end_at_the_same_work(asked, n_done, monkeypatch):
     """All work is done in the middle of a node, or before it: nobody else is asked any more."""
     monkeypatch.setattr(block_proof, "_FIRST_PROOF_WORK", 1e-5)
@@ -202,8 +202,15 @@ def held(monkeypatch):
     return held
 
 
-@pytest.mark.parametrize("what", ["sets", "proofs"])
-@pytest.mark.parametrize("why", ["time limit", "interrupted"])
+@pytest.mark.parametrize(
+    ("why", "what"),
+    [
+        ("time limit", "sets"),
+        ("interrupted", "proofs"),
+        pytest.param("time limit", "proofs", marks=pytest.mark.slow),
+        pytest.param("interrupted", "sets", marks=pytest.mark.slow),
+    ],
+)
 def test_others_are_not_waited_for_once_the_search_ends_and_end_too(why, what, held, monkeypatch):
     def interrupt(event):
         if held.begun and why == "interrupted":

@@ -68,7 +68,7 @@ def merged_one_by_one(sees, ticks):
     return groups
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(SEEDS, st.integers(2, 14), st.integers(5, 40), st.sampled_from([0.01, 0.03, 0.05, 0.1, 0.3]), st.integers(1, 50))
 def test_parts_are_merged_as_by_looking_at_all_pairs_each_time(seed, n_parts, n_rows, share, most_ticks):
     rng = np.random.default_rng(seed)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from selection_instances import problem_of
 
 from planner_core.errors import RequirementError
 from planner_core.model import Proven
@@ -16,7 +17,6 @@ from planner_core.select.greedy import select_greedy
 from planner_core.select.large import core_problem, select_by_size, select_large
 from planner_core.select.large_bound import large_bound
 from planner_core.select.network import Network
-from planner_core.select.problem import CoverProblem
 
 SEEDS = st.integers(0, 2**32 - 1)
 LITTLE = Proven(work_limit=0.012, n_walks=2)
@@ -28,15 +28,7 @@ def random_problem(seed, *, n=10, r=60, density=0.25, looks=1):
     ticks = rng.integers(1, 10**6, r)
     counts_for = np.array([rng.random(r) < 0.5, np.ones(r, dtype=bool)]) & (sees.sum(axis=0) >= looks)
     required = ((counts_for * ticks).sum(axis=1) * 0.9).astype(np.int64)
-    return CoverProblem(
-        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
-        row=np.nonzero(sees)[1].astype(np.int64),
-        ticks=ticks,
-        counts_for=counts_for,
-        required=required,
-        least=required,
-        seen_from=np.array([looks, looks]),
-    )
+    return problem_of(sees, ticks, counts_for, required, seen_from=[looks, looks])
 
 
 def ring_network(n, *, loops):

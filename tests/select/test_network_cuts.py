@@ -18,7 +18,7 @@ from planner_core.select.relaxation import CUT_UNIT, CutMaker, CutProgram
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.integers(1, 2), st.sampled_from([0.3, 0.6, 0.9]), st.booleans())
 def test_network_cuts_hold_for_every_solution_that_hangs_together(seed, n_parts, share, loops):
     rng = np.random.default_rng(seed)
@@ -45,7 +45,7 @@ def test_all_kinds_of_cuts_turn_up_in_such_checks():
     assert kinds == {(1, 1), (0, 1), (-1, 1), (-2, 1), (-1, 0.5), (0, 0.5)}
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.integers(1, 3), st.booleans())
 def test_whole_points_are_cut_off_exactly_where_they_do_not_hang_together(seed, n_parts, loops):
     rng = np.random.default_rng(seed)

@@ -58,7 +58,7 @@ def fewest(problem, required, network=None, given=()):
 
 
 # ------------------------------------------------------------------------------------------ more than one look
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.sampled_from([(2, 2), (2, 1), (3, 1), (1, 2)]))
 def test_selection_of_several_looks_finds_what_exhaustive_search_finds(seed, seen_from):
     problem = random_problem(seed, seen_from=seen_from)
@@ -68,7 +68,7 @@ def test_selection_of_several_looks_finds_what_exhaustive_search_finds(seed, see
     assert len(result.chosen) == fewest(problem, problem.required), f"seed {seed}"
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.sampled_from([(2, 2), (3, 1)]))
 def test_greedy_selection_of_several_looks_meets_the_targets_and_needs_every_station(seed, seen_from):
     problem = random_problem(seed, n=12, r=40, seen_from=seen_from)
@@ -99,14 +99,14 @@ def plain_greedy(problem):
     return chosen
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.sampled_from([(2, 2), (2, 1), (3, 1)]))
 def test_lazy_greedy_of_several_looks_chooses_what_plain_greedy_chooses(seed, seen_from):
     problem = random_problem(seed, n=15, r=60, seen_from=seen_from)
     assert list(select_greedy(problem).chosen) == drop_redundant(problem, plain_greedy(problem)), f"seed {seed}"
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_rows_alone_are_left_out_where_candidates_need_each_other(seed):
     problem = random_problem(seed, seen_from=(2, 1))
@@ -154,7 +154,7 @@ def test_looks_that_make_no_sense_are_refused():
 
 
 # --------------------------------------------------------------------------------------------------- networks
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(SEEDS, st.booleans(), st.sampled_from([0.1, 0.25, 0.5]), st.integers(0, 2))
 def test_selection_with_a_network_finds_what_exhaustive_search_finds(seed, loops, share, n_given):
     problem = random_problem(seed, seen_from=(1, 1 + seed % 2))
@@ -168,7 +168,7 @@ def test_selection_with_a_network_finds_what_exhaustive_search_finds(seed, loops
     assert len(result.chosen) == fewest(problem, problem.required, network, given_ones), f"seed {seed}"
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.booleans(), st.sampled_from([0.05, 0.1, 0.2]))
 def test_any_set_can_be_joined_and_nothing_spare_stays(seed, loops, share):
     problem = random_problem(seed, n=18, r=30)
@@ -185,7 +185,7 @@ def test_any_set_can_be_joined_and_nothing_spare_stays(seed, loops, share):
         assert not (hangs_together(network, rest) and meets(problem, rest, problem.required)), f"seed {seed}"
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.sampled_from([0.03, 0.06, 0.1]))
 def test_two_stations_are_joined_by_as_few_as_a_shortest_path_has(seed, share):
     problem, network = random_problem(seed, n=40, r=30), random_network(seed, 40, share=share)
@@ -209,7 +209,7 @@ def test_a_way_between_two_stations_is_the_shortest_and_of_equals_that_which_see
     assert sorted(joined(problem, network_of(graph), [0, 5])) == [0, 3, 4, 5]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.booleans())
 def test_check_refuses_just_the_sets_that_do_not_hang_together(seed, loops):
     network = random_network(seed, 9, share=0.3, loops=loops)
@@ -223,7 +223,7 @@ def test_check_refuses_just_the_sets_that_do_not_hang_together(seed, loops):
                 check_selection(problem, chosen, network=network)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.booleans(), st.sampled_from([0.1, 0.3]))
 def test_candidates_complete_a_set_just_where_it_hangs_together_with_them(seed, loops, share):
     network = random_network(seed, 9, share=share, loops=loops)
@@ -234,7 +234,7 @@ def test_candidates_complete_a_set_just_where_it_hangs_together_with_them(seed, 
         assert [completes(one) for one in others] == [hangs_together(network, [*rest, one]) for one in others]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.booleans(), st.sampled_from([0.1, 0.2, 0.3]))
 def test_a_set_can_spare_just_those_without_whom_it_hangs_together(seed, loops, share):
     network = random_network(seed, 12, share=share, loops=loops)

@@ -1,5 +1,7 @@
 """Networks of chosen candidates against networkx, and walks that look for one: kernel and host against NumPy."""
 
+import itertools
+
 import networkx as nx
 import numpy as np
 import pytest
@@ -53,7 +55,7 @@ def energy(terrain, chosen):
     return missing + (0 if network is None else terrain.penalty * faults_by_networkx(network, chosen))
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.sampled_from([0.03, 0.1, 0.3]), st.booleans(), st.integers(0, 14))
 def test_faults_of_a_set_are_what_networkx_counts(seed, share, loops, size):
     network = random_network(seed, 14, share=share, loops=loops)
@@ -64,12 +66,19 @@ def test_faults_of_a_set_are_what_networkx_counts(seed, share, loops, size):
     assert network.faults(range(14)) == 0
 
 
-@pytest.mark.parametrize("seen_from", [(1, 1), (2, 1), (2, 3)])
-@pytest.mark.parametrize(("share", "loops"), [(None, False), (0.08, False), (0.08, True), (0.0, True), (0.6, True)])
-@pytest.mark.parametrize(("n", "size", "n_pinned"), [(40, 10, 0), (40, 35, 3), (90, 70, 2)])
-def test_device_and_host_walk_the_way_of_numpy_with_looks_and_links(
-    walks_on, seen_from, share, loops, n, size, n_pinned
-):
+LOOKS = ((1, 1), (2, 1), (2, 3))
+LINKS = ((None, False), (0.08, False), (0.08, True), (0.0, True), (0.6, True))
+SIZES = ((40, 10, 0), (40, 35, 3), (90, 70, 2))
+#: Every fourth has each of them.
+CASES = [
+    pytest.param(*case, marks=[pytest.mark.slow] if number % 4 else [])
+    for number, case in enumerate(itertools.product(LOOKS, LINKS, SIZES))
+]
+
+
+@pytest.mark.parametrize(("seen_from", "links", "sizes"), CASES)
+def test_device_and_host_walk_the_way_of_numpy_with_looks_and_links(walks_on, seen_from, links, sizes):
+    (share, loops), (n, size, n_pinned) = links, sizes
     problem = random_problem(7, n=n, seen_from=seen_from)
     network = None if share is None else random_network(5, n, share=share, loops=loops)
     terrain = Terrain(problem, seed=2**63 + 5, network=network)

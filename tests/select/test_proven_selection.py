@@ -8,32 +8,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from selection_instances import problem_of
 
 from planner_core.errors import RequirementError
 from planner_core.model import Proven, Visibility
 from planner_core.select import proven
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
 from planner_core.select.greedy import select_greedy
-from planner_core.select.problem import Constraint, CoverProblem, cover_problem
+from planner_core.select.problem import Constraint, cover_problem
 from planner_core.select.proven import select
 from planner_core.select.relaxation import CutProgram
 
 SEEDS = st.integers(0, 2**32 - 1)
 QUICK = Proven(work_limit=0.5, n_walks=2)
-
-
-def problem_of(sees, ticks, counts_for, required, *, slack=0):
-    """Rows as they come: empty ones, equal ones, candidates that see nothing."""
-    sees = np.asarray(sees, dtype=bool)
-    required = np.asarray(required, dtype=np.int64)
-    return CoverProblem(
-        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
-        row=np.nonzero(sees)[1].astype(np.int64),
-        ticks=np.asarray(ticks, dtype=np.int64),
-        counts_for=np.asarray(counts_for, dtype=bool),
-        required=required,
-        least=np.maximum(required - slack, 0),
-    )
 
 
 def random_problem(seed, *, n=8, r=14, n_constraints=3):
@@ -87,7 +74,7 @@ def thicket(seed=0, *, n=80, r=300):
     return problem_of(sees, ticks, np.ones((1, r)), [int(0.9 * whole)])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_selection_finds_and_proves_what_exhaustive_search_finds(seed):
     problem = random_problem(seed)
@@ -99,7 +86,7 @@ def test_selection_finds_and_proves_what_exhaustive_search_finds(seed):
         assert result.proven and result.why_stopped == "proven", f"seed {seed}: {result}"
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_given_candidates_are_in_the_set_and_count(seed):
     problem = random_problem(seed, n=7, r=12)
@@ -109,7 +96,7 @@ def test_given_candidates_are_in_the_set_and_count(seed):
     assert result.lower_bound <= len(result.chosen) == fewest(problem, problem.required, given_ones), f"seed {seed}"
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_order_of_candidates_and_rows_does_not_change_the_number(seed):
     problem = random_problem(seed)
@@ -138,7 +125,7 @@ def test_selection_is_never_larger_than_greedy_and_its_curve_is_monotone():
         assert (curve[-1].stations, curve[-1].bound) == (len(result.chosen), result.lower_bound)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_selection_without_any_work_is_no_larger_than_greedy_or_the_start(seed):
     problem = random_problem(seed, n=14, r=30)

@@ -37,7 +37,7 @@ def instance(seed, *, n_positions=9, n_patches=40, density=0.25, fraction=None):
     return seen, visibility, area_m2, constraints
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.sampled_from([0.05, 0.3]))
 def test_seers_of_a_row_are_the_candidates_that_have_it(seed, density):
     _, visibility, area_m2, constraints = instance(seed, density=density)
@@ -87,7 +87,7 @@ def fewest(seen, area_m2, constraints):
     raise AssertionError("the whole set must do")
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_lazy_greedy_chooses_what_plain_greedy_chooses(seed):
     _, visibility, area_m2, constraints = instance(seed, n_positions=25, n_patches=120, density=0.12)
@@ -98,7 +98,7 @@ def test_lazy_greedy_chooses_what_plain_greedy_chooses(seed):
     assert selection.dropped == len(plain) - len(selection.chosen)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_selection_meets_every_target_and_needs_every_station(seed):
     seen, visibility, area_m2, constraints = instance(seed)
@@ -110,7 +110,7 @@ def test_selection_meets_every_target_and_needs_every_station(seed):
         assert (problem.covered(rest) < problem.required).any(), f"seed {seed}: {station} is not needed"
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_bound_holds_and_greedy_is_within_its_ratio_of_the_optimum(seed):
     seen, visibility, area_m2, constraints = instance(seed)
@@ -210,7 +210,7 @@ def dropped_one_by_one(problem, chosen, given):
         kept.pop(-min(loose)[1])
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.integers(1, 2))
 def test_stations_are_dropped_as_if_all_were_looked_at_after_each(seed, looks):
     _, visibility, area_m2, constraints = instance(seed, n_positions=14, fraction=0.8)

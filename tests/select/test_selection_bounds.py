@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from selection_instances import problem_of
+from selection_instances import every_solution, problem_of
 
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.groups import groups_of
@@ -65,13 +65,7 @@ def smallest_solutions(problem):
     return met[met.sum(axis=1) == met.sum(axis=1).min()]
 
 
-def every_solution(problem):
-    for bits in itertools.product((0, 1), repeat=problem.n_candidates):
-        if (problem.covered([i for i, b in enumerate(bits) if b]) >= problem.least).all():
-            yield np.array(bits)
-
-
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.booleans(), st.integers(1, 3))
 def test_cuts_of_any_rows_hold_for_every_solution(seed, large, most_looks):
     problem = random_problem(seed, large=large, most_looks=most_looks)
@@ -90,7 +84,7 @@ def test_cuts_of_any_rows_hold_for_every_solution(seed, large, most_looks):
             assert int(cut.coefficient @ x) >= cut.right, f"seed {seed}: {x}"
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.integers(1, 3))
 def test_cuts_are_those_of_the_definition_rounded_up_by_little(seed, m):
     problem = random_problem(seed, most_looks=1)
@@ -135,7 +129,7 @@ def test_cut_for_two_looks_leaves_out_the_candidate_that_does_not_help():
     assert cut.coefficient.tolist() == [0, CUT_UNIT, CUT_UNIT]
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_bound_holds_for_any_prices_and_equals_its_definition(seed):
     problem = random_problem(seed)
@@ -185,7 +179,7 @@ def test_targets_that_others_add_up_to_make_no_cuts():
     assert independent_constraints(apart) == [0, 1, 2]
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.integers(1, 2))
 def test_targets_left_out_of_cuts_are_met_wherever_the_others_are(seed, most_looks):
     problem = random_problem(seed, most_looks=most_looks)
@@ -299,7 +293,7 @@ def test_tree_that_branches_on_groups_alone_ends_at_the_optimum(seed, seen_from)
     assert taken or tree.n_nodes < 3
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_counts_of_groups_fit_exactly_where_some_choice_has_them(seed):
     rng = np.random.default_rng(seed)
@@ -321,7 +315,7 @@ def test_counts_of_groups_fit_exactly_where_some_choice_has_them(seed):
         assert (choices[fit] >= then_lower).all() and (choices[fit] <= then_upper).all(), f"seed {seed}"
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_groups_hold_each_other_or_share_nobody(seed):
     problem = random_problem(seed, n=9)
@@ -336,14 +330,12 @@ def test_groups_hold_each_other_or_share_nobody(seed):
 def test_first_group_is_of_those_who_see_most_nearly_the_same():
     sees = np.array([[1, 1, 1, 0, 0], [0, 0, 0, 1, 1], [1, 1, 0, 0, 0], [0, 0, 0, 0, 1]], dtype=bool)
     problem = replace(
-        random_problem(0, n=4, r=5),
-        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]),
-        row=np.nonzero(sees)[1],
+        random_problem(0, n=4, r=5), starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]), row=np.nonzero(sees)[1]
     )
     assert groups_of(problem).astype(int).tolist() == [[1, 0, 1, 0], [0, 1, 0, 1]]
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_bound_with_sums_bounded_above_holds_for_any_prices(seed):
     problem = random_problem(seed)
@@ -415,7 +407,7 @@ def test_solver_that_returns_nonsense_does_not_break_the_bound(monkeypatch):
         assert tree.lower_bound <= min(int(x.sum()) for x in every_solution(problem)), f"seed {seed}"
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.integers(1, 3))
 def test_quick_bounds_never_pass_the_smallest_solution(seed, most_looks):
     problem = random_problem(seed, most_looks=most_looks)

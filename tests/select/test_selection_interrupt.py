@@ -11,11 +11,11 @@ from dataclasses import asdict
 
 import numpy as np
 import pytest
+from selection_instances import problem_of
 
 from planner_core.model import Proven
 from planner_core.select.check import check_selection
 from planner_core.select.network import Network
-from planner_core.select.problem import CoverProblem
 from planner_core.select.proven import select
 
 #: Seconds from the first sign of a stage to the signal.
@@ -28,14 +28,7 @@ def thicket():
     n, r = 80, 300
     sees, ticks = rng.random((n, r)) < 0.1, rng.integers(1, 50, r)
     required = np.array([int(0.9 * int(np.where(sees.any(axis=0), ticks, 0).sum()))])
-    return CoverProblem(
-        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
-        row=np.nonzero(sees)[1].astype(np.int64),
-        ticks=ticks.astype(np.int64),
-        counts_for=np.ones((1, r), dtype=bool),
-        required=required,
-        least=required,
-    )
+    return problem_of(sees, ticks, np.ones((1, r), dtype=bool), required)
 
 
 def ring(n=80):
@@ -64,6 +57,7 @@ def be_interrupted(stage, delay_s):
     return select(thicket(), Proven(work_limit=1e6, n_walks=1), network=network, progress=note)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stage", ["select", "bound", "prove"])
 def test_a_real_interrupt_returns_the_best_set_so_far_with_its_bound(stage):
     done = subprocess.run([sys.executable, __file__, stage], capture_output=True, text=True, timeout=300, check=False)

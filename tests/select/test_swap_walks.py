@@ -3,28 +3,21 @@
 import numpy as np
 import pytest
 from numpy_walks import NumpyWalks
+from selection_instances import problem_of
 
 from planner_core.device import Device
 from planner_core.errors import DeviceError
 from planner_core.select.greedy import select_greedy
-from planner_core.select.problem import CoverProblem
 from planner_core.select.swap_walks import Terrain, alike, heats, luck, open_walks
 
 
-def problem_of(seed, *, n=40, r=200, n_constraints=3):
+def random_problem(seed, *, n=40, r=200, n_constraints=3):
     rng = np.random.default_rng(seed)
     sees = rng.random((n, r)) < 0.1
     ticks, counts_for = rng.integers(0, 10**9, r), rng.random((n_constraints, r)) < 0.6
     whole = (counts_for * np.where(sees.any(axis=0), ticks, 0)).sum(axis=1)
     required = (whole * 0.9).astype(np.int64)
-    return CoverProblem(
-        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
-        row=np.nonzero(sees)[1].astype(np.int64),
-        ticks=ticks.astype(np.int64),
-        counts_for=counts_for,
-        required=required,
-        least=required,
-    )
+    return problem_of(sees, ticks, counts_for, required)
 
 
 def first_sets(problem, size, n_walks=3):
@@ -36,7 +29,7 @@ def first_sets(problem, size, n_walks=3):
 @pytest.mark.parametrize("size", [1, 12])
 def test_device_and_host_walk_the_way_of_numpy(walks_on, shape, size):
     n, r, n_constraints = shape
-    problem = problem_of(7, n=n, r=r, n_constraints=n_constraints)
+    problem = random_problem(7, n=n, r=r, n_constraints=n_constraints)
     size = min(size, n - 1)
     terrain = Terrain(problem, seed=2**63 + 5)
     ours, theirs = first_sets(problem, size), first_sets(problem, size)
@@ -55,14 +48,7 @@ def test_more_classes_of_rows_than_a_kernel_takes_and_a_byte_counts():
     counts_for = np.concatenate([np.eye(n_rows, dtype=bool), np.ones((1, n_rows), dtype=bool)])
     ticks = rng.integers(1, 10**9, n_rows)
     required = (counts_for * np.where(sees.any(axis=0), ticks, 0)).sum(axis=1)
-    problem = CoverProblem(
-        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
-        row=np.nonzero(sees)[1].astype(np.int64),
-        ticks=ticks,
-        counts_for=counts_for,
-        required=required,
-        least=required,
-    )
+    problem = problem_of(sees, ticks, counts_for, required)
     terrain = Terrain(problem, seed=4)
     assert terrain.counts.shape[1] == n_rows
     ours, theirs = first_sets(problem, 12), first_sets(problem, 12)
@@ -78,7 +64,7 @@ def test_where_the_kernel_does_not_build_the_host_walks(monkeypatch):
     def refuse(self, name, defines):
         raise DeviceError(f"{name}: does not build")
 
-    terrain = Terrain(problem_of(8), seed=3)
+    terrain = Terrain(random_problem(8), seed=3)
     ours, theirs = first_sets(terrain.problem, 9), first_sets(terrain.problem, 9)
     a = open_walks(terrain).walk(ours, round_=1, steps=(0, 200), n_steps=200)
     monkeypatch.setattr(Device, "program", refuse)
@@ -88,7 +74,7 @@ def test_where_the_kernel_does_not_build_the_host_walks(monkeypatch):
 
 
 def test_what_a_walk_says_is_missing_is_missing_and_sets_stay_sets(walks_on):
-    problem = problem_of(3)
+    problem = random_problem(3)
     sets = first_sets(problem, 14)
     missing = walks_on(Terrain(problem, seed=1)).walk(sets, round_=0, steps=(0, 2000), n_steps=2000)
     for chosen, left in zip(sets, missing, strict=True):
@@ -97,7 +83,7 @@ def test_what_a_walk_says_is_missing_is_missing_and_sets_stay_sets(walks_on):
 
 
 def test_walks_cut_in_pieces_go_where_they_go_in_one(walks_on):
-    problem = problem_of(4)
+    problem = random_problem(4)
     walks = walks_on(Terrain(problem, seed=1))
     whole, pieces = first_sets(problem, 9), first_sets(problem, 9)
     walks.walk(whole, round_=1, steps=(0, 900), n_steps=900)
@@ -107,7 +93,7 @@ def test_walks_cut_in_pieces_go_where_they_go_in_one(walks_on):
 
 
 def test_walks_of_one_call_differ_and_other_rounds_and_seeds_go_elsewhere(walks_on):
-    problem = problem_of(5)
+    problem = random_problem(5)
     same = np.repeat(first_sets(problem, 9, n_walks=1), 3, axis=0)
     ends = []
     for seed, round_ in ((1, 1), (1, 2), (2, 1)):
@@ -124,14 +110,7 @@ def test_annealing_finds_a_hidden_cover_that_greedy_does_not(walks_on):
     parts = np.repeat(np.eye(k, dtype=bool), r // k, axis=1)
     decoys = rng.random((60, r)) < 0.11
     sees = np.concatenate([decoys, parts])
-    problem = CoverProblem(
-        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
-        row=np.nonzero(sees)[1].astype(np.int64),
-        ticks=np.ones(r, dtype=np.int64),
-        counts_for=np.ones((1, r), dtype=bool),
-        required=np.array([r]),
-        least=np.array([r]),
-    )
+    problem = problem_of(sees, np.ones(r, dtype=np.int64), np.ones((1, r), dtype=bool), [r])
     assert len(select_greedy(problem).chosen) > k
     sets = first_sets(problem, k)
     missing = walks_on(Terrain(problem, seed=0)).walk(sets, round_=0, steps=(0, 20_000), n_steps=20_000)
@@ -148,7 +127,7 @@ def test_luck_is_exponential_and_heat_falls_to_a_fiftieth():
 
 
 def test_alike_candidates_are_those_that_share_most():
-    problem = problem_of(6, n=30, r=90)
+    problem = random_problem(6, n=30, r=90)
     rows = [set(problem.rows_of(c).tolist()) for c in range(30)]
     near = alike(problem, 5)
     for c in range(30):

@@ -8,11 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from joined_instances import instance
-from selection_instances import network_of
+from selection_instances import network_of, problem_of
 
 from planner_core.model import Proven
 from planner_core.select.large_bound import large_bound, price_bound
-from planner_core.select.problem import CoverProblem
 from planner_core.select.proven import select
 from planner_core.select.relaxation import BOUND_UNIT, TARGET_UNIT
 from planner_core.select.ways import ways_of
@@ -32,7 +31,7 @@ def joined_sets(problem, graph, *, given_ones=()):
             yield chosen, n_parts
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.integers(1, 2), st.integers(1, 8), st.integers(0, 2), st.sampled_from([0.15, 0.4, 0.8]), st.booleans())
 def test_no_joined_set_is_smaller_than_prices_prove_nor_holds_whom_they_fix_out(
     seed, looks, n_parts, n_given, linked, searched
@@ -82,14 +81,7 @@ def test_bound_of_sets_in_fewer_parts_is_higher():
     graph.remove_edges_from([(i, i + 1) for i in range(5)])
     ticks = np.full(30, 10)
     required = np.array([240])
-    problem = CoverProblem(
-        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
-        row=np.nonzero(sees)[1].astype(np.int64),
-        ticks=ticks,
-        counts_for=np.ones((1, 30), dtype=bool),
-        required=required,
-        least=required,
-    )
+    problem = problem_of(sees, ticks, np.ones((1, 30), dtype=bool), required)
     values = [
         large_bound(problem, n_stations=6, network=network_of(graph), n_parts=most, work_limit=0.1).value
         for most in (6, 2, 1)
