@@ -154,7 +154,7 @@ def test_looks_that_make_no_sense_are_refused():
 
 
 # --------------------------------------------------------------------------------------------------- networks
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(SEEDS, st.booleans(), st.sampled_from([0.1, 0.25, 0.5]), st.integers(0, 2))
 def test_selection_with_a_network_finds_what_exhaustive_search_finds(seed, loops, share, n_given):
     problem = random_problem(seed, seen_from=(1, 1 + seed % 2))

@@ -36,7 +36,7 @@ def keys_of(problem, graph):
                 yield len(parts), size, chosen
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(SEEDS, st.integers(0, 2), st.sampled_from([0.15, 0.5]))
 def test_sets_meet_all_hang_together_and_never_get_worse(seed, n_given, linked):
     problem, network, _ = instance(seed, n=20, r=150, linked=linked, reach=0.12)

@@ -399,7 +399,7 @@ def test_solver_that_returns_nonsense_does_not_break_the_bound(monkeypatch):
         return rng.random(self.n_candidates), rng.normal(0, 3, len(self.cuts))
 
     monkeypatch.setattr(CutProgram, "solve", nonsense)
-    for seed in range(20):
+    for seed in range(8):
         problem = random_problem(seed)
         tree = BranchAndBound(problem, n_stations=problem.n_candidates)
         tree.root()
