@@ -117,6 +117,7 @@ def test_pipe_among_the_layers_of_usd_is_not_waited_for_without_end(tmp_path, mo
     assert "the USD library hung: it did nothing for 2 s while reading its layers" in message_of(path)
 
 
+@pytest.mark.slow
 def test_usd_of_many_billions_is_ended_by_the_limit_of_memory(tmp_path, monkeypatch):
     """Ten references in each of ten references, nine deep."""
     monkeypatch.setenv(child_process.MEMORY_VARIABLE, "0.3")

@@ -231,7 +231,7 @@ def dense(range_m: float) -> BeamTemplate:
     )
 
 
-@pytest.mark.parametrize("engine_name", ["opencl", "open3d"])
+@pytest.mark.parametrize("engine_name", ["opencl", pytest.param("open3d", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", [*PUZZLES, "closed-rooms"])
 def test_scan_sees_the_areas_that_the_plan_says(name: str, engine_name: str) -> None:
     puzzle = scenes_synthetic.build(name)
@@ -254,7 +254,7 @@ def test_scan_sees_the_areas_that_the_plan_says(name: str, engine_name: str) -> 
 
 
 @pytest.mark.opencl
-@pytest.mark.parametrize("name", ["l-by-range", "comb-gallery"])
+@pytest.mark.parametrize("name", [pytest.param("l-by-range", marks=pytest.mark.slow), "comb-gallery"])
 def test_beams_measure_the_areas_that_the_plan_says(name: str) -> None:
     puzzle = scenes_synthetic.build(name)
     engine = open_engine(puzzle.scene, make_patches(puzzle.scene, max_area_m2=100.0), engine="opencl")
