@@ -16,9 +16,14 @@ QUICK = {
     "ifc-schependomlaan-kanaalplaatvloer-archicad18.ifc", "ifc-schependomlaan-staal-archicad18.ifc",
     "schependomlaan, four files", "obj-angelhouse-telaviv-rhino.obj", "gltf-habitat-simple-room.glb",
 }  # fmt: skip
+#: Minutes to read.
+LARGE = {
+    "ifc-schependomlaan-houten-kozijnen-archicad18.ifc", "ifc-schependomlaan-linden-frames-tekla20.ifc",
+    "schependomlaan, eight files",
+}  # fmt: skip
 NAMES = [
-    name if name in QUICK else pytest.param(name, marks=pytest.mark.campaign if each.is_slow else pytest.mark.slow)
-    for name, each in EXPECTED.items()
+    name if name in QUICK else pytest.param(name, marks=pytest.mark.campaign if name in LARGE else pytest.mark.slow)
+    for name in EXPECTED
 ]
 
 

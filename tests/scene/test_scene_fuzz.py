@@ -82,9 +82,8 @@ def test_damaged_json_of_a_gltf_file_is_read_or_refused(tmp_path, write_house):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("n", [N_MUTATIONS // 3, pytest.param(N_MUTATIONS, marks=pytest.mark.campaign)])
 @pytest.mark.parametrize("name", ["house.usda", "house.usdc", "four.ifc"])
-def test_damaged_file_of_a_native_library_is_read_or_refused(tmp_path, write_house, name, n):
+def test_damaged_file_of_a_native_library_is_read_or_refused(tmp_path, write_house, name):
     """In a process of its own, which a library that crashes ends."""
     path = write_house(tmp_path, name)
     program = (
