@@ -12,8 +12,8 @@ from pathlib import Path
 
 import click
 import pytest
-from in_process import Tlsplan
 from doc_pages import Block, Page, refreshed
+from in_process import Tlsplan
 from tlsplan.group import cli
 
 ROOT = Path(__file__).resolve().parents[2]
