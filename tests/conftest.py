@@ -17,6 +17,10 @@ import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis.internal.conjecture import providers
 
+#: Devices are checked, and host twins compiled, once for all runs of the tests: both are kept by a hash of their
+#: sources. `make clean` removes it; where it can't be written, every process does its own. numba is imported below.
+os.environ["TLSPLAN_CACHE"] = str(Path(__file__).resolve().parents[1] / "build" / "test-cache")
+
 from planner_core.device import Device, list_devices, open_device
 from planner_core.engine.open3d import prepare_import
 
@@ -49,11 +53,6 @@ try:
 finally:
     sys.path.remove(_FOLDER)
 keep_what_children_read()
-
-
-#: Devices are checked, and host twins compiled, once for all runs of the tests: both are kept by a hash of their
-#: sources. `make clean` removes it; where it can't be written, every process does its own.
-os.environ["TLSPLAN_CACHE"] = str(Path(__file__).resolve().parents[1] / "build" / "test-cache")
 
 
 @pytest.fixture(autouse=True)
