@@ -19,8 +19,7 @@ from pathlib import Path
 
 from made_once import MadeOnce
 
-from planner_core.model import Greedy, PartRequirement, Plan, PlanSettings, Proven, Requirements
-from planner_core.requirements.goals import NO_COVER
+from planner_core.model import Greedy, Plan, PlanSettings, Proven, Requirements
 from planner_core.scanner.load_scanner import load_scanner
 
 _SCANNER = replace(load_scanner("hdl-64e"), n_azimuths=720)
@@ -33,14 +32,12 @@ _HOUSE = PlanSettings(
     method=Proven(work_limit=0.1),
     scan_mode="patches",
 )
-#: Furniture need not be covered, as by default.
-_NO_COVER = PartRequirement(NO_COVER[0], coverage=0.0, classes=NO_COVER)
 #: What is planned, by name.
 SETTINGS = {
     "house": _HOUSE,
     "house_on_map": replace(
         _HOUSE,
-        requirements=Requirements(coverage=0.8, network="none", parts=(_NO_COVER,)),
+        requirements=Requirements(coverage=0.8, network="none"),
         refine=False,
         scan_mode="beams",
     ),

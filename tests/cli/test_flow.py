@@ -1,12 +1,10 @@
 """The commands on a real file, as a user runs them, and what goes wrong with bad ones."""
 
-import csv
 import json
 import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -28,17 +26,17 @@ Tlsplan = Callable[..., "subprocess.CompletedProcess[str]"]
 
 
 @pytest.fixture(scope="module")
-def house(tlsplan: Tlsplan, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("scene") / "house.ifc"
-    done = tlsplan("scene", "house", "-o", path)
+def room(tlsplan: Tlsplan, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("scene") / "box.ifc"
+    done = tlsplan("scene", "box", "-o", path)
     assert done.returncode == 0, done.stderr
     return path
 
 
 @pytest.fixture(scope="module")
-def planned(tlsplan: Tlsplan, house: Path) -> tuple[Path, dict[str, Any]]:
-    folder = house.parent / "plan"
-    done = tlsplan("plan", house, "-o", folder, "--json", *QUICK, draws=True)
+def planned(tlsplan: Tlsplan, room: Path) -> tuple[Path, dict[str, Any]]:
+    folder = room.parent / "plan"
+    done = tlsplan("plan", room, "-o", folder, "--json", *QUICK)
     assert done.returncode == 0, done.stderr
     return folder, json.loads(done.stdout)
 
@@ -51,35 +49,18 @@ def snapshot(folder: Path) -> dict[str, bytes]:
     return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
-def test_plan_reaches_the_coverage_asked_for_on_every_floor(planned: tuple[Path, dict[str, Any]]) -> None:
-    _, document = planned
-    assert document["coverage"]["fraction_of_achievable"] >= 0.80
-    assert [c["fraction_of_achievable"] >= 0.80 for c in document["coverage"]["floors"]] == [True, True]
-    assert document["optimality"]["lower_bound"] <= len(document["stations"])
-
-
 def test_plan_json_on_stdout_is_the_file_in_the_folder(planned: tuple[Path, dict[str, Any]]) -> None:
     folder, document = planned
     on_disk = json.loads((folder / "plan.json").read_text())
     assert without_droppable(on_disk) == without_droppable(document)
 
 
-def test_plan_folder_holds_what_the_contract_names(planned: tuple[Path, dict[str, Any]]) -> None:
-    folder, document = planned
-    for name in ("plan.usda", "review.usda", "plan.json", "stations.csv", "viewer/stage.usdc", "viewer/patches.u8"):
-        assert (folder / name).is_file(), name
-    assert len(list((folder / "viewer" / "clouds").glob("*.u16"))) == len(document["stations"])
-    assert len(list((folder / "report").glob("*.png"))) >= len(document["floors"])
-    with (folder / "stations.csv").open(newline="") as file:
-        assert [row["id"] for row in csv.DictReader(file)] == [s["id"] for s in document["stations"]]
-
-
 def test_evaluate_of_the_plan_itself_gives_the_same_coverage(
-    tlsplan: Tlsplan, house: Path, planned: tuple[Path, dict[str, Any]]
+    tlsplan: Tlsplan, room: Path, planned: tuple[Path, dict[str, Any]]
 ) -> None:
     folder, document = planned
     for stations in (folder / "plan.json", folder / "stations.csv"):
-        done = tlsplan("evaluate", house, "--stations", stations, "--json", *COARSE)
+        done = tlsplan("evaluate", room, "--stations", stations, "--json", *COARSE)
         assert done.returncode == 0, done.stderr
         again = json.loads(done.stdout)
         now, then = again["coverage"], document["coverage"]
@@ -93,12 +74,15 @@ def test_evaluate_of_the_plan_itself_gives_the_same_coverage(
 
 @pytest.mark.slow
 def test_same_input_gives_the_same_bytes_in_a_process_of_its_own_with_one_core(
-    house: Path, planned: tuple[Path, dict[str, Any]]
+    room: Path, planned: tuple[Path, dict[str, Any]]
 ) -> None:
     folder, _ = planned
     again = folder.with_name("plan-one-core")
     done = subprocess.run(
-        [sys.executable, small_pictures.__file__, "tlsplan", "plan", str(house), "-o", str(again), "--quiet", *QUICK],
+        [
+            sys.executable, small_pictures.__file__, "--none", "tlsplan", "plan", str(room), "-o", str(again),
+            "--quiet", *QUICK,
+        ],
         env={**os.environ, "POCL_MAX_PTHREAD_COUNT": "1", "OMP_NUM_THREADS": "1"},
         capture_output=True, text=True, check=False,
     )  # fmt: skip
@@ -112,11 +96,11 @@ def test_same_input_gives_the_same_bytes_in_a_process_of_its_own_with_one_core(
 
 
 def test_plan_refuses_to_overwrite_and_says_how(
-    tlsplan: Tlsplan, house: Path, planned: tuple[Path, dict[str, Any]]
+    tlsplan: Tlsplan, room: Path, planned: tuple[Path, dict[str, Any]]
 ) -> None:
     folder, _ = planned
     before = snapshot(folder)
-    done = tlsplan("plan", house, "-o", folder, *QUICK)
+    done = tlsplan("plan", room, "-o", folder, *QUICK)
     assert done.returncode == 5
     assert "--overwrite" in done.stderr
     assert done.stderr.count("\n") == 1
@@ -124,9 +108,13 @@ def test_plan_refuses_to_overwrite_and_says_how(
 
 
 @pytest.mark.parametrize(
-    ("stage", "grid_m"), [("load", "1.0"), pytest.param("scan", "0.4", marks=pytest.mark.slow), ("export", "1.0")]
+    ("stage", "grid_m"),
+    [*(pytest.param(*each, marks=pytest.mark.slow) for each in (("load", "1.0"), ("scan", "0.4"))), ("export", "1.0")],
 )
-def test_interrupted_plan_leaves_nothing_half_written(stage: str, grid_m: str, house: Path, tmp_path: Path) -> None:
+def test_interrupted_plan_leaves_nothing_half_written(
+    stage: str, grid_m: str, tmp_path_factory: pytest.TempPathFactory, tmp_path: Path
+) -> None:
+    house = scenes_synthetic.write(scenes_synthetic.build("house"), tmp_path_factory.mktemp("scene") / "house.ifc")
     process = subprocess.Popen(
         [
             sys.executable, "-m", "tlsplan", "plan", str(house), "-o", str(tmp_path / "plan"), "--grid", grid_m,
@@ -140,7 +128,6 @@ def test_interrupted_plan_leaves_nothing_half_written(stage: str, grid_m: str, h
             break
     else:
         pytest.fail(f"no progress of {stage} was shown")
-    time.sleep(0.3)
     process.send_signal(signal.SIGINT)
     _, rest = process.communicate(timeout=240)
     assert process.returncode == 130
@@ -149,8 +136,8 @@ def test_interrupted_plan_leaves_nothing_half_written(stage: str, grid_m: str, h
     assert list(tmp_path.iterdir()) == []
 
 
-def test_unknown_floor_ends_with_the_floors_there_are(tlsplan: Tlsplan, house: Path, tmp_path: Path) -> None:
-    done = tlsplan("plan", house, "-o", tmp_path / "plan", "--floor", "Attic", *QUICK)
+def test_unknown_floor_ends_with_the_floors_there_are(tlsplan: Tlsplan, room: Path, tmp_path: Path) -> None:
+    done = tlsplan("plan", room, "-o", tmp_path / "plan", "--floor", "Attic", *QUICK)
     assert done.returncode == 4
     last = done.stderr.splitlines()[-1]
     assert "Attic" in last
@@ -179,10 +166,10 @@ def test_bad_scene_ends_with_one_line(tlsplan: Tlsplan, name: str, content: byte
     assert sorted(path.name for path in tmp_path.iterdir()) == [name]
 
 
-def test_bad_station_list_ends_with_the_line_number(tlsplan: Tlsplan, house: Path, tmp_path: Path) -> None:
+def test_bad_station_list_ends_with_the_line_number(tlsplan: Tlsplan, room: Path, tmp_path: Path) -> None:
     stations = tmp_path / "mine.csv"
     stations.write_text("id,x_m,y_m,z_m\nA,1,2,3\nB,1,two,3\n")
-    done = tlsplan("evaluate", house, "--stations", stations, *COARSE)
+    done = tlsplan("evaluate", room, "--stations", stations, *COARSE)
     assert done.returncode == 3
     assert "mine.csv" in done.stderr
     assert "line 3" in done.stderr
@@ -190,30 +177,30 @@ def test_bad_station_list_ends_with_the_line_number(tlsplan: Tlsplan, house: Pat
 
 
 def test_simulate_writes_a_range_image_and_a_cloud_a_station(
-    tlsplan: Tlsplan, house: Path, planned: tuple[Path, dict[str, Any]], tmp_path: Path
+    tlsplan: Tlsplan, room: Path, planned: tuple[Path, dict[str, Any]], tmp_path: Path
 ) -> None:
     stations = tmp_path / "one.csv"
     rows = (planned[0] / "stations.csv").read_text().splitlines()[:2]
     stations.write_text("\n".join(rows) + "\n")
     few_beams = ("--scanner", "hdl-64e")
-    done = tlsplan("simulate", house, "--stations", stations, "-o", tmp_path / "scans", "--json", *few_beams)
+    done = tlsplan("simulate", room, "--stations", stations, "-o", tmp_path / "scans", "--json", *few_beams)
     assert done.returncode == 0, done.stderr
     written = sorted(path.name for path in (tmp_path / "scans").iterdir())
     assert written == ["S001.exr", "S001.ply", "S001.png"]
     report = json.loads(done.stdout)
     assert report["scans"][0]["n_returns"] > 100_000
-    refused = tlsplan("simulate", house, "--stations", stations, "-o", tmp_path / "scans")
+    refused = tlsplan("simulate", room, "--stations", stations, "-o", tmp_path / "scans")
     assert refused.returncode == 5
     few = (*few_beams, "--format", "png")
-    fewer = tlsplan("simulate", house, "--stations", stations, "-o", tmp_path / "scans", "--overwrite", *few)
+    fewer = tlsplan("simulate", room, "--stations", stations, "-o", tmp_path / "scans", "--overwrite", *few)
     assert fewer.returncode == 0, fewer.stderr
     assert [path.name for path in (tmp_path / "scans").iterdir()] == ["S001.png"]
 
 
-def test_simulate_keeps_its_hands_off_a_folder_with_other_files(tlsplan: Tlsplan, house: Path, tmp_path: Path) -> None:
+def test_simulate_keeps_its_hands_off_a_folder_with_other_files(tlsplan: Tlsplan, room: Path, tmp_path: Path) -> None:
     stations = tmp_path / "mine.csv"
     stations.write_text("id,x_m,y_m,z_m\nA,1,1,1.5\n")
-    done = tlsplan("simulate", house, "--stations", stations, "-o", tmp_path, "--overwrite")
+    done = tlsplan("simulate", room, "--stations", stations, "-o", tmp_path, "--overwrite")
     assert done.returncode == 5
     assert "mine.csv" in done.stderr
     assert list(tmp_path.iterdir()) == [stations]
@@ -244,10 +231,10 @@ def test_an_obj_in_millimetres_is_refused_with_the_unit_to_pass(tlsplan: Tlsplan
 @pytest.mark.opencl
 @pytest.mark.parametrize("name", ["nonsense", "99"])
 def test_a_device_that_is_not_there_is_an_error_however_it_was_asked_for(
-    tlsplan: Tlsplan, name: str, house: Path, tmp_path: Path
+    tlsplan: Tlsplan, name: str, room: Path, tmp_path: Path
 ) -> None:
-    by_option = tlsplan("plan", house, "-o", tmp_path / "plan", "--device", name, *GREEDY)
-    by_variable = tlsplan("plan", house, "-o", tmp_path / "plan", *GREEDY, env={"TLSPLAN_DEVICE": name})
+    by_option = tlsplan("plan", room, "-o", tmp_path / "plan", "--device", name, *GREEDY)
+    by_variable = tlsplan("plan", room, "-o", tmp_path / "plan", *GREEDY, env={"TLSPLAN_DEVICE": name})
     assert (by_option.returncode, by_variable.returncode) == (6, 6)
     assert name in by_variable.stderr.splitlines()[-1]
 
@@ -299,7 +286,7 @@ def test_demo_goes_on_where_an_interrupted_one_left_its_building(
     assert planned == [[left]]
 
 
-def test_a_height_in_millimetres_is_refused_in_one_line(tlsplan: Tlsplan, house: Path, tmp_path: Path) -> None:
-    done = tlsplan("plan", house, "-o", tmp_path / "plan", "--height", "1600")
+def test_a_height_in_millimetres_is_refused_in_one_line(tlsplan: Tlsplan, room: Path, tmp_path: Path) -> None:
+    done = tlsplan("plan", room, "-o", tmp_path / "plan", "--height", "1600")
     assert done.returncode == 4
     assert "1600" in done.stderr.splitlines()[-1]

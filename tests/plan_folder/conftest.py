@@ -181,7 +181,7 @@ def plan(survey: Survey, engine: ScanEngine) -> Plan:
 def small(plan: Plan) -> Plan:
     """The plan without stations and floors, which is written in no time."""
     nowhere = np.full_like(plan.survey.floor_of_triangle, -1)
-    survey = dataclasses.replace(plan.survey, floors=(), floor_of_triangle=nowhere)
+    survey = dataclasses.replace(plan.survey, floors=(), planned=(), floor_of_triangle=nowhere)
     return dataclasses.replace(plan, survey=survey, stations=(), links=(), coverage_by_floor=(), coverage_curve=())
 
 

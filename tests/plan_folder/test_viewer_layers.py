@@ -253,7 +253,7 @@ def test_files_are_those_that_are_named_beforehand_and_count_as_the_plans_own(
 ) -> None:
     nowhere = np.full_like(noisy.survey.floor_of_triangle, -1)
     told = with_what_only_planners_know(noisy)
-    survey = replace(told.survey, floors=(), floor_of_triangle=nowhere)
+    survey = replace(told.survey, floors=(), planned=(), floor_of_triangle=nowhere)
     told = replace(told, survey=survey, stations=(), links=(), coverage_by_floor=(), coverage_curve=())
     assert [name for name, _ in layer_files(told, engine)] == list(layer_file_names(told))
     write_plan_folder(told, tmp_path / "plan", engine=engine)

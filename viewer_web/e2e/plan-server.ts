@@ -19,7 +19,7 @@ export interface PlanServer {
 
 /** Serve a plan folder, planning it first where there is none; `TLSPLAN_PYTHON` names the interpreter. */
 export async function servePlan(folder: string, scene = '', port = 0): Promise<PlanServer> {
-  const args = ['viewer_web/e2e/serve_plan.py', folder, scene, `${port}`];
+  const args = ['-m', 'viewer_web.e2e.serve_plan', folder, scene, `${port}`];
   const server = spawn(PYTHON, args, { cwd: REPOSITORY, stdio: ['ignore', 'pipe', 'inherit'] });
   const ended = new Promise<void>((done) => server.on('exit', () => done()));
   const [address, , commentAddress] = await new Promise<string[]>((resolveLines, reject) => {

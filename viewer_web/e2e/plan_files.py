@@ -34,7 +34,7 @@ def main() -> None:
         method=Greedy(),
         refine=False,
     )
-    write_plan_folder(make_plan(load_scene(files), settings), folder)
+    write_plan_folder(make_plan(load_scene(files), settings), folder, pictures=False)
 
 
 if __name__ == "__main__":

@@ -6,8 +6,10 @@ One a line: the address of those who may do everything, the folder, the address 
 interrupted; a plan that is there is kept. SCENE: the scene file, where a plan was copied away from it; empty: none.
 """
 
+import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import scenes_synthetic
 from planner_core.model import Greedy, PlanSettings
@@ -15,6 +17,8 @@ from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
+from tests.small_pictures import begin_without
+from viewer_web.server.jobs import runs
 from viewer_web.server.serve import serve
 
 # Coarse: the tests look at the viewer, not at how good the plan is.
@@ -33,7 +37,9 @@ def main() -> None:
             instrument_heights_m=(INSTRUMENT_HEIGHT_M,),
             method=Greedy(),
         )
-        write_plan_folder(make_plan(load_scene(built), settings), folder)
+        write_plan_folder(make_plan(load_scene(built), settings), folder, pictures=False)
+    # Those of runs take most of their time, and the tests look at none.
+    runs.subprocess = SimpleNamespace(Popen=begin_without, DEVNULL=subprocess.DEVNULL)  # type: ignore[assignment]
 
     def announce(address: str) -> None:
         sys.stdout.write(f"{address}\n{folder}\n")

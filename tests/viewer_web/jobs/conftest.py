@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 import small_pictures
@@ -35,15 +34,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(autouse=True)
 def drawn_small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Draw nothing in this process, and what is drawn in those of runs small: nobody looks at it."""
-
-    def begin_small(command: list[str], **options: Any) -> subprocess.Popen[bytes]:
-        before, [flag, *module_and_arguments] = command[:2], command[2:]
-        assert flag == "-m"
-        return subprocess.Popen([*before, small_pictures.__file__, *module_and_arguments], **options)
-
+    """Leave pictures out of plans, here and in the processes of runs: nobody looks at them."""
     small_pictures.draw_blank(monkeypatch)
-    monkeypatch.setattr(runs, "subprocess", SimpleNamespace(Popen=begin_small, DEVNULL=subprocess.DEVNULL))
+    popen = SimpleNamespace(Popen=small_pictures.begin_without, DEVNULL=subprocess.DEVNULL)
+    monkeypatch.setattr(runs, "subprocess", popen)
 
 
 @pytest.fixture(scope="session")
