@@ -1,9 +1,10 @@
 """What holds for all tests: they share no cache with the user, workers share no work, and chance plays no part.
 
-`make pytest` deals tests out to its workers one by one unless they are of one group. Hypothesis asks the same examples
-in every run, however slow the machine is; `--hypothesis-profile=default` asks others.
+`make pytest` deals tests out to its workers file by file. Hypothesis tries the same examples in every run, however slow
+the machine is; `--hypothesis-profile=default` tries others.
 """
 
+import gc
 import os
 import random
 import signal
@@ -159,14 +160,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep tests that share a fixture of their file on one worker, so that it is set up once, not once a worker.
+    """Keep tests of a file on one worker, so that what they share is made once, not once a worker.
 
     A folder's conftest.py comes first, and may name a group for fixtures that its files share. Tests of campaigns are
     slow, too.
     """
     for item in items:
-        if item.get_closest_marker("xdist_group") is None and _shares_with_its_file(item):
-            item.add_marker(pytest.mark.xdist_group(item.path.stem))
+        if item.get_closest_marker("xdist_group") is None:
+            item.add_marker(pytest.mark.xdist_group(str(item.path.relative_to(_FOLDER))))
         if item.get_closest_marker("campaign"):
             item.add_marker("slow")
     if seed := config.getoption("--random-order"):
@@ -178,14 +179,14 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 def _group(item: pytest.Item) -> str:
     marker = item.get_closest_marker("xdist_group")
-    return marker.args[0] if marker else item.nodeid
+    assert marker is not None
+    return str(marker.args[0])
 
 
-def _shares_with_its_file(item: pytest.Item) -> bool:
-    if not isinstance(item, pytest.Function):
-        return False
-    fixtures = item._fixtureinfo.name2fixturedefs.values()  # pytest has no public way to ask for scopes
-    return any(fixture[-1].scope == "module" for fixture in fixtures)
+def pytest_collection_finish() -> None:
+    """Leave modules and tests out of what the collector of cycles looks through: it would, thousands of times."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

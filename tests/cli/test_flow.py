@@ -107,9 +107,10 @@ def test_plan_refuses_to_overwrite_and_says_how(
     assert snapshot(folder) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stage", "grid_m"),
-    [*(pytest.param(*each, marks=pytest.mark.slow) for each in (("load", "1.0"), ("scan", "0.4"))), ("export", "1.0")],
+    [("load", "1.0"), ("scan", "0.4"), ("export", "1.0")],
 )
 def test_interrupted_plan_leaves_nothing_half_written(
     stage: str, grid_m: str, tmp_path_factory: pytest.TempPathFactory, tmp_path: Path

@@ -19,7 +19,7 @@ from tlsplan.group import cli
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md")])
 BY_NAME = {str(page.relative_to(ROOT)): page for page in PAGES}
-FIRST = ["README.md", "docs/tutorial.md", "docs/tour.md", "docs/howto/notebook.md"]
+FIRST = ["README.md", "docs/tutorial.md", "docs/tour.md"]
 CheckPage = Callable[[str, Callable[[Block], bool]], None]
 TOPS = "planner_core|cli|docs|tests|kernels|viewer_web|scenes_synthetic|requirements"
 MADE = r"node_modules|test-results|/dist\b"

@@ -182,6 +182,7 @@ def test_the_engine_is_chosen_by_memory(
     assert device_of(parted) is parted.opened
 
 
+@pytest.mark.slow
 def test_patch_mode_of_parts_is_tested_on_the_host(
     house: tuple[Scene, Patches], parted: PartedEngine, shapes: SimpleNamespace
 ) -> None:

@@ -183,11 +183,12 @@ def test_box_room_without_storeys_has_one_level():
     assert floor.elevation_m == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "names", "elevations_m", "n_left_out"),
     [
         ("duplex", ["Level 1", "Level 2"], [0.0, 3.1], 2),
-        pytest.param("fzk-haus", ["Erdgeschoss", "Dachgeschoss"], [0.0, 2.7], 0, marks=pytest.mark.slow),
+        ("fzk-haus", ["Erdgeschoss", "Dachgeschoss"], [0.0, 2.7], 0),
     ],
 )
 def test_floors_of_real_buildings_are_the_storeys_people_live_on(name, names, elevations_m, n_left_out, real_scene):

@@ -10,11 +10,11 @@ from planner_core.scene.floors import find_floors
 from planner_core.scene.load import LoadOptions, load_scene
 from tests.scene.real_buildings import EXPECTED
 
-#: Of each kind of evidence one: storeys without slabs, walls or slabs alone, a trade, several files, no storeys, y up.
+#: Of each kind of evidence one: storeys without slabs, walls or slabs alone, a trade, no storeys, y up.
 QUICK = {
     "ifc-openhouse-ifc4.ifc", "ifc-munich-roof-bricscad.ifc",
     "ifc-schependomlaan-kanaalplaatvloer-archicad18.ifc", "ifc-schependomlaan-staal-archicad18.ifc",
-    "schependomlaan, four files", "obj-angelhouse-telaviv-rhino.obj", "gltf-habitat-simple-room.glb",
+    "obj-angelhouse-telaviv-rhino.obj", "gltf-habitat-simple-room.glb",
 }  # fmt: skip
 #: Minutes to read.
 LARGE = {

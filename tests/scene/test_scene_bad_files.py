@@ -506,6 +506,7 @@ def test_gltf_sparse_accessor_that_replaces_a_missing_value_is_refused(tmp_path)
 
 
 # ----------------------------------------------------------------------------------------- native libraries
+@pytest.mark.slow
 def test_bad_files_neither_crash_the_process_nor_reach_stderr(tmp_path, write_house):
     """Native libraries write to the process's stderr, which only a process of its own shows."""
     paths = [written(tmp_path, "jpeg.usdc", JPEG)]

@@ -77,7 +77,7 @@ def test_set_of_a_larger_problem_is_smaller_than_greedy_selection_s():
     assert (stations[-1], bounds[-1]) == (len(found.chosen), found.lower_bound)
 
 
-@pytest.mark.parametrize("loops", [False, True])
+@pytest.mark.parametrize("loops", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_set_with_a_network_hangs_together_by_networkx(loops):
     for seed in range(2):
         problem = random_problem(seed, n=40, r=300, density=0.1)
@@ -114,6 +114,7 @@ def test_core_with_loops_keeps_all_candidates():
     assert core_problem(problem, bound, n_stations=40, network=network).candidate.size == 80
 
 
+@pytest.mark.slow
 def test_same_settings_give_the_same_result_on_device_and_host():
     problem = random_problem(4, n=16, r=100, density=0.15)
     limits = Proven(work_limit=0.0055, n_walks=1)

@@ -116,7 +116,7 @@ def test_bound_comes_within_a_percent_of_the_linear_relaxation_whatever_targets_
     assert bound.value >= 0.99 * value or bound.stations >= bound.relaxation_at_most
 
 
-@pytest.mark.parametrize("factor", [100, 0.01])
+@pytest.mark.parametrize("factor", [100, pytest.param(0.01, marks=pytest.mark.slow)])
 def test_steps_that_begin_out_of_balance_find_it(monkeypatch, factor):
     # With a balance that stays as it was set, 38.5 and 38.9 are proven of 40.1.
     monkeypatch.setattr(saddle, "_BALANCE", factor * saddle._BALANCE)

@@ -139,7 +139,7 @@ def test_more_stations_that_begin_with_fewer_never_cover_less():
     assert ticks[0] == best_by_trial(problem, 1)
 
 
-@pytest.mark.parametrize(("looks", "n_given"), [(1, 2), (2, 0)])
+@pytest.mark.parametrize(("looks", "n_given"), [pytest.param(1, 2, marks=pytest.mark.slow), (2, 0)])
 def test_bound_comes_within_a_percent_of_the_linear_relaxation(looks, n_given):
     from scipy.optimize import linprog
 

@@ -57,6 +57,7 @@ def test_other_solvers_say_whether_their_plan_meets_everything(name):
             assert found.valid, seed
 
 
+@pytest.mark.slow
 def test_selection_of_large_problems_has_a_plan_and_a_bound_that_is_none_too_high():
     instance = tiny(1, linked=True)
     found = solvers.solve("large", instance, limit_s=1.0, work=0.01)

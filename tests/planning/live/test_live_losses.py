@@ -48,7 +48,7 @@ def noisy_house(planned: Planned, noisy: PlanSettings) -> LivePlan:
     return open_live(planned("house", noisy)[0])
 
 
-@pytest.fixture(params=["house", "asking_house", "noisy_house"])
+@pytest.fixture(params=["house", "asking_house", pytest.param("noisy_house", marks=pytest.mark.slow)])
 def live(request: pytest.FixtureRequest) -> LivePlan:
     found: LivePlan = request.getfixturevalue(request.param)
     return found

@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from planner_core.plan_folder.carry_over import carry_over
 from viewer_web.server.jobs.turn import Holder, holder_of_turn, last_run, take_turn, tell_turn
 
@@ -28,6 +30,7 @@ def hold(folder: Path, run: str) -> subprocess.Popen[str]:
     return process
 
 
+@pytest.mark.slow
 def test_a_turn_lasts_as_long_as_the_process_that_inherited_it(tmp_path: Path) -> None:
     assert holder_of_turn(tmp_path) is None
     with hold(tmp_path, "R007") as process:
