@@ -34,7 +34,7 @@ _PREFIX = "import sys; sys.path[:0] = [{here!r}]; import injected; injected.inst
 _PLAIN = """
 from pathlib import Path
 from planner_core.plan_folder import folder, report
-def write_report(plan, at, *, engine):
+def write_report(plan, at, *, engine, pictures):
     at.mkdir()
     for name in (report.map_name(0), report.link_map_name(0), report.picture_name(0)):
         (at / name).write_bytes(bytes(300_000))
