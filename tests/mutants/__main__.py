@@ -97,6 +97,7 @@ def _outcome(tree: Path, tests: list[str]) -> str:
         return "never run"
     (tree / "tests.txt").write_text("\n".join(tests) + "\n")
     ended = _pytest(tree, ["-x", "-p", "no:cacheprovider", "@tests.txt"], None)
+    assert b"ERROR: not found:" not in (tree / "pytest.log").read_bytes(), "a recorded test is gone: record again"
     # 1: a test failed; 3 and 4: the product could not even be imported.
     return {0: "unnoticed", 1: "noticed", 2: "noticed", 3: "noticed", 4: "noticed", None: "noticed"}[ended]
 
@@ -108,7 +109,7 @@ def _tests_of(breaks: list[Break], rows: Path) -> list[list[str]]:
     users: dict[str, set[str]] = defaultdict(set)
     for file in sorted(rows.iterdir()):
         for row in map(json.loads, file.read_text(encoding="utf-8").splitlines()):
-            test = row["test"].partition("@")[0]  # xdist appends the group
+            test = _named(row["test"])
             if "break" not in row:
                 cost_s[test] = row["processor_s"]
                 for fixture in row["fixtures"]:
@@ -125,6 +126,12 @@ def _tests_of(breaks: list[Break], rows: Path) -> list[list[str]]:
             tests = {test for test in cost_s if test.startswith(mirrored)}
         found.append(sorted(tests & cost_s.keys(), key=lambda test: (cost_s[test], test)))
     return found
+
+
+def _named(test: str) -> str:
+    """The id by which pytest finds a test: without xdist's group, and all parameters where one holds a `::`."""
+    name, _, parameters = test.partition("@")[0].partition("[")
+    return f"{name}[{parameters}" if parameters and "::" not in parameters else name
 
 
 def _copy(tree: Path) -> Path:
