@@ -130,8 +130,11 @@ def _tests_of(breaks: list[Break], rows: Path) -> list[list[str]]:
 
 def _named(test: str) -> str:
     """The id by which pytest finds a test: without xdist's group, and all parameters where one holds a `::`."""
-    name, _, parameters = test.partition("@")[0].partition("[")
-    return f"{name}[{parameters}" if parameters and "::" not in parameters else name
+    name, bracket, rest = test.partition("[")
+    if not bracket:
+        return name.partition("@")[0]
+    parameters = rest[: rest.rindex("]")]
+    return name if "::" in parameters else f"{name}[{parameters}]"
 
 
 def _copy(tree: Path) -> Path:
