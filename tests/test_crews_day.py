@@ -332,6 +332,7 @@ def compare_scans_with_the_plan(day: Day) -> None:
     day.tlsplan("export", "scanned", "--format", "e57", "-o", "scans.e57", "--max-points", "1000")
     poses = day.tlsplan("compare", day.plan, "--stations", "scans.e57", "--no-scan-again", "--json", code=7)
     found = json.loads(poses.stdout)
+    assert found["scan_again"] is None
     counts = {"as planned": len(rows) - 1, "moved": 1, "missing": 1, "additional": 0}
     assert {fate: found["counts"][fate] for fate in counts} == counts
     for result in found["requirements"]:
