@@ -132,10 +132,10 @@ class Page:
             if not isinstance(each, Block):
                 kind, text = each
                 printed[text] = printed[""] = give(text) if kind == "given" else _output(text, tlsplan)
+            elif "file" in each.comments:  # of use to every block
+                Path(each.comments["file"]).write_text("\n".join(each.lines) + "\n", encoding="utf-8")
             elif each.is_left_out or not is_due(each):
                 continue
-            elif "file" in each.comments:
-                Path(each.comments["file"]).write_text("\n".join(each.lines) + "\n", encoding="utf-8")
             elif each.language == "python":
                 with redirect_stdout(StringIO()) as out:
                     exec("\n".join(each.lines), names)
