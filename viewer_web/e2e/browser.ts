@@ -77,8 +77,9 @@ export class ViewerPage {
     page.on('console', (message) => {
       if (message.type() === 'error') this.faults.push(`console: ${message.text()}`);
     });
+    const own = address.startsWith('file:') ? address : new URL(address).origin;
     page.on('request', (request) => {
-      if (!/^(data|blob):/.test(request.url()) && !request.url().startsWith(new URL(address).origin)) {
+      if (!/^(data|blob):/.test(request.url()) && !request.url().startsWith(own)) {
         this.faults.push(`request to ${request.url()}`);
       }
     });
