@@ -29,7 +29,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-firefox system-kernel-check lint typecheck \
   imports pytest pytest-slow pytest-campaign web web-check web-main e2e e2e-firefox e2e-scenes bench bench-roofline bench-patch-mode bench-genetic bench-selection bench-selection-large \
   bench-drivers bench-planning bench-channels bench-truth bench-live bench-clouds bench-cluster bench-area bench-scale bench-paper-scale reproduce plan-scenes \
-  campaigns test-repeatedly soak soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
+  campaigns test-repeatedly mutants soak soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -111,6 +111,10 @@ test-repeatedly: $(DEV) $(VIEWER) system-tests ## the quick Python tests in ten 
 	  $(PYTEST) --no-loadscope-reorder -m "not slow" --exitfirst --random-order $$seed $(PYTEST_ARGS) || \
 	    { echo "test-repeatedly: failed; make test-repeatedly TIMES=1 SEED=$$seed has the same order"; exit 1; }; \
 	done
+
+mutants: $(DEV) $(VIEWER) ## how many of sixty random faults in product code the quick Python tests notice; an hour; goes on where it was interrupted
+	[ -d build/mutants/rows ] || $(BIN)/python -m tests.mutants record build/mutants
+	$(BIN)/python -m tests.mutants count build/mutants
 
 web: web-check web-main ## the checks and tests of the viewer, and its main paths in a real browser
 
