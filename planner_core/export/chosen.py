@@ -76,7 +76,7 @@ def require_ground(stations: tuple[FieldStation, ...], what: str) -> None:
 
     Raises
     ------
-    HandoverError
+    ExportError
         Naming them.
     """
     unknown = [station.id for station in stations if not has_ground(station)]

@@ -189,7 +189,7 @@ def write_csv(plan: PlanSource, path: Path, options: Options, progress: Progress
     ------
     RequirementError
         Options that make no sense, see `profile_of`.
-    HandoverError
+    ExportError
         A ground point that is not known.
     """
     profile = profile_of(options)

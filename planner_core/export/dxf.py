@@ -102,7 +102,7 @@ def write_dxf(plan: PlanSource, path: Path, options: Options, progress: Progress
     ------
     RequirementError
         A floor or a paper size that is not there, a cut below the ground.
-    HandoverError
+    ExportError
         The plan folder's stage can't be read.
     """
     _check(options)

@@ -43,7 +43,7 @@ def outlines_of(plan: PlanSource, floors: Sequence[FieldFloor]) -> tuple[dict[st
 
     Raises
     ------
-    HandoverError
+    ExportError
         The stage of the plan folder can't be read.
     """
     building = read_building(plan.folder)

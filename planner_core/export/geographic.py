@@ -31,7 +31,7 @@ class Geographic:
 
         Raises
         ------
-        HandoverError
+        ExportError
             Coordinates that the CRS can't have.
         """
         east_m, north_m = np.asarray(site_m, dtype=np.float64).reshape(-1, 3)[:, :2].T
@@ -53,7 +53,7 @@ def geographic_of(frame: SiteFrame, what: str, *, instead: str = "") -> Geograph
     ------
     CrsNeededError
         The CRS is not known.
-    HandoverError
+    ExportError
         PROJ can't read it, or knows no way.
     """
     if not frame.crs:

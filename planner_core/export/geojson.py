@@ -35,7 +35,7 @@ def write_geojson(plan: PlanSource, path: Path, options: Options, progress: Prog
 
     Raises
     ------
-    HandoverError
+    ExportError
         Longitude and latitude are wanted, and the CRS is not known.
     """
     if options.geojson_crs not in ("wgs84", "local"):

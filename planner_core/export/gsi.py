@@ -69,7 +69,7 @@ def write_gsi8(plan: PlanSource, path: Path, options: Options, progress: Progres
 
     Raises
     ------
-    HandoverError
+    ExportError
         A coordinate or a subtraction of more digits, or a ground point that is not known.
     """
     return _write(plan, path, options, _Layout("GSI-8", 8, "", _unit(plan, options, 0)))
@@ -81,7 +81,7 @@ def write_gsi16(plan: PlanSource, path: Path, options: Options, progress: Progre
 
     Raises
     ------
-    HandoverError
+    ExportError
         A subtraction of more digits, or a ground point that is not known.
     """
     return _write(plan, path, options, _Layout("GSI-16", 16, "*", _unit(plan, options, 1)))

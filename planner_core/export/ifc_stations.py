@@ -84,7 +84,7 @@ def write_ifc_model(plan: PlanSource, path: Path, options: Options, progress: Pr
 
     Raises
     ------
-    HandoverError
+    ExportError
         The plan's scene is no IFC file, or not found.
     RequirementError
         A floor that is not there.

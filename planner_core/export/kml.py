@@ -64,7 +64,7 @@ def write_kml(plan: PlanSource, path: Path, options: Options, progress: Progress
 
     Raises
     ------
-    HandoverError
+    ExportError
         The CRS is not known, or a ground point is not.
     """
     if options.kml_heights not in ("relative", "absolute"):

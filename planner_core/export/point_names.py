@@ -41,7 +41,7 @@ def fitted_names(
 
     Raises
     ------
-    HandoverError
+    ExportError
         The same id twice, or no short names left that differ.
     """
     for index, name in enumerate(ids):

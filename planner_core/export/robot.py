@@ -91,7 +91,7 @@ def write_robot(plan: PlanSource, path: Path, options: Options, progress: Progre
 
     Raises
     ------
-    HandoverError
+    ExportError
         The scene is not found.
     """
     mission, remarks = _mission(plan, options, progress)

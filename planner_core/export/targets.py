@@ -27,7 +27,7 @@ def target_guarded(plan: PlanSource, target: Path) -> Iterator[None]:
 
     Raises
     ------
-    HandoverError
+    ExportError
         A file can't be read or written.
     """
     try:

@@ -27,7 +27,7 @@ def write_usdz(plan: PlanSource, path: Path, options: Options, progress: Progres
 
     Raises
     ------
-    HandoverError
+    ExportError
         The plan folder lacks a layer of its stage, or one can't be read.
     """
     names = _layer_names(plan)

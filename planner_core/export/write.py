@@ -72,7 +72,7 @@ def export_plan(
     ------
     OutputExistsError
         The target is there, and is not to be replaced.
-    HandoverError, PlanFolderError, CoordinatesError, SceneError
+    ExportError, PlanFolderError, CoordinatesError, SceneError
         What it is written from is not there or does not do; or the target can't be written.
     """
     (chosen,) = formats_named([name])

@@ -107,7 +107,7 @@ class PlanSource:
 
         Raises
         ------
-        HandoverError
+        ExportError
             One is not found, or is not the one that was planned on.
         """
         try:
@@ -120,7 +120,7 @@ class PlanSource:
 
         Raises
         ------
-        HandoverError
+        ExportError
             The file is not found; the message names it and --scene.
         SceneError
             It can't be read.

@@ -75,7 +75,7 @@ def noise_model(scanner: Scanner) -> NoiseModel:
 
     Raises
     ------
-    HandoverError
+    ExportError
         The scanner has neither a table of range noise nor a ranging accuracy.
     """
     if not scanner.range_noise and scanner.ranging_accuracy is None:

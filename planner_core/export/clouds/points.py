@@ -260,7 +260,7 @@ def open_clouds(source: PlanSource, options: Options, *, progress: Progress = si
     ------
     RequirementError
         A station or floor that is not there, or `max_points` below 1.
-    HandoverError
+    ExportError
         The scene is not found; noise is asked of a scanner without figures; a plan without stations.
     SceneError
         The scene can't be read.

@@ -88,7 +88,7 @@ def write_simulated_scans(
         Another format, or none.
     OutputExistsError
         The folder holds something, and is not to be replaced.
-    HandoverError
+    ExportError
         A file can't be written.
     MissingPackageError
         OpenImageIO is missing (EXR, PNG).

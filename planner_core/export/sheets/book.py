@@ -79,7 +79,7 @@ def gather(plan: PlanSource, options: Options) -> Contents:
     ------
     RequirementError
         No such paper or floor, or no height to cut walls at.
-    HandoverError
+    ExportError
         A file of the plan folder can't be read.
     MissingPackageError
         reportlab or matplotlib is missing.

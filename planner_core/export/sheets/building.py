@@ -62,7 +62,7 @@ def read_building(folder: Path) -> Building | str:
 
     Raises
     ------
-    HandoverError
+    ExportError
         Its stage can't be read.
     """
     stage, seen = folder / STAGE_FILE, folder / "viewer" / "patches.u8"
@@ -94,7 +94,7 @@ def read_figures(folder: Path, names: tuple[str, ...]) -> dict[str, FloatArray]:
 
     Raises
     ------
-    HandoverError
+    ExportError
         A file that is named is not there, or is no layer.
     """
     document = folder / "viewer" / "layers.json"

@@ -69,7 +69,7 @@ def write_html(plan: PlanSource, path: Path, options: Options, progress: Progres
 
     Raises
     ------
-    RequirementError, HandoverError, MissingPackageError
+    RequirementError, ExportError, MissingPackageError
         See `planner_core.export.sheets.book.gather`.
     """
     progress(ProgressEvent(STAGE, 0, 0, "reading the plan folder"))

@@ -19,7 +19,7 @@ def write_pdf(plan: PlanSource, path: Path, options: Options, progress: Progress
 
     Raises
     ------
-    RequirementError, HandoverError, MissingPackageError
+    RequirementError, ExportError, MissingPackageError
         See `planner_core.export.sheets.book.gather`.
     """
     progress(ProgressEvent(STAGE, 0, 0, "reading the plan folder"))
