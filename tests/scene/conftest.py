@@ -405,23 +405,22 @@ def in_this_process_unless_apart(request: pytest.FixtureRequest) -> None:
 
 
 @pytest.fixture
-def in_this_process() -> Iterator[None]:
-    """Native readers run in this process, where a test can change them."""
-    with native_readers_here():
-        yield
+def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Native readers run in this process, where a test can change them: by the test's own patches, undone in order."""
+    monkeypatch.setattr("planner_core.child_process.run_apart", _run_here)
 
 
 @contextmanager
 def native_readers_here() -> Iterator[None]:
     """Run native readers in this process."""
-
-    def run_here(function: str, arguments: dict[str, Any], **_: Any) -> Any:
-        module, _, name = function.partition(":")
-        return getattr(import_module(module), name)(**arguments)
-
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("planner_core.child_process.run_apart", run_here)
+        patch.setattr("planner_core.child_process.run_apart", _run_here)
         yield
+
+
+def _run_here(function: str, arguments: dict[str, Any], **_: Any) -> Any:
+    module, _, name = function.partition(":")
+    return getattr(import_module(module), name)(**arguments)
 
 
 @pytest.fixture(scope="session")
