@@ -11,10 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int64Array
+from planner_core.compiled import compiled
+from planner_core.model import FloatArray, Int64Array
 
-#: Pairs of triangle and cell looked at in one go; keeps the working set in the cache.
-_CHUNK = 200_000
 #: Pairs of one band of rows; bounds memory to some hundred megabytes.
 _BAND_PAIRS = 3_000_000
 #: A triangle this far outside a cell, in cells, still touches it: rounding.
@@ -91,77 +90,81 @@ def _of_band(
     first: tuple[Int64Array, Int64Array],
     size: tuple[Int64Array, Int64Array],
 ) -> Footprints:
-    count = size[0] * size[1]
-    ends = np.cumsum(count)
-    parts: list[tuple[Int64Array, Int64Array, FloatArray, FloatArray]] = []
-    start = 0
-    while start < which.size:
-        done = int(ends[start - 1]) if start else 0
-        stop = max(start + 1, int(np.searchsorted(ends, done + _CHUNK, side="right")))
-        part = slice(start, stop)
-        owner = np.repeat(np.arange(start, stop), count[part])
-        nth = np.arange(owner.size) - np.repeat(ends[part] - count[part] - done, count[part])
-        for low in range(0, owner.size, _CHUNK):  # a large triangle alone has more pairs than a chunk
-            o, n = owner[low : low + _CHUNK], nth[low : low + _CHUNK]
-            x, y = first[0][o] + n % size[0][o], first[1][o] + n // size[0][o]
-            z_low, z_high, touches = _heights(corners_m[which[o]], grid, x, y)
-            parts.append(((y * grid.nx + x)[touches], which[o][touches], z_low[touches], z_high[touches]))
-        start = stop
-    empty = (np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0), np.empty(0))
-    column, triangle, z_low, z_high = (np.concatenate(field) for field in zip(empty, *parts, strict=True))
-    return Footprints(column, triangle, z_low, z_high)
+    n_pairs = int((size[0] * size[1]).sum())
+    column, triangle = np.empty(n_pairs, np.int64), np.empty(n_pairs, np.int64)
+    low_m, high_m = np.empty(n_pairs), np.empty(n_pairs)
+    grid_low_m, cell_m = np.asarray(grid.low_m, dtype=np.float64), float(grid.cell_m)
+    corners_m = np.asarray(corners_m, dtype=np.float64)
+    n = _fill(corners_m, grid_low_m, cell_m, grid.nx, which, *first, *size, column, triangle, low_m, high_m)
+    return Footprints(column[:n], triangle[:n], low_m[:n], high_m[:n])
 
 
-def _heights(
-    corners_m: FloatArray, grid: Grid, x: Int64Array, y: Int64Array
-) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Least and greatest height of triangles (M, 3, 3) inside cells, and whether they touch them at all.
+@compiled
+def _fill(
+    corners_m: FloatArray,
+    grid_low_m: FloatArray,
+    cell_m: float,
+    nx: int,
+    which: Int64Array,
+    first_x: Int64Array,
+    first_y: Int64Array,
+    n_x: Int64Array,
+    n_y: Int64Array,
+    column: Int64Array,
+    triangle: Int64Array,
+    low_m: FloatArray,
+    high_m: FloatArray,
+) -> int:
+    """Write the cells that triangles `which` touch, and the heights between which they do, and return their number.
 
     The part of a triangle over a cell is a convex polygon; its corners lie on the triangle's edges, clipped to the
     cell, or they are corners of the cell.
     """
-    # Coordinates in cells, from the cell's low corner: the cell is the unit square.
-    px = [(corners_m[:, k, 0] - grid.low_m[0]) / grid.cell_m - x for k in range(3)]
-    py = [(corners_m[:, k, 1] - grid.low_m[1]) / grid.cell_m - y for k in range(3)]
-    pz = [corners_m[:, k, 2] for k in range(3)]
-    low, high = np.full(x.size, np.inf), np.full(x.size, -np.inf)
-    for a, b in ((0, 1), (1, 2), (2, 0)):
-        t_in, t_out = _clip(px[a], px[b], py[a], py[b])
-        passes = t_in <= t_out
-        for t in (t_in, t_out):
-            z = pz[a] + t * (pz[b] - pz[a])
-            np.minimum(low, z, out=low, where=passes)
-            np.maximum(high, z, out=high, where=passes)
-    _corners_inside(px, py, pz, low, high)
-    return low, high, low <= high
+    n = 0
+    x, y, z = np.empty(3), np.empty(3), np.empty(3)
+    for index in range(which.size):
+        corners = corners_m[which[index]]
+        for row in range(first_y[index], first_y[index] + n_y[index]):
+            for across in range(first_x[index], first_x[index] + n_x[index]):
+                # Coordinates in cells, from the cell's low corner: the cell is the unit square.
+                for k in range(3):
+                    x[k] = (corners[k, 0] - grid_low_m[0]) / cell_m - across
+                    y[k] = (corners[k, 1] - grid_low_m[1]) / cell_m - row
+                    z[k] = corners[k, 2]
+                low, high = np.inf, -np.inf
+                for a in range(3):
+                    b = (a + 1) % 3
+                    t_in, t_out = _clip(x[a], x[b], y[a], y[b])
+                    if t_in <= t_out:
+                        z_in, z_out = z[a] + t_in * (z[b] - z[a]), z[a] + t_out * (z[b] - z[a])
+                        low, high = min(low, z_in, z_out), max(high, z_in, z_out)
+                abx, aby, acx, acy = x[1] - x[0], y[1] - y[0], x[2] - x[0], y[2] - y[0]
+                twice_area = abx * acy - aby * acx
+                if abs(twice_area) > _SLACK:
+                    scale = 1.0 / twice_area
+                    for corner in range(4):
+                        cx, cy = float(corner % 2), float(corner // 2)
+                        to_b = ((cx - x[0]) * acy - (cy - y[0]) * acx) * scale
+                        to_c = ((cy - y[0]) * abx - (cx - x[0]) * aby) * scale
+                        if to_b >= 0 and to_c >= 0 and to_b + to_c <= 1:
+                            height = z[0] + to_b * (z[1] - z[0]) + to_c * (z[2] - z[0])
+                            low, high = min(low, height), max(high, height)
+                if low <= high:
+                    column[n], triangle[n] = row * nx + across, which[index]
+                    low_m[n], high_m[n] = low, high
+                    n += 1
+    return n
 
 
-def _clip(ax: FloatArray, bx: FloatArray, ay: FloatArray, by: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Parameters at which edges a to b enter and leave the unit square; enter > leave where they miss it."""
-    t_in, t_out = np.zeros(ax.size), np.ones(ax.size)
+@compiled
+def _clip(ax: float, bx: float, ay: float, by: float) -> tuple[float, float]:
+    """Parameters at which an edge a to b enters and leaves the unit square; enter > leave where it misses it."""
+    t_in, t_out = 0.0, 1.0
     for a, d in ((ax, bx - ax), (ay, by - ay)):
-        along = np.abs(d) > _SLACK
-        scale = 1.0 / np.where(along, d, 1.0)
-        t0, t1 = (-_SLACK - a) * scale, (1.0 + _SLACK - a) * scale
-        t_in = np.maximum(t_in, np.where(along, np.minimum(t0, t1), 0.0))
-        t_out = np.minimum(t_out, np.where(along, np.maximum(t0, t1), 1.0))
-        beside = ~along & ((a < -_SLACK) | (a > 1.0 + _SLACK))
-        t_out = np.where(beside, -1.0, t_out)
+        if abs(d) > _SLACK:
+            scale = 1.0 / d
+            t0, t1 = (-_SLACK - a) * scale, (1.0 + _SLACK - a) * scale
+            t_in, t_out = max(t_in, min(t0, t1)), min(t_out, max(t0, t1))
+        elif a < -_SLACK or a > 1.0 + _SLACK:
+            t_out = -1.0
     return t_in, t_out
-
-
-def _corners_inside(
-    px: list[FloatArray], py: list[FloatArray], pz: list[FloatArray], low: FloatArray, high: FloatArray
-) -> None:
-    """Widen low and high by the triangles' heights at those of the square's corners that lie inside them."""
-    abx, aby, acx, acy = px[1] - px[0], py[1] - py[0], px[2] - px[0], py[2] - py[0]
-    twice_area = abx * acy - aby * acx
-    flat = np.abs(twice_area) > _SLACK
-    scale = 1.0 / np.where(flat, twice_area, 1.0)
-    for cx, cy in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)):
-        lb = ((cx - px[0]) * acy - (cy - py[0]) * acx) * scale
-        lc = ((cy - py[0]) * abx - (cx - px[0]) * aby) * scale
-        inside = flat & (lb >= 0) & (lc >= 0) & (lb + lc <= 1)
-        z = pz[0] + lb * (pz[1] - pz[0]) + lc * (pz[2] - pz[0])
-        np.minimum(low, z, out=low, where=inside)
-        np.maximum(high, z, out=high, where=inside)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from planner_core.compiled import compiled
 from planner_core.model import FloatArray, Int32Array, Int64Array
 
 #: Steps to the eight neighbours: even numbers along the axes, odd ones diagonal, counter-clockwise from +x.
@@ -46,18 +47,35 @@ def spread(
     # Among nodes that are their own nearest source none has anything to offer: the rim of these is where it begins.
     done = np.append(best == 0.0, True)  # the last entry is for no neighbour, -1
     front = seeded[~(done[seeded] & done[links[seeded]].all(axis=1))]
-    while front.size:
-        changed = []
-        for direction in range(NEIGHBOURS.shape[0]):
-            to = links[front, direction]
-            has = to >= 0
-            to, offered = to[has], owner[front[has]]
-            distance = ((at[to] - place[offered]) ** 2).sum(axis=1)
-            # One neighbour at most offers along a direction, so no node is written twice here. Of equally near
-            # sources the one with the least number stays, whatever the order of visits.
-            better = (distance < best[to]) | ((distance == best[to]) & (offered < owner[to]))
-            better &= distance <= limit
-            best[to[better]], owner[to[better]] = distance[better], offered[better]
-            changed.append(to[better])
-        front = np.unique(np.concatenate(changed))
+    _hand_on(links, at, place, front, owner, best, limit)
     return np.sqrt(best), owner
+
+
+@compiled
+def _hand_on(
+    links: Int32Array,
+    at: FloatArray,
+    place: FloatArray,
+    front: Int64Array,
+    owner: Int64Array,
+    best: FloatArray,
+    limit: float,
+) -> None:
+    """Hand the nearest sources of nodes `front` on to their neighbours, until none of them is nearer."""
+    is_next = np.zeros(owner.size, dtype=np.bool_)
+    while front.size:
+        for direction in range(links.shape[1]):
+            offers = owner[front]
+            for nth in range(front.size):
+                to, offered = links[front[nth], direction], offers[nth]
+                if to < 0:
+                    continue
+                x, y = at[to, 0] - place[offered, 0], at[to, 1] - place[offered, 1]
+                distance = x * x + y * y
+                # Of equally near sources the one with the least number stays, whatever the order of visits.
+                nearer = distance < best[to] or (distance == best[to] and offered < owner[to])
+                if nearer and distance <= limit:
+                    best[to], owner[to] = distance, offered
+                    is_next[to] = True
+        front = np.flatnonzero(is_next)
+        is_next[front] = False

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int64Array
+from planner_core.compiled import compiled
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
 from planner_core.positions.free_space import FreeSpace, components, half_links, number_among
 from planner_core.positions.reach import Reach
 from planner_core.positions.spread import NEIGHBOURS
@@ -339,26 +340,40 @@ def walks_straight(
 
     The line is 8-connected: no cell of it is further than half a cell from the straight line.
     """
-    start, move = cells[node], cells[other] - cells[node]
-    n_steps = np.abs(move).max(axis=1, initial=0)
-    rise_m = space.ground_m[other] - space.ground_m[node]
-    at = node.copy()
-    passes = walkable[node] & walkable[other]
-    before = start.copy()
-    for step in range(1, int(n_steps.max(initial=0)) + 1):
-        live = np.flatnonzero(passes & (step <= n_steps))
-        if not live.size:
-            break
-        n = n_steps[live, None]
-        now = start[live] + (2 * step * move[live] + n) // (2 * n)
-        turn = now - before[live] + 1
-        before[live] = now
-        to = space.links[at[live], _DIRECTION[turn[:, 0], turn[:, 1]]].astype(np.int64)
-        line_m = space.ground_m[node[live]] + rise_m[live] * (step / n_steps[live])
-        good = (to >= 0) & walkable[to] & (np.abs(space.ground_m[to] - line_m) <= _OFF_LINE_M)
-        at[live] = np.where(good, to, -1)
-        passes[live] = good
-    return np.asarray(passes & (at == other))
+    passes = np.zeros(node.size, dtype=np.bool_)
+    _walk_straight(space.links, space.ground_m, cells, walkable, _DIRECTION, node, other, passes)
+    return passes
+
+
+@compiled
+def _walk_straight(
+    links: Int32Array,
+    ground_m: FloatArray,
+    cells: Int64Array,
+    walkable: BoolArray,
+    direction: Int64Array,
+    node: Int64Array,
+    other: Int64Array,
+    passes: BoolArray,
+) -> None:
+    for index in range(node.size):
+        at, end = node[index], other[index]
+        if not (walkable[at] and walkable[end]):
+            continue
+        start_x, start_y = cells[at, 0], cells[at, 1]
+        move_x, move_y = cells[end, 0] - start_x, cells[end, 1] - start_y
+        start_m, rise_m = ground_m[at], ground_m[end] - ground_m[at]
+        n = max(abs(move_x), abs(move_y))
+        x, y = start_x, start_y
+        for step in range(1, n + 1):
+            now_x = start_x + (2 * step * move_x + n) // (2 * n)
+            now_y = start_y + (2 * step * move_y + n) // (2 * n)
+            at = links[at, direction[now_x - x + 1, now_y - y + 1]]
+            if at < 0 or not walkable[at] or abs(ground_m[at] - (start_m + rise_m * (step / n))) > _OFF_LINE_M:
+                break
+            x, y = now_x, now_y
+        else:
+            passes[index] = at == end
 
 
 def _blocks(space: FreeSpace, walkable: BoolArray) -> tuple[Int64Array, Int64Array]:

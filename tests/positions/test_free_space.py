@@ -316,7 +316,6 @@ def test_a_scene_in_bands_of_rows_gives_the_same_free_space(monkeypatch: pytest.
     survey = survey_in("thin-walls")
     whole = free_space(survey)
     monkeypatch.setattr("planner_core.positions.footprints._BAND_PAIRS", 3000)
-    monkeypatch.setattr("planner_core.positions.footprints._CHUNK", 700)
     banded = free_space(survey)
     assert banded.ground_m.tobytes() == whole.ground_m.tobytes()
     assert banded.links.tobytes() == whole.links.tobytes()
