@@ -28,12 +28,15 @@ from planner_core.positions.ground_picks import with_ground_picks
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scanner.template import make_template
 from planner_core.scene.extent import check_extent
-from planner_core.scene.floors import find_floors
+from planner_core.scene.floors import find_floors, floor_of_triangles
+from planner_core.scene.ground_planes import with_ground_planes
 from planner_core.scene.patches import make_patches
 
 
 def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = silent) -> Survey:
     """Find floors and patches of `scene`; what the site marks as ground, or unmarks, counts.
+
+    Where a storey's elevation is its ground, the survey's scene has that plane as surfaces behind those of `scene`.
 
     Raises
     ------
@@ -46,15 +49,16 @@ def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = si
     progress(ProgressEvent("survey", 0, 2, "floors"))
     report = with_ground_picks(scene, find_floors(scene), settings.site.ground_picks)
     planned = planned_floors(report.floors, settings.requirements.floors)
+    scene, floors = with_ground_planes(scene, report.floors)
     progress(ProgressEvent("survey", 1, 2, "patches"))
     patches = make_patches(scene, max_area_m2=settings.max_patch_area_m2)
     progress(ProgressEvent("survey", 2, 2))
     template = make_template(settings.scanner)
     return Survey(
         scene=scene,
-        floors=report.floors,
+        floors=floors,
         patches=patches,
-        floor_of_triangle=report.floor_of_triangle,
+        floor_of_triangle=floor_of_triangles(scene, floors),
         template=template,
         scanner=settings.scanner,
         scan_mode=scan_mode_of(settings.scan_mode, template),

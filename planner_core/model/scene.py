@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
 
@@ -200,8 +200,9 @@ class Floor:
 
     Floors that people marked have the numbers behind these, whatever their height.
 
-    ground_triangles : (G,) int32, sorted triangle ids. Empty where the storey has no slab: then the ground is the
-    plane z = elevation_m inside `bounds_m`, and `origin` is `storey-elevation`.
+    ground_triangles : (G,) int32, sorted triangle ids. Empty where the storey has no slab, and `origin` is
+    `storey-elevation`: then the ground is the plane z = elevation_m in the rectangles `plane_m`, which a `Survey` adds
+    to its scene as triangles.
     bounds_m : (2, 2) float64, local [[x_min, y_min], [x_max, y_max]] of the ground.
     """
 
@@ -214,6 +215,8 @@ class Floor:
     bounds_m: FloatArray
     origin: str
     """`slab`, `surface` or `storey-elevation`: how the ground was found; `marked`: see `GroundPick`."""
+    plane_m: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
+    """(R, 2, 2) local [[x_min, y_min], [x_max, y_max]] of the ground's pieces where it is a plane; else none."""
 
 
 @dataclass(frozen=True)

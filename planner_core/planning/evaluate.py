@@ -58,7 +58,7 @@ def evaluate_stations(
         As for `planner_core.planning.plan.make_plan`.
     """
     survey = make_survey(scene, settings, progress=progress)
-    scan_engine = open_engine(scene, survey.patches, engine=engine, device=device)
+    scan_engine = open_engine(survey.scene, survey.patches, engine=engine, device=device)
     plan = evaluate_survey(survey, settings, stations, scan_engine, progress=progress)
     return with_judgement(plan, scan_engine, n_points=judge_points, progress=progress)
 

@@ -78,7 +78,7 @@ def make_plan(
     # 1. What there is: floors, patches, the beams of one scan.
     survey = make_survey(scene, settings, progress=progress)
     # 2. Something to scan with.
-    scan_engine = open_engine(scene, survey.patches, engine=engine, device=device)
+    scan_engine = open_engine(survey.scene, survey.patches, engine=engine, device=device)
     plan = plan_survey(survey, settings, scan_engine, progress=progress)
     return with_judgement(plan, scan_engine, n_points=judge_points, progress=progress)
 

@@ -106,7 +106,7 @@ class TripodTests:
         self._reach_m = float(np.linalg.norm(extent_m)) + 1.0  # longer than any line through the scene
         self._is_ground = np.zeros(scene.n_triangles + 1, dtype=bool)  # the last entry is the miss, -1
         self._is_ground[floor.ground_triangles] = True
-        self._has_slab = floor.ground_triangles.size > 0
+        self._has_slab = floor.origin != "storey-elevation"
         self._mostly_covered = self._has_slab and self._is_mostly_covered()
 
     def with_ground(self, floor: Floor) -> TripodTests:
@@ -208,13 +208,12 @@ class TripodTests:
         """Tell whether ground is the first thing straight below, `height_m` down."""
         hits = self._cast(position_m, _DOWN, self._reach_m)
         with np.errstate(invalid="ignore"):
-            if not self._has_slab:
-                # A slab of another kind at that height is ground just as well.
-                return ~(hits.range_m < height_m - slack_m)
             off_m = np.abs(hits.range_m - height_m)
             # Undersides of cabinets and doors often lie in the ground's plane, and engines differ in which of two
             # equal hits they report: what is flush with the ground counts as ground.
-            return (self._is_ground[hits.triangle] & (off_m <= slack_m)) | (off_m <= _FLUSH_M)
+            # Where a plane stands for a slab, one of another kind at that height is ground just as well.
+            is_ground = self._is_ground[hits.triangle] | (not self._has_slab)
+            return (is_ground & (off_m <= slack_m)) | (off_m <= _FLUSH_M)
 
     def _hits_any(self, position_m: FloatArray, directions: FloatArray, range_max_m: float) -> BoolArray:
         hits = self._cast(position_m, directions, range_max_m)

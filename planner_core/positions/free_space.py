@@ -147,10 +147,9 @@ def free_space(
 ) -> FreeSpace:
     """Find where `mover` can walk, on all floors and the stairs between them.
 
-    Surfaces that no ground of a floor is linked to (table tops, roofs) have no nodes. Where a floor has no slab, the
-    plane at its elevation is ground: under cover, if most of it is covered. `cell_m` grows on sites of more than
-    `MAX_CELLS` cells, to `LARGEST_CELL_M` or the mover's radius; `FreeSpace.grid` tells. `known` is a space of this
-    survey without zones, of whichever mover.
+    Surfaces that no ground of a floor is linked to (table tops, roofs) have no nodes. `cell_m` grows on sites of more
+    than `MAX_CELLS` cells, to `LARGEST_CELL_M` or the mover's radius; `FreeSpace.grid` tells. `known` is a space of
+    this survey without zones, of whichever mover.
 
     Raises
     ------
@@ -166,7 +165,7 @@ def free_space(
     grid = _grid_over(survey.floors, corners_m, cell_m, mover.radius_m)
     solids = find_solids(corners_m, level, ground_floor, grid, step_m=mover.step_m)
     progress(ProgressEvent("free space", 1, 3, "links"))
-    node, links = _walkable(survey, mover, solids, grid)
+    node, links = _walkable(mover, solids, grid)
     progress(ProgressEvent("free space", 2, 3, "clearance"))
     cap_m = max(CLEARANCE_CAP_M, 2.0 * mover.radius_m)
     column, ground_m = solids.column[node], solids.top_m[node]
@@ -253,33 +252,16 @@ def _obstacles(survey: Survey, mover: Mover) -> tuple[FloatArray, BoolArray, Int
         is_door = np.array([element.kind == "IfcDoor" for element in scene.elements], dtype=bool)
         stays = ~is_door[scene.element_of_triangle] | (ground_floor >= 0)
         corners_m, ground_floor = corners_m[stays], ground_floor[stays]
-    for index, floor in enumerate(floors):
-        if floor.ground_triangles.size == 0:
-            corners_m = np.concatenate([corners_m, _plane(floor)])
-            ground_floor = np.append(ground_floor, np.full(2, index, dtype=np.int32))
     cross = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
     length = np.sqrt((cross * cross).sum(axis=1))
     level = (length > 0) & (np.abs(cross[:, 2]) >= np.cos(mover.max_slope_rad) * length - 1e-12)
     return corners_m, level, ground_floor.astype(np.int32)
 
 
-def _plane(floor: Floor) -> FloatArray:
-    """(2, 3, 3) the ground of a floor without slab."""
-    (x0, y0), (x1, y1) = floor.bounds_m
-    corner = np.array([[x, y, floor.elevation_m] for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))])
-    return corner[[[0, 1, 2], [0, 2, 3]]]
-
-
-def _walkable(survey: Survey, mover: Mover, solids: Solids, grid: Grid) -> tuple[Int64Array, Int32Array]:
+def _walkable(mover: Mover, solids: Solids, grid: Grid) -> tuple[Int64Array, Int32Array]:
     """Solids that are nodes, (N,), and their links (N, 8)."""
     headroom_m = solids.headroom_m()
     open_above = solids.can_stand & (headroom_m >= needed_height_m(mover, solids.ground_floor) - _SLACK_M)
-    for index, floor in enumerate(survey.floors):
-        if floor.ground_triangles.size == 0:
-            own = open_above & (solids.ground_floor == index)
-            outdoors = own & np.isinf(headroom_m)
-            if 2 * int(outdoors.sum()) < int(own.sum()):
-                open_above &= ~outdoors
     node = np.flatnonzero(open_above)
     links = _links(solids, node, grid, mover.step_m)
     kept = _joined_to(links, solids.ground_floor[node] >= 0)

@@ -80,7 +80,7 @@ def _mark(mesh: _Mesh, floors: list[Floor], region: Int32Array, name: str, what:
             f"{what}: floor {chosen.name!r} had its storey's elevation as ground and no surface; its ground is now "
             "the marked surface only"
         )
-        chosen = replace(chosen, origin=MARKED, ground_area_m2=0.0)
+        chosen = replace(chosen, origin=MARKED, ground_area_m2=0.0, plane_m=chosen.plane_m[:0])
     more = np.setdiff1d(region, chosen.ground_triangles)
     if more.size:
         triangles = np.union1d(chosen.ground_triangles, more).astype(np.int32)

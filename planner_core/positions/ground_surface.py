@@ -28,21 +28,14 @@ class GroundSurface:
     """Ground of one floor of `survey`. `low_m`, `high_m`: its least and greatest height."""
 
     def __init__(self, survey: Survey, floor: Floor) -> None:
-        self._floor = floor
         corners = survey.scene.vertices_m[survey.scene.triangles[floor.ground_triangles]].reshape(-1, 3, 3)
         self._a, self._ab, self._ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         self._twice_area = self._ab[:, 0] * self._ac[:, 1] - self._ab[:, 1] * self._ac[:, 0]
-        height = corners[:, :, 2] if corners.size else np.array([floor.elevation_m])
-        self.low_m, self.high_m = float(height.min()), float(height.max())
+        self.low_m, self.high_m = float(corners[:, :, 2].min()), float(corners[:, :, 2].max())
         self._index(corners[:, :, :2])
 
     def below(self, positions_m: FloatArray) -> FloatArray:
-        """(N,) float64: height of the highest ground at or below each of positions (N, 3); NaN where there is none.
-
-        Of a floor without slab it is the floor's elevation, inside its bounds.
-        """
-        if self._floor.ground_triangles.size == 0:
-            return self._plane_below(positions_m)
+        """(N,) float64: height of the highest ground at or below each of positions (N, 3); NaN where there is none."""
         cell = self._cell_of(positions_m[:, :2])
         inside = (cell >= 0).all(axis=1) & (cell < self._shape).all(axis=1)
         number = np.where(inside, cell[:, 1] * self._shape[0] + cell[:, 0], 0)
@@ -61,12 +54,6 @@ class GroundSurface:
             start = stop
         return np.where(np.isfinite(highest), highest, np.nan)
 
-    def _plane_below(self, positions_m: FloatArray) -> FloatArray:
-        low, high = self._floor.bounds_m
-        over = ((positions_m[:, :2] >= low) & (positions_m[:, :2] <= high)).all(axis=1)
-        over &= positions_m[:, 2] >= self._floor.elevation_m - _BELOW_M
-        return np.where(over, self._floor.elevation_m, np.nan)
-
     def _meet(self, positions_m: FloatArray, which: Int64Array) -> tuple[FloatArray, BoolArray]:
         """Heights of triangles on the plumb lines of positions, pair by pair, and whether they are met below."""
         a, ab, ac = self._a[which], self._ab[which], self._ac[which]
@@ -84,8 +71,6 @@ class GroundSurface:
 
     def _index(self, plan_m: FloatArray) -> None:
         """List the triangles of plan (K, 3, 2) by cell, as compressed sparse rows."""
-        if not plan_m.size:
-            return
         low, high = plan_m.min(axis=1), plan_m.max(axis=1)
         extent = high.max(axis=0) - low.min(axis=0)
         # About a triangle's size; and a margin, so that the rim lies inside a cell.
@@ -116,9 +101,6 @@ def grid_on_ground(survey: Survey, floor: Floor, step_m: float) -> tuple[FloatAr
             "1e7; use a larger step"
         )
     low = floor.bounds_m.mean(axis=0) - 0.5 * (n - 1) * step_m
-    if floor.ground_triangles.size == 0:
-        index = np.arange(int(n.prod()))
-        return _places(index, low, step_m, int(n[0])), np.full(index.size, floor.elevation_m), 0
     corners = survey.scene.vertices_m[survey.scene.triangles[floor.ground_triangles]]
     shape = (int(n[0]), int(n[1]))
     columns = sample_columns(corners, floor.ground_triangles, low_m=low, step_m=step_m, shape=shape)

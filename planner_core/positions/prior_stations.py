@@ -62,9 +62,9 @@ def place_prior(tripods: Tripods, station: PriorStation, space: FreeSpace) -> Pr
 def with_ground_around(survey: Survey, floor: Floor, ground_m: FloatArray) -> Floor:
     """Return `floor` whose ground is also what is level with, and near to, places on the ground (K, 3).
 
-    Thresholds between slabs and landings of stairs are ground of no floor. A floor without slab stays as it is.
+    Thresholds between slabs and landings of stairs are ground of no floor.
     """
-    if floor.ground_triangles.size == 0 or not ground_m.shape[0]:
+    if not ground_m.shape[0]:
         return floor
     corners_m = survey.scene.vertices_m[survey.scene.triangles]
     low, high = corners_m.min(axis=1), corners_m.max(axis=1)

@@ -117,6 +117,7 @@ def _floor(index: int, ground: Ground) -> Floor:
         ground_triangles=ground.triangles,
         bounds_m=ground.bounds_m,
         origin=ground.origin,
+        plane_m=ground.plane_m,
     )
 
 

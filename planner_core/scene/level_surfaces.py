@@ -6,7 +6,7 @@ Local frame, metres. Windings are not trusted: what is a top side follows from p
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -37,7 +37,7 @@ _THIN_M = 0.05
 
 @dataclass(frozen=True)
 class Ground:
-    """A level before it has a number. `triangles` empty: the plane at `elevation_m` inside `bounds_m`."""
+    """A level before it has a number. `triangles` empty: the plane at `elevation_m`, in the pieces `plane_m`."""
 
     name: str
     origin: str
@@ -45,6 +45,8 @@ class Ground:
     triangles: Int32Array
     area_m2: float
     bounds_m: FloatArray
+    plane_m: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
+    """(R, 2, 2) rectangles in plan, see `planner_core.scene.ground_planes`."""
 
 
 class LevelSurvey:

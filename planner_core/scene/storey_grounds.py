@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.model import BoolArray, Int32Array, Int64Array, Scene
+from planner_core.scene.ground_planes import plane_pieces
 from planner_core.scene.level_surfaces import (
     MIN_AREA_M2,
     MIN_CLEAR_M,
@@ -235,10 +236,12 @@ def _plane_of_storey(survey: LevelSurvey, index: int) -> tuple[_Plane | None, st
         if clear_m < MIN_CLEAR_M:
             return None, f"no floor slab, and only {clear_m:.2f} m of clear height above its elevation"
     # Columns with nothing overhead lie outside an L-shaped house; a house without any roof is taken whole.
-    whole_m2 = float(np.prod(bounds[1] - bounds[0]))
-    area_m2 = column.size * survey.cell_m2
-    if area_m2 < _ROOFED * whole_m2:
-        area_m2 = whole_m2
+    if column.size * survey.cell_m2 < _ROOFED * float(np.prod(bounds[1] - bounds[0])):
+        column = column[:0]
+    pieces = plane_pieces(survey, bounds, storey.elevation_m, column)
+    if not pieces.size:
+        return None, f"no floor slab, and less than {MIN_AREA_M2:g} m2 in one piece is covered at its elevation"
+    area_m2 = float(np.prod(pieces[:, 1] - pieces[:, 0], axis=1).sum())
     none = np.empty(0, dtype=np.int32)
-    ground = Ground(storey.name, "storey-elevation", storey.elevation_m, none, area_m2, bounds)
+    ground = Ground(storey.name, "storey-elevation", storey.elevation_m, none, area_m2, bounds, pieces)
     return _Plane(ground, wall_m), ""

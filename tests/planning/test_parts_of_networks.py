@@ -68,9 +68,10 @@ def test_a_room_of_its_own_is_not_left_aside_however_little_is_asked() -> None:
 
 @pytest.mark.slow
 def test_where_hardly_any_two_can_be_registered_nobody_is_left_aside() -> None:
-    """Without slabs nothing holds heights: no link counts, and every candidate is a part by itself."""
+    """Of an overlap that no two candidates reach, no link counts, and every candidate is a part by itself."""
     scene = scenes_synthetic.build("without-slabs").scene
-    greedy = make_plan(scene, replace(SETTINGS, method=Greedy()), engine="opencl")
-    plan = make_plan(scene, SETTINGS, engine="opencl")
+    settings = replace(SETTINGS, requirements=Requirements(overlap=1.0))
+    greedy = make_plan(scene, replace(settings, method=Greedy()), engine="opencl")
+    plan = make_plan(scene, settings, engine="opencl")
     assert plan.n_bounded is not None and plan.n_bounded >= greedy.n_candidates
     assert len(plan.stations) <= len(greedy.stations)

@@ -81,9 +81,9 @@ def test_a_position_on_the_ground_stands_on_it_and_one_below_does_not(box_survey
     np.testing.assert_array_equal(found, [1.0, 1.0, np.nan, np.nan])
 
 
-def test_without_slab_it_is_the_floors_elevation_inside_its_bounds() -> None:
+def test_without_slab_it_is_the_floors_elevation_where_the_storey_is() -> None:
     survey = make_survey(scenes_synthetic.build("without-slabs").scene, SETTINGS)
-    floor = next(floor for floor in survey.floors if floor.ground_triangles.size == 0)
+    floor = next(floor for floor in survey.floors if floor.origin == "storey-elevation")
     surface = GroundSurface(survey, floor)
     middle = [*floor.bounds_m.mean(axis=0), floor.elevation_m + 1.2]
     outside = [floor.bounds_m[1, 0] + 0.1, middle[1], middle[2]]

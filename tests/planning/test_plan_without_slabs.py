@@ -1,0 +1,20 @@
+"""Storeys without slabs are planned as with them: the plane that people stand on ends beams and is scanned."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from planner_core.model import Greedy, PlanSettings
+from planner_core.planning.plan import make_plan
+from planner_core.scene.load import load_scene
+from tests.reality_files import reality
+
+
+def test_storeys_without_slabs_are_asked_for_what_they_are_with_slabs(small: PlanSettings) -> None:
+    def asked_m2(path: Path) -> list[float]:
+        settings = replace(small, method=Greedy(), grid_step_m=2.0)
+        return [c.achievable_area_m2 for c in make_plan(load_scene(path), settings).coverage_by_floor]
+
+    slabs, none = (asked_m2(reality(f"two_storeys_{name}.ifc")) for name in ("slabs", "no_slabs"))
+    assert none == pytest.approx(slabs, rel=0.02)
