@@ -17,7 +17,7 @@ from planner_core.scene.equal_rows import first_of_equal_rows
 from planner_core.scene.level_surfaces import MIN_AREA_M2, MIN_CLEAR_M, LevelSurvey
 
 #: IFC classes that people climb from one storey to the next on; moving stairs are transport elements.
-_STAIR_KINDS = frozenset({"IfcStair", "IfcStairFlight", "IfcRamp", "IfcRampFlight", "IfcTransportElement"})
+STAIR_KINDS = frozenset({"IfcStair", "IfcStairFlight", "IfcRamp", "IfcRampFlight", "IfcTransportElement"})
 #: Slabs are open wherever a person on a flight below has less than this over the head: headroom of building codes.
 _STAIR_HEADROOM_M = 2.1
 #: What has nothing overhead is outdoors if it is wider than a person; joints between ceiling panels are narrower.
@@ -98,7 +98,7 @@ def _is_of(floor: Floor, storey: Storey) -> bool:
 def _over_stairs(survey: LevelSurvey, elevation_m: float) -> BoolArray:
     """(C,) bool a plumb line: a person on a flight there would bump into the plane."""
     scene, columns = survey.scene, survey.columns
-    kinds = np.array([not _STAIR_KINDS.isdisjoint((e.kind, *e.parents)) for e in scene.elements], dtype=bool)
+    kinds = np.array([not STAIR_KINDS.isdisjoint((e.kind, *e.parents)) for e in scene.elements], dtype=bool)
     stairs = kinds[scene.element_of_triangle[columns.triangle]]
     below_m = elevation_m - columns.z_m
     steps = stairs & (below_m > _LEVEL_M) & (below_m < _STAIR_HEADROOM_M)

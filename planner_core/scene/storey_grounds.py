@@ -10,9 +10,10 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from planner_core.model import BoolArray, Int32Array, Int64Array, Scene
-from planner_core.scene.ground_planes import plane_pieces
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
+from planner_core.scene.ground_planes import STAIR_KINDS, plane_pieces
 from planner_core.scene.level_surfaces import (
     MIN_AREA_M2,
     MIN_CLEAR_M,
@@ -57,6 +58,16 @@ _ENCLOSED = 1.5
 _SPLIT_LEVEL_M, _SHELF_SHARE = 1.0, 0.2
 #: With less of its bounds under cover, a storey has no roof in the model: lintels and wall heads are no cover.
 _ROOFED = 0.25
+#: A hall is open over most of the storey that holds its upper walls, and most of these stand on walls.
+_HALL_SHARE = 0.5
+#: Walls that go on from below reach to this near below the elevation: no slab fits in.
+_SLAB_GAP_M = 0.05
+#: A wall stands on another one where their faces are within a thick wall's half of each other.
+_WALL_OVER_WALL_M = 0.3
+#: IFC classes that stand on a floor.
+_USED_KINDS = frozenset(
+    {"IfcDoor", "IfcDoorStandardCase", "IfcFurnishingElement", "IfcFurniture", "IfcSanitaryTerminal"}
+)
 #: Names of levels that are no storeys to stand in, in the languages that models come in. Whole words: `Dachgeschoss`
 #: and `attic` are storeys.
 _NO_STOREY = re.compile(
@@ -91,6 +102,14 @@ def grounds_of_storeys(survey: LevelSurvey, warnings: list[str]) -> list[Ground]
             warnings += [reason] if reason else []
         else:
             warnings.append(f"storey {named.name!r} is left out: {reason}")
+    upper_walls = [plane for plane in planes if _is_upper_part_of_hall(survey, plane, grounds)]
+    for plane in upper_walls:
+        planes.remove(plane)
+        warnings.append(
+            f"storey {plane.ground.name!r} is left out: no floor slab, no door and no room, and its walls stand on "
+            "those below, around a hall that is open up to the roof; if people walk there, load the file that has its "
+            "slabs"
+        )
     # Of two levels at one height the one with more walls is the storey.
     for plane in sorted(planes, key=lambda plane: -plane.wall_m):
         if not any(_same_level(plane.ground, other) for other in grounds):
@@ -185,12 +204,14 @@ def _decks_above(survey: LevelSurvey, clear: BoolArray, main: BoolArray, main_m:
     return above & covering
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Plane:
-    """The plane of a storey without slabs, and how long its walls are at the cut, both sides."""
+    """The plane of a storey without slabs, and its walls at the cut, both sides: length and segments (S, 2, 2)."""
 
     ground: Ground
     wall_m: float
+    walls_m: FloatArray
+    storey: int
 
 
 def _is_wall(scene: Scene) -> BoolArray:
@@ -244,4 +265,54 @@ def _plane_of_storey(survey: LevelSurvey, index: int) -> tuple[_Plane | None, st
     area_m2 = float(np.prod(pieces[:, 1] - pieces[:, 0], axis=1).sum())
     none = np.empty(0, dtype=np.int32)
     ground = Ground(storey.name, "storey-elevation", storey.elevation_m, none, area_m2, bounds, pieces)
-    return _Plane(ground, wall_m), ""
+    return _Plane(ground, wall_m, segments, index), ""
+
+
+def _is_upper_part_of_hall(survey: LevelSurvey, plane: _Plane, grounds: list[Ground]) -> bool:
+    """Tell whether a storey without slabs holds no more than the upper walls of a hall, whose slab is a ground below.
+
+    A hall is open from its ground to above the plane, over most of the plane; its walls go on without the gap that a
+    slab fills; and nothing that people use is at the plane's height: no door, stairs' end or furniture, no room.
+    """
+    scene, columns, elevation_m = survey.scene, survey.columns, plane.ground.elevation_m
+    below = [g.triangles for g in grounds if g.elevation_m <= elevation_m - MIN_LEVEL_DISTANCE_M]
+    if not below or any(room.storey == plane.storey for room in scene.rooms):
+        return False
+    open_up = np.isin(columns.triangle, np.concatenate(below)) & (columns.z_m + survey.clear_m > elevation_m)
+    x = columns.x_m[columns.column % columns.x_m.size]
+    y = columns.y_m[columns.column // columns.x_m.size]
+    (x0, y0), (x1, y1) = plane.ground.bounds_m
+    open_up &= (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
+    open_m2 = np.unique(columns.column[open_up]).size * survey.cell_m2
+    if open_m2 < _HALL_SHARE * plane.ground.area_m2 or _is_used_at(scene, elevation_m):
+        return False
+    walls = _is_wall(scene)[scene.element_of_triangle] & ~survey.level & ~survey.stray
+    _, under_m = survey.cut_of(walls, elevation_m - _SLAB_GAP_M)
+    if not under_m.size:
+        return False
+    away_m, _ = cKDTree(_along(under_m)).query(_along(plane.walls_m))
+    return float((away_m <= _WALL_OVER_WALL_M).mean()) >= _HALL_SHARE
+
+
+def _is_used_at(scene: Scene, elevation_m: float) -> bool:
+    """Tell whether something stands at a height, or ends there, that only people on a floor use."""
+    z_m = scene.vertices_m[:, 2][scene.triangles]
+    low, high = np.full(len(scene.elements), np.inf), np.full(len(scene.elements), -np.inf)
+    np.minimum.at(low, scene.element_of_triangle, z_m.min(axis=1))
+    np.maximum.at(high, scene.element_of_triangle, z_m.max(axis=1))
+    for element, foot_m, top_m in zip(scene.elements, low.tolist(), high.tolist(), strict=True):
+        classes = {element.kind, *element.parents}
+        at_m = top_m if classes & STAIR_KINDS else foot_m if classes & _USED_KINDS else np.inf
+        if abs(at_m - elevation_m) <= _RAISED_M:
+            return True
+    return False
+
+
+def _along(segments_m: FloatArray) -> FloatArray:
+    """(N, 2) points of segments (S, 2, 2), no further apart than half of `_WALL_OVER_WALL_M`."""
+    length_m = np.sqrt(((segments_m[:, 1] - segments_m[:, 0]) ** 2).sum(axis=1))
+    count = np.ceil(2 * length_m / _WALL_OVER_WALL_M).astype(np.int64) + 1
+    which = np.repeat(np.arange(count.size), count)
+    share = (np.arange(which.size) - np.repeat(np.cumsum(count) - count, count)) / np.maximum(count[which] - 1, 1)
+    points: FloatArray = segments_m[which, 0] + share[:, None] * (segments_m[which, 1] - segments_m[which, 0])
+    return points

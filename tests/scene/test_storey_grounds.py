@@ -1,9 +1,15 @@
 """Which storeys of a file are floors: buildings without slabs, ceilings, levels to draw at, single trades."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
+from planner_core.model import Room
 from planner_core.scene.floors import find_floors
-from tests.scene.floor_scenes import four_walls, scene_of
+from planner_core.scene.load import load_scene
+from tests.reality_files import reality
+from tests.scene.floor_scenes import box, four_walls, scene_of
 
 
 def office(ceiling_kind, *, storeys=(("Level 1", 0.0), ("Level 2", 4.0), ("Roof", 8.0))):
@@ -128,3 +134,66 @@ def test_slabs_alone_are_planned_with_a_warning():
     report = find_floors(scene_of(parts, [("Level 1", 0.0), ("Level 2", 3.0)]))
     assert [f.name for f in report.floors] == ["Level 1"]
     assert any("one trade of a building" in line for line in report.warnings)
+
+
+HALL = [("Ground", 0.0), ("Upper", 3.5), ("Gallery", 6.0)]
+
+
+def hall(*parts, lower_top=3.5, upper_foot=3.5, storeys=HALL):
+    """A hall of 20 x 12 m with a slab, whose walls are drawn storey by storey, under a roof at 8 m."""
+    slab = ("slab", "IfcSlab", 0, (0, 0, -0.2), (20, 12, 0))
+    roof = ("roof", "IfcRoof", 1, (0, 0, 8), (20, 12, 8.2))
+    walls = four_walls(20, 12, 0, lower_top, 0) + four_walls(20, 12, upper_foot, 8, 1)
+    return scene_of([slab, *walls, roof, *parts], storeys)
+
+
+def test_upper_walls_of_a_hall_are_no_floor():
+    report = find_floors(load_scene(reality("hall_with_upper_walls.ifc")))
+    assert [(f.name, f.origin) for f in report.floors] == [("00 Begane grond", "slab")]
+    (line,) = [line for line in report.warnings if "is left out" in line]
+    assert "'01 Eerste verdieping'" in line and "no door and no room" in line
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        pytest.param([], id="two bands of walls"),
+        pytest.param(four_walls(20, 12, 6, 8, 2), id="three bands of walls"),
+        pytest.param(
+            [(f"machine {x}", "IfcBuildingElementProxy", 0, (x, 2, 0), (x + 2, 10, 3)) for x in (2, 8, 14)],
+            id="machines on the ground",
+        ),
+        pytest.param([("gate", "IfcDoor", 1, (5, 0, 0), (9, 0.2, 5))], id="a gate higher than the lower walls"),
+        pytest.param([("frieze", "IfcWall", 1, (8, 0.2, 3.5), (8.2, 4, 8))], id="a wall that hangs"),
+    ],
+)
+def test_storeys_of_wall_bands_around_a_hall_are_one_floor(parts):
+    assert [f.name for f in find_floors(hall(*parts)).floors] == ["Ground"]
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        pytest.param([("door", "IfcDoor", 1, (5, 0, 3.5), (6, 0.2, 5.6))], id="door"),
+        pytest.param([("desk", "IfcFurniture", 1, (5, 5, 3.5), (6, 6, 4.2))], id="furniture"),
+        pytest.param([("flight", "IfcStairFlight", 0, (5, 5, 0), (6, 9, 3.45))], id="stairs"),
+        pytest.param([("ceiling", "IfcCovering.CEILING", 0, (0.2, 0.2, 2.7), (19.8, 11.8, 2.75))], id="ceiling below"),
+        pytest.param(
+            [(f"partition {x}", "IfcWall", 1, (x, 0.2, 3.5), (x + 0.1, 11.8, 8)) for x in range(2, 20, 2)],
+            id="partitions",
+        ),
+    ],
+)
+def test_storey_without_slab_that_people_use_is_a_floor(parts):
+    assert [f.name for f in find_floors(hall(*parts, storeys=HALL[:2])).floors] == ["Ground", "Upper"]
+
+
+def test_storey_without_slab_over_walls_that_leave_room_for_a_slab_is_a_floor():
+    assert [f.name for f in find_floors(hall(lower_top=3.2, storeys=HALL[:2])).floors] == ["Ground", "Upper"]
+
+
+def test_storey_without_slab_that_has_a_room_is_a_floor():
+    corners_m, triangles = box((0.2, 0.2, 3.5), (19.8, 11.8, 8))
+    room = Room("101", "Office", "id", 1, corners_m, triangles.astype(np.int32))
+    scene = replace(hall(storeys=HALL[:2]), rooms=(room,))
+    assert [f.name for f in find_floors(scene).floors] == ["Ground", "Upper"]
