@@ -29,14 +29,15 @@ from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scanner.template import make_template
 from planner_core.scene.extent import check_extent
 from planner_core.scene.floors import find_floors, floor_of_triangles
-from planner_core.scene.ground_planes import with_ground_planes
+from planner_core.scene.ground_planes import with_ceilings, with_ground_planes
 from planner_core.scene.patches import make_patches
 
 
 def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = silent) -> Survey:
     """Find floors and patches of `scene`; what the site marks as ground, or unmarks, counts.
 
-    Where a storey's elevation is its ground, the survey's scene has that plane as surfaces behind those of `scene`.
+    Where a storey's elevation is its ground, the survey's scene has that plane as surfaces behind those of `scene`, and
+    where a slab is a single sheet, its underside, which is the ceiling of the room below.
 
     Raises
     ------
@@ -50,6 +51,10 @@ def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = si
     report = with_ground_picks(scene, find_floors(scene), settings.site.ground_picks)
     planned = planned_floors(report.floors, settings.requirements.floors)
     scene, floors = with_ground_planes(scene, report.floors)
+    floor_of_triangle = floor_of_triangles(scene, floors)
+    if not isinstance(settings.method, Paper):  # which counts what is seen from either side
+        scene, floor_below = with_ceilings(scene, floors, report.open_below)
+        floor_of_triangle = np.append(floor_of_triangle, floor_below)
     progress(ProgressEvent("survey", 1, 2, "patches"))
     patches = make_patches(scene, max_area_m2=settings.max_patch_area_m2)
     progress(ProgressEvent("survey", 2, 2))
@@ -58,7 +63,7 @@ def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = si
         scene=scene,
         floors=floors,
         patches=patches,
-        floor_of_triangle=floor_of_triangles(scene, floors),
+        floor_of_triangle=floor_of_triangle,
         template=template,
         scanner=settings.scanner,
         scan_mode=scan_mode_of(settings.scan_mode, template),

@@ -63,7 +63,12 @@ def with_ground_picks(scene: Scene, found: FloorReport, picks: Sequence[GroundPi
         else:
             warnings += _unmark(mesh, floors, region, pick.floor, what)
         floors.sort(key=lambda floor: floor.elevation_m)
-    return FloorReport(tuple(floors), floor_of_triangles(scene, tuple(floors)), tuple(warnings))
+    return replace(
+        found,
+        floors=tuple(floors),
+        floor_of_triangle=floor_of_triangles(scene, tuple(floors)),
+        warnings=tuple(warnings),
+    )
 
 
 def _mark(mesh: _Mesh, floors: list[Floor], region: Int32Array, name: str, what: str) -> list[str]:

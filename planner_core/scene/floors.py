@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import Floor, Int32Array, Scene
-from planner_core.scene.level_surfaces import Ground, LevelSurvey, strays_named
+from planner_core.model import BoolArray, Floor, Int32Array, Scene
+from planner_core.scene.level_surfaces import MIN_CLEAR_M, Ground, LevelSurvey, strays_named
 from planner_core.scene.portions import portions
 from planner_core.scene.storey_grounds import WALL_KINDS, grounds_of_storeys
 from planner_core.scene.surface_grounds import grounds_of_surfaces
@@ -40,11 +40,14 @@ class FloorReport:
     for it, every other triangle for the highest floor whose ground its centroid reaches (5 cm of slack), so that a
     ceiling counts for the level below it. What lies under the lowest ground counts for none.
     warnings : one line each, for the user.
+    open_below : (T,) bool, level triangles with a room's height of space below and something under it: of a slab that
+    is a single sheet they are the ceiling of the level below as well.
     """
 
     floors: tuple[Floor, ...]
     floor_of_triangle: Int32Array
     warnings: tuple[str, ...]
+    open_below: BoolArray
 
 
 def find_floors(scene: Scene) -> FloorReport:
@@ -73,7 +76,18 @@ def find_floors(scene: Scene) -> FloorReport:
     grounds = _worth_planning(columns, grounds, warnings)
     in_order = sorted(grounds, key=lambda ground: ground.elevation_m)
     floors = tuple(_floor(index, ground) for index, ground in enumerate(in_order))
-    return FloorReport(floors, floor_of_triangles(scene, floors), tuple(warnings))
+    return FloorReport(floors, floor_of_triangles(scene, floors), tuple(warnings), _open_below(columns))
+
+
+def _open_below(survey: LevelSurvey) -> BoolArray:
+    """(T,) bool, see `FloorReport`: a twentieth of a triangle's plumb lines is enough, the rest may be on walls."""
+    columns, n_triangles = survey.columns, survey.scene.n_triangles
+    depth_m = columns.depth_to_m(np.ones(columns.z_m.size, dtype=bool))
+    is_open = np.isfinite(depth_m) & (depth_m >= MIN_CLEAR_M)
+    n_all = np.bincount(columns.triangle, minlength=n_triangles)
+    n_open = np.bincount(columns.triangle[is_open], minlength=n_triangles)
+    found: BoolArray = survey.level & (n_open > 0) & (n_open >= 0.05 * n_all)
+    return found
 
 
 def _worth_planning(survey: LevelSurvey, grounds: list[Ground], warnings: list[str]) -> list[Ground]:

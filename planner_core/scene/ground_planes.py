@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import ndimage
 
-from planner_core.model import BoolArray, Element, FloatArray, Floor, Int64Array, Scene, Storey
+from planner_core.model import BoolArray, Element, FloatArray, Floor, Int32Array, Int64Array, Scene, Storey, UInt8Array
 from planner_core.scene.equal_rows import first_of_equal_rows
 from planner_core.scene.level_surfaces import MIN_AREA_M2, MIN_CLEAR_M, LevelSurvey
 
@@ -22,6 +22,8 @@ STAIR_KINDS = frozenset({"IfcStair", "IfcStairFlight", "IfcRamp", "IfcRampFlight
 _STAIR_HEADROOM_M = 2.1
 #: What has nothing overhead is outdoors if it is wider than a person; joints between ceiling panels are narrower.
 _COURTYARD_M = 0.5
+#: The two sides of a sheet, well apart for float32 coordinates of a kilometre, and thinner than any slab.
+_SHEET_M = 0.002
 #: A tread or landing nearer to the plane than this is level with it.
 _LEVEL_M = 0.05
 
@@ -57,7 +59,7 @@ def plane_pieces(survey: LevelSurvey, bounds_m: FloatArray, elevation_m: float, 
 
 def with_ground_planes(scene: Scene, floors: tuple[Floor, ...]) -> tuple[Scene, tuple[Floor, ...]]:
     """Add the planes of `floors` to the scene as slabs, behind all that it has; they become their floors' ground."""
-    corners, owners, elements, grounds = [], [], list(scene.elements), []
+    corners, owners, elements, grounds = [np.empty((0, 3, 3))], [np.empty(0, np.int32)], list(scene.elements), []
     n_triangles = scene.n_triangles
     for floor in floors:
         if not floor.plane_m.size:
@@ -74,21 +76,56 @@ def with_ground_planes(scene: Scene, floors: tuple[Floor, ...]) -> tuple[Scene, 
         ground = np.arange(n_triangles, n_triangles + len(triangles), dtype=np.int32)
         grounds.append(replace(floor, ground_triangles=ground))
         n_triangles += len(triangles)
-    if not corners:
-        return scene, floors
-    points = np.concatenate(corners).reshape(-1, 3)
-    first = first_of_equal_rows(np.ascontiguousarray(points))
-    used, number = np.unique(first, return_inverse=True)
+    more = _with_triangles(replace(scene, elements=tuple(elements)), np.concatenate(corners), np.concatenate(owners))
+    return more, tuple(grounds)
+
+
+def with_ceilings(scene: Scene, floors: tuple[Floor, ...], open_below: BoolArray) -> tuple[Scene, Int32Array]:
+    """Add the undersides of grounds that are single sheets, and return the floors that they are ceilings of: (K,).
+
+    The room below sees such a slab's other side, as its ceiling, and that is surface to be scanned of its own. It lies
+    `_SHEET_M` below the sheet and belongs to the same element.
+
+    Parameters
+    ----------
+    open_below : (T,) bool of the first triangles of the scene, see `FloorReport`; of those behind, which are planes of
+        storeys, all that lie above another floor are.
+    """
+    above = np.zeros(scene.n_triangles, dtype=bool)
+    above[: open_below.size] = open_below
+    lowest_m = min((floor.elevation_m for floor in floors), default=0.0)
+    planes = np.arange(open_below.size, scene.n_triangles)
+    above[planes] = scene.vertices_m[scene.triangles[planes, 0], 2] > lowest_m
+    grounds = [floor.ground_triangles for floor in floors]
+    sheets = np.unique(np.concatenate([np.empty(0, np.int32), *grounds]))
+    sheets = sheets[above[sheets]]
+    under = scene.vertices_m[scene.triangles[sheets]][:, ::-1] - np.array([0.0, 0.0, _SHEET_M])
+    optics = None if scene.optics_of_triangle is None else scene.optics_of_triangle[sheets]
+    starts = np.array([floor.elevation_m for floor in floors])
+    floor_below = np.searchsorted(starts, under[:, :, 2].mean(axis=1) - _LEVEL_M, side="right") - 1
+    more = _with_triangles(scene, under, scene.element_of_triangle[sheets], optics)
+    return more, floor_below.astype(np.int32)
+
+
+def _with_triangles(
+    scene: Scene, corners_m: FloatArray, element: Int32Array, optics: UInt8Array | None = None
+) -> Scene:
+    """The scene with triangles (K, 3, 3) of elements (K,) behind its own; optics (K,), None: all return."""
+    if not len(corners_m):
+        return scene
+    points = np.ascontiguousarray(corners_m.reshape(-1, 3))
+    used, number = np.unique(first_of_equal_rows(points), return_inverse=True)
     added = (number + len(scene.vertices_m)).reshape(-1, 3).astype(np.int32)
-    optics = scene.optics_of_triangle
+    of_all = scene.optics_of_triangle
+    if of_all is not None:
+        of_all = np.append(of_all, np.zeros(len(added), dtype=np.uint8) if optics is None else optics)
     return replace(
         scene,
         vertices_m=np.concatenate([scene.vertices_m, points[used]]),
         triangles=np.concatenate([scene.triangles, added]),
-        element_of_triangle=np.concatenate([scene.element_of_triangle, *owners]),
-        elements=tuple(elements),
-        optics_of_triangle=None if optics is None else np.append(optics, np.zeros(len(added), dtype=np.uint8)),
-    ), tuple(grounds)
+        element_of_triangle=np.concatenate([scene.element_of_triangle, element]),
+        optics_of_triangle=of_all,
+    )
 
 
 def _is_of(floor: Floor, storey: Storey) -> bool:

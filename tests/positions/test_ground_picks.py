@@ -31,7 +31,7 @@ def ground_of(report: FloorReport, floor_id: str) -> set[int]:
 
 
 def no_floors(scene: Scene) -> FloorReport:
-    return FloorReport((), np.full(scene.n_triangles, -1, dtype=np.int32), ())
+    return FloorReport((), np.full(scene.n_triangles, -1, dtype=np.int32), (), np.zeros(scene.n_triangles, dtype=bool))
 
 
 def region_of(scene: Scene, point_m: FloatArray) -> set[int]:
