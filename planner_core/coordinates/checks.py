@@ -55,15 +55,17 @@ def doubts_of(frame: SiteFrame, plane: MapCrs | None, points_m: FloatArray) -> t
         doubts.append(
             Doubt(
                 f"the plan lies {away_m / 1000:.0f} km from the scene's origin, which is also placed on the site: "
-                "the scene may be in site coordinates already, then pass --crs alone"
+                "the scene may be in site coordinates already, then pass --origin 0,0,0 with --crs"
             )
         )
     if plane is not None:
-        doubts += _where_doubts(frame, plane, frame.to_site(points_m)[:, :2])
+        twice = moved and away_m > FAR_M and plane.outside_m(points_m[:, :2]) == 0.0
+        doubts += _where_doubts(frame, plane, frame.to_site(points_m)[:, :2], twice=twice)
     return tuple(doubts)
 
 
-def _where_doubts(frame: SiteFrame, plane: MapCrs, east_north_m: FloatArray) -> list[Doubt]:
+def _where_doubts(frame: SiteFrame, plane: MapCrs, east_north_m: FloatArray, *, twice: bool) -> list[Doubt]:
+    """Doubts about the place. twice : the scene's coordinates as they are lie inside the system's area."""
     outside_m = plane.outside_m(east_north_m)
     middle_m = east_north_m.mean(axis=0)
     if outside_m == 0.0:
@@ -76,6 +78,9 @@ def _where_doubts(frame: SiteFrame, plane: MapCrs, east_north_m: FloatArray) -> 
     if np.array_equal(frame.matrix, np.eye(4)):
         as_they_are = f"{line}: the scene's coordinates are taken as they are; give --origin or --control-points"
         return [Doubt(as_they_are, nowhere_near)]
+    if twice:
+        shifted = f"{line}, and inside by the scene's own coordinates: it is georeferenced twice; pass --origin 0,0,0"
+        return [Doubt(f"{shifted} with --crs {plane.name}", outside_m > FAR_M)]
     if plane.outside_m(east_north_m[:, ::-1]) == 0.0:
         swapped = f"{line}, and inside with E and N exchanged: they look swapped; exchange them"
         return [Doubt(swapped, outside_m > FAR_M)]

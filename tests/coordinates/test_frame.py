@@ -353,8 +353,26 @@ def test_a_plan_outside_the_area_of_use_is_told_with_how_far() -> None:
 def test_coordinates_that_are_shifted_twice_are_refused() -> None:
     warnings = surely_wrong(plan_of(TOLD, at=ORIGIN[:2]), FrameRequest())
     assert only(warnings, "site coordinates already")
-    with pytest.raises(CoordinatesError, match="then pass --crs alone"):
+    with pytest.raises(CoordinatesError, match="georeferenced twice; pass --origin 0,0,0 with --crs EPSG:25832"):
         site_frame(plan_of(TOLD, at=ORIGIN[:2]), FrameRequest())
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        FrameRequest(crs="EPSG:25832"),
+        FrameRequest(crs="EPSG:25832", origin_m=(*ORIGIN[:2], 0.0)),
+        FrameRequest(crs="EPSG:25832", vertical_crs="EPSG:7837"),
+    ],
+    ids=["crs alone", "origin again", "with heights"],
+)
+def test_what_is_advised_for_coordinates_that_are_shifted_twice_is_accepted(asked: FrameRequest) -> None:
+    document = plan_of(TOLD, at=ORIGIN[:2])
+    with pytest.raises(CoordinatesError, match="pass --origin 0,0,0 with --crs"):
+        site_frame(document, asked)
+    frame = site_frame(document, replace(asked, crs="EPSG:25832", origin_m=(0.0, 0.0, 0.0)))
+    assert frame.crs and not [line for line in frame.warnings if "outside" in line or "already" in line]
+    np.testing.assert_array_equal(frame.to_site(np.array([[*ORIGIN[:2], 0.0]])), [[*ORIGIN[:2], 0.0]])
 
 
 @pytest.mark.parametrize(("longitude", "told"), [(9.5, "78 km from where"), (-171.6, "half the earth|km from where")])
