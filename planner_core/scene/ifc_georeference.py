@@ -8,7 +8,7 @@ IfcMapConversion; for IFC2X3, the property sets of buildingSMART's "User Guide f
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,10 @@ class _Operation:
 
 @dataclass(frozen=True)
 class _Crs:
-    """A coordinate reference system as the file has it. unit_m : of its map unit; None: not told."""
+    """A coordinate reference system as the file has it.
+
+    unit_m : of its map unit; None: not told. named_m : of the unit that its name stands for, where that is another.
+    """
 
     name: str = ""
     text: str = ""
@@ -46,6 +49,7 @@ class _Crs:
     zone: str = ""
     unit: str = ""
     unit_m: float | None = None
+    named_m: float | None = None
 
 
 def told_georeference(name: str, model: Any, unit_m: float) -> Georeference | None:
@@ -139,6 +143,8 @@ def _crs(entity: Any) -> _Crs:
     from ifcopenshell.util import unit as units
 
     unit = getattr(entity, "MapUnit", None)
+    unit_m = None if unit is None else float(units.get_unit_scale(unit))
+    unit_words = "" if unit is None else str(units.get_full_unit_name(unit)).lower()
     texts = getattr(entity, "WellKnownText", None) or ()
     return _Crs(
         name=_text(entity.Name),
@@ -148,9 +154,20 @@ def _crs(entity: Any) -> _Crs:
         vertical_datum=_text(getattr(entity, "VerticalDatum", None)),
         projection=_text(getattr(entity, "MapProjection", None)),
         zone=_text(getattr(entity, "MapZone", None)),
-        unit="" if unit is None else str(units.get_full_unit_name(unit)).lower(),
-        unit_m=None if unit is None else float(units.get_unit_scale(unit)),
+        unit=unit_words,
+        unit_m=unit_m,
+        named_m=None if unit_m is None else other_length_of_name(unit_words, unit_m),
     )
+
+
+def other_length_of_name(name: str, unit_m: float) -> float | None:
+    """Metres of the unit that is called so, where that is another length than `unit_m`; None: they agree, or no unit.
+
+    Programs write conversion-based units named METER with the factor of a foot. The two feet are told apart by their
+    factors alone: both are called FOOT.
+    """
+    metres = _metres_of(name)
+    return None if metres is None or math.isclose(metres, unit_m, rel_tol=1e-5) else metres
 
 
 def _from_property_sets(model: Any) -> tuple[_Operation | None, _Crs]:
@@ -202,6 +219,11 @@ def _matrix(
     if not all(math.isfinite(value) for value in numbers) or min(operation.scale, *operation.factors) <= 0:
         warnings.append(f"{name}: its {operation.name} has no usable numbers ({operation}): it is not used.")
         return None
+    if crs.named_m is not None:
+        decided = _one_reading(name, operation, crs, unit_m, warnings)
+        if decided is None:
+            return None
+        crs = decided
     scale, map_m = _scale(name, operation, crs, unit_m, warnings)
     x, y = operation.x_axis
     angle = math.atan2(y, x) if x or y else 0.0
@@ -215,6 +237,24 @@ def _matrix(
             f"{name}: its {operation.name} scales heights, too, by {ppm:+.1f} ppm: site heights are not true to scale."
         )
     return np.asarray(matrix @ np.linalg.inv(world))
+
+
+def _one_reading(name: str, operation: _Operation, crs: _Crs, unit_m: float, warnings: list[str]) -> _Crs | None:
+    """The system with the one length of its map unit, by factor or by name, that fits the scale; None: none or both."""
+    low, high = _GRID_SCALE
+    lengths_m = (crs.unit_m, crs.named_m)
+    fitting = [m for m in lengths_m if m is not None and low < operation.scale * m / unit_m < high]
+    doubt = f"{name}: its map unit is named {crs.unit.upper()} and is {crs.unit_m:g} m long by its factor: "
+    if len(fitting) != 1:
+        warnings.append(
+            f"{doubt}its {operation.name} is not used; correct the unit, or give the coordinates with --origin or "
+            "--control-points."
+        )
+        return None
+    warnings.append(
+        f"{doubt}{fitting[0]:g} m is taken, which fits the scale of its {operation.name}; check its coordinates."
+    )
+    return replace(crs, unit_m=fitting[0], named_m=None)
 
 
 def _scale(name: str, operation: _Operation, crs: _Crs, unit_m: float, warnings: list[str]) -> tuple[float, float]:

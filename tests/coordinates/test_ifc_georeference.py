@@ -365,3 +365,49 @@ def test_real_files_say_where_their_site_is(
     away = degrees.transform(*placed.to_site(np.array([*(100.0 * np.array(north or (0.0, 1.0))), 0.0]))[:2])
     azimuth, _, _ = pyproj.Geod(ellps="GRS80").inv(longitude, latitude, *away)
     assert azimuth == pytest.approx(0.0, abs=0.01)
+
+
+def named_unit(model: Any, name: str, unit_m: float) -> Any:
+    """A conversion-based unit of a name and a length that need not agree."""
+    factor = model.create_entity("IfcMeasureWithUnit", model.create_entity("IfcLengthMeasure", unit_m), metre(model))
+    dimensions = model.create_entity("IfcDimensionalExponents", 1, 0, 0, 0, 0, 0, 0)
+    return model.create_entity("IfcConversionBasedUnit", dimensions, "LENGTHUNIT", name, factor)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit_m", "scale", "map_m"),
+    [
+        ("METER", 0.3048, None, 1.0),
+        ("METRE", 0.3048, 1.0 / 0.3048, 0.3048),
+        ("Foot", 1.0, 1.0, 1.0),
+        ("METER", 0.001, 1.0, 1.0),
+        ("US survey foot", 1.0, 1.0, 1.0),
+    ],
+)
+def test_a_map_unit_whose_name_and_factor_differ_is_read_as_its_scale_fits(
+    name: str, unit_m: float, scale: float | None, map_m: float
+) -> None:
+    model, context = model_of("IFC4", None)
+    told = {"Eastings": 458_870.0, "Northings": 5_438_260.0, "OrthogonalHeight": 110.0, "Scale": scale}
+    add_conversion(model, context, unit=named_unit(model, name, unit_m), **told)
+    found = ours(model, 1.0)
+    assert found.to_map is not None
+    np.testing.assert_allclose(np.array(found.to_map)[:2, 3], np.array([458_870.0, 5_438_260.0]) * map_m)
+    (line,) = found.warnings
+    assert f"named {name.upper()} and is {unit_m:g} m long" in line and f"{map_m:g} m is taken" in line
+
+
+def test_a_map_unit_whose_name_and_factor_both_miss_the_scale_is_not_used() -> None:
+    model, context = model_of("IFC4", None)
+    add_conversion(model, context, unit=named_unit(model, "METER", 0.3048), Eastings=1.0, Northings=2.0, Scale=7.0)
+    found = ours(model, 1.0)
+    assert found.to_map is None
+    assert "is not used; correct the unit" in found.warnings[0]
+
+
+@pytest.mark.parametrize(("name", "unit_m"), [("FOOT", 0.3048), ("FOOT", 1200 / 3937), ("METRE", 1.0), ("rod", 5.0292)])
+def test_a_map_unit_whose_name_and_factor_agree_raises_no_doubt(name: str, unit_m: float) -> None:
+    model, context = model_of("IFC4", None)
+    unit = named_unit(model, name, unit_m)
+    add_conversion(model, context, unit=unit, Eastings=1.0, Northings=2.0, Scale=1.0 / unit_m)
+    assert not ours(model, 1.0).warnings
