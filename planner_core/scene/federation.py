@@ -21,7 +21,7 @@ from planner_core.model import BoolArray, Element, FloatArray, Int64Array, LoadR
 from planner_core.scene.build import far_origin, scene_from_arrays
 from planner_core.scene.extent import LONGEST_M, check_extent, extent_m
 from planner_core.scene.file_frames import Placed, placed_files, placement_doubts
-from planner_core.scene.joint_storeys import JointStoreys, joint_storeys
+from planner_core.scene.joint_storeys import JointStoreys, check_common_shift, joint_storeys
 from planner_core.scene.wording import grouped
 
 _SAME_SHAPE_M = 0.001
@@ -39,12 +39,14 @@ def federated(scenes: Sequence[Scene]) -> Scene:
     Raises
     ------
     SceneError
-        A file is of impossible size, or lies a kilometre and more from the others.
+        A file is of impossible size, lies a kilometre and more from the others, or has all its storeys higher or lower
+        than an earlier file by one amount.
     """
     for scene in scenes:
         if extent_m(scene).max() > LONGEST_M:  # before it makes the others look far away
             check_extent(scene)
     files, georeference, moves = placed_files(scenes)
+    check_common_shift(files)
     doubts = placement_doubts(files)
     storeys = joint_storeys(files)
     copies = _copies([_shapes(file) for file in files])

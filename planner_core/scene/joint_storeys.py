@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner_core.errors import SceneError
 from planner_core.model import Storey
 from planner_core.scene.file_frames import Placed
 
@@ -82,6 +83,52 @@ def joint_storeys(files: Sequence[Placed]) -> JointStoreys:
         tuple(tuple(new[number] for number in own) for own in numbers),
         tuple(remarks),
     )
+
+
+def check_common_shift(files: Sequence[Placed]) -> None:
+    """Refuse a file whose storeys all lie higher or lower than those of an earlier file by one amount.
+
+    Two references of height do that, such as the site's elevation in one export and sea level in the other: walls then
+    stand in the slabs of the other file. One storey in common proves nothing, nor do buildings side by side.
+
+    Raises
+    ------
+    SceneError
+        Names the amount, with its sign, and the storeys.
+    """
+    for number, file in enumerate(files):
+        for other in files[:number]:
+            mine, its = _heights_by_name(file), _heights_by_name(other)
+            common = [name for name in mine if name in its]
+            shifts_m = np.array([mine[name][1] - its[name][1] for name in common])
+            is_one = len(common) > 1 and np.ptp(shifts_m) < _TOLD_M and abs(shifts_m[0]) > _SAME_NAMED_M
+            if not is_one or _at_one_height(file) or _at_one_height(other) or not _over_each_other(file, other):
+                continue
+            shift_m = float(np.median(shifts_m))
+            named = ", ".join(mine[name][0] for name in common[:3]) + (", ..." if len(common) > 3 else "")
+            raise SceneError(
+                f"{file.name}: its {len(common)} storeys {named} all lie {abs(shift_m):.3f} m "
+                f"{'above' if shift_m > 0 else 'below'} those of the same names in {other.name}, expected the same "
+                f"heights; move it by {-shift_m:+.3f} m, or export both with one reference of height (in IFC the "
+                "placements and RefElevation of IfcSite and IfcBuilding)."
+            )
+
+
+def _heights_by_name(file: Placed) -> dict[str, tuple[str, float]]:
+    """Name as written and height of a file's storeys, by plain name, but for names that it has twice."""
+    names = [_plain(storey.name) for storey in file.scene.storeys]
+    return {
+        name: (storey.name, file.height_m(storey.elevation_m))
+        for name, storey in zip(names, file.scene.storeys, strict=True)
+        if names.count(name) == 1
+    }
+
+
+def _over_each_other(file: Placed, other: Placed) -> bool:
+    """Tell whether the smaller of two files' boxes lies over the larger one by half of it, in plan."""
+    (low, high), (its_low, its_high) = file.box_m[:, :2], other.box_m[:, :2]
+    shared = np.maximum(np.minimum(high, its_high) - np.maximum(low, its_low), 0.0)
+    return bool(shared.prod() >= 0.5 * min((high - low).prod(), (its_high - its_low).prod()))
 
 
 def _at_one_height(file: Placed) -> bool:

@@ -16,6 +16,7 @@ from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.federation import federated
 from planner_core.scene.floors import find_floors
 from planner_core.scene.load import LoadOptions, load_scene
+from tests.reality_files import reality
 from tests.scene.conftest import native_readers_here
 
 STRUCTURE = ("IfcSlab", "IfcRoof", "IfcStair", "IfcRailing")
@@ -339,6 +340,44 @@ def test_storeys_all_at_one_height_are_no_storeys():
     assert told[0].startswith("b.ifc: all its 2 storeys are at 0.00 m")
     only, _, _ = storeys_of(((0.0, "1e"), (0.0, "2e")), ())
     assert only == [("1e", 0.0), ("2e", 0.0)]
+
+
+def test_a_shift_in_height_common_to_all_storeys_is_refused_by_its_amount():
+    with pytest.raises(SceneError) as caught:
+        load_scene([reality("house_arch.ifc"), reality("house_struct_1m_up.ifc")])
+    assert "house_struct_1m_up.ifc: its 2 storeys EG, OG all lie 1.000 m above" in str(caught.value)
+    assert "house_arch.ifc" in str(caught.value) and "move it by -1.000 m" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("shift_m", "told"),
+    [(1.0, "1.000 m above"), (-0.62, "0.620 m below"), (112.4, "112.400 m above"), (0.3048 * 12, "3.658 m above")],
+)
+def test_a_common_shift_of_any_size_is_refused(shift_m, told):
+    storeys = ((0.0, "EG"), (3.0, "OG"), (6.0, "DG"))
+    moved = tuple((z + shift_m, name.lower()) for z, name in storeys)
+    files = [
+        box_scene(file="a.ifc", storeys=storeys),
+        box_scene(file="b.ifc", storeys=storeys[:1]),
+        box_scene((0, 0, shift_m), (10, 8, shift_m + 3), file="c.ifc", storeys=(*moved[:2], (shift_m - 3, "Keller"))),
+    ]
+    with pytest.raises(SceneError, match=f"c.ifc: its 2 storeys eg, og all lie {told} those of .* in a.ifc"):
+        federated(files)
+
+
+@pytest.mark.parametrize(
+    ("storeys", "low"),
+    [
+        pytest.param(((1.2, "EG"), (4.2, "OG")), (10.0, 0.0, 1.2), id="a house beside it on a slope"),
+        pytest.param(((1.2, "EG"),), (0.0, 0.0, 0.0), id="one storey in common"),
+        pytest.param(((1.2, "EG"), (3.9, "OG")), (0.0, 0.0, 0.0), id="two amounts"),
+        pytest.param(((-0.15, "EG"), (2.85, "OG")), (0.0, 0.0, 0.0), id="raw slabs and finished floors"),
+    ],
+)
+def test_storeys_of_the_same_names_at_other_heights_are_no_common_shift(storeys, low):
+    x, y, z = low
+    other = box_scene(low, (x + 10, y + 8, z + 3), file="b.ifc", storeys=storeys)
+    federated([box_scene(storeys=((0.0, "EG"), (3.0, "OG"))), other])
 
 
 # ---------------------------------------------------------------------------------------------- arguments
