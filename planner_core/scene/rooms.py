@@ -17,6 +17,14 @@ from planner_core.scene.wording import readable
 
 #: How far in front of a surface its room is looked for: spaces end at the bare wall, a little behind its lining.
 IN_FRONT_M = 0.05
+#: Rooms stand on their storey, on a raised floor or a half storey; further off, something is wrong.
+_STOREY_OFF_M = 1.5
+#: Screeds of a storey's rooms differ by less.
+_SAME_OFF_M = 0.3
+#: Shafts and stairs begin on other storeys.
+_MOST_ROOMS = 0.8
+#: Rooms are looked for in and behind a wall beside a door, above its threshold.
+_BESIDE_M, _KNEE_M = 0.6, 0.5
 
 
 def room_of_points(scene: Scene, points_m: FloatArray) -> Int32Array:
@@ -73,4 +81,50 @@ def with_rooms(
         )
         for room in rooms
     )
-    return replace(scene, rooms=tuple(placed))
+    return _on_their_storeys(replace(scene, rooms=tuple(placed)))
+
+
+def _on_their_storeys(scene: Scene) -> Scene:
+    """The scene with rooms brought back to their storeys where all lie off them by one height, with a warning.
+
+    Programs that add a storey's height twice write rooms a storey off: names, and which doors lead outdoors, would be
+    those of the storey below. Where rooms are right and their storeys wrong, most doors have rooms beside them as they
+    are, and no room is out of the building.
+    """
+    told = [room for room in scene.rooms if room.storey >= 0]
+    if not told:
+        return scene
+    off_m = np.array([room.box_m[0, 2] - scene.storeys[room.storey].elevation_m for room in told])
+    shift_m = float(np.median(off_m))
+    is_one = np.mean(np.abs(off_m - shift_m) <= _SAME_OFF_M) >= _MOST_ROOMS
+    if abs(shift_m) < _STOREY_OFF_M or not is_one:
+        return scene
+    boxes_m = np.stack([room.box_m for room in told])
+    back_m = boxes_m - np.array([0.0, 0.0, shift_m])
+    low_m, high_m = scene.vertices_m[:, 2].min(), scene.vertices_m[:, 2].max()
+    middle_m = boxes_m[:, :, 2].mean(axis=1)
+    is_out = ((middle_m < low_m) | (middle_m > high_m)).any()
+    if not is_out and _doors_beside(scene, back_m) <= _doors_beside(scene, boxes_m):
+        return scene
+    lower = np.array([0.0, 0.0, shift_m])
+    moved = tuple(replace(r, vertices_m=r.vertices_m - lower) if r.storey >= 0 else r for r in scene.rooms)
+    side = "above" if shift_m > 0 else "below"
+    line = (
+        f"{scene.source.path.name}: its rooms (IfcSpace) lie {abs(shift_m):.2f} m {side} "
+        "the storeys that they belong to: they are taken back to them; check the names of rooms in results."
+    )
+    return replace(scene, rooms=moved, report=replace(scene.report, warnings=(*scene.report.warnings, line)))
+
+
+def _doors_beside(scene: Scene, boxes_m: FloatArray) -> int:
+    """Number of doors whose middle, at knee height, is inside or beside one of boxes (R, 2, 3)."""
+    is_door = np.array([element.kind == "IfcDoor" for element in scene.elements], dtype=bool)
+    of_door = np.flatnonzero(is_door[scene.element_of_triangle])
+    count = 0
+    for door in np.unique(scene.element_of_triangle[of_door]).tolist():
+        corners_m = scene.vertices_m[scene.triangles[of_door[scene.element_of_triangle[of_door] == door]]]
+        low, high = corners_m.min(axis=(0, 1)), corners_m.max(axis=(0, 1))
+        at_m = np.array([*(0.5 * (low + high))[:2], low[2] + _KNEE_M])
+        margin_m = np.array([_BESIDE_M, _BESIDE_M, 0.0])
+        count += bool(((at_m >= boxes_m[:, 0] - margin_m) & (at_m <= boxes_m[:, 1] + margin_m)).all(axis=1).any())
+    return count

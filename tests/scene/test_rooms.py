@@ -7,10 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from planner_core.model import Room
+from planner_core.model import Room, Storey
+from planner_core.scene.doors import is_outer
 from planner_core.scene.inside import enclosures
 from planner_core.scene.load import LoadOptions, load_scene
-from planner_core.scene.rooms import room_of_points, room_of_surfaces
+from planner_core.scene.rooms import room_of_points, room_of_surfaces, with_rooms
+from tests.scene.floor_scenes import four_walls, scene_of
 
 FACES = np.array(
     [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4],
@@ -149,3 +151,61 @@ def test_rooms_of_the_duplex_hold_their_floors(real_scene):
         if room.long_name in ("Bathroom 1", "Bathroom 2", "Utility", "Bedroom 1"):  # these are convex
             middle = 0.5 * (low + high)
             assert scene.rooms[room_of_points(scene, middle[None])[0]].title == room.title
+
+
+STOREY_M = 2.8
+
+
+def building(*, room_low, storey_of_room=0, roof_m=6.0, doors=True, n_storeys=2, unit_m=1.0):
+    """Walls of storeys of 2.8 m below a roof, a door in each, and rooms with their feet `room_low`, in metres."""
+    storeys = [Storey(f"S{i}", f"S{i}", STOREY_M * i) for i in range(n_storeys)]
+    parts = [("roof", "IfcRoof", -1, (0, 0, roof_m - 0.2), (8, 6, roof_m))]
+    for i in range(n_storeys):
+        parts += four_walls(8, 6, STOREY_M * i, STOREY_M * (i + 1), i)
+        parts.append((f"slab {i}", "IfcSlab", i, (0, 0, STOREY_M * i - 0.2), (8, 6, STOREY_M * i)))
+        if doors:
+            parts.append((f"door {i}", "IfcDoor", i, (3, 0, STOREY_M * i), (4, 0.2, STOREY_M * i + 2.1)))
+    scene = scene_of(parts, [(s.name, s.elevation_m) for s in storeys])
+    given = tuple(
+        Room(f"R{i}", "", f"R{i}", i + storey_of_room, box((0.2, 0.2, z), (7.8, 5.8, z + 2.5)) / unit_m,
+             FACES.astype(np.int32))
+        for i, z in enumerate(room_low)
+    )  # fmt: skip
+    return with_rooms(scene, given, tuple(storeys), metres_per_unit=unit_m, up_axis="Z")
+
+
+@pytest.mark.parametrize(
+    "off",
+    [
+        pytest.param({"room_low": (2.8, 5.6)}, id="above the roof"),
+        pytest.param({"room_low": (2.8, 5.6), "roof_m": 9.0}, id="in an attic"),
+        pytest.param({"room_low": (-2.8, 0.0)}, id="below the ground"),
+        pytest.param({"room_low": (2.8,), "n_storeys": 1, "roof_m": 3.0, "doors": False}, id="a storey, no doors"),
+        pytest.param({"room_low": (2.8, 5.6), "unit_m": 0.001}, id="in millimetres"),
+    ],
+)
+def test_rooms_a_storey_off_are_taken_back_to_their_storeys_with_a_warning(off):
+    scene = building(**off)
+    feet_m = [float(room.box_m[0, 2]) for room in scene.rooms]
+    assert feet_m == pytest.approx([STOREY_M * i for i in range(len(feet_m))])
+    (line,) = [line for line in scene.report.warnings if "rooms" in line]
+    assert "2.80 m above" in line or "2.80 m below" in line
+    if off.get("doors", True):
+        for number, element in enumerate(scene.elements):
+            if element.kind == "IfcDoor":
+                assert is_outer(scene, number, np.flatnonzero(scene.element_of_triangle == number))
+
+
+@pytest.mark.parametrize(
+    "right",
+    [
+        pytest.param({"room_low": (0.0, 2.8)}, id="on their storeys"),
+        pytest.param({"room_low": (0.15, 2.95)}, id="on a screed"),
+        pytest.param({"room_low": (0.0,), "storey_of_room": 1}, id="a wrong storey"),
+        pytest.param({"room_low": (0.0, 0.0)}, id="one of two off"),
+    ],
+)
+def test_rooms_that_doors_lead_to_stay_where_they_are(right):
+    scene = building(**right)
+    assert [float(room.box_m[0, 2]) for room in scene.rooms] == pytest.approx(list(right["room_low"]))
+    assert not [line for line in scene.report.warnings if "rooms" in line]
