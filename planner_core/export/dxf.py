@@ -28,9 +28,10 @@ from planner_core.export.dxf_document import (
     write_document,
 )
 from planner_core.export.dxf_sheets import PAPERS_MM, add_sheet
+from planner_core.export.floor_outlines import solid_rings
 from planner_core.export.options import Options
 from planner_core.export.route_lines import ways_of
-from planner_core.export.section import SectionLine, floor_outline, floor_section, lines_below
+from planner_core.export.section import floor_outline, floor_section, lines_below
 from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.unseen import unseen_surface
 from planner_core.model import FloatArray, Floor
@@ -230,7 +231,9 @@ def _draw_building(drawing: _Drawing, building: Building, floor: FieldFloor, opt
     _hatch(drawing, unseen.missed, unseen.seen, floor, "UNSEEN")
     _hatch(drawing, unseen.out_of_reach, np.concatenate([unseen.seen, unseen.missed]), floor, "OUT-OF-REACH")
     section = floor_section(scene, local, options.cut_m)
-    _fill_walls(drawing, section, floor)
+    filled = (line for line in section if line.kind in _FILLED)
+    for rings in solid_rings(scene, local, filled, cut_m=options.cut_m):
+        _add_hatch(drawing, list(rings), floor, "WALL-FILL")
     for line in (*floor_outline(scene, local), *lines_below(scene, local, options.cut_m), *section):
         drawn = drawing.line(line.points_m, z_m, drawing.layer(floor.id, _LAYER_OF_KIND[line.kind]), closed=line.closed)
         if line.element >= 0:
@@ -257,16 +260,6 @@ def _local_floor(building: Building, floor: FieldFloor, number: int) -> Floor:
         bounds_m=floor.bounds - offset_m[:2],
         origin="slab",
     )
-
-
-def _fill_walls(drawing: _Drawing, section: tuple[SectionLine, ...], floor: FieldFloor) -> None:
-    """Fill what is cut of each wall, by the even-odd rule."""
-    by_element: dict[int, list[FloatArray]] = {}
-    for line in section:
-        if line.closed and line.kind in _FILLED:
-            by_element.setdefault(line.element, []).append(line.points_m)
-    for rings in by_element.values():
-        _add_hatch(drawing, rings, floor, "WALL-FILL")
 
 
 def _hatch(drawing: _Drawing, triangles_m: FloatArray, over_m: FloatArray, floor: FieldFloor, what: str) -> None:

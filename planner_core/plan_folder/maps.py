@@ -258,7 +258,7 @@ def view_rgb(plan: Plan, floor: Floor, view: SectionView, *, coloured: bool = Tr
     shade = 0.62 + 0.38 * np.abs(np.where(there, view.facing, 1.0))
     rgb *= shade[..., None]
     rgb[_depth_edges(view)] *= 0.72
-    rgb[inside_solid(plan.survey, view, floor.ground_triangles)] = palette.WALL
+    rgb[inside_solid(plan.survey, view, floor)] = palette.WALL
     return np.clip(rgb, 0.0, 1.0)
 
 

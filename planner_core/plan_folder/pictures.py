@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, FloatArray, Floor, Plan, Station, Survey, UInt8Array
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.ink import PAPER, Box, Ink, Pen
@@ -136,7 +135,7 @@ def picture_cut_m(plan: Plan, floor: Floor) -> float:
     return min([floor.elevation_m + CUT_HEIGHT_M, *(0.4 * floor.elevation_m + 0.6 * z for z in above)])
 
 
-def write_floor_picture(plan: Plan, floor_index: int, path: Path, *, engine: ScanEngine) -> None:
+def write_floor_picture(plan: Plan, floor_index: int, path: Path) -> None:
     """Write the coverage picture of one floor.
 
     Raises
@@ -146,7 +145,7 @@ def write_floor_picture(plan: Plan, floor_index: int, path: Path, *, engine: Sca
     """
     floor = plan.survey.floors[floor_index]
     stations = stations_of(plan, floor)
-    rgb, eye = render_floor(plan, floor, engine=engine)
+    rgb, eye = render_floor(plan, floor)
     box = picture_box(eye.half_width_tan, eye.half_height_tan)
     ink = new_sheet(box.height)
     # Bytes, as matplotlib would make them itself after half a dozen copies of the floats.
@@ -164,7 +163,7 @@ def stations_of(plan: Plan, floor: Floor) -> list[Station]:
     return sorted((s for s in plan.stations if s.floor == floor.id), key=lambda station: station.order)
 
 
-def render_floor(plan: Plan, floor: Floor, *, engine: ScanEngine) -> tuple[FloatArray, Eye]:
+def render_floor(plan: Plan, floor: Floor) -> tuple[FloatArray, Eye]:
     """Draw building, tripods and links: (H, W, 3) sRGB in [0, 1], and the eye that sees them so."""
     stations = stations_of(plan, floor)
     links_m = strong_links(plan, stations)
@@ -172,7 +171,7 @@ def render_floor(plan: Plan, floor: Floor, *, engine: ScanEngine) -> tuple[Float
     eye = _eye_on_box(box, stations)
     size = picture_box(eye.half_width_tan, eye.half_height_tan)
     with offscreen_plotter(OVERSAMPLING * pixels(size.width), OVERSAMPLING * pixels(size.height)) as plotter:
-        _add_building(plotter, plan, floor, box, engine)
+        _add_building(plotter, plan, floor, box)
         _add_stations(plotter, stations)
         if len(links_m):
             tubes = _segments(links_m).tube(radius=LINK_RADIUS_M, n_sides=8)
@@ -211,14 +210,14 @@ def _patch_corners(survey: Survey, used: BoolArray) -> FloatArray:
     return patch_triangles(part, replace(survey.patches, depth=survey.patches.depth[used]))
 
 
-def _add_building(plotter: Any, plan: Plan, floor: Floor, box: FloatArray, engine: ScanEngine) -> None:
+def _add_building(plotter: Any, plan: Plan, floor: Floor, box: FloatArray) -> None:
     import pyvista
 
     scene, cut_m = plan.survey.scene, float(box[1, 2])
     used = triangles_in(plan.survey, box)
     patches = cut_out(coloured_patches(plan, floor, used), box)
     plotter.add_mesh(patches, scalars="rgb", rgb=True, ambient=1.0, diffuse=0.0, show_scalar_bar=False)
-    caps = _caps(plan.survey, floor, box, engine)
+    caps = _caps(plan.survey, floor, box)
     if caps.n_cells:
         plotter.add_mesh(caps, color=palette.WALL, lighting=False)
     faces = cut_out(pyvista.PolyData(scene.vertices_m, faces=_faces(scene.triangles[used])), box)
@@ -266,12 +265,12 @@ def _shade(corners_m: FloatArray) -> FloatArray:
     return shade
 
 
-def _caps(survey: Survey, floor: Floor, box: FloatArray, engine: ScanEngine) -> Any:
+def _caps(survey: Survey, floor: Floor, box: FloatArray) -> Any:
     """Cut faces of walls, as strips along x: the solid cells of the floor seen from above, row by row."""
     import pyvista
 
     window_m, cut_m = box[:, :2], float(box[1, 2])
-    solid, cell_m = solid_cells(survey, engine, floor=floor, cut_m=cut_m, window_m=window_m, width=CAP_CELLS)
+    solid, cell_m = solid_cells(survey, floor=floor, cut_m=cut_m, window_m=window_m, width=CAP_CELLS)
     steps = np.diff(np.pad(solid.astype(np.int8), ((0, 0), (1, 1))), axis=1)
     row, first = np.nonzero(steps == 1)
     _, end = np.nonzero(steps == -1)

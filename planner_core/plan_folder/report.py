@@ -88,7 +88,7 @@ def _write_pictures(plan: Plan, folder: Path, engine: ScanEngine) -> Generator[s
         write_link_map(plan, index, folder / link_map_name(index), view=view)
         yield link_map_name(index)
         try:
-            write_floor_picture(plan, index, folder / picture_name(index), engine=engine)
+            write_floor_picture(plan, index, folder / picture_name(index))
             yield picture_name(index)
         except MissingPackageError as error:
             missing = str(error)

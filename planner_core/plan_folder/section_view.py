@@ -16,10 +16,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
+from scipy.ndimage import distance_transform_edt, label
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import BoolArray, Float32Array, FloatArray, Floor, Int32Array, Plan, Survey, UInt8Array
+from planner_core.model import (
+    BoolArray,
+    Float32Array,
+    FloatArray,
+    Floor,
+    Int32Array,
+    Int64Array,
+    Plan,
+    Survey,
+    UInt8Array,
+)
+from planner_core.scene.inside import ROOM_WIDTH_M, encloses_room
 from planner_core.scene.patches import patch_of_points
 
 CUT_HEIGHT_M = 1.2
@@ -207,67 +218,45 @@ def marked(triangles: Int32Array, n_triangles: int) -> BoolArray:
     return there
 
 
-def inside_solid(survey: Survey, view: SectionView, ground_triangles: Int32Array) -> BoolArray:
+def inside_solid(survey: Survey, view: SectionView, floor: Floor) -> BoolArray:
     """(H, W) bool: pixels whose beam starts inside a solid: the cut walls.
 
     Decided element by element by the even-odd rule on the lines in which it crosses the cutting plane, so that neither
-    winding nor coincident faces matter. Ground that the element shows from above is no solid: a room modelled as one
-    closed surface is a room.
+    winding nor coincident faces matter. What encloses a room is no solid, see `encloses_room`.
     """
     height, width = view.triangle.shape
     element = np.full(view.triangle.shape, -1, dtype=np.int32)
     for number, cut_m in enumerate(view.cuts_m):
         starts_m = _starts_m(view.camera, view.window_m, view.pixel_m, cut_m, range(height), width)
         here = view.level == number
-        element[here] = _element_around(survey, cut_m, starts_m, view.pixel_m)[here]
-    solid: BoolArray = (element >= 0) & ~_own_ground(survey, view.triangle, element, ground_triangles)
-    return solid
+        element[here] = _element_around(survey, floor, cut_m, starts_m, view.pixel_m)[here]
+    return np.asarray(element >= 0)
 
 
 def solid_cells(
-    survey: Survey, engine: ScanEngine, *, floor: Floor, cut_m: float, window_m: FloatArray, width: int
+    survey: Survey, *, floor: Floor, cut_m: float, window_m: FloatArray, width: int
 ) -> tuple[BoolArray, float]:
-    """`inside_solid` of `floor` seen from above, and the side of a cell in metres.
-
-    Parameters are those of `view_section`; beams are cast where an element is cut only.
-    """
-    camera = camera_from_above()
+    """`inside_solid` of `floor` seen from above, and the side of a cell in metres; parameters as of `view_section`."""
     cell_m, height = _pixels(window_m, width)
-    starts_m = _starts_m(camera, window_m, cell_m, cut_m, range(height), width)
-    element = _element_around(survey, cut_m, starts_m, cell_m)
-    solid: BoolArray = element >= 0
-    reach_m = _reach_m(camera, floor.elevation_m, cut_m)
-    asked_m = starts_m[solid]
-    below = [
-        engine.cast_rays(part, np.broadcast_to(camera.forward, part.shape), range_max_m=reach_m).triangle
-        for part in np.array_split(asked_m, -(-len(asked_m) // _BEAMS_AT_ONCE) or 1)
-    ]
-    solid[solid] = ~_own_ground(survey, np.concatenate(below), element[solid], floor.ground_triangles)
-    return solid, cell_m
+    starts_m = _starts_m(camera_from_above(), window_m, cell_m, cut_m, range(height), width)
+    return np.asarray(_element_around(survey, floor, cut_m, starts_m, cell_m) >= 0), cell_m
 
 
-def _own_ground(survey: Survey, triangle: Int32Array, element: Int32Array, ground_triangles: Int32Array) -> BoolArray:
-    """(...) bool: where `triangle` (...) is ground of the `element` (...) itself; both are -1 for none."""
-    own: BoolArray = marked(ground_triangles, survey.scene.n_triangles)[triangle]
-    own &= survey.scene.element_of_triangle[triangle] == element
-    return own
-
-
-def _element_around(survey: Survey, cut_m: float, starts_m: FloatArray, step_m: float) -> Int32Array:
-    """(H, W) int32: an element that points (H, W, 3) of the cutting plane are inside of; -1 where there is none."""
+def _element_around(survey: Survey, floor: Floor, cut_m: float, starts_m: FloatArray, step_m: float) -> Int32Array:
+    """(H, W) int32: an element in which points (H, W, 3) of the cutting plane lie; -1 for none, and in rooms."""
     x, y = starts_m[..., 0], starts_m[..., 1]
     low_m = np.array([x.min(), y.min()])
     shape = np.ceil((np.array([x.max(), y.max()]) - low_m) / step_m).astype(int) + 1
-    filled = _even_odd_fill(survey, cut_m, low_m, step_m, (int(shape[1]), int(shape[0])))
+    filled = _even_odd_fill(survey, floor, cut_m, low_m, step_m, (int(shape[1]), int(shape[0])))
     row, column = (np.rint((value - least) / step_m).astype(int) for value, least in ((y, low_m[1]), (x, low_m[0])))
     element: Int32Array = filled[row, column]
     return element
 
 
 def _even_odd_fill(
-    survey: Survey, cut_m: float, low_m: FloatArray, step_m: float, shape: tuple[int, int]
+    survey: Survey, floor: Floor, cut_m: float, low_m: FloatArray, step_m: float, shape: tuple[int, int]
 ) -> Int32Array:
-    """(rows, columns) int32: an element whose section contains the cell's centre; -1 where none does.
+    """(rows, columns) int32: an element whose section contains the cell's centre; -1 where none does, and in rooms.
 
     Cell (r, c) has its centre at low_m + step_m * (c, r).
     """
@@ -287,11 +276,44 @@ def _even_odd_fill(
     _, start, n_in_row = np.unique(key, return_index=True, return_counts=True)
     rank = np.arange(key.size) - np.repeat(start, n_in_row)
     enters = np.flatnonzero((rank % 2 == 0) & np.repeat(n_in_row % 2 == 0, n_in_row))
+    first, end = (np.clip(np.ceil(at[k]), 0, shape[1]).astype(np.int64) for k in (enters, enters + 1))
+    runs = np.column_stack([row[enters], first, end])
     filled = np.full(shape, -1, dtype=np.int32)
-    for k in enters:
-        from_column = max(int(np.ceil(at[k])), 0)
-        filled[row[k], from_column : max(int(np.ceil(at[k + 1])), from_column)] = element[k]
+    for of in np.split(np.arange(len(runs)), np.flatnonzero(np.diff(element[enters])) + 1):
+        number, rooms = int(element[enters[of[0]]]) if of.size else -1, None
+        if _may_hold_rooms(runs[of], step_m):
+            rooms = _rooms_within(survey, floor, cut_m, low_m, step_m, runs[of], number)
+        for r, a, b in runs[of].tolist():
+            filled[r, a:b] = number if rooms is None else np.where(rooms[r, a:b], filled[r, a:b], number)
     return filled
+
+
+def _may_hold_rooms(runs: Int64Array, step_m: float) -> bool:
+    """Tell whether runs (K, 3) of cells, row, first and end, have the width of a room across in as many rows."""
+    wide = runs[:, 2] - runs[:, 1] >= ROOM_WIDTH_M / step_m - 1
+    return bool(np.unique(runs[wide, 0]).size >= ROOM_WIDTH_M / step_m - 1)
+
+
+def _rooms_within(
+    survey: Survey, floor: Floor, cut_m: float, low_m: FloatArray, step_m: float, runs: Int64Array, element: int
+) -> BoolArray:
+    """(rows, columns) bool, up to the last of the runs (K, 3) of one element: cells that are in rooms."""
+    inside = np.zeros((int(runs[:, 0].max()) + 1, int(runs[:, 2].max()) + 1), dtype=np.bool_)
+    for r, a, b in runs.tolist():
+        inside[r, a:b] = True
+    part, n_parts = label(inside)
+    half = np.zeros(n_parts + 1)
+    # Cells beyond the drawing's edge are not in the area, so that a room cut off by it is as wide as what is shown.
+    np.maximum.at(half, part, distance_transform_edt(np.pad(inside, 1))[1:-1, 1:-1])
+    is_room = np.zeros(n_parts + 1, dtype=np.bool_)
+    for number in np.flatnonzero(2 * half * step_m >= ROOM_WIDTH_M).tolist():
+        plan_m = low_m + step_m * np.argwhere(part == number)[:, ::-1]
+        width_m = 2 * float(half[number]) * step_m
+        is_room[number] = encloses_room(
+            survey.scene, floor, element=element, plan_m=plan_m, width_m=width_m, cut_m=cut_m
+        )
+    rooms: BoolArray = is_room[part]
+    return rooms
 
 
 def section_lines(survey: Survey, cut_m: float) -> FloatArray:

@@ -19,8 +19,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import FloatArray, Int64Array
+from planner_core.model import BoolArray, FloatArray, Floor, Int64Array, Scene
 from planner_core.scene.plumb_lines import crossings
+
+ROOM_WIDTH_M = 0.8
+"""The narrowest rooms, a WC and a passage, have this width; walls of two sheets without top and bottom have less."""
+
+#: No wall and no pier that goes on below the ground is as thick: what encloses more is the hull of a building.
+_HULL_WIDTH_M = 3.0
+#: A bottom is on the ground where it is this near: screeds and coverings lie under the walls or beside them.
+_FLUSH_M = 0.05
+#: Points that stand for an area: the share that votes for a room is then true to some hundredths.
+_N_POINTS = 400
+#: Ground under less of an area than this is seen past its outline alone.
+_LEAST_GROUND = 0.1
 
 
 @dataclass(frozen=True)
@@ -55,3 +67,53 @@ def enclosures(points_m: FloatArray, corners_m: FloatArray, shape_of_triangle: I
     pairs = np.concatenate(found)
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     return Enclosures(point=pairs[:, 0], shape=pairs[:, 1])
+
+
+def encloses_room(
+    scene: Scene, floor: Floor, *, element: int, plan_m: FloatArray, width_m: float, cut_m: float
+) -> bool:
+    """Tell whether what an element encloses in plan is a room, not the inside of a wall, a column or a machine.
+
+    Walls, floor and ceiling of a mesh are often parted by material and of one sheet: the walls' section is closed, and
+    the ground lies inside. A solid has a bottom of its own on the ground or above it:
+
+        ____________ ceiling           ______ top
+        :          :                  |      |
+        : room     : walls            | wall |
+        ============ ground       ====|______|==== ground
+
+    Parameters
+    ----------
+    element
+        Index into `scene.elements`.
+    plan_m
+        (K, 2) points inside the area that the element encloses at the height `cut_m`, local frame.
+    width_m
+        Diameter of the largest circle in that area. Narrower than `ROOM_WIDTH_M`, nothing is a room.
+    """
+    if width_m < ROOM_WIDTH_M or not len(plan_m):
+        return False
+    plan_m = plan_m[:: -(-len(plan_m) // _N_POINTS)]
+    is_ground = np.zeros(scene.n_triangles, dtype=np.bool_)
+    is_ground[floor.ground_triangles] = True
+    faces = np.flatnonzero(is_ground | (scene.element_of_triangle == element))
+    bottom_m, ground_m, own_ground_m = (np.full(len(plan_m), -np.inf) for _ in range(3))
+    if not floor.ground_triangles.size:
+        ground_m[:] = floor.elevation_m
+    points_m = np.column_stack([plan_m, np.full(len(plan_m), cut_m)])
+    for met in crossings(points_m, scene.vertices_m[scene.triangles[faces]]):
+        below = met.z_m < cut_m
+        point, face, z_m = met.point[below], faces[met.triangle[below]], met.z_m[below]
+        own = scene.element_of_triangle[face] == element
+        np.maximum.at(bottom_m, point[own], z_m[own])
+        for height_m, of_it in ((ground_m, ~own), (own_ground_m, own)):
+            at = of_it & is_ground[face]
+            np.maximum.at(height_m, point[at], z_m[at])
+    # Undersides that are flush with the ground of others count as ground where no class parts them from it.
+    own_ground = own_ground_m > ground_m + _FLUSH_M
+    there = own_ground | np.isfinite(ground_m)
+    if there.mean() < _LEAST_GROUND:
+        return False
+    sunk = (bottom_m < ground_m - _FLUSH_M) & (width_m >= _HULL_WIDTH_M)
+    room: BoolArray = own_ground | np.isneginf(bottom_m) | sunk
+    return bool(room[there].mean() > 0.5)

@@ -37,8 +37,8 @@ def fresh_choice() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def ground_floor(plan: Plan, engine: ScanEngine) -> tuple[FloatArray, pictures.Eye]:
-    return pictures.render_floor(plan, plan.survey.floors[0], engine=engine)
+def ground_floor(plan: Plan) -> tuple[FloatArray, pictures.Eye]:
+    return pictures.render_floor(plan, plan.survey.floors[0])
 
 
 def colour_at(drawn: tuple[FloatArray, pictures.Eye], point_m: tuple[float, float, float]) -> FloatArray:

@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.export.chosen import scanned_before
+from planner_core.export.floor_outlines import solid_rings
 from planner_core.export.section import CUT_HEIGHT_M, SectionLine, floor_section, lines_below
 from planner_core.export.sheets.building import Building
 from planner_core.export.sheets.route import Mark, Way, breaks_on, ends_on, sealed_on, ways_on
 from planner_core.export.sheets.unseen import UnseenSurface, unseen_surface
-from planner_core.model import BoolArray, FloatArray, Floor
+from planner_core.model import BoolArray, FloatArray, Floor, Scene
 from planner_core.plan_folder.drawing import links
 from planner_core.plan_folder.drawing.links import StationPoint
 from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
@@ -152,13 +153,13 @@ def _with_building(plan: PlanSource, view: FloorView, building: Building, trodde
     return replace(
         view,
         window_m=_around([view.window_m + np.array([[_MARGIN_M], [-_MARGIN_M]]), *seen_m]),
-        solids=tuple(_solids(solid, trodden_m)),
+        solids=tuple(_solids(scene, local, solid, cut_m, trodden_m)),
         cuts=tuple(_drawn(solid)),
         fittings=tuple(_drawn(line for line in section if line.kind not in _SOLID)),
         # Parapets, and walls below windows, end below the cut and have no top of their own where they are planes.
         below=tuple(_drawn([*below, *(line for line in standing if line.kind in _SOLID)])),
         surface=surface.moved(offset_m),
-        standing=tuple(_solids(standing, trodden_m)),
+        standing=tuple(_solids(scene, local, standing, _STANDING_M, trodden_m)),
     )
 
 
@@ -192,11 +193,12 @@ def _drawn(lines: Iterable[SectionLine]) -> list[FloatArray]:
     return [np.concatenate([line.points_m, line.points_m[:1]]) if line.closed else line.points_m for line in lines]
 
 
-def _solids(lines: list[SectionLine], trodden_m: FloatArray) -> Iterable[tuple[FloatArray, ...]]:
-    """Rings of each element that is cut, but for those that people stand in: rooms modelled as one closed surface."""
-    for element in dict.fromkeys(line.element for line in lines):
-        rings = tuple(line.points_m for line in lines if line.element == element and line.closed)
-        if rings and not _inside(rings, trodden_m).any():
+def _solids(
+    scene: Scene, floor: Floor, lines: list[SectionLine], cut_m: float, trodden_m: FloatArray
+) -> Iterable[tuple[FloatArray, ...]]:
+    """Rings of each element that is cut, but for those that people stand in."""
+    for rings in solid_rings(scene, floor, lines, cut_m=cut_m):
+        if not _inside(rings, trodden_m).any():
             yield rings
 
 
