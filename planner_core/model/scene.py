@@ -201,8 +201,8 @@ class Floor:
     Floors that people marked have the numbers behind these, whatever their height.
 
     ground_triangles : (G,) int32, sorted triangle ids. Empty where the storey has no slab, and `origin` is
-    `storey-elevation`: then the ground is the plane z = elevation_m in the rectangles `plane_m`, which a `Survey` adds
-    to its scene as triangles.
+    `storey-elevation` or `wall-foot`: then the ground is the plane z = elevation_m in the rectangles `plane_m`, which a
+    `Survey` adds to its scene as triangles.
     bounds_m : (2, 2) float64, local [[x_min, y_min], [x_max, y_max]] of the ground.
     """
 
@@ -214,7 +214,7 @@ class Floor:
     ground_triangles: Int32Array
     bounds_m: FloatArray
     origin: str
-    """`slab`, `surface` or `storey-elevation`: how the ground was found; `marked`: see `GroundPick`."""
+    """`slab`, `surface`, `storey-elevation` or `wall-foot`: how the ground was found; `marked`: see `GroundPick`."""
     plane_m: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
     """(R, 2, 2) local [[x_min, y_min], [x_max, y_max]] of the ground's pieces where it is a plane; else none."""
 

@@ -9,26 +9,41 @@ import numpy as np
 
 from planner_core.model import BoolArray
 from planner_core.scene.columns import Columns
+from planner_core.scene.ground_planes import plane_pieces
 from planner_core.scene.level_surfaces import (
     MIN_AREA_M2,
     MIN_LEVEL_DISTANCE_M,
     SAME_HEIGHT_M,
+    WALL_CUT_M,
     Ground,
     LevelSurvey,
     ground_of,
     main_height_m,
     mostly,
 )
+from planner_core.scene.portions import portions
 
 #: A surface of a scene without storeys is a level's ground if it has this share of the largest one. Desks in an office
 #: take about a tenth of the floor.
 _MIN_AREA_SHARE = 0.15
+#: Ground is missing where more of the roofed area between the walls has nothing to stand on: halls are drawn as walls
+#: and roof, with the slab in another model. Less is a pit, a shaft or a room that lacks its floor.
+_BARE = 0.5
+#: Surfaces within this of the foot of the walls are its ground, however uneven: earth, ramps, docks.
+_NEAR_FOOT_M = 1.0
+#: The foot of the walls is the lowest height from which this share of the most walls rises: as for slabs of storeys.
+_LOWEST_SHARE = 0.4
+#: Less roofed area than this is no hall or house.
+_LEAST_ROOFED_M2 = 4.0
 
 
 def grounds_of_surfaces(survey: LevelSurvey, warnings: list[str]) -> list[Ground]:
     """Levels of a scene that names no storeys: heights with much level, head-high area, largest first."""
     columns = survey.columns
     clear = survey.level[columns.triangle] & (survey.clear_m >= MIN_LEVEL_DISTANCE_M)
+    plane = _plane_at_foot(survey)
+    if plane is not None:
+        return _with_plane(survey, plane, clear, warnings)
     levels = _levels(survey, clear & np.isfinite(survey.clear_m))
     # Storeys without a roof in the model: open ground between walls, further than a storey from what was found.
     for main_m, samples in _levels(survey, clear & ~np.isfinite(survey.clear_m)):
@@ -40,14 +55,91 @@ def grounds_of_surfaces(survey: LevelSurvey, warnings: list[str]) -> list[Ground
         levels = _levels(survey, clear)[:1]
         if levels:
             warnings.append("nothing is covered and no walls stand on the ground; the largest level surface is planned")
-    grounds = []
-    for number, (main_m, samples) in enumerate(sorted(levels, key=lambda level: level[0])):
+    return _grounds(survey, levels, clear, first=1)
+
+
+def _grounds(
+    survey: LevelSurvey, levels: list[tuple[float, BoolArray]], clear: BoolArray, *, first: int
+) -> list[Ground]:
+    """Grounds of levels, the lowest of which has the number `first`."""
+    columns, grounds = survey.columns, []
+    for number, (main_m, samples) in enumerate(sorted(levels, key=lambda level: level[0]), start=first):
         near = clear & (np.abs(columns.z_m - main_m) <= SAME_HEIGHT_M)
         triangles = mostly(survey, samples | near, survey.level)
         shown = np.isin(columns.triangle, triangles)  # what is under furniture and walls is ground as well
         used = (samples | near) & shown
-        grounds.append(ground_of(survey, f"Level {number + 1}", "surface", triangles, shown, used))
+        grounds.append(ground_of(survey, f"Level {number}", "surface", triangles, shown, used))
     return grounds
+
+
+def _with_plane(survey: LevelSurvey, plane: Ground, clear: BoolArray, warnings: list[str]) -> list[Ground]:
+    """The plane, and the levels a storey above it that are no ledges."""
+    covered = clear & np.isfinite(survey.clear_m)
+    covered &= survey.columns.z_m > plane.elevation_m + MIN_LEVEL_DISTANCE_M
+    least = max(MIN_AREA_M2, _MIN_AREA_SHARE * plane.area_m2) / survey.cell_m2
+    above = [(main_m, samples) for main_m, samples in _levels(survey, covered) if samples.sum() >= least]
+    elevation_m = plane.elevation_m + float(survey.scene.offset_m[2])
+    warnings.append(
+        f"{plane.name!r}: most of what is under the roof has no ground; the foot of the walls, {elevation_m:.3f} m, is "
+        "taken as the ground: the floor slab may be in another file"
+    )
+    return [plane, *_grounds(survey, above, clear, first=2)]
+
+
+def _plane_at_foot(survey: LevelSurvey) -> Ground | None:
+    """The plane at the foot of the walls of a building without ground; None where it has some.
+
+    ______________________  roof
+    |                    |
+    |  plumb lines meet  |  walls
+    |  nothing down here |____
+    |....................|____|  dock
+    """
+    foot_m = _foot_of_walls_m(survey)
+    if foot_m is None:
+        return None
+    columns = survey.columns
+    _, segments = survey.cut_of(~survey.level & ~survey.stray, foot_m + WALL_CUT_M)
+    if not len(segments):
+        return None
+    plan = segments.reshape(-1, 2)
+    bounds = np.stack([plan.min(axis=0), plan.max(axis=0)])
+    n_x = columns.x_m.size
+    x, y = columns.x_m[columns.column % n_x], columns.y_m[columns.column // n_x]
+    inside = (x > bounds[0, 0]) & (x < bounds[1, 0]) & (y > bounds[0, 1]) & (y < bounds[1, 1])
+    roofed = np.unique(columns.column[inside & (columns.z_m > foot_m + WALL_CUT_M)])
+    lower = np.unique(columns.column[inside & (columns.z_m <= foot_m + _NEAR_FOOT_M)])
+    bare = np.setdiff1d(roofed, lower, assume_unique=True)
+    area_m2 = bare.size * survey.cell_m2
+    if area_m2 < max(_LEAST_ROOFED_M2, _BARE * roofed.size * survey.cell_m2) or not survey.walls_around(bounds, foot_m):
+        return None
+    pieces = plane_pieces(survey, bounds, foot_m, bare)
+    area_m2 = float(np.prod(pieces[:, 1] - pieces[:, 0], axis=1).sum())
+    return Ground("Level 1", "wall-foot", foot_m, np.empty(0, dtype=np.int32), area_m2, bounds, pieces)
+
+
+def _foot_of_walls_m(survey: LevelSurvey) -> float | None:
+    """Height at which most walls stand, the lowest of several; None without walls.
+
+    Walls are upright faces that reach past `WALL_CUT_M`; each counts by its length in plan.
+    """
+    found, weight = [np.empty(0)], [np.empty(0)]
+    steep = np.flatnonzero(~survey.level & ~survey.stray).astype(np.int32)
+    for some in portions(steep.size):
+        corners_m = survey.corners_of(steep[some])
+        low_m, high_m = corners_m[:, :, 2].min(axis=1), corners_m[:, :, 2].max(axis=1)
+        length_m = np.linalg.norm(np.ptp(corners_m[:, :, :2], axis=1), axis=1)
+        tall = high_m - low_m >= WALL_CUT_M
+        found.append(low_m[tall])
+        weight.append(length_m[tall])
+    foot_m, length_m = np.concatenate(found), np.concatenate(weight)
+    if not foot_m.size:
+        return None
+    step = np.floor(foot_m / SAME_HEIGHT_M).astype(np.int64)
+    number, of = np.unique(step, return_inverse=True)
+    total_m = np.bincount(of, weights=length_m)
+    lowest = int(np.argmax(total_m >= _LOWEST_SHARE * total_m.max()))
+    return float(foot_m[step == number[lowest]].min())
 
 
 def _levels(survey: LevelSurvey, clear: BoolArray) -> list[tuple[float, BoolArray]]:

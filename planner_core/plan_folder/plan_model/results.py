@@ -59,7 +59,7 @@ class FloorSection(Document):
     ground_area_m2: Area | None
     bounds: tuple[Corner, Corner]
     """[[x_min, y_min], [x_max, y_max]] of the ground."""
-    origin: Literal["slab", "surface", "storey-elevation", "marked"]
+    origin: Literal["slab", "surface", "storey-elevation", "wall-foot", "marked"]
     """How the ground was found."""
     n_stations: Count
 

@@ -191,7 +191,7 @@ export interface FloorSection {
   /**
    * How the ground was found.
    */
-  origin: 'slab' | 'surface' | 'storey-elevation' | 'marked';
+  origin: 'slab' | 'surface' | 'storey-elevation' | 'wall-foot' | 'marked';
   n_stations: number;
 }
 /**
