@@ -19,6 +19,13 @@ def say(text: str = "") -> None:
     click.echo(escaped(text))
 
 
+def alarm(text: str) -> None:
+    """Print a line of result in red, where a terminal shows it."""
+    from planner_core.errors import escaped
+
+    click.secho(escaped(text), fg="red")
+
+
 def repairs(report: LoadReport, *, listed_in: str) -> tuple[str, ...]:
     """Return the line that says what loading dropped, and where each face is listed: no repair is silent."""
     counts = {

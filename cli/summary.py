@@ -21,7 +21,7 @@ _SHOWN_M2 = 0.5
 
 def show(document: dict[str, Any]) -> None:
     """Print the figures of a plan.json document, each with what it is a figure of."""
-    from planner_core.coverage.percent import reached_percent
+    from planner_core.coverage.percent import not_planned, reached_percent
 
     coverage, asks = document["coverage"], document["requirements"]
     scanner = document["scanner"]
@@ -37,6 +37,13 @@ def show(document: dict[str, Any]) -> None:
         f"              {100 * coverage['fraction_of_total']:.1f} % of all {coverage['total_area_m2']:.0f} m2 "
         f"{_of_what(document['scope'])}"
     )
+    for line in not_planned(
+        sealed_m2=[room["area_m2"] for room in document["sealed"]],
+        scope=document["scope"]["kind"],
+        achievable_m2=coverage["achievable_area_m2"],
+        total_m2=coverage["total_area_m2"],
+    ):
+        output.alarm(f"              {line}")
     for line in _scope(document["scope"]):
         output.say(line)
     scene = document["scene"]

@@ -1,8 +1,17 @@
-"""Coverage in words: one rule, so that a share reads the same wherever it is told. The viewer has it in figures.ts."""
+"""Coverage in words: one rule, so that a share reads the same wherever it is told.
+
+The viewer has it in figures.ts and shortfalls.ts.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
+
+from planner_core.model import Scope
+
+LARGE_SHARE = 1 / 3
+"""Of the surface in scope: where more than this is left out, coverage of the rest says little of the building."""
 
 
 def reached_percent(share: float, required: float) -> str:
@@ -11,3 +20,26 @@ def reached_percent(share: float, required: float) -> str:
     if share < required - 1e-9 and float(words) >= 100 * required:
         return f"{math.floor(1000 * share) / 10:.1f}"
     return words
+
+
+def not_planned(
+    *,
+    sealed_m2: Sequence[float],
+    scope: str,
+    achievable_m2: float,
+    total_m2: float,
+    area: Callable[[float], str] = "{:.0f} m2".format,
+) -> tuple[str, ...]:
+    """Lines on what the share of the scannable area does not count, for beside it; none where that is little.
+
+    sealed_m2 : ground of each room that cannot be entered. achievable_m2, total_m2 : surface that valid positions see,
+    and all that counts. With scope `all` the inside of walls is in the total, and no line is made of it.
+    """
+    lines = []
+    if sealed_m2:
+        where = "one area" if len(sealed_m2) == 1 else f"{len(sealed_m2)} areas"
+        lines.append(f"Not planned: {area(sum(sealed_m2))} of floor that can't be reached on foot, in {where}")
+    hidden_m2 = total_m2 - achievable_m2
+    if scope != Scope.ALL and hidden_m2 > LARGE_SHARE * total_m2:
+        lines.append(f"Not scannable: {area(hidden_m2)} of {area(total_m2)} in scope, from no valid tripod position")
+    return tuple(lines)

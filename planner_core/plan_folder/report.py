@@ -10,10 +10,10 @@ from html import escape
 from math import isnan
 from pathlib import Path
 
-from planner_core.coverage.percent import reached_percent
+from planner_core.coverage.percent import not_planned, reached_percent
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import MissingPackageError
-from planner_core.model import Link, Plan
+from planner_core.model import Link, Plan, Scope
 from planner_core.network.network_report import weakest_link
 from planner_core.network.weak_motion import motion_words, overlap_percent
 from planner_core.plan_folder.curve_drawing import write_coverage_curve
@@ -133,7 +133,7 @@ _STYLE = (
     "table{border-collapse:collapse}td,th{padding:.25em .9em .25em 0;text-align:left;border-bottom:1px solid #e3e5e7}"
     "td{vertical-align:top}td.n,th.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}"
     ".wide{overflow-x:auto;font-size:14px}.own,.links{display:inline-block;min-width:19em}.links{min-width:13em}"
-    ".warning{color:#a8430f}.met{color:#1f6f9c}"
+    ".warning{color:#a8430f}.met{color:#1f6f9c}.alarm{color:#b3141b;font-weight:bold}"
     "@media print{figure{break-inside:avoid}}figure{margin:1.5rem 0}"
 )
 
@@ -150,7 +150,8 @@ def _figures(plan: Plan) -> str:
             "Coverage",
             f"{reached} % of {coverage.achievable_area_m2:.0f} m² scannable from "
             f"valid tripod positions (required: {100 * asked.coverage:g} %); "
-            f"{100 * coverage.fraction_of_total:.1f} % of all {coverage.total_area_m2:.0f} m² in the model",
+            f"{100 * coverage.fraction_of_total:.1f} % of all {coverage.total_area_m2:.0f} m² in the model"
+            + "".join(f'<br><span class="alarm">{escape(line)}</span>' for line in _not_planned(plan)),
         ),
         ("Registration", _registration(plan)),
         ("Overlap", overlap_defined(asked.overlap_measure, asked.overlap_of)),
@@ -168,6 +169,17 @@ def _figures(plan: Plan) -> str:
         value = f"{n_stations} stations, {share}"
         rows.append((escape(floor.name), value))
     return table((), ((f"<b>{label}</b>", value) for label, value in rows), numbers_from=9)
+
+
+def _not_planned(plan: Plan) -> tuple[str, ...]:
+    scope = plan.survey.scope
+    return not_planned(
+        sealed_m2=[room.area_m2 for room in plan.sealed],
+        scope=Scope.ALL if scope is None else scope.kind,
+        achievable_m2=plan.coverage.achievable_area_m2,
+        total_m2=plan.coverage.total_area_m2,
+        area="{:.0f} m²".format,
+    )
 
 
 def _registration(plan: Plan) -> str:

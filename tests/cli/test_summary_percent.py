@@ -80,6 +80,7 @@ def document(reached: float) -> dict[str, Any]:
         },
         "route": None,
         "field_time": None,
+        "sealed": [],
     }  # fmt: skip
 
 
@@ -108,3 +109,20 @@ def test_a_floor_without_anything_scannable_has_no_percentage(capsys: pytest.Cap
     told["coverage"]["floors"][0] |= {"fraction_of_achievable": 1.0, "achievable_area_m2": 0.0}
     summary.show(told)
     assert "  F0   Ground                   0 stations  nothing scannable\n" in capsys.readouterr().out
+
+
+def test_rooms_that_nobody_enters_and_surface_that_no_position_sees_stand_beside_the_coverage_in_red(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    told = document(0.96)
+    told["sealed"] = [{"area_m2": 20.2}, {"area_m2": 19.8}]
+    told["scope"] |= {"kind": "interior", "in_scope_area_m2": 448.0, "out_of_scope_area_m2": 9.0}
+    told["coverage"] |= {"achievable_area_m2": 268.0, "total_area_m2": 448.0}
+    summary.show(told)
+    lines = capsys.readouterr().out.splitlines()
+    at = next(number for number, line in enumerate(lines) if line.startswith("coverage"))
+    assert [line.strip() for line in lines[at + 2 : at + 4]] == [
+        "Not planned: 40 m2 of floor that can't be reached on foot, in 2 areas",
+        "Not scannable: 180 m2 of 448 m2 in scope, from no valid tripod position",
+    ]

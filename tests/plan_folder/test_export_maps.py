@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
-from planner_core.model import Plan, PlanSettings, Scene
+from planner_core.model import Plan, PlanSettings, Scene, SealedArea
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.marks import nice_length_m, spread_apart
 from planner_core.plan_folder.maps import view_rgb
@@ -279,3 +279,10 @@ def test_a_floor_without_anything_scannable_has_no_percentage(plan: Plan) -> Non
         "none",
         "of it scannable",
     )
+
+
+def test_report_names_rooms_that_nobody_enters_beside_the_coverage(plan: Plan) -> None:
+    room = SealedArea(floor=0, area_m2=12.4, inside_m=np.zeros(3), strips_m=np.zeros((0, 2, 2)))
+    words = '<br><span class="alarm">Not planned: 12 m² of floor that can&#x27;t be reached on foot, in one area</span>'
+    assert words in report_page(dataclasses.replace(plan, sealed=(room,)), pictures=False)
+    assert "alarm" not in report_page(dataclasses.replace(plan, sealed=()), pictures=False).split("</style>")[1]

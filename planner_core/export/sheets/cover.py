@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from planner_core.export.sheets.cover_figures import WHOLE_PLAN, cover_figures, part_words
+from planner_core.export.sheets.cover_figures import LEFT_OUT, WHOLE_PLAN, cover_figures, part_words
 from planner_core.export.sheets.paper import Sheet
 from planner_core.export.sheets.words import warnings_of
 from planner_core.plan_folder.drawing.fonts import fitted, wrapped
-from planner_core.plan_folder.drawing.ink import QUIET, RULE, Box, Ink, Pen
+from planner_core.plan_folder.drawing.ink import ALARM, INK, QUIET, RULE, Box, Ink, Pen
 from planner_core.plan_folder.drawing.marks import corners
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 
@@ -92,9 +92,10 @@ def _draw_figures(ink: Ink, figures: Sequence[tuple[str, str]], box: Box) -> Non
     top = box.top
     for name, value in figures:
         lines = wrapped(value, _SIZE_PT, box.width - _NAME_MM)
-        ink.text((box.left, top - 4.0), name, _SIZE_PT, bold=True)
+        colour = ALARM if name == LEFT_OUT else INK
+        ink.text((box.left, top - 4.0), name, _SIZE_PT, bold=True, colour=colour)
         for place, line in enumerate(lines):
-            ink.text((box.left + _NAME_MM, top - 4.0 - place * _LINE_MM), line, _SIZE_PT)
+            ink.text((box.left + _NAME_MM, top - 4.0 - place * _LINE_MM), line, _SIZE_PT, colour=colour)
         top -= len(lines) * _LINE_MM + 2.6
         ink.lines([np.array([(box.left, top + 0.2), (box.right, top + 0.2)])], Pen(0.1, RULE))
 

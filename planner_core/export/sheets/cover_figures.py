@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from planner_core.coverage.percent import reached_percent
+from planner_core.coverage.percent import not_planned, reached_percent
 from planner_core.export.sheets.figures import area_words, length_words
 from planner_core.export.sheets.floor_view import is_planned, link_class
 from planner_core.export.sheets.words import required_on
@@ -15,6 +15,8 @@ from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 from planner_core.requirements.wording import overlap_noun
 
 WHOLE_PLAN = "whole plan"
+LEFT_OUT = "Left out"
+"""Name of the figures that are written in red."""
 
 
 def part_words(plan: PlanSource, part: Sequence[FieldFloor]) -> str:
@@ -33,7 +35,20 @@ def _plan_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
     document = plan.document
     yield "Stations", stations_words(document)
     yield "Coverage", _coverage(plan, document["coverage"], float(document["requirements"]["coverage"]))
+    yield from _left_out(plan)
     yield from _team_figures(plan)
+
+
+def _left_out(plan: PlanSource) -> Iterator[tuple[str, str]]:
+    document = plan.document
+    for line in not_planned(
+        sealed_m2=[room["area_m2"] for room in document.get("sealed", ())],
+        scope=(document.get("scope") or {"kind": "all"})["kind"],
+        achievable_m2=document["coverage"]["achievable_area_m2"],
+        total_m2=document["coverage"]["total_area_m2"],
+        area=lambda area_m2: area_words(plan.frame.unit, area_m2),
+    ):
+        yield LEFT_OUT, line
 
 
 def _part_figures(plan: PlanSource, part: Sequence[FieldFloor]) -> Iterator[tuple[str, str]]:
@@ -47,7 +62,7 @@ def _part_figures(plan: PlanSource, part: Sequence[FieldFloor]) -> Iterator[tupl
         if len(part) == 1
         else "; ".join(f"{floor.name} {words}" for floor, words in zip(part, seen, strict=True)),
     )
-    for name, value in _team_figures(plan):
+    for name, value in (*_left_out(plan), *_team_figures(plan)):
         yield name, f"{WHOLE_PLAN}: {value}"
 
 

@@ -14,7 +14,7 @@ from planner_core.export.options import Options
 from planner_core.export.sheets.book import Contents, FloorSheets, charts_title, gather
 from planner_core.export.sheets.charts import draw_curve, draw_histogram
 from planner_core.export.sheets.cover import OVERVIEW, SUBTITLE, has_picture, picture_words
-from planner_core.export.sheets.cover_figures import cover_figures, part_words
+from planner_core.export.sheets.cover_figures import LEFT_OUT, cover_figures, part_words
 from planner_core.export.sheets.floor_page import Neighbour, draw_floor
 from planner_core.export.sheets.paper import MARGIN_MM, sheet_of
 from planner_core.export.sheets.words import Table, warnings_of
@@ -28,6 +28,7 @@ STAGE = "sheets"
 _CHART = Box(0, 0, 134, 82)
 #: Browsers print sheets within margins a little smaller than the sheets' own: so that none runs over.
 _SLACK_MM = 1.0
+_ALARM = ' style="color:#b3141b"'
 
 _STYLE = """
 body{{font:15px/1.5 "DejaVu Sans",Verdana,system-ui,sans-serif;color:#111;background:#fff;max-width:{width}mm;
@@ -114,7 +115,10 @@ def _words(words: str) -> str:
 
 
 def _figures(figures: Sequence[tuple[str, str]]) -> str:
-    rows = "\n".join(f'<tr><th scope="row">{_words(name)}</th><td>{_words(value)}</td></tr>' for name, value in figures)
+    rows = "\n".join(
+        f'<tr{_ALARM if name == LEFT_OUT else ""}><th scope="row">{_words(name)}</th><td>{_words(value)}</td></tr>'
+        for name, value in figures
+    )
     return f'<table class="figures">\n{rows}\n</table>'
 
 

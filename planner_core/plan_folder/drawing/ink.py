@@ -18,6 +18,8 @@ Colour = tuple[float, float, float]
 
 MM_PER_POINT = 25.4 / 72
 INK: Colour = (0.0, 0.0, 0.0)
+ALARM: Colour = (0.70, 0.08, 0.11)
+"""Red: what must not be missed."""
 QUIET: Colour = (0.36, 0.38, 0.40)
 """Of words beside more important ones: still dark enough for a poor copy."""
 RULE: Colour = (0.62, 0.64, 0.66)

@@ -145,3 +145,10 @@ def test_links_are_counted_by_the_overlap_that_the_plan_names(scene_plan: PlanSo
     asked = scene_plan.document["requirements"] | {"overlap_measure": "jaccard", "overlap_of": "seen-as-required"}
     named = replace(scene_plan, document={**scene_plan.document, "requirements": asked})
     assert dict(cover_figures(named))["Registration"].endswith(" % Jaccard overlap of what is seen as required")
+
+
+def test_cover_names_rooms_that_nobody_enters_in_red(scene_plan: PlanSource) -> None:
+    assert "Left out" not in dict(cover_figures(scene_plan))
+    document = {**scene_plan.document, "sealed": [{"area_m2": 20.2}, {"area_m2": 19.8}]}
+    words = dict(cover_figures(replace(scene_plan, document=document)))["Left out"]
+    assert words == "Not planned: 40 m² of floor that can't be reached on foot, in 2 areas"

@@ -53,14 +53,15 @@ export function ShortfallList({ store, loaded, totals, view }: ShortfallsProps) 
 
 function hintOf(shortfall: Shortfall): string {
   if (shortfall.kind === 'unreachable') return t('Show the next one in the building; red areas mark all of them');
-  return shortfall.kind === 'requirement' ? t('Show what is unseen') : t('Show the network');
+  return shortfall.kind !== 'groups' ? t('Show what is unseen') : t('Show the network');
 }
 
 function show(shortfall: Shortfall, nth: number, store: Store, loaded: LoadedPlan, view: PlanView | null): void {
   if (shortfall.kind === 'groups') store.tab.value = 'network';
   else if (shortfall.kind === 'unreachable') approach(shortfall.places[nth], store, loaded, view);
   else {
-    const floor = loaded.plan.floors.find(({ id, name }) => id === shortfall.name || name === shortfall.name);
+    const asked = shortfall.kind === 'requirement' ? shortfall.name : null;
+    const floor = loaded.plan.floors.find(({ id, name }) => id === asked || name === asked);
     batch(() => {
       if (floor !== undefined) store.chooseFloor(floor.id);
       store.tab.value = 'unseen';

@@ -29,6 +29,21 @@ test('what is not planned comes first, then what is not met, then what does not 
   expect(totals.unreachableM2).toBeCloseTo(1096.25);
 });
 
+test('surface in scope that no position sees stands beside the coverage from a third on, never where all is in scope', () => {
+  const plan = joined();
+  const totals = { ...planTotals(plan), requirements: [], nNetworks: 1 };
+  const words = (kind: 'interior' | 'all', achievable_area_m2: number): string[] => {
+    const scope = { kind, in_scope_area_m2: 448, out_of_scope_area_m2: 9, obstacles: [], left_out: [] };
+    const coverage = { ...plan.coverage, achievable_area_m2, total_area_m2: 448 };
+    return shortfallsOf({ ...plan, scope, coverage, sealed: [] }, totals).map((each) => each.words);
+  };
+  expect(words('interior', 268)).toEqual([
+    'Not scannable: 180.0 m² of 448.0 m² in scope, from no valid tripod position',
+  ]);
+  expect(words('interior', 300)).toEqual([]);
+  expect(words('all', 268)).toEqual([]);
+});
+
 test('a plan that keeps all that is required falls short of nothing, and groups count only where they are to be joined', () => {
   const plan = joined();
   const totals = planTotals(plan);

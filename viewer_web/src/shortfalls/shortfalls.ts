@@ -15,8 +15,12 @@ export interface SealedPlace {
   readonly rectangles: readonly (readonly [readonly [number, number], readonly [number, number]])[];
 }
 
+/** Of the surface in scope: as in coverage/percent.py. */
+const LARGE_SHARE = 1 / 3;
+
 export type Shortfall =
   | { readonly kind: 'unreachable'; readonly words: string; readonly places: readonly SealedPlace[] }
+  | { readonly kind: 'unscannable'; readonly words: string }
   | { readonly kind: 'requirement'; readonly words: string; readonly name: string }
   | { readonly kind: 'groups'; readonly words: string };
 
@@ -28,6 +32,17 @@ export function shortfallsOf(plan: PlanJson, { requirements, nNetworks }: Totals
     words: t('Not met: {requirements}', { requirements: missedInWords([met]) }),
     name: met.name,
   }));
+  const { achievable_area_m2: scannableM2, total_area_m2: totalM2 } = plan.coverage;
+  // The inside of walls is in the total where all of the model is in scope.
+  const isScoped = plan.scope !== null && plan.scope.kind !== 'all';
+  if (isScoped && totalM2 - scannableM2 > LARGE_SHARE * totalM2)
+    found.unshift({
+      kind: 'unscannable',
+      words: t('Not scannable: {area} of {total} in scope, from no valid tripod position', {
+        area: areaWords(totalM2 - scannableM2),
+        total: areaWords(totalM2),
+      }),
+    });
   if (places.length > 0) {
     const areaM2 = places.reduce((sum, place) => sum + place.areaM2, 0);
     const where = places.length === 1 ? t('one area') : counted(places.length, 'area');

@@ -7,6 +7,8 @@ export const SHORTFALLS = {
   'Show the network': 'Netz zeigen',
   'Not reachable · {area}': 'Nicht erreichbar · {area}',
   'one area': 'einem Bereich',
+  'Not scannable: {area} of {total} in scope, from no valid tripod position':
+    'Nicht erfassbar: {area} von {total} im Umfang, von keiner gültigen Stativposition',
   'Not planned: {area} of floor that can’t be reached on foot, in {where}':
     'Nicht geplant: {area} Boden, der zu Fuß nicht erreichbar ist, in {where}',
 } as const;
