@@ -21,7 +21,7 @@ from planner_core.positions.grid import at_heights, find_candidates, is_near
 from planner_core.positions.landings import find_landings
 from planner_core.positions.local_site import LocalSite
 from planner_core.positions.prior_stations import PriorPosition, place_prior, with_ground_around
-from planner_core.positions.reach import Reach, reachability, reachable
+from planner_core.positions.reach import Reach, leaf_that_shuts, reachability, reachable
 from planner_core.positions.rooms import find_rooms
 from planner_core.progress import Progress, silent
 
@@ -281,9 +281,20 @@ def _sealed_lines(survey: Survey, reach: Reach) -> tuple[str, ...]:
     lines = []
     for region in reach.sealed[:_MAX_SEALED_LINES]:
         x, y, z = region.inside_m + survey.scene.offset_m
+        remedy = "give an entrance into it if there is one"
+        leaf = leaf_that_shuts(survey.scene, reach, region)
+        if leaf is not None:
+            at_x, at_y, _ = leaf.middle_m + survey.scene.offset_m
+            name = survey.scene.elements[leaf.element].name
+            leave_out = f"leave it out (--leave-out 'name={name}'), " if leaf.is_whole else ""
+            remedy = (
+                f"a door leaf of {leaf.width_m:.2f} x {leaf.height_m:.2f} m at ({at_x:.2f}, {at_y:.2f}), in "
+                f"{name!r}, shuts it: export the model with open doors, {leave_out}or give an entrance on both sides "
+                "(--entrance)"
+            )
         lines.append(
             f"floor {survey.floors[region.floor].name!r}: {region.area_m2:.1f} m2 about ({x:.2f}, {y:.2f}, {z:.2f}) "
-            "can't be reached on foot, so no station is planned there; give an entrance into it if there is one"
+            f"can't be reached on foot, so no station is planned there; {remedy}"
         )
     left = reach.sealed[_MAX_SEALED_LINES:]
     if left:

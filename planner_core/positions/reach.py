@@ -17,6 +17,7 @@ from planner_core.model import BoolArray, Candidates, FloatArray, Int32Array, In
 from planner_core.positions.free_space import FreeSpace, components
 from planner_core.positions.spread import spread
 from planner_core.scene.columns import sample_columns
+from planner_core.scene.doors import Leaf, leaves_around
 from planner_core.scene.portions import portions
 
 #: Sealed regions smaller than this are cupboards and shafts that nobody asks for.
@@ -32,6 +33,10 @@ ARM_M = 0.6
 #: A region is inside a solid where this share of its plumb lines says so.
 _SOLID_SHARE = 0.5
 _N_PLUMB_LINES = 25
+#: A leaf stands this near to the ground of the room that it shuts, and the rooms begin so far from its middle: a body's
+#: radius, and the reveal of the wall that it hangs in.
+_LEAF_AWAY_M = 1.5
+_BESIDE_M = (0.2, 0.4, 0.6)
 
 
 @dataclass(frozen=True)
@@ -153,6 +158,26 @@ class Footing:
         out = np.full(ground_m.shape[0], -1, dtype=np.int64)
         out[found] = self._stand[node[found]]
         return out
+
+
+def leaf_that_shuts(scene: Scene, reach: Reach, region: Region) -> Leaf | None:
+    """Find a door leaf of a mesh with a sealed region on one side and ground that is reached on the other."""
+    space = reach.space
+    own = next(number for number, each in enumerate(reach.regions) if each is region)
+    place_m = space.position_m(np.flatnonzero(reach.near_region == own))
+    low_m, high_m = place_m[:, :2].min(axis=0) - _LEAF_AWAY_M, place_m[:, :2].max(axis=0) + _LEAF_AWAY_M
+    for leaf in leaves_around(scene, low_m=low_m, high_m=high_m, ground_m=float(region.inside_m[2])):
+        foot_m = leaf.middle_m - [0.0, 0.0, 0.5 * leaf.height_m - _SAME_GROUND_M]
+        sides = [{_region_at(reach, foot_m + sign * away * leaf.across) for away in _BESIDE_M} for sign in (-1.0, 1.0)]
+        for one, other in (sides, sides[::-1]):
+            if own in one and any(number >= 0 and reach.regions[number].reached for number in other):
+                return leaf
+    return None
+
+
+def _region_at(reach: Reach, place_m: FloatArray) -> int:
+    node = reach.space.node_below(place_m)
+    return int(reach.near_region[node]) if node >= 0 else -1
 
 
 def _entrance_nodes(space: FreeSpace, entrances_m: FloatArray, offset_m: FloatArray) -> list[int]:

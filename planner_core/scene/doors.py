@@ -11,7 +11,7 @@ fills the opening and a frame runs round it, so parts of a door are told apart b
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,6 +31,9 @@ _TALL_SHARE = 0.8
 #: Rooms beside a door are looked for so far from its middle, behind walls of any thickness, and so high above its foot.
 _BESIDE_M = (0.3, 0.6)
 _KNEE_M = 0.5
+#: Leaves of doors, in width of one or two leaves, height, and thickness with handles; and how far above the ground they
+#: end, or reach into a floor's finish.
+_LEAF_WIDE_M, _LEAF_HIGH_M, _LEAF_THICK_M, _UNDERCUT_M = (0.6, 2.6), (1.8, 2.5), 0.25, 0.1
 
 
 def without_door_leaves(
@@ -99,6 +102,61 @@ def is_outer(scene: Scene, door: int, triangles: Int64Array) -> bool:
     away_m = np.array(_BESIDE_M)[:, None]
     sides = [room_of_points(scene, middle + sign * away_m * across) >= 0 for sign in (-1.0, 1.0)]
     return bool(sides[0].any() != sides[1].any())
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A body of a mesh that has the shape of a door leaf. middle_m, across : (3,) float64, local; across is level.
+
+    is_whole : the element is this leaf and nothing else.
+    """
+
+    element: int
+    middle_m: FloatArray
+    across: FloatArray
+    width_m: float
+    height_m: float
+    is_whole: bool
+
+
+def leaves_around(scene: Scene, *, low_m: FloatArray, high_m: FloatArray, ground_m: float) -> list[Leaf]:
+    """Find upright plates of a door leaf's size that stand on ground at a height, inside plan bounds (2,) each.
+
+    For meshes, whose doors have no class: bodies by themselves, so none that shares its edges with the wall.
+    """
+    corners_m = scene.vertices_m[scene.triangles]
+    within = (corners_m[:, :, :2] >= low_m).all(axis=(1, 2)) & (corners_m[:, :, :2] <= high_m).all(axis=(1, 2))
+    within &= (corners_m[:, :, 2].max(axis=1) > ground_m) & (
+        corners_m[:, :, 2].min(axis=1) < ground_m + _LEAF_HIGH_M[1]
+    )
+    number = np.flatnonzero(within)
+    if not number.size:
+        return []
+    part, n_parts = _parts(scene.triangles[number])
+    order = np.argsort(part, kind="stable")
+    found = []
+    for rows in np.split(number[order], np.cumsum(np.bincount(part, minlength=n_parts))[:-1]):
+        leaf = _leaf_of(scene, rows, ground_m)
+        found += [] if leaf is None else [leaf]
+    return found
+
+
+def _leaf_of(scene: Scene, triangles: Int64Array, ground_m: float) -> Leaf | None:
+    """The body of some triangles (K,) as a leaf; None where it has another shape."""
+    corners_m = scene.vertices_m[scene.triangles[triangles]]
+    low_m, high_m = corners_m.min(axis=(0, 1)), corners_m.max(axis=(0, 1))
+    height_m = float(high_m[2] - low_m[2])
+    if not _LEAF_HIGH_M[0] <= height_m <= _LEAF_HIGH_M[1] or abs(low_m[2] - ground_m) > _UNDERCUT_M:
+        return None
+    angle = _angle(corners_m)
+    across = np.array([np.cos(angle), np.sin(angle), 0.0])
+    along = np.array([-np.sin(angle), np.cos(angle), 0.0])
+    width_m, thick_m = (float(np.ptp(corners_m @ axis)) for axis in (along, across))
+    if not _LEAF_WIDE_M[0] <= width_m <= _LEAF_WIDE_M[1] or thick_m > _LEAF_THICK_M:
+        return None
+    element = int(scene.element_of_triangle[triangles[0]])
+    is_whole = int((scene.element_of_triangle == element).sum()) == triangles.size
+    return Leaf(element, 0.5 * (low_m + high_m), across, width_m, height_m, is_whole)
 
 
 def _is_leaf(vertices_m: FloatArray, triangles: Int32Array) -> BoolArray:
