@@ -44,18 +44,31 @@ class Candidates:
         )
 
 
+LOWERING_STEP_M = 0.1
+"""In steps of this a tripod is lowered: a crew reads its legs no finer."""
+
+
 @dataclass(frozen=True)
 class InstrumentHeights:
     """How high above the ground the scanner may be, metres.
 
     fixed_m : the only heights there are, lowest first: those given, or the one that crews set up; empty: any from
-    `low_m` to `high_m`, the scanner's range.
+    `low_m` to `high_m`, the scanner's range. is_ordered : the user gave them, so that no room is too low for another.
     """
 
     fixed_m: tuple[float, ...]
     low_m: float
     high_m: float
     step_m: float
+    is_ordered: bool = False
+
+    @property
+    def lowered_m(self) -> tuple[float, ...]:
+        """Heights for rooms that are too low for the one that crews set up, highest first."""
+        if self.is_ordered or not self.fixed_m:
+            return ()
+        n_steps = math.floor((self.fixed_m[0] - self.low_m) / LOWERING_STEP_M + 1e-9)
+        return tuple(self.fixed_m[0] - LOWERING_STEP_M * step for step in range(1, n_steps + 1))
 
     @property
     def to_try_m(self) -> tuple[float, ...]:
@@ -158,6 +171,7 @@ class PlanSettings:
             low_m=scanner.instrument_height_min_m,
             high_m=scanner.instrument_height_max_m,
             step_m=self.height_step_m,
+            is_ordered=bool(self.instrument_heights_m),
         )
 
     def _check_figures(self) -> None:

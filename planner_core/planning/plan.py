@@ -36,7 +36,7 @@ from planner_core.planning.first_plan import as_memory_holds, looked_from_few, t
 from planner_core.planning.judge import with_judgement
 from planner_core.planning.pool import Choice, Pool, make_pool
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
-from planner_core.positions.admissibility import Tripods
+from planner_core.positions.admissibility import TOO_LOW, Tripods
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions, places_as_they_are
 from planner_core.positions.free_space import free_space
 from planner_core.positions.local_site import local_site
@@ -224,13 +224,15 @@ def _bare_floors(survey: Survey, goals: Goals, candidates: Candidates) -> tuple[
     if not bare and candidates.floor.size:
         return ()
     reasons = ", ".join(f"{reason}: {n}" for reason, n in sorted(candidates.rejected.items(), key=lambda r: -r[1]))
+    is_low = max(candidates.rejected, key=lambda reason: candidates.rejected[reason], default="") == TOO_LOW
+    remedy = "give a lower instrument height (--height)" if is_low else "use a finer grid step or less clearance"
     if not candidates.floor.size:
         raise RequirementError(
             f"candidates: none of {candidates.n_tried} grid points is a valid tripod position ({reasons}), expected at "
-            "least one; use a finer grid step or less clearance"
+            f"least one; {remedy}"
         )
     return tuple(
         f"floor {survey.floors[i].name!r} has no valid tripod position, it is seen from other floors only (refused: "
-        f"{reasons}); use a finer grid step or less clearance"
+        f"{reasons}); {remedy}"
         for i in bare
     )

@@ -32,6 +32,8 @@ HEADROOM_M = 0.2
 MAX_STEP_M = 0.15
 #: The reason of positions that have no ground of their floor below them.
 NO_GROUND = "no ground of this floor below"
+#: The reason of positions below something that hangs too low.
+TOO_LOW = "too little headroom"
 #: The lowest level of the clearance test: over thresholds and rugs.
 SHIN_M = 0.2
 #: A height counts as ground if it is this near; float32 ranges of tens of metres are good to micrometres.
@@ -142,7 +144,7 @@ class TripodTests:
         is not counted by the next.
         """
         tests = (
-            ("too little headroom", self._lacks_headroom),
+            (TOO_LOW, self._lacks_headroom),
             ("something between sensor and ground", self._lacks_ground),
             ("uneven or no ground around", self._lacks_ring),
             ("too close to something", self._lacks_clearance),
@@ -159,10 +161,14 @@ class TripodTests:
             progress(ProgressEvent("candidates", number + 1, len(tests), self._floor.name))
         return kept, reasons
 
+    def lacks_headroom(self, position_m: FloatArray) -> BoolArray:
+        """(N,) bool: whether something hangs too low over positions (N, 3)."""
+        return self._hits_any(position_m, _UP, HEADROOM_M)
+
     # Each takes positions (K, 3) and ground heights (K,), gives (K,) bool, True = refused.
     def _lacks_headroom(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
         del ground_m
-        return self._hits_any(position_m, _UP, HEADROOM_M)
+        return self.lacks_headroom(position_m)
 
     def _lacks_ground(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
         return ~self._stands(position_m, position_m[:, 2] - ground_m, _SLACK_M)

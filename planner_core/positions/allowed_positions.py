@@ -24,6 +24,7 @@ from planner_core.positions.prior_stations import PriorPosition, place_prior, wi
 from planner_core.positions.reach import Reach, leaf_that_shuts, reachability, reachable
 from planner_core.positions.rooms import find_rooms
 from planner_core.progress import Progress, silent
+from planner_core.scene.rooms import room_of_points
 
 #: What a candidate is, by its number in `AllowedPositions.kind`.
 KINDS = ("grid", "doorway", "centre", "landing", "prior")
@@ -32,7 +33,7 @@ _SPECIAL = np.array([KINDS.index(kind) for kind in ("doorway", "centre", "landin
 _NEAR_M = 0.1
 #: Moving a place into the middle of its doorway changes the ground below by this much at most: a threshold.
 _THRESHOLD_M = 0.3
-_MAX_SEALED_LINES = 5
+_MAX_SEALED_LINES, _MAX_NAMES = 5, 4
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,7 @@ def find_positions(
         reach=reach,
         site=site,
         prior=tuple(PriorRow(found.floor.size + i, place) for i, place in enumerate(placed)),
-        warnings=(*remarks, *_sealed_lines(tripods.survey, reach)),
+        warnings=(*remarks, *_low_lines(tripods, found), *_sealed_lines(tripods.survey, reach)),
     )
 
 
@@ -274,6 +275,27 @@ def _of_prior(placed: list[PriorPosition]) -> _Found:
         height_m=np.array([place.instrument_height_m for place in placed], dtype=np.float64),
         kind=np.full(len(placed), KINDS.index("prior"), dtype=np.int32),
     )
+
+
+def _low_lines(tripods: Tripods, found: _Found) -> tuple[str, ...]:
+    """A line for each floor with rooms in which the tripod is lowered."""
+    heights, scene = tripods.heights, tripods.survey.scene
+    low = found.height_m < min(heights.to_try_m) - 1e-6
+    lines = []
+    for index in np.unique(found.floor[low]).tolist():
+        here = found.take(low & (found.floor == index))
+        rooms = room_of_points(scene, here.position_m)
+        names = sorted({scene.rooms[number].name for number in rooms[rooms >= 0].tolist()})
+        x, y = np.median(here.position_m[:, :2], axis=0) + scene.offset_m[:2]
+        where = f"in {', '.join(map(repr, names[:_MAX_NAMES]))}" if names else f"about ({x:.2f}, {y:.2f})"
+        where += f" and {len(names) - _MAX_NAMES} more rooms" if len(names) > _MAX_NAMES else ""
+        least_m, most_m = float(here.height_m.min()), float(here.height_m.max())
+        to_m = f"{least_m:.2f} m" if most_m - least_m < 1e-6 else f"{least_m:.2f} to {most_m:.2f} m"
+        lines.append(
+            f"floor {tripods.survey.floors[index].name!r}: too little headroom {where} for the usual instrument height "
+            f"of {heights.to_try_m[0]:.2f} m, so the tripod is lowered there to {to_m}; --height sets another for all"
+        )
+    return tuple(lines)
 
 
 def _sealed_lines(survey: Survey, reach: Reach) -> tuple[str, ...]:

@@ -14,6 +14,8 @@ So the grid is halved twice where it has found nothing nearby:
 from __future__ import annotations
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from planner_core.model import BoolArray, Candidates, FloatArray
@@ -24,6 +26,8 @@ from planner_core.progress import Progress, silent
 
 #: The grid is halved this often where it found nothing: 0.5 m become 0.125 m, finer than anybody sets up a tripod.
 N_HALVINGS = 2
+#: Low parts of a room, below eaves and galleries, reach less far from where a tripod has its usual height.
+_LOW_ROOM_M = 3.0
 
 
 def find_candidates(tripods: Tripods, *, n_halvings: int = N_HALVINGS, progress: Progress = silent) -> Candidates:
@@ -67,8 +71,46 @@ def _on_floor(
         kept = tests.keep(position, ground, tally, progress)
         position_m = np.concatenate([position_m, position[kept]])
         height_m = np.concatenate([height_m, height[kept]])
+    lowered_m, lowered_height_m = _lowered(tripods, index, position_m, tally)
+    position_m, height_m = np.concatenate([position_m, lowered_m]), np.concatenate([height_m, lowered_height_m])
     order = np.lexsort((height_m, position_m[:, 0], position_m[:, 1]))
     return position_m[order], height_m[order]
+
+
+def _lowered(tripods: Tripods, index: int, usual_m: FloatArray, tally: Tally) -> tuple[FloatArray, FloatArray]:
+    """Positions (N, 3) and heights (N,) of a lowered tripod, in rooms of the floor too low for the usual height.
+
+    usual_m : (M, 3) positions at the usual height. Below eaves and beams beside them the tripod stays as it is.
+    """
+    heights, tests = tripods.heights, tripods.tests(index)
+    position_m, height_m = np.empty((0, 3)), np.empty(0)
+    if not heights.lowered_m:
+        return position_m, height_m
+    plan_m, ground_m, _ = grid_on_ground(tripods.survey, tripods.survey.floors[index], tripods.grid_step_m)
+    place_m = np.column_stack([plan_m, ground_m + heights.fixed_m[0]])
+    left = np.flatnonzero(tests.lacks_headroom(place_m))
+    for lower_m in heights.lowered_m:
+        position, ground, height = at_heights((lower_m,), plan_m[left], ground_m[left])
+        kept = tests.keep(position, ground, tally)
+        position_m, height_m = np.concatenate([position_m, position[kept]]), np.concatenate([height_m, height[kept]])
+        left = left[~kept]
+    needed = _apart_from(usual_m, position_m, 1.5 * tripods.grid_step_m)
+    return position_m[needed], height_m[needed]
+
+
+def _apart_from(usual_m: FloatArray, position_m: FloatArray, near_m: float) -> BoolArray:
+    """(N,) bool: positions (N, 3) that no chain of others, each within `near_m` in plan, joins to usual ones (M, 3).
+
+    So far from all of these that they are a room's width away, they count, too: through a doorway, rooms are joined.
+    """
+    if not position_m.size or not usual_m.size:
+        return np.ones(len(position_m), dtype=bool)
+    plan_m = np.concatenate([usual_m, position_m])[:, :2]
+    pairs = cKDTree(plan_m).query_pairs(near_m, output_type="ndarray")
+    graph = csr_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(plan_m),) * 2)
+    _, room = connected_components(graph, directed=False)
+    with_usual = np.isin(room[len(usual_m) :], room[: len(usual_m)])
+    return ~with_usual | ~is_near(position_m[:, :2], usual_m[:, :2], _LOW_ROOM_M)
 
 
 def at_heights(
