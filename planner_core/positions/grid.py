@@ -83,17 +83,14 @@ def _lowered(tripods: Tripods, index: int, usual_m: FloatArray, tally: Tally) ->
     usual_m : (M, 3) positions at the usual height. Below eaves and beams beside them the tripod stays as it is.
     """
     heights, tests = tripods.heights, tripods.tests(index)
-    position_m, height_m = np.empty((0, 3)), np.empty(0)
     if not heights.lowered_m:
-        return position_m, height_m
+        return np.empty((0, 3)), np.empty(0)
     plan_m, ground_m, _ = grid_on_ground(tripods.survey, tripods.survey.floors[index], tripods.grid_step_m)
-    place_m = np.column_stack([plan_m, ground_m + heights.fixed_m[0]])
-    left = np.flatnonzero(tests.lacks_headroom(place_m))
-    for lower_m in heights.lowered_m:
-        position, ground, height = at_heights((lower_m,), plan_m[left], ground_m[left])
-        kept = tests.keep(position, ground, tally)
-        position_m, height_m = np.concatenate([position_m, position[kept]]), np.concatenate([height_m, height[kept]])
-        left = left[~kept]
+    low = tests.lacks_headroom(np.column_stack([plan_m, ground_m + heights.fixed_m[0]]))
+    # All heights that fit: the lower the sensor, the more of a low ceiling it sees at enough incidence.
+    position, ground, height_m = at_heights(heights.lowered_m, plan_m[low], ground_m[low])
+    kept = tests.keep(position, ground, tally)
+    position_m, height_m = position[kept], height_m[kept]
     needed = _apart_from(usual_m, position_m, 1.5 * tripods.grid_step_m)
     return position_m[needed], height_m[needed]
 
