@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from math import isnan
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import FloatArray, Floor, Link, Plan
+from planner_core.model import FloatArray, Floor, Link, Plan, Station
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing import links
 from planner_core.plan_folder.drawing.ink import Box, Pen
@@ -26,6 +27,7 @@ from planner_core.plan_folder.drawing.marks import (
     draw_stations,
     draw_words,
     linked_words,
+    rise_words,
 )
 from planner_core.plan_folder.drawing.png_ink import PngInk, pixels, whole_pixels_mm
 from planner_core.plan_folder.route_drawing import (
@@ -312,7 +314,16 @@ def _draw_stations(
     if joined:
         labels.ink.lines([spots], ROUTE)
     numbers = [station.order for station in stations]
-    draw_stations(labels, spots, numbers, [linked_words(elsewhere.get(station.id, ())) for station in stations])
+    words = [
+        "  ".join(filter(None, (rise_words(_rise_m(station, floor)), linked_words(elsewhere.get(station.id, ())))))
+        for station in stations
+    ]
+    draw_stations(labels, spots, numbers, words)
+
+
+def _rise_m(station: Station, floor: Floor) -> float:
+    """How far the ground below a station lies above its floor's; 0 where its height is not known."""
+    return 0.0 if isnan(station.instrument_height_m) else float(foot_m(station)[2]) - floor.elevation_m
 
 
 def _plan_subtitle(plan: Plan) -> str:

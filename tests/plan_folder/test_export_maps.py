@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import Plan, PlanSettings, Scene, SealedArea
-from planner_core.plan_folder import palette
+from planner_core.plan_folder import maps, palette
 from planner_core.plan_folder.drawing.marks import nice_length_m, spread_apart
 from planner_core.plan_folder.maps import view_rgb
 from planner_core.plan_folder.report import report_page, unseen_csv
@@ -286,3 +286,16 @@ def test_report_names_rooms_that_nobody_enters_beside_the_coverage(plan: Plan) -
     words = '<br><span class="alarm">Not planned: 12 m² of floor that can&#x27;t be reached on foot, in one area</span>'
     assert words in report_page(dataclasses.replace(plan, sealed=(room,)), pictures=False)
     assert "alarm" not in report_page(dataclasses.replace(plan, sealed=()), pictures=False).split("</style>")[1]
+
+
+@pytest.mark.parametrize(("rise_m", "words"), [(2.8, ["ground +2.80 m"]), (0.3, [""])])
+def test_station_on_a_mezzanine_has_its_height_at_the_marker_of_the_map(
+    plan: Plan, view: SectionView, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rise_m: float, words: list[str]
+) -> None:
+    shown: list[str] = []
+    monkeypatch.setattr(maps, "draw_stations", lambda labels, spots, numbers, told: shown.extend(told))
+    first = plan.stations[0]
+    raised = dataclasses.replace(first, position_m=first.position_m + np.array([0.0, 0.0, rise_m]))
+    alone = dataclasses.replace(plan, stations=(raised,), links=(), route=None)
+    maps.write_floor_map(alone, 0, tmp_path / "map.png", view=view)
+    assert shown == words

@@ -13,7 +13,7 @@ from planner_core.export.sheets.page_frame import draw_band
 from planner_core.export.sheets.paper import Tile
 from planner_core.export.sheets.route import Mark
 from planner_core.export.sheets.site_grid import draw_grid
-from planner_core.model import FloatArray
+from planner_core.model import FloatArray, LengthUnit
 from planner_core.plan_folder.drawing.fonts import width_mm
 from planner_core.plan_folder.drawing.ink import PAPER, Box, Ink, Pen
 from planner_core.plan_folder.drawing.marks import (
@@ -34,6 +34,7 @@ from planner_core.plan_folder.drawing.marks import (
     draw_stations,
     draw_words,
     linked_words,
+    rise_words,
 )
 from planner_core.plan_folder.drawing.spans import Family, spans_of_rings, spans_of_triangles, without
 from planner_core.plan_folder.plan_source import PlanSource
@@ -72,7 +73,7 @@ def draw_floor(
     names = draw_grid(ink, plan.frame, tile, view.floor.elevation_m, taken=[edge for edge, _ in others])
     labels = Labels(ink, box, [*names, *(edge for edge, _ in others)])
     with ink.clip(box):
-        _draw_stations(view, tile, labels)
+        _draw_stations(view, tile, labels, plan.frame.unit)
         _draw_words(view, tile, labels)
     for edge, words in others:
         _draw_neighbour(ink, edge, words)
@@ -133,7 +134,7 @@ def _draw_route(ink: Ink, view: FloorView, tile: Tile) -> None:
     draw_route(ink, [tile.on_paper(way.points_m) for way in view.ways], low, high)
 
 
-def _draw_stations(view: FloorView, tile: Tile, labels: Labels) -> None:
+def _draw_stations(view: FloorView, tile: Tile, labels: Labels, unit: LengthUnit) -> None:
     low_m, high_m = tile.window_m
     shown = [s for s in view.stations if ((s.position_m[:2] >= low_m) & (s.position_m[:2] <= high_m)).all()]
     if not shown:
@@ -143,6 +144,7 @@ def _draw_stations(view: FloorView, tile: Tile, labels: Labels) -> None:
             part
             for part in (
                 "" if len(shown) > _MAX_IDS or _is_number(station.id, station.number) else station.id,
+                rise_words(float(station.ground_m[2]) - view.floor.elevation_m, unit),
                 linked_words(view.elsewhere.get(station.id, ())),
             )
             if part

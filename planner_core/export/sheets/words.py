@@ -20,6 +20,7 @@ from planner_core.model import FOOT, FloatArray, LengthUnit, WeakMotion
 from planner_core.model.unseen import reason_in_words
 from planner_core.network.weak_motion import motion_words, overlap_percent
 from planner_core.plan_folder.drawing.links import WEAK
+from planner_core.plan_folder.drawing.marks import rise_words
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
 
 #: Coordinates on paper are for people who set up a tripod: to the millimetre, or a thousandth of a foot.
@@ -203,6 +204,10 @@ def _links_by_station(plan: PlanSource) -> dict[str, list[tuple[float, int]]]:
 def _notes(plan: PlanSource, station: FieldStation) -> Iterator[str]:
     if station.note:
         yield station.note
+    for floor in plan.floors:
+        rise = rise_words(float(station.ground_m[2]) - floor.elevation_m, plan.frame.unit)
+        if floor.id == station.floor_id and rise:
+            yield f"{rise} from its floor's"
     if station.id in scanned_before(plan):
         yield "scanned before"
     if any(station.id in network["articulations"] for network in plan.document["registration"]["networks"]):

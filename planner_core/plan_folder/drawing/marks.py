@@ -170,6 +170,17 @@ def linked_words(numbers: Sequence[int]) -> str:
     return "↕ " + ", ".join(str(number) for number in numbers[:3]) + more if numbers else ""
 
 
+RISE_SHOWN_M = 0.5
+"""Ground that differs so much from its floor's is another level, or part of a slope: heights belong to the marker."""
+
+
+def rise_words(rise_m: float, unit: LengthUnit = METRE) -> str:
+    """Name how far the ground of a station lies above its floor's, where that is another level; else nothing."""
+    if not abs(rise_m) >= RISE_SHOWN_M:
+        return ""
+    return f"ground {unit.of(rise_m):+.2f} {unit.symbol}"
+
+
 Words = Sequence[tuple[FloatArray, str]]
 """Places (2,) in millimetres, and what is written there."""
 

@@ -2,6 +2,8 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,8 @@ import pytest
 
 from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.floor_view import view_floor
+from planner_core.model import FOOT
+from planner_core.plan_folder.drawing.marks import rise_words
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.scene.patches import patch_triangles
 
@@ -245,3 +249,20 @@ def test_plan_without_stations_has_sheets(edited: Callable[..., PlanSource], pdf
 
     sheets = pdf_of(edited(empty))
     assert "0 stations" in sheets.texts[sheets.drawing("Level 1")]
+
+
+@pytest.mark.parametrize(("rise_m", "words"), [(2.8, "ground +2.80 m"), (-1.4, "ground -1.40 m"), (0.3, None)])
+def test_station_on_another_level_has_its_height_at_the_marker_and_in_the_list(
+    scene_plan: PlanSource, html_of: Callable[..., str], rise_m: float, words: str | None
+) -> None:
+    up = np.array([0.0, 0.0, rise_m])
+    first, *others = scene_plan.stations
+    moved = replace(first, position_m=first.position_m + up, ground_m=first.ground_m + up)
+    page = html_of(replace(scene_plan, stations=(moved, *others)))
+    assert page.count("ground +") + page.count("ground -") == (0 if words is None else 2)
+    assert words is None or (f">{words}" in page and f"{words} from its floor's" in unescape(page))
+
+
+def test_rise_of_the_ground_is_in_the_unit_of_the_sheets() -> None:
+    assert rise_words(2.8, FOOT) == "ground +9.19 ft"
+    assert rise_words(float("nan")) == ""
