@@ -97,7 +97,9 @@ def command(
 def _check_folder(folder: Path, *, overwrite: bool) -> None:
     """Refuse, before any work, a folder that holds anything but scans, and one with scans unless told to replace it."""
     from planner_core.errors import OutputExistsError
+    from planner_core.plan_folder.atomic import check_writable
 
+    check_writable(folder)
     if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
         raise OutputExistsError(f"{folder}: is not a folder, expected one to write; give another name")
     if not folder.is_dir() or not any(folder.iterdir()):

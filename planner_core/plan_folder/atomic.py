@@ -116,6 +116,41 @@ def scratch_folder(path: Path) -> Iterator[Path]:
             _release(names, lock)
 
 
+def check_writable(path: Path) -> None:
+    """Refuse, before any work, a file or folder that could not be put in place: its staging is made and removed.
+
+    Asking for permissions is not enough: they say nothing of file systems that take no files, of names that are too
+    long once staged, and to a superuser. Folders above that are missing are made and removed, too.
+
+    Raises
+    ------
+    PlanFolderError
+        With the system's reason.
+    """
+    folder = path.absolute().parent
+    missing = [each for each in (folder, *folder.parents) if not os.path.lexists(each)]
+    made: list[Path] = []
+    try:
+        for each in reversed(missing):
+            each.mkdir()
+            made.append(each)
+        names, lock = _claim(folder, path.name)
+        try:
+            names.staging.mkdir()
+        finally:
+            _release(names, lock)
+    except OSError as error:
+        remedy = "give a shorter name" if error.errno == errno.ENAMETOOLONG else "give another path"
+        raise PlanFolderError(
+            f"{path}: can't be written ({error.strerror or error}), expected a writable folder above it; {remedy}, or "
+            "check the permissions and the free space"
+        ) from error
+    finally:
+        for each in reversed(made):
+            with contextlib.suppress(OSError):  # another run wrote into it meanwhile: it stays
+                each.rmdir()
+
+
 def sync_tree(folder: Path) -> None:
     """Have the disk hold every file and folder below `folder`; links and devices are not looked into."""
     for path in (*folder.rglob("*"), folder):

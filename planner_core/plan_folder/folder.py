@@ -15,7 +15,7 @@ from pathlib import Path
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import OutputExistsError, PlanFolderError
 from planner_core.model import Plan
-from planner_core.plan_folder.atomic import recover, staged_folder
+from planner_core.plan_folder.atomic import check_writable, recover, staged_folder
 from planner_core.plan_folder.carry_over import carry_over, plan_station_names
 from planner_core.plan_folder.face_results import face_results
 from planner_core.plan_folder.folder_lock import locked_folder
@@ -82,11 +82,7 @@ def _check_parent(folder: Path) -> None:
         raise PlanFolderError(
             f"{folder}: can't be written, {parent} is not a folder, expected one to write into; give another path"
         )
-    if not os.access(parent, os.R_OK | os.W_OK | os.X_OK):
-        raise PlanFolderError(
-            f"{folder}: can't be written, {parent} is not writable, expected a writable one; "
-            "give another path, or change the permissions"
-        )
+    check_writable(folder)
 
 
 def write_plan_folder(

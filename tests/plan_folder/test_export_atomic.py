@@ -154,12 +154,33 @@ def test_parents_that_are_not_there_are_made(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["plan", "new/plan"])
-def test_parent_without_permission_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    """The tests may run as root, whom no permission stops: so the question is answered here."""
-    asked = os.access
-    monkeypatch.setattr(os, "access", lambda path, mode: Path(path) != tmp_path and asked(path, mode))
-    with pytest.raises(PlanFolderError, match="permission"):
+@pytest.mark.parametrize("number", [errno.EACCES, errno.EROFS, errno.ENOENT])  # the last one of /proc
+def test_parent_that_takes_no_files_is_noticed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, number: int
+) -> None:
+    """The tests may run as root, whom no permission stops: the system's refusal is made here."""
+
+    def refuse(path: Path, *_: object, **__: object) -> int:
+        raise OSError(number, os.strerror(number), str(path))
+
+    monkeypatch.setattr(atomic.os, "open", refuse)
+    with pytest.raises(PlanFolderError, match=rf"plan: can't be written \({os.strerror(number)}\).*permissions"):
         check_output(tmp_path / name, overwrite=False)
+    monkeypatch.undo()
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["x" * 240, f"{'y' * 300}/plan"])
+def test_name_that_is_too_long_once_staged_is_noticed(tmp_path: Path, name: str) -> None:
+    with pytest.raises(PlanFolderError, match="give a shorter name"):
+        check_output(tmp_path / name, overwrite=False)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_check_of_a_target_leaves_nothing_behind(tmp_path: Path) -> None:
+    for name in ("plan", "plans/first/plan"):
+        atomic.check_writable(tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_mount_point_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
