@@ -19,7 +19,7 @@ EXIT_CODES: dict[int, str] = {
     5: "the output exists; pass --overwrite",
     6: "the OpenCL device, a cluster, or a package or system library is missing or failed",
     7: "compare: scanned stations do not meet the requirements, or their network is worse than planned",
-    8: "batch: a building could not be planned; the others are",
+    8: "batch: a building could not be planned; export: a format could not be written; the others are",
     9: "a disk is full, or its quota used up",
     130: "interrupted (Ctrl-C or SIGTERM)",
 }

@@ -187,16 +187,19 @@ def command(
         else:
             with inputs.opened_cluster(scheduler, reporter) as cluster, spread_over(cluster):
                 written = _export(names, plan, target, options, overwrite, scene, frame, reporter.show)
-        reporter.warn(written.remarks)
+        reporter.warn((*(f"not written: {each}" for each in written.failed), *written.remarks))
     if as_json:
         document = {"format": ",".join(names), "path": str(target)}
         sizes = {"n_files": written.n_files, "n_bytes": written.n_bytes}
-        words = {"coordinates": written.coordinates, "notes": list(written.notes), "warnings": list(written.remarks)}
+        words = {"coordinates": written.coordinates, "notes": list(written.notes), "warnings": list(written.remarks),
+                 "failed": list(written.failed)}  # fmt: skip
         output.as_json({**document, **sizes, **words})
     elif not quiet:
         for line in (f"coordinates: {written.coordinates}", *written.notes) if written.coordinates else ():
             output.say(line)
         output.say(f"{target}: {_size(written.n_bytes)} in {written.n_files} file{'s' if written.n_files > 1 else ''}")
+    if written.failed:
+        raise click.exceptions.Exit(8)
 
 
 def _size(n_bytes: int) -> str:

@@ -5,12 +5,13 @@ PlanSource, names of formats, a target and `Options` -> `Written`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import shutil
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planner_core.coordinates.request import FrameRequest
-from planner_core.errors import CrsNeededError, ExportError
+from planner_core.errors import CrsNeededError, ExportError, PlannerError, RequirementError, is_of_full_disk
 from planner_core.export.formats import ALL, Format, formats_named
 from planner_core.export.options import Options
 from planner_core.export.targets import (
@@ -33,7 +34,8 @@ STAGE = "export"
 class Written:
     """What was written, and in which coordinates.
 
-    remarks : doubts, one line each, for the user; notes : what is to be known of the coordinates.
+    remarks : doubts, one line each, for the user; notes : what is to be known of the coordinates. failed : of a pack,
+    one line for each reason why formats could not be written, which begins with their names.
     """
 
     path: Path
@@ -42,6 +44,7 @@ class Written:
     remarks: tuple[str, ...] = ()
     coordinates: str = ""
     notes: tuple[str, ...] = ()
+    failed: tuple[str, ...] = ()
 
 
 def export_plan(
@@ -109,6 +112,7 @@ def export_pack(
 
     Of all formats, those that need a CRS are left out of a plan without one, those that need the scene file where it
     is not found, and remarks say so. What is asked for by its own name, or with a scene file that is told, is refused.
+    A format that fails takes no other with it: `Written.failed` names it. Where all fail, the first error is raised.
     """
     chosen = formats_named(names)
     opened = plan if isinstance(plan, PlanSource) else open_plan(plan, scene=scene, frame=frame)
@@ -116,26 +120,53 @@ def export_pack(
     _check_scene(opened, chosen)
     held: list[Format] = []
     told: dict[str, list[str]] = {}
+    failed: dict[str, list[str]] = {}
+    first_error: PlannerError | None = None
     with target_guarded(opened, target):
         check_folder(target, overwrite=overwrite)
         with staged_folder(target, replace=overwrite) as staging:
-            for n_done, each in enumerate(chosen):
+            # Those without the scene take milliseconds: what they refuse is refused before the minutes of the others.
+            for n_done, each in enumerate(sorted(chosen, key=lambda each: each.needs_scene)):
                 progress(ProgressEvent(STAGE, n_done, len(chosen), each.name))
                 path = staging / each.file_name
                 if each.is_folder:
                     path.mkdir()
                 try:
-                    for remark in dict.fromkeys(_write(each, opened, path, options, progress)):
-                        told.setdefault(remark, []).append(each.name)
-                    held.append(each)
-                except CrsNeededError as error:
-                    if ALL not in names:
-                        raise
-                    left_out.append(f"left out: {error}")
+                    with target_guarded(opened, target):
+                        remarks = _write(each, opened, path, options, progress)
+                except PlannerError as error:
+                    is_left_out = isinstance(error, CrsNeededError)
+                    if is_left_out and ALL in names:
+                        left_out.append(f"left out: {error}")
+                    elif is_left_out or isinstance(error, RequirementError) or is_of_full_disk(error):
+                        raise  # an option that is to be corrected, or the disk: the other formats do not help
+                    else:
+                        failed.setdefault(str(error), []).append(each.name)
+                        first_error = first_error or error
+                    _remove(path)
+                    continue
+                held.append(each)
+                for remark in dict.fromkeys(remarks):
+                    told.setdefault(remark, []).append(each.name)
+            if first_error is not None and not held:
+                raise first_error
             write_record(opened, _names_of(held), staging, _subtracted_m(opened, held, options))
     # What several formats remark, as on the way to longitude and latitude, is told once.
-    remarks = [f"{', '.join(by)}: {remark}" for remark, by in told.items()]
-    return _written(opened, target, (*left_out, *remarks))
+    written = _written(opened, target, (*left_out, *_by_format(told)))
+    return replace(written, failed=_by_format(failed))
+
+
+def _by_format(told: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+    """One line for each remark, which begins with the names of its formats."""
+    return tuple(f"{', '.join(names)}: {remark}" for remark, names in told.items())
+
+
+def _remove(path: Path) -> None:
+    """Remove what a format began to write."""
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def _write(chosen: Format, plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:

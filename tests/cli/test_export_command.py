@@ -101,6 +101,19 @@ def test_several_formats_are_a_folder(export: Export, tmp_path: Path) -> None:
     ]  # fmt: skip
 
 
+def test_a_format_that_fails_is_named_and_the_others_are_written(
+    export: Export, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Eight digits hold 99 999.999 m: GSI-8 refuses the site's coordinates, and the list of stations is written."""
+    far = ("--crs", "EPSG:25832", "--origin", "458870,5438260,110")
+    result = export("--json", *far, names="gsi8,csv")
+    assert result.exit_code == 8, result.output
+    (failed,) = json.loads(result.stdout)["failed"]
+    assert failed.startswith("gsi8: ")
+    assert sorted(path.name for path in (tmp_path / "out.csv").iterdir()) == ["pack.json", "stations.csv"]
+    assert "gsi8: " in result.stderr + capfd.readouterr().err
+
+
 def test_nothing_is_replaced_unasked(export: Export) -> None:
     assert export().exit_code == 0
     assert isinstance(export().exception, OutputExistsError)

@@ -6,6 +6,7 @@ import csv
 import hashlib
 import importlib
 import json
+import re
 from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
@@ -15,7 +16,7 @@ from tlsplan.commands.export import FORMAT_OPTIONS
 from tlsplan.formats_reference import page
 
 from planner_core.coordinates.request import FrameRequest
-from planner_core.errors import ExportError, OutputExistsError, PlanFolderError, RequirementError
+from planner_core.errors import CrsNeededError, ExportError, OutputExistsError, PlanFolderError, RequirementError
 from planner_core.export import formats
 from planner_core.export.formats import ALL, FORMATS, Format, formats_named
 from planner_core.export.options import Options
@@ -165,7 +166,7 @@ def test_a_writer_that_fails_leaves_what_was_there(written_plan: Callable[..., P
     with pytest.raises(ExportError, match="no more"):
         export_plan("fails-folder", plan, tmp_path / "out" / "new")
     with pytest.raises(ExportError, match="no more"):
-        export_pack(["csv", "fails"], written_plan(stations=[STATION]), tmp_path / "out" / "pack")
+        export_pack(["fails", "fails-folder"], written_plan(stations=[STATION]), tmp_path / "out" / "pack")
     assert [path.name for path in target.parent.iterdir()] == ["fails.txt"]
 
 
@@ -280,6 +281,34 @@ def test_a_pack_holds_each_format_under_its_standard_name(written_plan: Callable
     record = json.loads((tmp_path / "pack" / RECORD).read_text())
     assert record["formats"] == {"csv": "stations.csv", "folder": "folder"}
     assert record["coordinates"] == "scene coordinates, no CRS"
+
+
+@pytest.mark.usefixtures("own_formats")
+def test_a_format_that_fails_takes_no_other_of_its_pack_along(
+    written_plan: Callable[..., Path], tmp_path: Path
+) -> None:
+    plan, names = written_plan(stations=[STATION]), ["fails", "csv", "fails-folder", "layer", "folder"]
+    written = export_pack(names, plan, tmp_path / "pack")
+    assert written.failed[0] == "fails, fails-folder: no more"
+    assert re.match(r"layer: .*reason\.u8: can't be read", written.failed[1])
+    record = json.loads((tmp_path / "pack" / RECORD).read_text())
+    assert record["formats"] == {"csv": "stations.csv", "folder": "folder"}
+    assert sorted(path.name for path in (tmp_path / "pack").iterdir()) == ["folder", RECORD, "stations.csv"]
+
+
+@pytest.mark.usefixtures("own_formats")
+def test_what_needs_no_scene_is_refused_before_what_needs_one_is_written(
+    box_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def not_reached(*_: object) -> tuple[str, ...]:
+        raise AssertionError("written before the others")
+
+    monkeypatch.setitem(FORMATS, "slow", Format("slow", "a folder", "slow", not_reached, needs_scene=True))
+    with pytest.raises(CrsNeededError):
+        export_pack(["slow", "kml"], box_folder / "plan", tmp_path / "pack", frame=FrameRequest(scene_coordinates=True))
+    with pytest.raises(RequirementError, match="floor"):
+        export_pack(["slow", "csv"], box_folder / "plan", tmp_path / "pack", Options(floors=("Attic",)))
+    assert not (tmp_path / "pack").exists()
 
 
 @pytest.mark.usefixtures("own_formats")
