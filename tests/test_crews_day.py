@@ -314,13 +314,15 @@ def missing_of(day: Day) -> str:
 
 
 def compare_scans_with_the_plan(day: Day) -> None:
-    """Compare a CSV and an E57 in which one station is missing, and one stands 10 cm from where it was planned."""
+    """Compare a CSV and an E57 in which one station is missing, one moved by 30 cm, and one stands about its mark."""
     rows = [row.split(",") for row in day.rows() if row.split(",")[0] != missing_of(day)]
-    rows[0][3] = f"{float(rows[0][3]) + 0.1:.4f}"
+    rows[0][3] = f"{float(rows[0][3]) + 0.3:.4f}"
+    rows[1][4] = f"{float(rows[1][4]) + 0.08:.4f}"
     actual = write_list(Path("actual.csv"), [",".join(row) for row in rows])
     words = day.tlsplan("compare", day.plan, "--stations", actual, "-o", "scan-again", code=7).stdout
-    assert f"\nas planned    {len(rows) - 1}\nmoved         1\n  {rows[0][0]} " in words
-    assert ", by 0.10 m in plan, +0.00 m in height" in words
+    within = f"within 10 cm of their planned positions\n  at most 0.08 m off: {rows[1][0]}"
+    assert f"\nas planned    {len(rows) - 1}, {within}\nmoved         1\n  {rows[0][0]} " in words
+    assert ", by 0.30 m in plan, +0.00 m in height" in words
     assert f"\nmissing       1\n  {missing_of(day)} " in words
     listed = [line for line in words.partition("SCAN AGAIN")[2].splitlines()[1:] if line.startswith("  ")]
     further = [each["id"] for each in read_json(Path("scan-again", "plan.json"))["stations"] if not each["fixed"]]

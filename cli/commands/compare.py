@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -148,6 +149,8 @@ def _write(rescan: Rescan, live: LivePlan, folder: Path, overwrite: bool, report
 
 # ---------------------------------------------------------------------------------------------- words
 _MOST_TOLD = 12
+#: Less is the rounding of lists.
+_SHOWN_M = 0.005
 
 
 def _show(document: dict[str, Any], source: PlanSource) -> None:
@@ -163,8 +166,13 @@ def _stations(document: dict[str, Any]) -> list[str]:
     counts, rows = document["counts"], document["stations"]
     system = document["site_coordinates"] if document["list_coordinates"] == "site" else "scene coordinates"
     lines = [f"list          {sum(row['listed_as'] is not None for row in rows)} stations in {system}"]
-    lines.append(f"as planned    {counts['as planned']}")
-    there = [(row["id"], row["listed_as"]) for row in rows if row["fate"] == "as planned"]
+    as_planned = [row for row in rows if row["fate"] == "as planned"]
+    within = f", within {100 * document['as_planned_within_m']:g} cm of their planned positions" if as_planned else ""
+    lines.append(f"as planned    {len(as_planned)}{within}")
+    farthest = max(as_planned, key=_off_m, default=None)
+    if farthest is not None and _off_m(farthest) >= _SHOWN_M:
+        lines.append(f"  at most {_off_m(farthest):.2f} m off: {farthest['id']}")
+    there = [(row["id"], row["listed_as"]) for row in as_planned]
     renamed = [f"{name} as {listed_as}" for name, listed_as in there if name.casefold() != listed_as.casefold()]
     if renamed:
         lines.append(f"  listed under other names: {_some(renamed)}")
@@ -179,6 +187,11 @@ def _stations(document: dict[str, Any]) -> list[str]:
         if len(of_fate) > _MOST_TOLD:
             lines.append(f"  and {len(of_fate) - _MOST_TOLD} more, see --json")
     return lines
+
+
+def _off_m(row: dict[str, Any]) -> float:
+    """Distance of a station from its planned position."""
+    return math.hypot(*row["moved_m"])
 
 
 def _fate(row: dict[str, Any]) -> str:

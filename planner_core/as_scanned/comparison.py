@@ -41,6 +41,9 @@ from planner_core.progress import Progress, ProgressEvent, silent
 
 #: Stations this near to their planned place stand on it: list and plan may differ by the rounding of coordinates.
 SAME_PLACE_M = 0.001
+#: A crew sets up a tripod over a mark to about this: nearer stations are as planned. Their figures are still those of
+#: where they stood, for a link that stands at its limit falls with ten centimetres.
+AS_PLANNED_M = 0.1
 STAGE = "comparing"
 #: What became of a station, in the order in which people read about it.
 AS_PLANNED, MOVED, MISSING, SCANNED_BEFORE, ADDITIONAL, NOT_COMPARED = FATES = (
@@ -292,7 +295,9 @@ def _fate(
     moved = there.position_m != before.position_m
     moved_m = there.at_m - before.at_m
     lost_m2 = _lost_m2(live, live.draft.having(there), planned) if moved else 0.0
-    fate, at_m = MOVED if moved else AS_PLANNED, there.at_m + offset_m
+    # Lists round: a station that stands at the very limit is within it.
+    is_off = float(np.linalg.norm(moved_m)) > AS_PLANNED_M + SAME_PLACE_M
+    fate, at_m = MOVED if is_off else AS_PLANNED, there.at_m + offset_m
     return StationFate(before.id, match.actual.id, fate, match.by, there.floor, at_m, moved_m, lost_m2)
 
 

@@ -9,6 +9,7 @@ import math
 from typing import Any
 
 from planner_core.as_scanned.comparison import (
+    AS_PLANNED_M,
     FATES,
     AsScanned,
     Rescan,
@@ -37,6 +38,7 @@ def as_scanned_document(
         "met": found.met,
         "list_coordinates": coordinates,
         "site_coordinates": frame.in_metres().crs_line,
+        "as_planned_within_m": AS_PLANNED_M,
         "counts": {fate: len(found.of_fate(fate)) for fate in FATES},
         "stations": [
             {

@@ -1,5 +1,7 @@
 """Poses of the scans in E57 files, from their headers; the points stay where they are.
 
+Programs that lose a pose, or put it into the points, write the identity: no translation and no rotation.
+
 libE57Format reads them in a child process, one for all files: a damaged file that ends it is one line.
 """
 
@@ -18,9 +20,12 @@ from planner_core.errors import StationListError
 from planner_core.model import FloatArray
 from planner_core.progress import silent
 
+#: Name, position (3,) float64 in metres, and whether the pose is the identity.
+Pose = tuple[str, FloatArray, bool]
 
-def e57_poses(paths: Sequence[Path]) -> tuple[tuple[str, FloatArray], ...]:
-    """Name and position (3,) of each scan, metres, in the files' own coordinates; in the order of the files.
+
+def e57_poses(paths: Sequence[Path]) -> tuple[Pose, ...]:
+    """Poses of all scans, in the files' own coordinates; in the order of the files.
 
     Raises
     ------
@@ -31,7 +36,7 @@ def e57_poses(paths: Sequence[Path]) -> tuple[tuple[str, FloatArray], ...]:
         if not path.is_file():
             raise StationListError(f"{path}: no such file, expected an E57 file; check the path")
     try:
-        poses: tuple[tuple[str, FloatArray], ...] = child_process.run_apart(
+        poses: tuple[Pose, ...] = child_process.run_apart(
             "planner_core.as_scanned.e57_poses:read",
             {"paths": [os.fspath(path) for path in paths]},
             classes=(),
@@ -46,12 +51,12 @@ def e57_poses(paths: Sequence[Path]) -> tuple[tuple[str, FloatArray], ...]:
     return poses
 
 
-def read(paths: Sequence[str]) -> list[tuple[str, FloatArray]]:
+def read(paths: Sequence[str]) -> list[Pose]:
     """What the child does."""
     return [pose for path in paths for pose in _of_file(Path(path))]
 
 
-def _of_file(path: Path) -> list[tuple[str, FloatArray]]:
+def _of_file(path: Path) -> list[Pose]:
     from pye57 import libe57
 
     child_process.at(str(path))
@@ -70,7 +75,7 @@ def _of_file(path: Path) -> list[tuple[str, FloatArray]]:
         raise StationListError(f"{path}: can't be read as E57 ({line}); export it again") from error
 
 
-def _pose(path: Path, scan: Any, k: int) -> tuple[str, FloatArray]:
+def _pose(path: Path, scan: Any, k: int) -> Pose:
     name = str(scan["name"].value()).strip() if scan.isDefined("name") else ""
     if not scan.isDefined("pose/translation"):
         raise StationListError(
@@ -82,4 +87,12 @@ def _pose(path: Path, scan: Any, k: int) -> tuple[str, FloatArray]:
         raise StationListError(
             f"{path}: the pose of scan {name or k + 1!r} is not a valid position; export the scans again"
         )
-    return name or f"{path.stem} {k + 1}", position_m
+    is_identity = not position_m.any() and not _is_turned(scan["pose"])
+    return name or f"{path.stem} {k + 1}", position_m, is_identity
+
+
+def _is_turned(pose: Any) -> bool:
+    """Whether a pose has a rotation: a quaternion with an imaginary part."""
+    if not pose.isDefined("rotation"):
+        return False
+    return any(float(pose["rotation"][axis].value()) != 0.0 for axis in "xyz")

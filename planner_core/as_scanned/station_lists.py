@@ -23,6 +23,11 @@ from planner_core.plan_folder.stations_csv import GivenStation, read_station_lis
 COORDINATES = ("auto", "scene", "site")
 #: Whose height a column of heights is told to hold.
 HEIGHTS = ("sensor", "ground")
+#: A tripod that was moved stands farther away: coordinates of one place differ by their rounding only.
+_ONE_PLACE_M = 0.001
+_EXPORT_POSES = "the poses are missing: export the scans after registration"
+#: Names that a line lists.
+_MOST_TOLD = 3
 _HEADERS = {
     "P": "id", "E": "x", "X": "x", "N": "y", "Y": "y", "Z": "z", "S": "z", "G": "ground_z",
     "H": "instrument_height", "F": "floor", "C": "code", "D": "description", "O": "order", "R": "crs",
@@ -31,13 +36,17 @@ _HEADERS = {
 
 @dataclass(frozen=True, eq=False)
 class ListedStation:
-    """position_m : (3,) float64, the sensor; or, where `is_ground`, the point on the ground below it."""
+    """position_m : (3,) float64, the sensor; or, where `is_ground`, the point on the ground below it.
+
+    is_identity : of a scan whose pose is the identity, which is what programs write that have none.
+    """
 
     id: str
     position_m: FloatArray
     instrument_height_m: float | None
     floor: str | None
     is_ground: bool = False
+    is_identity: bool = False
 
 
 @dataclass(frozen=True)
@@ -97,6 +106,9 @@ def read_actual(
         raise StationListError(f"stations: id {twice!r} occurs twice, expected one per station; rename one")
     if not listed:
         raise StationListError("stations: got no list, expected at least one; give --stations")
+    _check_apart(listed)
+    if not plan.stations:
+        raise StationListError("stations: the plan has none, expected some to compare the list with; plan again")
     return _at_plan(lists, plan, coordinates, within_m)
 
 
@@ -122,7 +134,41 @@ def _read(path: Path, heights: str, columns: str, unit: LengthUnit) -> tuple[Lis
 
 
 def _poses(files: Sequence[Path]) -> tuple[ListedStation, ...]:
-    return tuple(ListedStation(name, position_m, None, None) for name, position_m in e57_poses(files))
+    return tuple(ListedStation(name, at_m, None, None, is_identity=lost) for name, at_m, lost in e57_poses(files))
+
+
+def _check_apart(listed: Sequence[ListedStation]) -> None:
+    """Refuse lists of stations that all stand at one place, as poses do that were lost or are in the points."""
+    if all(each.is_identity for each in listed):
+        raise StationListError(
+            f"stations: got {len(listed)} {'scan' if len(listed) == 1 else 'scans'} with the pose of no translation "
+            f"and no rotation, expected where the scanner stood; {_EXPORT_POSES}"
+        )
+    at_m = np.array([each.position_m for each in listed])
+    if len(listed) > 1 and float(np.ptp(at_m, axis=0).max()) <= _ONE_PLACE_M:
+        x, y, z = at_m[0].tolist()
+        raise StationListError(
+            f"stations: got all {len(listed)} at one place, ({x:.3f}, {y:.3f}, {z:.3f}), expected a place of its own "
+            f"for each; where these are poses of scans, {_EXPORT_POSES}"
+        )
+
+
+def _check_identities(
+    listed: Sequence[ListedStation], at_m: FloatArray, stations: Sequence[FieldStation], within_m: float
+) -> None:
+    """Refuse scans without pose among others with one, unless a station was planned at the origin.
+
+    There the first scan of a registration stands, where the model was made in its coordinates.
+    """
+    away_m = (_away_m(place, stations) if each.is_identity else 0.0 for each, place in zip(listed, at_m, strict=True))
+    lost = [each.id for each, away in zip(listed, away_m, strict=True) if away > within_m]
+    if lost:
+        more = f" and {len(lost) - _MOST_TOLD} more" if len(lost) > _MOST_TOLD else ""
+        names = f"{', '.join(lost[:_MOST_TOLD])}{more}"
+        raise StationListError(
+            f"stations: got {names} of {len(listed)} with the pose of no translation and no "
+            f"rotation, expected where the scanner stood; {_EXPORT_POSES}, or leave these out"
+        )
 
 
 def _listed(given: GivenStation, *, z_is_ground: bool) -> ListedStation:
@@ -171,6 +217,7 @@ def _at_plan(
             f"stations: none of {len(listed)} is near the plan, they are off by {told}; "
             f"{_guess(lists, tuple(readings), plan, within_m)}"
         )
+    _check_identities(listed, at_m, plan.stations, within_m)
     stations = tuple(replace(each, position_m=place) for each, place in zip(listed, at_m, strict=True))
     doubts = swap_doubts(listed, at_m, chosen, plan, within_m) or shape_doubts(listed, at_m, chosen, plan, within_m)
     return ActualList(stations, chosen, doubts)
@@ -190,9 +237,12 @@ def _guess(
 
 
 def _median_away_m(at_m: FloatArray, stations: Sequence[FieldStation]) -> float:
-    planned_m = np.array([station.position_m for station in stations])
-    nearest = [float(np.linalg.norm(planned_m - place, axis=1).min()) for place in at_m]
-    return float(np.median(nearest))
+    return float(np.median([_away_m(place, stations) for place in at_m]))
+
+
+def _away_m(place: FloatArray, stations: Sequence[FieldStation]) -> float:
+    """Distance to the nearest planned station."""
+    return min(float(np.linalg.norm(station.position_m - place)) for station in stations)
 
 
 def _length(metres: float) -> str:

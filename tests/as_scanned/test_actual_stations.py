@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,14 +25,18 @@ def write_csv(path: Path, rows: list[tuple[str, np.ndarray]]) -> Path:
     return path
 
 
-def write_e57(path: Path, poses: dict[str, np.ndarray]) -> Path:
+UPRIGHT, QUARTER = np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.5**0.5, 0.0, 0.0, 0.5**0.5])
+REALITY = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "reality"
+
+
+def write_e57(path: Path, poses: dict[str, np.ndarray], rotation: np.ndarray = UPRIGHT) -> Path:
     """Scans of three points each, with their poses, as pye57 writes them."""
     import pye57
 
     file = pye57.E57(str(path), mode="w")
     points = {f"cartesian{axis}": np.array([0.0, 1.0, 2.0]) for axis in "XYZ"}
     for name, at in poses.items():
-        file.write_scan_raw(points, name=name, rotation=np.array([1.0, 0.0, 0.0, 0.0]), translation=at)
+        file.write_scan_raw(points, name=name, rotation=rotation, translation=at)
     file.close()
     return path
 
@@ -77,6 +82,63 @@ def test_scans_without_pose_are_refused(source: PlanSource, tmp_path: Path) -> N
     file.close()
     with pytest.raises(StationListError, match=r"raw\.e57: scan 'Scan 1' has no pose.*registration"):
         read_actual([path], source)
+
+
+@pytest.mark.parametrize("name", ["six_scans_one_pose.e57", "twelve_scans_identity.e57"])
+def test_scans_that_lost_their_poses_are_refused(source: PlanSource, name: str) -> None:
+    if not (REALITY / name).is_file():
+        pytest.skip(f"{name} is not beside the repository (../shared/data/reality)")
+    with pytest.raises(StationListError, match=r"the poses are missing: export the scans after registration"):
+        read_actual([REALITY / name], source)
+
+
+@pytest.mark.parametrize("n_files", [1, 3])
+@pytest.mark.parametrize(
+    ("at_m", "rotation", "n", "got"),
+    [
+        ([0.0, 0.0, 0.0], UPRIGHT, 3, "got 3 scans with the pose of no translation and no rotation"),
+        ([0.0, 0.0, 0.0], QUARTER, 3, r"all 3 at one place, \(0.000, 0.000, 0.000\)"),  # level and compass kept
+        ([458870.0, 5438260.0, 110.0], UPRIGHT, 3, "all 3 at one place"),  # of the site's origin alone
+        ([0.0, 0.0, 0.0], UPRIGHT, 1, "got 1 scan with the pose of no translation and no rotation"),
+    ],
+)
+def test_scans_of_one_pose_are_refused(
+    source: PlanSource, tmp_path: Path, at_m: list[float], rotation: np.ndarray, n: int, got: str, n_files: int
+) -> None:
+    poses = {f"Setup {k}": np.array(at_m) for k in range(n)}
+    lists = [poses] if n_files == 1 else [{name: at} for name, at in poses.items()]
+    paths = [write_e57(tmp_path / f"{k}.e57", each, rotation) for k, each in enumerate(lists)]
+    with pytest.raises(StationListError, match=f"{got}.*poses are missing.*registration"):
+        read_actual(paths, source)
+
+
+def test_a_list_of_one_place_is_refused(source: PlanSource, tmp_path: Path) -> None:
+    first = source.stations[0].position_m
+    with pytest.raises(StationListError, match="all 2 at one place"):
+        read_actual([write_csv(tmp_path / "one.csv", [("A", first), ("B", first + 0.0004)])], source)
+
+
+def test_a_lost_pose_among_good_ones_is_named(source: PlanSource, tmp_path: Path) -> None:
+    poses = {each.id: each.position_m for each in source.stations[:4]} | {"Setup 5": np.zeros(3)}
+    path = write_e57(tmp_path / "scans.e57", poses)
+    with pytest.raises(StationListError, match=r"got Setup 5 of 5 with the pose of no translation.*leave these out"):
+        read_actual([path], source)
+
+
+def test_the_first_scan_of_a_model_in_its_coordinates_stands_at_the_origin(source: PlanSource, tmp_path: Path) -> None:
+    """A model that was made from scans has the first one's coordinates: its pose is right, and at the plan."""
+    near_origin = source.stations[0]
+    moved = replace(source, stations=tuple(replace(each, position_m=each.position_m - near_origin.position_m)
+                                           for each in source.stations))  # fmt: skip
+    path = write_e57(tmp_path / "scans.e57", {each.id: each.position_m for each in moved.stations[:3]})
+    actual = read_actual([path], moved, coordinates="scene")
+    assert [each.is_identity for each in actual.stations] == [True, False, False]
+
+
+def test_a_plan_without_stations_is_compared_with_nothing(source: PlanSource, tmp_path: Path) -> None:
+    path = write_csv(tmp_path / "list.csv", [("A", np.zeros(3)), ("B", np.ones(3))])
+    with pytest.raises(StationListError, match="the plan has none"):
+        read_actual([path], replace(source, stations=()))
 
 
 def test_a_file_that_is_no_e57_is_refused_in_one_line(source: PlanSource, tmp_path: Path) -> None:

@@ -118,6 +118,27 @@ def test_a_station_moved_by_a_foot_costs_what_an_evaluation_says(
     assert moved.lost_m2 != 0.0
 
 
+@pytest.mark.parametrize(
+    ("off_m", "fate"),
+    [
+        ([0.1, 0.0, 0.0], AS_PLANNED),
+        ([0.05, -0.05, 0.07], AS_PLANNED),
+        ([0.09, 0.0, 0.06], MOVED),
+        ([0.0, 0.12, 0.0], MOVED),
+    ],
+)
+def test_a_station_within_ten_centimetres_is_as_planned_with_the_figures_of_its_place(
+    live: LivePlan, source: PlanSource, off_m: list[float], fate: str
+) -> None:
+    listed = listed_of(source)
+    listed[2] = replace(listed[2], position_m=listed[2].position_m + np.array(off_m))
+    found = compared(live, source, listed)
+    there = found.stations[2]
+    assert (there.id, there.fate) == (listed[2].id, fate)
+    np.testing.assert_allclose(there.moved_m, off_m, atol=1e-6)
+    assert not np.array_equal(found.actual.plan.times_seen, found.planned.plan.times_seen)
+
+
 def test_an_additional_station_gains_and_the_list_meets_what_was_asked(live: LivePlan, source: PlanSource) -> None:
     first = source.stations[0]
     extra = ListedStation("X1", first.position_m + np.array([0.8, 0.4, 0.0]), None, None)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
-from tlsplan.commands.compare import _again, command
+from tlsplan.commands.compare import _again, _stations, command
 
 from planner_core.errors import OutputExistsError, RequirementError, StationListError
 from planner_core.plan_folder.plan_source import PlanSource
@@ -32,6 +32,22 @@ def test_unchanged_list_ends_with_0_and_says_so(house_plan: Path, source: PlanSo
     assert document["met"]
     assert document["counts"]["as planned"] == len(source.stations)
     assert document["coverage"]["actual"] == document["coverage"]["planned"]
+
+
+@pytest.mark.parametrize(
+    ("off_m", "lines"),
+    [
+        ([], ["as planned    0"]),
+        ([0.0, 0.004], ["as planned    2, within 10 cm of their planned positions"]),
+        ([0.0, 0.06], ["as planned    2, within 10 cm of their planned positions", "  at most 0.06 m off: S1"]),
+    ],
+)
+def test_the_limit_of_stations_as_planned_is_printed(off_m: list[float], lines: list[str]) -> None:
+    row = {"fate": "as planned", "matched_by": "name", "lost_area_m2": 0.0, "floor": "F0"}
+    rows = [{**row, "id": f"S{k}", "listed_as": f"S{k}", "moved_m": [off, 0.0, 0.0]} for k, off in enumerate(off_m)]
+    counts = {"scanned before": 0, "not compared": 0, "moved": 0, "missing": 0, "additional": 0}
+    document = {"counts": counts, "stations": rows, "list_coordinates": "scene", "as_planned_within_m": 0.1}
+    assert _stations(document)[1:-3] == lines
 
 
 @pytest.mark.slow
@@ -169,7 +185,8 @@ def test_exchanged_names_cost_nothing_and_lose_no_links(house_plan: Path, source
     warnings = [line for line in result.stderr.splitlines() if line.startswith("warning: ")]
     assert [line for line in warnings if f"all {len(ids)} planned positions were scanned, only names differ" in line]
     assert not [line for line in warnings if "from its planned position" in line]
-    assert f"as planned    {len(ids)}\n  listed under other names: {ids[0]} as {ids[3]}, " in result.stdout
+    assert f"\n  listed under other names: {ids[0]} as {ids[3]}, " in result.stdout
+    assert f"as planned    {len(ids)}, " in result.stdout
     assert "moved         0" in result.stdout
     assert "links lost" not in result.stdout
     assert "costs" not in result.stdout
