@@ -9,6 +9,7 @@ IfcOpenShell crashes on some damaged files: what is known of those is looked for
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -84,9 +85,9 @@ def read_ifc(path: Path, *, progress: Progress, left_out: Collection[int] = ()) 
         unit_m, unit_name = _length_unit(path, model)
         storeys_told = told_storeys(_of_class(model, "IfcBuildingStorey"))
         told_products = _told_products(model, {told.id: i for i, told in enumerate(storeys_told)}, left_out)
-        n_elements = len(_of_class(model, "IfcElement"))
+        without_surface = _without_surface_in_words(model)
     optics, optics_warnings = _optics(path, model)
-    shapes, shape_warnings = _triangulate_products(path, model, told_products, n_elements, optics, progress)
+    shapes, shape_warnings = _triangulate_products(path, model, told_products, without_surface, optics, progress)
     storeys, storey_warnings = storeys_of(path, storeys_told, unit_m)
     rooms, room_warnings = _rooms(path, model, {told.id: i for i, told in enumerate(storeys_told)}, left_out)
     georeference, map_warnings = _georeference(path, model, unit_m)
@@ -365,7 +366,7 @@ def _triangulate_products(
     path: Path,
     model: Any,
     products: list[_ToldProduct],
-    n_elements: int,
+    without_surface: str,
     optics: IfcOptics | None,
     progress: Progress,
 ) -> tuple[_Shapes, tuple[str, ...]]:
@@ -378,11 +379,21 @@ def _triangulate_products(
     shaped = [p for p in products if any(len(shape.triangles) for shape in by_id[p.id])]
     if not shaped:
         raise SceneError(
-            f"{path.name}: none of its {grouped(n_elements)} elements has a surface, "
-            "expected at least one; export the model with its 3D geometry."
+            f"{path.name}: {without_surface}, expected at least one element with a surface; export the model with its "
+            "3D geometry."
         )
     without = [p for p in products if not any(len(shape.triangles) for shape in by_id[p.id]) and p.has_body]
     return _joined(shaped, by_id), _without_shape(path, without)
+
+
+def _without_surface_in_words(model: Any) -> str:
+    """What a file has whose elements have no surface: how many, or, where it has none at all, what else it holds."""
+    n_elements = len(_of_class(model, "IfcElement"))
+    if n_elements:
+        return f"none of its {grouped(n_elements)} elements has a surface"
+    others = Counter(each.is_a() for each in _of_class(model, "IfcProduct"))
+    held = ", ".join(f"{count} {kind}" for kind, count in sorted(others.items()))
+    return f"has no walls, slabs or other elements, only {held}" if held else "has no walls, slabs or other elements"
 
 
 def _shapes(

@@ -121,9 +121,21 @@ def grounds_of_storeys(survey: LevelSurvey, warnings: list[str]) -> list[Ground]
             warnings.append(f"storey {ground.name!r} {why}another discipline's file")
         else:
             beside = next(other for other in grounds if _same_level(ground, other))
-            why = f"no floor slab, and it is at the height of {beside.name!r}"
+            why = f"no floor slab, and it is {_beside_in_words(ground, beside)}"
             warnings.append(f"storey {ground.name!r} is left out: {why}")
     return grounds
+
+
+def _beside_in_words(ground: Ground, beside: Ground) -> str:
+    """How high a ground lies over another one that is too near for two floors."""
+    off_m = ground.elevation_m - beside.elevation_m
+    if abs(off_m) < SAME_HEIGHT_M:
+        return f"at the height of {beside.name!r}"
+    side = "above" if off_m > 0 else "below"
+    return (
+        f"only {abs(off_m):.2f} m {side} {beside.name!r}; two floors over each other are at least "
+        f"{MIN_LEVEL_DISTANCE_M:g} m apart"
+    )
 
 
 def _may_be_ground(survey: LevelSurvey, element: Int32Array, storey: Int64Array) -> BoolArray:

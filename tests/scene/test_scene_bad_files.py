@@ -207,11 +207,30 @@ def test_file_without_faces_says_so(tmp_path, name, contents):
     assert "it has no faces" in message_of(written(tmp_path, name, contents))
 
 
-def test_ifc_without_geometry_says_so(tmp_path, ifc_writer):
+@pytest.mark.parametrize(
+    ("added", "words"),
+    [
+        ({}, "has no walls, slabs or other elements, only 1 IfcBuilding, 1 IfcBuildingStorey, 1 IfcSite, expected"),
+        ({"IfcSpace": 3}, "only 1 IfcBuilding, 1 IfcBuildingStorey, 1 IfcSite, 3 IfcSpace, expected"),
+        ({"IfcGrid": 1, "IfcAnnotation": 2}, "only 2 IfcAnnotation, 1 IfcBuilding, 1 IfcBuildingStorey, 1 IfcGrid, "),
+        ({"IfcWall": 2, "IfcSpace": 1}, "none of its 2 elements has a surface, expected"),
+    ],
+)
+def test_ifc_without_geometry_says_what_is_there(tmp_path, ifc_writer, added, words):
     writer = ifc_writer("IFC4", "MILLI")
     writer.storeys({"Ground": 0.0}, (0, 0, 0))
+    for kind, count in added.items():
+        for number in range(count):
+            writer.model.create_entity(kind, GlobalId=f"{kind[3:]:0<21}{number}", Name=f"{kind} {number}")
     writer.model.write(str(tmp_path / "hollow.ifc"))
-    assert "has a surface" in message_of(tmp_path / "hollow.ifc")
+    assert words in message_of(tmp_path / "hollow.ifc")
+
+
+def test_rooms_without_walls_are_named_as_what_is_there():
+    path = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "reality" / "rooms_only.ifc"
+    if not path.is_file():
+        pytest.skip("rooms_only.ifc is not beside the repository (../shared/data/reality)")
+    assert "has no walls, slabs or other elements, only" in message_of(path)
 
 
 def test_file_with_nothing_but_flat_faces_counts_them(tmp_path):

@@ -55,16 +55,24 @@ def test_storey_whose_name_only_resembles_a_roof_is_a_floor(name):
     assert [f.name for f in report.floors] == [name, "Level 2"]
 
 
-def test_second_level_at_the_height_of_a_floor_is_left_out():
+@pytest.mark.parametrize(
+    ("sill_m", "words"),
+    [
+        (0.05, "it is at the height of 'Ground'"),
+        (0.9, "it is only 0.90 m above 'Ground'; two floors over each other are at least 1.8 m apart"),
+        (1.6, "it is only 1.60 m above 'Ground'; two floors over each other are at least 1.8 m apart"),
+    ],
+)
+def test_second_level_near_the_height_of_a_floor_is_left_out(sill_m, words):
     parts = [
         ("slab", "IfcSlab", 0, (0, 0, -0.2), (12, 9, 0)),
         *four_walls(12, 9, 0.0, 5.0, 0),
-        *four_walls(12, 9, 0.9, 4.0, 1),
+        *four_walls(12, 9, sill_m, 4.0, 1),
         ("roof", "IfcSlab", 2, (0, 0, 5.0), (12, 9, 5.2)),
     ]
-    report = find_floors(scene_of(parts, [("Ground", 0.0), ("Sill", 0.9), ("Roof", 5.2)]))
+    report = find_floors(scene_of(parts, [("Ground", 0.0), ("Sill", sill_m), ("Roof", 5.2)]))
     assert [f.name for f in report.floors] == ["Ground"]
-    assert any("'Sill' is left out" in line and "'Ground'" in line for line in report.warnings)
+    assert f"storey 'Sill' is left out: no floor slab, and {words}" in report.warnings
 
 
 def test_landing_over_a_ground_that_is_not_in_the_file_does_not_make_the_floor():
