@@ -11,7 +11,7 @@ nothing below reaches back above itself. The bottleneck is the least strength of
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 from planner_core.errors import RequirementError
@@ -78,6 +78,9 @@ def registration_warnings(registration: Registration, floor_names: Mapping[str, 
     """One line for each unconnected group that overlaps others, one for two that are the nearest to each other, one for
     all that overlap none, and one for each group held together by single links where a redundant network is required.
 
+    Groups that are nearest to one another have a further line for what all of them together lack to the others: closing
+    the gaps of all lines makes one network, where links can.
+
     floor_names : names of floor ids, for people; ids stand for themselves where they have none.
     """
     gaps = _best_gaps(registration)
@@ -89,6 +92,8 @@ def registration_warnings(registration: Registration, floor_names: Mapping[str, 
     best = {gap.networks: gap for gap in gaps.values() if gap is not None}
     lines = [_apart(registration, near[pair], best[pair], floor_names) for pair in list(near)[:_TOLD]]
     more = [number for pair in list(near)[_TOLD:] for number in near[pair]]
+    if not more:
+        lines += _together(registration, [gap for gap in gaps.values() if gap is not None], floor_names)
     if more:
         n_stations = sum(len(registration.networks[number].stations) for number in more)
         lines.append(
@@ -257,19 +262,53 @@ def _best_gaps(registration: Registration) -> dict[int, NetworkGap | None]:
     return best
 
 
-def _alone(networks: Sequence[RegistrationNetwork], floor_names: Mapping[str, str]) -> str:
+def _together(registration: Registration, told: Sequence[NetworkGap], floor_names: Mapping[str, str]) -> Iterator[str]:
+    """A line for each gap that is left once those of `told` are closed, until all groups are one where links can."""
+    group = list(range(len(registration.networks)))  # the least of those that are joined to it
+    for gap in told:
+        group = _joined(group, gap)
+    for gap in sorted(registration.gaps, key=lambda gap: -gap.best.overlap):
+        one, other = (group[number] for number in gap.networks)
+        if one != other:
+            # The one that does not hold the largest group, which is the first.
+            side = [number for number, of in enumerate(group) if of == max(one, other)]
+            yield _apart(registration, side, gap, floor_names, joined=True)
+            group = _joined(group, gap)
+    for least in sorted({of for of in group if of > 0 and group.count(of) > 1}):
+        networks = [registration.networks[number] for number, of in enumerate(group) if of == least]
+        yield _alone(networks, floor_names, joined=True)
+
+
+def _joined(group: Sequence[int], gap: NetworkGap) -> list[int]:
+    one, other = sorted(group[number] for number in gap.networks)
+    return [one if of == other else of for of in group]
+
+
+def _alone(networks: Sequence[RegistrationNetwork], floor_names: Mapping[str, str], *, joined: bool = False) -> str:
+    """Say that no link leads to the others. joined : even where `networks` are one network."""
     places = [_placed(network, floor_names) for network in networks]
     single = len(networks) == 1 and len(networks[0].stations) == 1
+    even = ", even once joined" if joined else ""
     return (
-        f"{_listed(places, '; ')} {'does' if single else 'do'} not register with the others: no link reaches "
+        f"{_listed(places, '; ')} {'does' if single else 'do'} not register with the others{even}: no link reaches "
         f"{100 * MIN_LISTED_OVERLAP:g} % overlap; look for shut doors in between, or register with targets"
     )
 
 
-def _apart(registration: Registration, numbers: list[int], gap: NetworkGap, floor_names: Mapping[str, str]) -> str:
+def _apart(
+    registration: Registration,
+    numbers: Sequence[int],
+    gap: NetworkGap,
+    floor_names: Mapping[str, str],
+    *,
+    joined: bool = False,
+) -> str:
+    """Name the best link of a gap. joined : the gap is left even where those of `numbers` are one network."""
     networks = [registration.networks[number] for number in numbers]
     places = [_placed(network, floor_names) for network in networks]
-    if len(networks) > 1:
+    if joined:
+        head = f"{_listed(places, '; ')} do not register with the others, even once joined"
+    elif len(networks) > 1:
         head = f"{_listed(places, '; ')} register neither with one another nor with the others"
     else:
         head = f"{places[0]} {'does' if len(networks[0].stations) == 1 else 'do'} not register with the others"

@@ -51,7 +51,7 @@ from planner_core.requirements.figures import (
 from planner_core.requirements.look_around import Rows
 from planner_core.route.field_time import field_time
 from planner_core.route.route import route_warnings
-from planner_core.route.sealed import sealed_areas
+from planner_core.route.sealed import reach_warnings, sealed_areas
 
 #: A byte each; nobody asks for so many stations.
 _MOST_TIMES_MET = 255
@@ -174,6 +174,7 @@ def describe_plan(
         candidates_m=surroundings.candidate_m,
         warnings=(
             *warnings,
+            *reach_warnings(survey, surroundings.reach, stations),
             *_registration_warnings(survey, asked, registration),
             *route_warnings(route, ids),
         ),

@@ -21,7 +21,7 @@ from planner_core.positions.grid import at_heights, find_candidates, is_near
 from planner_core.positions.landings import find_landings
 from planner_core.positions.local_site import LocalSite
 from planner_core.positions.prior_stations import PriorPosition, place_prior, with_ground_around
-from planner_core.positions.reach import Reach, leaf_that_shuts, reachability, reachable
+from planner_core.positions.reach import Reach, reachability, reachable
 from planner_core.positions.rooms import find_rooms
 from planner_core.progress import Progress, silent
 from planner_core.scene.rooms import room_of_points
@@ -33,7 +33,7 @@ _SPECIAL = np.array([KINDS.index(kind) for kind in ("doorway", "centre", "landin
 _NEAR_M = 0.1
 #: Moving a place into the middle of its doorway changes the ground below by this much at most: a threshold.
 _THRESHOLD_M = 0.3
-_MAX_SEALED_LINES, _MAX_NAMES = 5, 4
+_MAX_NAMES = 4
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ def find_positions(
         reach=reach,
         site=site,
         prior=tuple(PriorRow(found.floor.size + i, place) for i, place in enumerate(placed)),
-        warnings=(*remarks, *_low_lines(tripods, found), *_sealed_lines(tripods.survey, reach)),
+        warnings=(*remarks, *_low_lines(tripods, found)),
     )
 
 
@@ -178,7 +178,7 @@ def places_as_they_are(
         reach=reach,
         site=site,
         prior=(),
-        warnings=_sealed_lines(tripods.survey, reach),
+        warnings=(),
     )
 
 
@@ -295,31 +295,4 @@ def _low_lines(tripods: Tripods, found: _Found) -> tuple[str, ...]:
             f"floor {tripods.survey.floors[index].name!r}: too little headroom {where} for the usual instrument height "
             f"of {heights.to_try_m[0]:.2f} m, so the tripod is lowered there to {to_m}; --height sets another for all"
         )
-    return tuple(lines)
-
-
-def _sealed_lines(survey: Survey, reach: Reach) -> tuple[str, ...]:
-    """A line for each of the largest rooms that nobody can walk into."""
-    lines = []
-    for region in reach.sealed[:_MAX_SEALED_LINES]:
-        x, y, z = region.inside_m + survey.scene.offset_m
-        remedy = "give an entrance into it if there is one"
-        leaf = leaf_that_shuts(survey.scene, reach, region)
-        if leaf is not None:
-            at_x, at_y, _ = leaf.middle_m + survey.scene.offset_m
-            name = survey.scene.elements[leaf.element].name
-            leave_out = f"leave it out (--leave-out 'name={name}'), " if leaf.is_whole else ""
-            remedy = (
-                f"a door leaf of {leaf.width_m:.2f} x {leaf.height_m:.2f} m at ({at_x:.2f}, {at_y:.2f}), in "
-                f"{name!r}, shuts it: export the model with open doors, {leave_out}or give an entrance on both sides "
-                "(--entrance)"
-            )
-        lines.append(
-            f"floor {survey.floors[region.floor].name!r}: {region.area_m2:.1f} m2 about ({x:.2f}, {y:.2f}, {z:.2f}) "
-            f"can't be reached on foot, so no station is planned there; {remedy}"
-        )
-    left = reach.sealed[_MAX_SEALED_LINES:]
-    if left:
-        area_m2 = sum(region.area_m2 for region in left)
-        lines.append(f"{len(left)} more areas of {area_m2:.1f} m2 in all can't be reached on foot")
     return tuple(lines)

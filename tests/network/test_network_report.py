@@ -1,5 +1,6 @@
 """Networks, bridges, articulations and bottlenecks against networkx; warnings by what they say."""
 
+import re
 from itertools import combinations, pairwise
 from math import isnan, nan
 
@@ -214,7 +215,35 @@ def test_two_networks_that_are_the_nearest_to_each_other_share_a_line():
         "stations C, D on floor 'F1'; station E on floor 'F1' register neither with one another nor with the others: "
         "the best link, D to E, overlaps 26.4 %, 30 % are required; open the doors or add a station between them, or "
         "register with targets",
+        "stations C, D on floor 'F1'; station E on floor 'F1' do not register with the others, even once joined: the "
+        "best link, B to C, overlaps 10.0 %, 30 % are required; open the doors or add a station between them, or "
+        "register with targets",
     )
+    lines = registration_warnings(report([links[0], links[1], links[3]], ids))
+    assert lines[1:] == (
+        "stations C, D on floor 'F1'; station E on floor 'F1' do not register with the others, even once joined: no "
+        "link reaches 5 % overlap; look for shut doors in between, or register with targets",
+    )
+
+
+@settings(max_examples=40, deadline=None)
+@given(surveys())
+def test_closing_the_gaps_of_all_lines_makes_one_network_where_links_can(survey):
+    """By networkx: each line that names a best link is an edge between groups, those without one are apart for good."""
+    links, ids, floors = survey
+    found = report(links, ids, floors)
+    lines = registration_warnings(found)
+    named = re.findall(r"the best link, (\S+) to (\S+?),? (?:overlaps)", " ".join(lines))
+    group_of = {station: number for number, each in enumerate(found.networks) for station in each.stations}
+    closed, possible = nx.Graph(), nx.Graph()
+    for graph in (closed, possible):
+        graph.add_nodes_from(range(len(found.networks)))
+    closed.add_edges_from((group_of[a], group_of[b]) for a, b in named)
+    possible.add_edges_from(gap.networks for gap in found.gaps)
+    if not any("more groups" in line for line in lines):
+        assert sorted(map(sorted, nx.connected_components(closed))) == sorted(
+            map(sorted, nx.connected_components(possible))
+        )
 
 
 def test_many_networks_apart_are_counted():

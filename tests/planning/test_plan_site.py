@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 import scenes_synthetic
-from planner_core.model import KeepOut, Plan, PlanSettings, PriorStation, Requirements, Scene, Site
+from planner_core.model import KeepOut, Plan, PlanSettings, PriorStation, Requirements, Role, Scene, Site
+from planner_core.plan_folder.stations_csv import GivenStation
+from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.plan import make_plan
 from planner_core.scene.build import scene_from_arrays
 
@@ -31,10 +33,36 @@ def test_rooms_without_entrance_are_told_not_planned_and_not_missed(free: PlanSe
     assert rooms_of(plan) == {0}
     assert sorted(int(area.inside_m[0] // 3.15) for area in plan.sealed) == [1, 2]
     assert sum(area.area_m2 for area in plan.sealed) == pytest.approx(24.0, rel=0.1)
-    assert sum("can't be reached on foot" in line for line in plan.warnings) == 2
+    lines = [line for line in plan.warnings if "can't be reached on foot" in line]
+    assert len(lines) == sum("so no station is planned there" in line for line in lines) == 2
+    assert not any("that no route joins" in line for line in plan.warnings)
     assert all(result.met for result in plan.requirements)
     whole = planned("closed-rooms", replace(free, site=Site(entrances_m=ROOMS)))
     assert plan.coverage.achievable_area_m2 == pytest.approx(whole.coverage.achievable_area_m2 / 3, rel=0.2)
+
+
+def test_rooms_with_an_entrance_each_are_parts_that_no_route_joins(free: PlanSettings, planned: Planned) -> None:
+    plan = planned("closed-rooms", replace(free, site=Site(entrances_m=ROOMS)))
+    (line,) = [line for line in plan.warnings if "that no route joins" in line]
+    assert line.startswith("3 parts of the building that no route joins, such as dwellings: floor '")
+    assert all(station.id in line for station in plan.stations[:3])
+
+
+@pytest.mark.parametrize("role", ["scanned", "locked", "evaluated"])
+def test_a_sealed_room_with_a_station_in_it_is_not_without_one(free: PlanSettings, planned: Planned, role: str) -> None:
+    """Whoever planned it: a list that is evaluated, or a station that is there before planning."""
+    x, y, z = ROOMS[2]
+    at = (x, y, z + 1.6)
+    site = Site(entrances_m=ROOMS[:1])
+    if role == "evaluated":
+        given = [GivenStation("Far", np.array(at), 1.6, None)]
+        plan = evaluate_stations(scenes_synthetic.build("closed-rooms").scene, replace(free, site=site), given)
+    else:
+        prior = PriorStation("Far", at, Role(role), instrument_height_m=1.6)
+        plan = planned("closed-rooms", replace(free, site=replace(site, prior=(prior,))))
+    lines = [line for line in plan.warnings if "can't be reached on foot" in line]
+    assert sum("though Far stands there; open a door to it" in line for line in lines) == 1
+    assert sum("so no station is planned there" in line for line in lines) == 1
 
 
 def test_an_entrance_into_each_room_has_them_all_planned(free: PlanSettings, planned: Planned) -> None:
