@@ -11,6 +11,7 @@ from typing import Any
 import httpx
 import pytest
 from starlette.applications import Starlette
+from starlette.types import Message
 
 from planner_core.errors import PlanFolderError
 from planner_core.review import changes as c
@@ -18,6 +19,7 @@ from planner_core.review.store import ReviewStore
 from viewer_web.server import events
 from viewer_web.server.app import create_app
 from viewer_web.server.events import EventHub
+from viewer_web.server.review_api import _EventResponse
 from viewer_web.server.session import Session
 
 from .conftest import TOKEN, Ask, send
@@ -295,8 +297,10 @@ def test_pages_are_told_of_changes_that_another_process_made(
 
 def streamed(hub: EventHub, act: Callable[[], None], *, limit: int = 100) -> list[bytes]:
     async def listen() -> list[bytes]:
-        parts = []
-        async for part in hub.stream("a"):
+        parts: list[bytes] = []
+        stream = hub.open("a")
+        assert stream is not None
+        async for part in hub.events(stream):
             if not parts:
                 act()
             parts.append(part)
@@ -311,7 +315,7 @@ def test_a_stream_ends_when_the_server_stops_and_none_begins_after() -> None:
     hub = EventHub()
     assert streamed(hub, hub.close) == [b"retry: 1000\n\n"]
     assert hub.n_streams == 0
-    assert not hub.has_room("a")
+    assert hub.open("a") is None
 
 
 def test_an_idle_stream_beats_and_looks_around(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -342,6 +346,67 @@ def test_only_so_many_pages_may_listen(app: Starlette, monkeypatch: pytest.Monke
     answer = send(app, "/api/events")
     assert answer.status_code == 503
     assert "too many" in answer.json()["message"]
+
+
+def test_streams_that_are_asked_for_at_once_keep_the_limit(app: Starlette) -> None:
+    """Two hundred requests are answered before the first of their streams is read: each 200 has taken its room."""
+    released = asyncio.Event()
+
+    async def status() -> int:
+        said: list[int] = []
+
+        async def send_on(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                said.append(message["status"])
+            elif said[0] != 503:
+                await released.wait()  # the page does not read yet
+
+        async def receive() -> Message:
+            await released.wait()
+            return {"type": "http.disconnect"}
+
+        headers = [(b"host", b"127.0.0.1:8000"), (b"x-tlsplan-token", TOKEN.encode())]
+        scope = {
+            "type": "http", "method": "GET", "path": "/api/events", "raw_path": b"/api/events", "query_string": b"",
+            "headers": headers, "server": ("127.0.0.1", 8000), "client": ("127.0.0.1", 5000), "http_version": "1.1",
+            "scheme": "http", "root_path": "",
+        }  # fmt: skip
+        await app(scope, receive, send_on)
+        return said[0]
+
+    async def attack() -> tuple[list[int], int]:
+        asked = [asyncio.create_task(status()) for _ in range(200)]
+        await asyncio.sleep(0.1)
+        released.set()
+        first = await asyncio.wait_for(asyncio.gather(*asked), 60)
+        released.clear()
+        again = asyncio.create_task(status())
+        await asyncio.sleep(0.05)
+        released.set()
+        return first, await again
+
+    first, again = asyncio.run(attack())
+    assert sorted(first) == [200] * events.MOST_OF_ONE_CLIENT + [503] * (200 - events.MOST_OF_ONE_CLIENT)
+    assert again == 200, "pages that have gone give their room back"
+
+
+def test_a_page_that_goes_before_its_first_event_gives_its_room_back() -> None:
+    async def leave_at_once() -> int:
+        hub = EventHub()
+        stream = hub.open("a")
+        assert stream is not None and hub.n_streams == 1
+
+        async def fail(_: Message) -> None:
+            raise OSError("the connection is gone")
+
+        async def hear_nothing() -> Message:
+            return {"type": "http.disconnect"}
+
+        with pytest.raises(BaseException):  # noqa: B017 - of whatever kind the server makes of it
+            await _EventResponse(hub, stream)({"type": "http"}, hear_nothing, fail)
+        return hub.n_streams
+
+    assert asyncio.run(leave_at_once()) == 0
 
 
 def test_events_are_one_line_of_json_each() -> None:

@@ -9,6 +9,7 @@ import httpx
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from starlette.applications import Starlette
 from starlette.responses import PlainTextResponse
 from starlette.types import Message, Receive, Scope, Send
 
@@ -18,7 +19,7 @@ from viewer_web.server.app import create_app
 from viewer_web.server.files import find_file
 from viewer_web.server.guard import MOST_STRANGERS, RequestGuard
 
-from .conftest import send
+from .conftest import TOKEN, send
 
 SERVED = ["/", "/plan/plan.json", "/plan/viewer/clouds/S001.u16", "/plan/report/index.html"]
 
@@ -210,6 +211,43 @@ def test_server_refuses_requests_that_other_sites_make(ask, method, headers) -> 
     response = ask("/plan/plan.json", method, headers=headers)
     assert response.status_code == 403
     assert "access-control-allow-origin" not in response.headers
+
+
+def status_of(app: Starlette, path: str, headers: list[tuple[bytes, bytes]]) -> int:
+    """Status of a GET with these headers and no others, each as often as it is there."""
+    said: list[Message] = []
+
+    async def keep(message: Message) -> None:
+        said.append(message)
+
+    async def hear_nothing() -> Message:
+        return {"type": "http.disconnect"}
+
+    scope = {
+        "type": "http", "method": "GET", "path": path, "raw_path": path.encode(), "query_string": b"",
+        "headers": headers, "server": ("127.0.0.1", 8000), "client": ("127.0.0.1", 5000), "http_version": "1.1",
+        "scheme": "http", "root_path": "",
+    }  # fmt: skip
+    asyncio.run(app(scope, hear_nothing, keep))
+    return int(said[0]["status"])
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        [("origin", "http://127.0.0.1:8000"), ("origin", "http://evil.example")],
+        [("origin", "http://127.0.0.1:8000"), ("Origin", "http://127.0.0.1:8000")],
+        [("host", "127.0.0.1:8000"), ("host", "evil.example")],
+        [("sec-fetch-site", "same-origin"), ("sec-fetch-site", "cross-site")],
+        [("origin", "http://127.0.0.1:8000 http://evil.example")],  # a list, as RFC 6454 allows
+        [("origin", "http://127.0.0.1:8000, http://evil.example")],  # two, as proxies join them
+        [("origin", "")],
+    ],
+)
+def test_server_refuses_headers_that_say_two_things(app: Starlette, headers: list[tuple[str, str]]) -> None:
+    raw = [(b"x-tlsplan-token", TOKEN.encode()), *((name.lower().encode(), value.encode()) for name, value in headers)]
+    raw += [] if any(name == b"host" for name, _ in raw) else [(b"host", b"127.0.0.1:8000")]
+    assert status_of(app, "/plan/plan.json", raw) == 403
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ BEAT_S = 15.0
 _END = None
 
 
-class _Stream:
+class Stream:
     """What one page has not read yet. It lives in its event loop."""
 
     def __init__(self, client: str) -> None:
@@ -46,7 +46,7 @@ class EventHub:
     def __init__(self, look: Callable[[], None] = lambda: None) -> None:
         self._look = look
         self._lock = threading.Lock()
-        self._streams: set[_Stream] = set()
+        self._streams: set[Stream] = set()
         self._is_closed = False
 
     @property
@@ -64,17 +64,26 @@ class EventHub:
         self._is_closed = True
         self._hand_out(_END)
 
-    def has_room(self, client: str) -> bool:
-        """Whether one more page of a client may listen."""
+    def open(self, client: str) -> Stream | None:
+        """Take room for one more page of a client; None where there is none. Whoever takes it calls `leave`.
+
+        Counted and taken in one step: requests that come at once would all find room before one of them listens.
+        """
         with self._lock:
             of_client = sum(stream.client == client for stream in self._streams)
-            return not self._is_closed and len(self._streams) < MOST_STREAMS and of_client < MOST_OF_ONE_CLIENT
-
-    async def stream(self, client: str) -> AsyncIterator[bytes]:
-        """Yield events as they come, until the page goes, the server stops, or the page falls too far behind."""
-        stream = _Stream(client)
-        with self._lock:
+            if self._is_closed or len(self._streams) >= MOST_STREAMS or of_client >= MOST_OF_ONE_CLIENT:
+                return None
+            stream = Stream(client)
             self._streams.add(stream)
+            return stream
+
+    def leave(self, stream: Stream) -> None:
+        """Give the room of a page back; twice is once."""
+        with self._lock:
+            self._streams.discard(stream)
+
+    async def events(self, stream: Stream) -> AsyncIterator[bytes]:
+        """Yield events as they come, until the page goes, the server stops, or the page falls too far behind."""
         try:
             yield b"retry: 1000\n\n"
             idle_s = 0.0
@@ -93,8 +102,7 @@ class EventHub:
                 yield event
                 idle_s = 0.0
         finally:
-            with self._lock:
-                self._streams.discard(stream)
+            self.leave(stream)
 
     def _hand_out(self, event: bytes | None) -> None:
         with self._lock:

@@ -4,7 +4,8 @@ The server has no users: it trusts whoever has the token that it printed when it
 that such a user has open must not be able to read the plan through their browser, or change its review. Besides the
 token, three checks see to that: the Host header must name us (else a name that was re-bound to 127.0.0.1 would pass as
 same-origin), Origin must be our own where it is sent, port and all, and Sec-Fetch-Site must not say that another site
-asks, except when the user follows a link to here. Bodies must be JSON, which no other site's form can send.
+asks, except when the user follows a link to here. None of them may be there twice. Bodies must be JSON, which no other
+site's form can send.
 
 Host names us where it is a loopback name, a name that was allowed, or the very address the connection came in at: an
 address, unlike a name, can't be re-bound. Its port does not matter: through a tunnel it is the other end's.
@@ -47,6 +48,10 @@ REPORT_POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src 'self' data:; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'"
 )
+#: Each is judged, here or by h11: of two of them, another program on the way may take the other one.
+_ONCE = (
+    "host", "origin", "sec-fetch-site", "sec-fetch-mode", "sec-fetch-dest", "content-length", "content-type",
+)  # fmt: skip
 _REPORT = re.compile(r"/plan/(runs/[^/]+/plan/)?report/")
 #: What commenters may send: routes that come later are not theirs until they are named here.
 _OF_COMMENTERS = frozenset({"/api/review/changes"})
@@ -104,6 +109,9 @@ class RequestGuard:
 
     def _refusal(self, scope: Scope) -> Response | None:
         headers = Headers(scope=scope)
+        twice = next((name for name in _ONCE if len(headers.getlist(name)) > 1), None)
+        if twice is not None:
+            return _refuse(scope, 403, f"got the header {twice} more than once, expected it once; send one")
         if not self._is_ours(headers.get("host", ""), scope):
             return _refuse(
                 scope,

@@ -5,10 +5,12 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Request
 from fastapi.responses import JSONResponse, Response, StreamingResponse
 from pydantic import BaseModel, Field
+from starlette.types import Receive, Scope, Send
 
 from planner_core.review.commit import Conflict
 from viewer_web.server.answers import PREFIX, UNCHANGED, json_answer, refusals, refuse
 from viewer_web.server.connections import client_of, note_stream
+from viewer_web.server.events import EventHub, Stream
 from viewer_web.server.review_documents import (
     Changes,
     CommittedDocument,
@@ -43,6 +45,22 @@ class SessionDocument(BaseModel):
     read_only: bool
     comment_only: Annotated[bool, Field(description="The token of this page is for comments and verdicts only.")]
     live: LiveDocument
+
+
+class _EventResponse(StreamingResponse):
+    """The events of a page, whose room is given back however it ends, even before the first one is sent."""
+
+    def __init__(self, hub: EventHub, stream: Stream) -> None:
+        headers = {"cache-control": "no-store", "x-accel-buffering": "no"}
+        super().__init__(hub.events(stream), media_type="text/event-stream", headers=headers)
+        self._hub, self._stream = hub, stream
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send the events."""
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            self._hub.leave(self._stream)
 
 
 def review_router(session: Session) -> APIRouter:
@@ -129,10 +147,10 @@ def review_router(session: Session) -> APIRouter:
         deleted a run.
         """
         client = client_of(request.client.host) if request.client else ""
-        if not session.events.has_room(client):
+        stream = session.events.open(client)
+        if stream is None:
             return refuse(503, "too many pages are open already; close some of them and reload")
         note_stream(request.scope)
-        headers = {"cache-control": "no-store", "x-accel-buffering": "no"}
-        return StreamingResponse(session.events.stream(client), media_type="text/event-stream", headers=headers)
+        return _EventResponse(session.events, stream)
 
     return router
