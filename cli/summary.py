@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import sys
@@ -102,6 +103,7 @@ def _scope(scope: dict[str, Any]) -> list[str]:
 
 def _registration(document: dict[str, Any]) -> str:
     """Return how the stations hang together, in a line."""
+    from planner_core.network.network_report import margin_of
     from planner_core.network.weak_motion import overlap_percent
     from planner_core.requirements.wording import overlap_noun
 
@@ -116,9 +118,13 @@ def _registration(document: dict[str, Any]) -> str:
     links = "link" if len(counted) == 1 else "links"
     n_networks = len(registration["networks"])
     state = "all stations are connected" if n_networks <= 1 else f"{n_networks} unconnected groups"
+
+    def margin(link: dict[str, Any]) -> tuple[float, float]:
+        strength = math.nan if link["strength"] is None else link["strength"]
+        return margin_of(link["overlap"], strength, registration["threshold"], least), link["overlap"]
+
     needed = [network["bottleneck"] for network in registration["networks"] if network["bottleneck"] is not None]
-    by = "overlap" if any(link["strength"] is None for link in needed) else "strength"
-    weakest = min(needed, key=lambda link: float(link[by]), default=None)
+    weakest = min(needed, key=margin, default=None)
     hangs = ""
     if weakest is not None:
         hangs = f"; weakest: {weakest['a']} to {weakest['b']}, {overlap_percent(weakest['overlap'])} %"

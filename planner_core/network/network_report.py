@@ -4,8 +4,8 @@ Input a plan's `Link`s, station ids and floors; output `Registration`, and warni
 
 Links are edges, stations nodes. Bridges and articulation stations are found by one depth-first walk with low points: a
 link to a child is a bridge where nothing below the child reaches back above it; the parent is an articulation where
-nothing below reaches back above itself. The bottleneck is the least strength of a spanning tree of greatest strength
-(Kruskal); of overlap, where a link's strength is not known.
+nothing below reaches back above itself. The bottleneck is the least margin of a spanning tree of greatest margins
+(Kruskal): overlap or strength as multiples of what is required, whichever is less.
 """
 
 from __future__ import annotations
@@ -67,7 +67,9 @@ def registration_report(
         threshold=threshold,
         min_strength=min_strength,
         loops=loops,
-        networks=tuple(_network(*each, floor_of) for each in zip(groups, good_of, strict=True)),
+        networks=tuple(
+            _network(*each, floor_of, (threshold, min_strength)) for each in zip(groups, good_of, strict=True)
+        ),
         floors=tuple(_floor(floor, floor_of, good) for floor in dict.fromkeys(floors)),
         floor_joins=tuple(link for link in good if floor_of[link.a] != floor_of[link.b]),
         gaps=_gaps(links, network_of),
@@ -168,8 +170,8 @@ def _cuts(stations: Sequence[str], neighbours: _Neighbours) -> tuple[set[frozens
     return bridges, articulations
 
 
-def _bottleneck(stations: Sequence[str], links: Sequence[Link]) -> Link | None:
-    """Last link of a spanning tree of greatest strength; of equal ones that of less overlap, then of later ids."""
+def _bottleneck(stations: Sequence[str], links: Sequence[Link], limits: tuple[float, float]) -> Link | None:
+    """Last link of a spanning tree of greatest margins; see `weakest_link`."""
     group = {station: station for station in stations}
 
     def head(station: str) -> str:
@@ -178,7 +180,7 @@ def _bottleneck(stations: Sequence[str], links: Sequence[Link]) -> Link | None:
         return station
 
     last = None
-    for link in _firmest_first(links):
+    for link in _firmest_first(links, *limits):
         a, b = head(link.a), head(link.b)
         if a != b:
             group[a], last = b, link
@@ -190,23 +192,31 @@ def _strongest_first(link: Link) -> tuple[float, float, list[str]]:
     return -link.overlap, 0.0 if math.isnan(link.strength) else -link.strength, sorted((link.a, link.b))
 
 
-def _firmest_first(links: Iterable[Link]) -> list[Link]:
-    """By strength, then overlap, then ids; where one's strength is not known, by overlap."""
+def margin_of(overlap: float, strength: float, threshold: float, min_strength: float) -> float:
+    """How far a link is above what a link needs: the lesser of overlap and strength, as multiples of what is required.
+
+    strength : NaN where it is not known. Infinity: nothing is required of it.
+    """
+    of_overlap = overlap / threshold if threshold > 0.0 else math.inf
+    of_strength = strength / min_strength if min_strength > 0.0 and not math.isnan(strength) else math.inf
+    return min(of_overlap, of_strength)
+
+
+def _firmest_first(links: Iterable[Link], threshold: float, min_strength: float) -> list[Link]:
+    """By margin, then overlap, then strength, then ids."""
     in_order = sorted(links, key=_strongest_first)
-    return in_order if any(math.isnan(link.strength) for link in in_order) else sorted(in_order, key=_loosest_last)
+    return sorted(in_order, key=lambda link: -margin_of(link.overlap, link.strength, threshold, min_strength))
 
 
-def _loosest_last(link: Link) -> float:
-    return -link.strength
-
-
-def weakest_link(links: Iterable[Link]) -> Link | None:
-    """Return the link of least strength, of least overlap where a strength is not known; None of none."""
-    return next(reversed(_firmest_first(links)), None)
+def weakest_link(links: Iterable[Link], *, threshold: float, min_strength: float) -> Link | None:
+    """Return the link that fails first: nearest to what a link needs, see `margin_of`; None of none."""
+    return next(reversed(_firmest_first(links, threshold, min_strength)), None)
 
 
 # ------------------------------------------------------------------------------------------------- the report
-def _network(stations: tuple[str, ...], links: Sequence[Link], floor_of: Mapping[str, str]) -> RegistrationNetwork:
+def _network(
+    stations: tuple[str, ...], links: Sequence[Link], floor_of: Mapping[str, str], limits: tuple[float, float]
+) -> RegistrationNetwork:
     bridges, articulations = _cuts(stations, _neighbours(stations, links))
     return RegistrationNetwork(
         stations=stations,
@@ -214,7 +224,7 @@ def _network(stations: tuple[str, ...], links: Sequence[Link], floor_of: Mapping
         n_links=len(links),
         bridges=tuple(link for link in links if frozenset((link.a, link.b)) in bridges),
         articulations=tuple(station for station in stations if station in articulations),
-        bottleneck=_bottleneck(stations, links),
+        bottleneck=_bottleneck(stations, links, limits),
     )
 
 

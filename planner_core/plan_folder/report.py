@@ -190,7 +190,7 @@ def _registration(plan: Plan) -> str:
         sizes = ", ".join(str(len(network.stations)) for network in of.networks)
         state = f"<b>{len(of.networks)} unconnected groups</b> of {sizes}"
     needed = [each.bottleneck for each in (() if of is None else of.networks) if each.bottleneck is not None]
-    weakest = weakest_link(needed)
+    weakest = weakest_link(needed, threshold=asked.overlap, min_strength=asked.min_strength)
     hangs = "" if weakest is None else f"; weakest link {escape(weakest.a)} to {escape(weakest.b)}, "
     if weakest is not None:
         hangs += f"{overlap_percent(weakest.overlap)} % overlap{_strength(weakest)}{_held_least(weakest)}"

@@ -53,9 +53,11 @@ def test_weakest_link_is_that_of_all_networks() -> None:
     assert summary._registration(network(0.42, 0.31, None)).endswith("3 unconnected groups; weakest: A1 to B1, 31.0 %")
 
 
-def test_weakest_link_is_the_one_of_least_strength_where_that_is_known() -> None:
-    said = summary._registration(network(0.31, 0.42, strength=0.2))
-    assert said.endswith("2 unconnected groups; weakest: A1 to B1, 42.0 %, strength 0.020")
+def test_weakest_link_is_the_one_nearest_to_what_is_required() -> None:
+    told = network(0.31, 0.42, strength=0.2)
+    assert summary._registration(told).endswith("2 unconnected groups; weakest: A0 to B0, 31.0 %, strength 0.200")
+    told["registration"]["min_strength"] = 0.0195
+    assert summary._registration(told).endswith("2 unconnected groups; weakest: A1 to B1, 42.0 %, strength 0.020")
 
 
 def document(reached: float) -> dict[str, Any]:

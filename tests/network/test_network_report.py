@@ -2,7 +2,7 @@
 
 import re
 from itertools import combinations, pairwise
-from math import isnan, nan
+from math import inf, isnan, nan
 
 import networkx as nx
 import pytest
@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from planner_core.errors import RequirementError
 from planner_core.model import Link, WeakMotion
 from planner_core.network import network_report
-from planner_core.network.network_report import registration_report, registration_warnings
+from planner_core.network.network_report import margin_of, registration_report, registration_warnings, weakest_link
 
 THRESHOLD, MIN_STRENGTH = 0.3, 0.01
 
@@ -77,21 +77,44 @@ def test_networks_and_what_they_hang_on_are_networkx_s(survey):
 
 @given(survey=surveys())
 @settings(max_examples=40, deadline=None)
-def test_bottleneck_is_the_least_strength_that_joins_the_network(survey):
+def test_bottleneck_is_the_least_margin_that_joins_the_network(survey):
     links, ids, floors = survey
     for network in report(links, ids, floors).networks:
         inside = [link for link in good(links) if link.a in network.stations]
-        # One strength that is not known leaves nothing to compare it with: overlap decides.
-        by = "overlap" if any(isnan(link.strength) for link in inside) else "strength"
-        part = graph_of(network.stations, inside, by)
+        part = nx.Graph()
+        part.add_nodes_from(network.stations)
+        part.add_edges_from((link.a, link.b, {"weight": margin(link)}) for link in inside)
         if len(part) == 1:
             assert network.bottleneck is None
             continue
         tree = nx.maximum_spanning_tree(part)
-        assert getattr(network.bottleneck, by) == min(weight for _, _, weight in tree.edges.data("weight"))
-        # Without any link that is as weak, it falls apart.
-        better = [link for link in good(links) if getattr(link, by) > getattr(network.bottleneck, by)]
+        assert margin(network.bottleneck) == min(weight for _, _, weight in tree.edges.data("weight"))
+        # Without any link that is as near to what is required, it falls apart.
+        better = [link for link in good(links) if margin(link) > margin(network.bottleneck)]
         assert not nx.is_connected(graph_of(ids, better).subgraph(network.stations))
+
+
+def margin(link):
+    """Times that a link has what is required of it, by what decides; an unknown strength does not."""
+    return min(link.overlap / THRESHOLD, inf if isnan(link.strength) else link.strength / MIN_STRENGTH)
+
+
+@pytest.mark.parametrize(
+    ("links", "weakest"),
+    [
+        ([Link("A", "B", 0.302, 0.134), Link("C", "D", 0.6, 0.075)], "A"),  # a set-up 10 cm off breaks it
+        ([Link("A", "B", 0.36, 0.134), Link("C", "D", 0.6, 0.011)], "C"),
+        ([Link("A", "B", 0.31, nan), Link("C", "D", 0.305, 0.4)], "C"),
+        ([Link("A", "B", 0.6, 0.02), Link("C", "D", 0.6, 0.4)], "A"),  # both at twice the overlap
+    ],
+)
+def test_the_weakest_link_is_the_nearest_to_what_is_required(links, weakest):
+    assert weakest_link(links, threshold=THRESHOLD, min_strength=MIN_STRENGTH).a == weakest
+
+
+@pytest.mark.parametrize(("threshold", "min_strength", "expected"), [(0, 0.01, 40.0), (0.3, 0, 2.0), (0, 0, inf)])
+def test_what_is_not_required_decides_nothing(threshold, min_strength, expected):
+    assert margin_of(0.6, 0.4, threshold, min_strength) == expected
 
 
 @given(survey=surveys())

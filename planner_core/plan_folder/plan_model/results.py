@@ -282,7 +282,7 @@ class NetworkSection(Mirror):
     articulations: tuple[str, ...]
     """Stations without which the others fall apart."""
     bottleneck: LinkSection | None
-    """The link that all hangs on: smallest overlap on the best ways between stations."""
+    """Weakest link that some pair of stations relies on: the nearest to the overlap or strength required."""
     two_connected: YesNo
 
 

@@ -479,7 +479,7 @@ export interface NetworkSection {
    */
   articulations: string[];
   /**
-   * The link that all hangs on: smallest overlap on the best ways between stations.
+   * Weakest link that some pair of stations relies on: the nearest to the overlap or strength required.
    */
   bottleneck: LinkSection | null;
   two_connected: boolean;

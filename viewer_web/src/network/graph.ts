@@ -20,8 +20,8 @@ export interface NetworkReport {
   /** Stations without which the others of a component split. */
   readonly articulations: ReadonlySet<string>;
   /**
-   * Of the links that some two stations can't do without on their best way to each other, the one of least strength; of least
-   * overlap, where the strength of one is not known.
+   * Of the links that some two stations can't do without on their best way to each other, the one that is nearest to the
+   * overlap or strength that is required.
    */
   readonly weakest: PlanLink | null;
   /** Between two components: the link that comes nearest to counting. */
@@ -47,7 +47,7 @@ export function networkOf(ids: readonly string[], links: readonly PlanLink[], co
     counting: good,
     bridges,
     articulations,
-    weakest: weakestOf(ids, good),
+    weakest: weakestOf(ids, good, counting),
     gaps: gapsOf(links, componentOf),
   };
 }
@@ -116,8 +116,8 @@ function lower(lowest: Map<string, number>, id: string, value: number): void {
   lowest.set(id, Math.min(lowest.get(id) ?? value, value));
 }
 
-/** The last link that a spanning tree of greatest strength takes. */
-function weakestOf(ids: readonly string[], links: readonly PlanLink[]): PlanLink | null {
+/** The last link that a spanning tree of greatest margins takes. */
+function weakestOf(ids: readonly string[], links: readonly PlanLink[], counting: Counting): PlanLink | null {
   const parent = new Map(ids.map((id) => [id, id]));
   const find = (id: string): string => {
     let at = id;
@@ -128,7 +128,7 @@ function weakestOf(ids: readonly string[], links: readonly PlanLink[]): PlanLink
     return at;
   };
   let weakest: PlanLink | null = null;
-  for (const link of byStrength(links)) {
+  for (const link of byMargin(links, counting)) {
     if (!parent.has(link.a) || !parent.has(link.b)) continue;
     const [a, b] = [find(link.a), find(link.b)];
     if (a === b) continue;
@@ -147,6 +147,20 @@ function gapsOf(links: readonly PlanLink[], componentOf: ReadonlyMap<string, num
     if (!best.has(key)) best.set(key, link);
   }
   return byOverlap([...best.values()]);
+}
+
+/** Farthest above what is required first; equals by overlap, then strength. */
+function byMargin(links: readonly PlanLink[], { threshold, minStrength }: Counting): PlanLink[] {
+  // Overlap or strength as multiples of what is required, whichever is less; an unknown strength decides nothing.
+  const margin = ({ overlap, strength }: PlanLink): number =>
+    Math.min(
+      threshold > 0 ? overlap / threshold : Number.POSITIVE_INFINITY,
+      minStrength > 0 && strength !== null ? strength / minStrength : Number.POSITIVE_INFINITY,
+    );
+  return byOverlap(links).sort((x, y) => {
+    const [ofX, ofY] = [margin(x), margin(y)];
+    return (ofX === ofY ? 0 : ofY - ofX) || y.overlap - x.overlap || (y.strength ?? 0) - (x.strength ?? 0);
+  });
 }
 
 /** Firmest first, as links are coloured; by overlap, where the strength of one is not known. */

@@ -37,14 +37,17 @@ test('a ring hangs on nothing, and its least link is not its weakest: the ring g
   expect(weakest && nameOf(weakest)).toBe('S1-S2');
 });
 
-test('the weakest link is the one of least strength, as the colours say, and not the one of least overlap', () => {
-  const chain = [link(6, 9, 0.301, 0.205), link(9, 21, 0.5, 0.1), link(21, 23, 0.45, 0.021)];
+test('the weakest link is the one nearest to what is required, of overlap or of strength', () => {
   const names = ['S6', 'S9', 'S21', 'S23'];
-  const { weakest } = networkOf(names, chain, COUNTING);
-  expect(weakest && nameOf(weakest)).toBe('S21-S23');
-  // Where one is not known, it can't be compared: overlap decides.
-  const unknown = [...chain.slice(0, 2), link(21, 23, 0.45, null)];
-  expect(nameOf(networkOf(names, unknown, COUNTING).weakest as PlanLink)).toBe('S6-S9');
+  const weakestOf = (strength: number | null): string => {
+    const chain = [link(6, 9, 0.302, 0.205), link(9, 21, 0.5, 0.1), link(21, 23, 0.45, strength)];
+    return nameOf(networkOf(names, chain, COUNTING).weakest as PlanLink);
+  };
+  expect(weakestOf(0.021)).toBe('S6-S9'); // 1.007 times the overlap, 2.1 times the strength
+  expect(weakestOf(0.01)).toBe('S21-S23');
+  expect(weakestOf(null)).toBe('S6-S9');
+  const free = networkOf(names, [link(6, 9, 0.302, 0.2), link(9, 21, 0.5, 0.1)], { threshold: 0, minStrength: 0 });
+  expect(free.weakest && nameOf(free.weakest)).toBe('S6-S9');
 });
 
 test('links below the threshold or too weak do not count; of unknown strength they do', () => {
