@@ -31,6 +31,7 @@ from tlsplan.group import cli
 from waiting import PATIENCE_S, until
 
 from planner_core.export.formats import FORMATS
+from planner_core.plan_folder.stations_csv import COLUMNS
 
 TLSPLIB = Path(__file__).resolve().parents[1] / "docs" / "tlsplib"
 #: Of what is computed after the first plan.
@@ -89,7 +90,7 @@ def read_json(file: Path) -> Any:
 
 def write_list(file: Path, rows: list[str]) -> Path:
     """Write a station list with the header of stations.csv."""
-    file.write_text("\n".join(["id,floor,order,x_m,y_m,z_m,ground_z_m,instrument_height_m", *rows, ""]))
+    file.write_text("\n".join([",".join(COLUMNS), *rows, ""]))
     return file
 
 
@@ -382,5 +383,7 @@ def plan_again_for_new_requirements_and_a_locked_room(day: Day) -> None:
     assert plan["route"]["returns"]
     fixed = {each["id"]: each["position"] for each in plan["stations"] if each["fixed"]}
     assert fixed == {each["id"]: pytest.approx(each["position"], abs=1e-3) for each in stations[: len(done)]}
+    with Path(f"{day.scene.stem}-plan", "stations.csv").open(newline="") as file:
+        assert {row["id"] for row in csv.DictReader(file) if row["status"] == "scanned"} == set(fixed)
     others = [each["position"] for each in plan["stations"] if not each["fixed"] and each["floor"] == last["floor"]]
     assert [at for at in others if abs(at[0] - middle_x) < 0.6 and abs(at[1] - middle_y) < 0.6] == []

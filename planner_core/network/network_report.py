@@ -11,6 +11,7 @@ nothing below reaches back above itself. The bottleneck is the least margin of a
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
@@ -23,6 +24,8 @@ from planner_core.network.weak_motion import motion_words, overlap_percent
 #: More networks than these are counted, not told one by one.
 _TOLD = 6
 
+#: In each line of `_apart` and `_alone`.
+_OF_GROUPS = re.compile(r"\b(do|does) not register with the others\b|\bregister neither with one another\b")
 _NO_NAMES: Mapping[str, str] = MappingProxyType({})
 _Neighbours = dict[str, list[str]]
 
@@ -107,6 +110,14 @@ def registration_warnings(registration: Registration, floor_names: Mapping[str, 
     if registration.loops:
         lines += [_hangs(network) for network in registration.networks if not network.survives_a_link]
     return tuple(lines)
+
+
+def groups_first(warnings: Iterable[str]) -> list[str]:
+    """Warnings of a plan, those of unconnected groups first: what is scanned in these can't be put together.
+
+    They are known by their words, which plan folders of older versions have, too.
+    """
+    return sorted(warnings, key=lambda line: _OF_GROUPS.search(line) is None)
 
 
 # ------------------------------------------------------------------------------------------------- graphs

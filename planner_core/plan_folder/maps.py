@@ -14,7 +14,7 @@ from types import MappingProxyType
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import FloatArray, Floor, Link, Plan, Station
+from planner_core.model import FloatArray, Floor, Link, Plan, Role, Station
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing import links
 from planner_core.plan_folder.drawing.ink import Box, Pen
@@ -23,9 +23,11 @@ from planner_core.plan_folder.drawing.marks import (
     LINKS,
     ROUTE,
     Labels,
+    Zone,
     draw_links,
     draw_stations,
     draw_words,
+    draw_zones,
     linked_words,
     rise_words,
 )
@@ -39,6 +41,7 @@ from planner_core.plan_folder.route_drawing import (
     sealed_hatch_m,
     sealed_on,
     stairs_on,
+    zones_on,
 )
 from planner_core.plan_folder.section_view import (
     SectionView,
@@ -130,6 +133,8 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVi
         _draw_view(ink, plan, floor, at)
         ink.lines([at.on_paper(line) for line in sealed_hatch_m(plan, floor_index, _HATCH_MM / at.mm_per_m)], _HATCH)
         draw_runs(ink, [at.on_paper(run.points_m[:, :2]) for run in runs_on(plan, floor_index)])
+        zones = [Zone(at.on_paper(zone.outline), zone.words) for zone in zones_on(plan, floor_index)]
+        draw_zones(ink, [zone.outline for zone in zones])
     labels = _labels(ink, at)
     _draw_stations(labels, plan, floor, at, joined=plan.route is None)
     draw_words(
@@ -138,6 +143,7 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVi
         ends=at.marks(ends_on(plan, floor)),
         breaks=at.marks(breaks_on(plan, floor_index)),
         sealed=at.marks(sealed_on(plan, floor_index)),
+        zones=zones,
     )
     draw_header(ink, floor.name, floor_subtitle(plan, floor), _map_figures(plan, floor_index))
     draw_footer(ink, mm_per_m=at.mm_per_m, legend=coverage_legend(plan), lines=_route_legend(plan))
@@ -303,7 +309,7 @@ def _draw_stations(
     joined: bool = False,
     elsewhere: Mapping[str, tuple[int, ...]] = MappingProxyType({}),
 ) -> None:
-    """Draw numbered discs, and words where stations link to others of `elsewhere`.
+    """Draw numbered discs, hollow ones of scanned stations, and words where they link to others of `elsewhere`.
 
     joined : straight lines join them in visiting order.
     """
@@ -318,7 +324,8 @@ def _draw_stations(
         "  ".join(filter(None, (rise_words(_rise_m(station, floor)), linked_words(elsewhere.get(station.id, ())))))
         for station in stations
     ]
-    draw_stations(labels, spots, numbers, words)
+    before = {station.id for station in plan.settings.site.prior if station.role == Role.SCANNED}
+    draw_stations(labels, spots, numbers, words, scanned=[station.id in before for station in stations])
 
 
 def _rise_m(station: Station, floor: Floor) -> float:

@@ -14,7 +14,7 @@ from planner_core.coverage.percent import not_planned, reached_percent
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import MissingPackageError
 from planner_core.model import Link, Plan, Scope
-from planner_core.network.network_report import weakest_link
+from planner_core.network.network_report import groups_first, weakest_link
 from planner_core.network.weak_motion import motion_words, overlap_percent
 from planner_core.plan_folder.curve_drawing import write_coverage_curve
 from planner_core.plan_folder.maps import view_floor, write_floor_map, write_link_map, write_overview
@@ -220,7 +220,10 @@ def _field(plan: Plan) -> Iterator[tuple[str, str]]:
 
 
 def _warnings(plan: Plan, without_pictures: str) -> str:
-    lines = [*plan.warnings, *([f"coverage pictures are left out: {without_pictures}"] if without_pictures else [])]
+    lines = [
+        *groups_first(plan.warnings),
+        *([f"coverage pictures are left out: {without_pictures}"] if without_pictures else []),
+    ]
     return "\n".join(f'<p class="warning">{escape(line)}</p>' for line in lines)
 
 

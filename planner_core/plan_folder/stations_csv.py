@@ -6,7 +6,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,11 +14,11 @@ import numpy as np
 
 from planner_core.coordinates.text_file import column_unit
 from planner_core.errors import PlanFolderError, StationListError
-from planner_core.model import METRE, FloatArray, LengthUnit, Plan
+from planner_core.model import METRE, FloatArray, LengthUnit, Plan, Role, Station
 from planner_core.plan_folder.plan_json import read_plan
 
-COLUMNS = ("id", "floor", "order", "x_m", "y_m", "z_m", "ground_z_m", "instrument_height_m")
-"""z_m is the sensor's origin; ground_z_m is z_m less the instrument height."""
+COLUMNS = ("id", "floor", "order", "x_m", "y_m", "z_m", "ground_z_m", "instrument_height_m", "status")
+"""z_m is the sensor's origin; ground_z_m is z_m less the instrument height. status : of `_status`."""
 
 _MEANINGS = {
     "id": re.compile(
@@ -53,12 +53,20 @@ def stations_csv(plan: Plan) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
+    scanned = {station.id for station in plan.settings.site.prior if station.role == Role.SCANNED}
     for station in plan.stations:
         x, y, z = (float(value) for value in station.position_m + plan.survey.scene.offset_m)
         height = station.instrument_height_m
         figures = [_metres(value) for value in (x, y, z, z - height, height)]
-        writer.writerow([station.id, station.floor, station.order, *figures])
+        writer.writerow([station.id, station.floor, station.order, *figures, _status(station, scanned)])
     return text.getvalue()
+
+
+def _status(station: Station, scanned: Collection[str]) -> str:
+    """Whether the scan exists, is still to be made, or nobody knows: of a list that was given to be evaluated."""
+    if station.id in scanned:
+        return "scanned"
+    return "given" if station.fixed else "to scan"
 
 
 def _metres(value: float) -> str:

@@ -12,7 +12,13 @@ from hypothesis import strategies as st
 from planner_core.errors import RequirementError
 from planner_core.model import Link, WeakMotion
 from planner_core.network import network_report
-from planner_core.network.network_report import margin_of, registration_report, registration_warnings, weakest_link
+from planner_core.network.network_report import (
+    groups_first,
+    margin_of,
+    registration_report,
+    registration_warnings,
+    weakest_link,
+)
 
 THRESHOLD, MIN_STRENGTH = 0.3, 0.01
 
@@ -267,6 +273,17 @@ def test_closing_the_gaps_of_all_lines_makes_one_network_where_links_can(survey)
         assert sorted(map(sorted, nx.connected_components(closed))) == sorted(
             map(sorted, nx.connected_components(possible))
         )
+
+
+@settings(max_examples=40, deadline=None)
+@given(surveys())
+def test_warnings_of_unconnected_groups_come_first(survey):
+    """Whichever of their forms they have; the others keep their order, and no other line is taken for one."""
+    links, ids, floors = survey
+    lines = list(registration_warnings(report(links, ids, floors)))
+    others = ["storey 'Roof' is left out: its slabs are in the open", "route: no path inside the model leads from A"]
+    loops = [line for line in registration_warnings(report(links, ids, floors, loops=True)) if line not in lines]
+    assert groups_first([*others, *loops, *lines]) == [*lines, *others, *loops]
 
 
 def test_many_networks_apart_are_counted():

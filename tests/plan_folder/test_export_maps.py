@@ -12,11 +12,12 @@ from hypothesis import strategies as st
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
-from planner_core.model import Plan, PlanSettings, Scene, SealedArea
+from planner_core.model import KeepOut, Plan, PlanSettings, PriorStation, Role, Scene, SealedArea, Site
 from planner_core.plan_folder import maps, palette
 from planner_core.plan_folder.drawing.marks import nice_length_m, spread_apart
 from planner_core.plan_folder.maps import view_rgb
 from planner_core.plan_folder.report import report_page, unseen_csv
+from planner_core.plan_folder.route_drawing import zones_on
 from planner_core.plan_folder.section_view import (
     SectionView,
     camera_at,
@@ -154,6 +155,23 @@ def test_camera_shows_a_point_where_it_projects_to(azimuth: float, elevation: fl
     points = np.array([[1.0, 2.0, 3.0], [-4.0, 0.5, 3.0]])
     seen = camera.project(points)
     np.testing.assert_allclose(camera.on_plane(seen[:, 0], seen[:, 1], 3.0), points, atol=1e-9)
+
+
+def test_zones_of_a_map_lie_in_the_local_frame_on_their_floors(plan: Plan) -> None:
+    x, y, z = (plan.stations[0].position_m + plan.survey.scene.offset_m).tolist()
+    corners = ((x, y), (x + 1.0, y), (x, y + 1.0))
+    first, last = plan.survey.floors[0], plan.survey.floors[-1]
+    site = Site(
+        keep_out=(KeepOut(corners, first.id, name="store"), KeepOut(corners, last.name, access=True), KeepOut(corners)),
+        prior=(PriorStation("", (x, y, z), Role.FORBIDDEN, first.name, radius_m=0.4),),
+    )
+    told = dataclasses.replace(plan, settings=dataclasses.replace(plan.settings, site=site))
+    found = list(zones_on(told, 0))
+    assert [zone.words for zone in found] == ["keep-out: store", "keep-out", "no station"]
+    np.testing.assert_allclose(found[0].outline[0], plan.stations[0].position_m[:2], atol=1e-6)
+    np.testing.assert_allclose(found[0].outline[0], found[0].outline[-1])
+    np.testing.assert_allclose(np.linalg.norm(found[2].outline - plan.stations[0].position_m[:2], axis=1), 0.4)
+    assert [zone.words for zone in zones_on(told, len(plan.survey.floors) - 1)] == ["access area", "keep-out"]
 
 
 @settings(deadline=None, max_examples=40)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from oldest_plan import oldest_plan, station
 
 from planner_core.errors import StationListError
-from planner_core.model import Plan
+from planner_core.model import Plan, PriorStation, Role
 from planner_core.plan_folder.stations_csv import COLUMNS, read_station_list, stations_csv
 
 metres = st.floats(-1e6, 1e6, allow_nan=False).map(lambda value: round(value, 4))
@@ -28,6 +28,17 @@ def test_stations_csv_gives_scene_coordinates_and_the_ground_below(plan: Plan) -
     assert [last[key] for key in ("x_m", "y_m", "z_m", "ground_z_m", "instrument_height_m")] == [
         "500003.0000", "4000001.5000", "104.4000", "102.8000", "1.6000",
     ]  # fmt: skip
+
+
+def test_stations_csv_tells_scanned_stations_from_those_to_scan(plan: Plan) -> None:
+    first, second, third = plan.stations
+    prior = tuple(PriorStation(each.id, (0.0, 0.0, 0.0), role)
+                  for each, role in ((first, Role.SCANNED), (second, Role.LOCKED)))  # fmt: skip
+    site = dataclasses.replace(plan.settings.site, prior=prior)
+    stations = (dataclasses.replace(first, fixed=True), second, dataclasses.replace(third, fixed=True))
+    known = dataclasses.replace(plan, settings=dataclasses.replace(plan.settings, site=site), stations=stations)
+    status = [row["status"] for row in csv.DictReader(io.StringIO(stations_csv(known)))]
+    assert status == ["scanned", "to scan", "given"]
 
 
 @settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)

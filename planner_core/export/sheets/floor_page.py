@@ -28,11 +28,13 @@ from planner_core.plan_folder.drawing.marks import (
     OUT_OF_REACH,
     WALL_FILL,
     Labels,
+    Zone,
     corners,
     draw_links,
     draw_route,
     draw_stations,
     draw_words,
+    draw_zones,
     linked_words,
     rise_words,
 )
@@ -69,12 +71,14 @@ def draw_floor(
         _draw_building(ink, view, tile)
         draw_links(ink, [tile.on_paper(ends) for ends in view.links])
         _draw_route(ink, view, tile)
+        zones = [Zone(tile.on_paper(zone.outline), zone.words) for zone in view.zones]
+        draw_zones(ink, [zone.outline for zone in zones])
     others = list(_edges(tile, neighbours))
     names = draw_grid(ink, plan.frame, tile, view.floor.elevation_m, taken=[edge for edge, _ in others])
     labels = Labels(ink, box, [*names, *(edge for edge, _ in others)])
     with ink.clip(box):
         _draw_stations(view, tile, labels, plan.frame.unit)
-        _draw_words(view, tile, labels)
+        _draw_words(view, tile, labels, zones)
     for edge, words in others:
         _draw_neighbour(ink, edge, words)
     draw_band(ink, plan, view, tile, sheet=sheet, n_sheets=n_sheets, neighbours=[(n.column, n.row) for n in neighbours])
@@ -166,7 +170,7 @@ def _is_number(name: str, number: int) -> bool:
     return digits.isdecimal() and int(digits) == number
 
 
-def _draw_words(view: FloorView, tile: Tile, labels: Labels) -> None:
+def _draw_words(view: FloorView, tile: Tile, labels: Labels, zones: Sequence[Zone]) -> None:
     def placed(marks: Sequence[Mark]) -> list[tuple[FloatArray, str]]:
         return [(tile.on_paper(mark.at_m), mark.words) for mark in marks]
 
@@ -177,7 +181,12 @@ def _draw_words(view: FloorView, tile: Tile, labels: Labels) -> None:
         if words
     ]
     draw_words(
-        labels, stairs=placed(stairs), ends=placed(view.ends), breaks=placed(view.breaks), sealed=placed(view.sealed)
+        labels,
+        stairs=placed(stairs),
+        ends=placed(view.ends),
+        breaks=placed(view.breaks),
+        sealed=placed(view.sealed),
+        zones=zones,
     )
 
 

@@ -14,11 +14,12 @@ from planner_core.export.chosen import scanned_before
 from planner_core.export.floor_outlines import solid_rings
 from planner_core.export.section import CUT_HEIGHT_M, SectionLine, floor_section, lines_below
 from planner_core.export.sheets.building import Building
-from planner_core.export.sheets.route import Mark, Way, breaks_on, ends_on, sealed_on, ways_on
+from planner_core.export.sheets.route import Mark, Way, breaks_on, ends_on, sealed_on, ways_on, zones_on
 from planner_core.export.sheets.unseen import UnseenSurface, unseen_surface
 from planner_core.model import BoolArray, FloatArray, Floor, Scene
 from planner_core.plan_folder.drawing import links
 from planner_core.plan_folder.drawing.links import StationPoint
+from planner_core.plan_folder.drawing.marks import Zone
 from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
 from planner_core.positions.outlines import over_polygon
 
@@ -64,6 +65,8 @@ class FloorView:
     """Rings of what stands on the ground: there is no floor to be seen."""
     cut_m: float = CUT_HEIGHT_M
     """Above the ground."""
+    zones: tuple[Zone, ...] = ()
+    """Keep-outs and forbidden positions."""
 
 
 def link_class(plan: PlanSource, link: FieldLink) -> int | None:
@@ -110,6 +113,7 @@ def view_floor(
         links=ends_of_links,
         elsewhere=elsewhere,
         scanned=scanned_before(plan) & {station.id for station in stations},
+        zones=tuple(zones_on(plan, floor)),
     )
     if building is None:
         return view

@@ -25,6 +25,7 @@ from planner_core.plan_folder.drawing.marks import (
     DISC_MM,
     HATCH_MISSED,
     HATCH_OUT_OF_REACH,
+    KEEP_OUT,
     LINKS,
     MISSED_GROUND,
     MISSED_WALL,
@@ -82,6 +83,8 @@ def _draw_legend(ink: Ink, plan: PlanSource, view: FloorView, box: Box) -> None:
     entries = ["station", "route", "strong", "counts", "weak"]
     if view.scanned:
         entries.insert(1, "scanned")
+    if view.zones:
+        entries.append("keep-out")
     if view.surface is not None:
         entries += ["missed ground", "out of reach", "missed wall", "wall", "below"]
     cut = cut_words(plan.frame.unit, view.cut_m)
@@ -105,6 +108,7 @@ _LEGEND = {
     "strong": ("strong link", "strong link"),
     "counts": ("registration link", "link"),
     "weak": ("overlap too weak to register", "overlap too weak"),
+    "keep-out": ("keep-out or access area", "keep-out"),
     "missed ground": ("floor that the plan leaves unseen", "floor left unseen"),
     "out of reach": ("floor that no position sees", "floor not visible"),
     "missed wall": ("wall that the plan leaves unseen", "wall left unseen"),
@@ -126,6 +130,8 @@ def _draw_sample(ink: Ink, entry: str, box: Box) -> None:
         ink.area([arrow_head(line, 2.2)], ROUTE.colour)
     elif entry in ("strong", "counts", "weak"):
         ink.lines([line], LINKS[{"strong": STRONG, "counts": COUNTS, "weak": WEAK}[entry]])
+    elif entry == "keep-out":
+        ink.lines([line], KEEP_OUT)
     elif entry == "missed ground":
         _draw_hatch(ink, box, HATCH_MISSED, MISSED_GROUND)
     elif entry == "out of reach":

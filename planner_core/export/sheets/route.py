@@ -15,12 +15,15 @@ import numpy as np
 from planner_core.export.sheets.building import Building
 from planner_core.export.sheets.figures import area_words
 from planner_core.model import BoolArray, FloatArray
+from planner_core.plan_folder.drawing.marks import Zone, forbidden_zone, zone_words
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 
 #: Ground this much below a floor's is still that floor's: steps, ramps, rounding.
 _BELOW_M = 0.3
 #: An upper floor's ground is looked for where the walk is not this much below it: nobody walks under it there.
 _CLIMB_M = 1.0
+#: A forbidden position this much below a floor is on it.
+_ON_GROUND_M = 0.3
 #: How exactly: a fifth of a millimetre on paper at 1:50.
 _STEP_M = 0.01
 
@@ -227,6 +230,25 @@ def sealed_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
         for area in plan.document.get("sealed", ())
         if area["floor"] == floor.id
     ]
+
+
+def zones_on(plan: PlanSource, floor: FieldFloor) -> list[Zone]:
+    """Return keep-outs, access areas and forbidden positions of a floor, scene frame."""
+    site = plan.document.get("site", {})
+    names = ("", floor.id.casefold(), floor.name.casefold())
+    zones = [
+        Zone(np.array([*area["outline"], area["outline"][0]]), zone_words(area["name"], access=bool(area["access"])))
+        for area in site.get("keep_out", ())
+        if area["floor"].casefold() in names
+    ]
+    for place in site.get("settled", ()):
+        x, y, height_m = place["position"]
+        # Without a floor it is of the highest one below it, as in planning.
+        below = [each for each in plan.floors if each.elevation_m <= height_m + _ON_GROUND_M] or plan.floors[:1]
+        here = place["floor"].casefold() in names[1:] if place["floor"] else below[-1].id == floor.id
+        if place["role"] == "forbidden" and here:
+            zones.append(forbidden_zone(x, y, place["radius_m"]))
+    return zones
 
 
 def _is_on(plan: PlanSource, floor: FieldFloor, height_m: float) -> bool:

@@ -18,6 +18,7 @@ from planner_core.export.sheets.figures import area, area_unit, length_words, sh
 from planner_core.export.sheets.floor_view import is_planned, link_class
 from planner_core.model import FOOT, FloatArray, LengthUnit, WeakMotion
 from planner_core.model.unseen import reason_in_words
+from planner_core.network.network_report import groups_first
 from planner_core.network.weak_motion import motion_words, overlap_percent
 from planner_core.plan_folder.drawing.links import WEAK
 from planner_core.plan_folder.drawing.marks import rise_words
@@ -54,8 +55,8 @@ class Table:
 
 
 def warnings_of(plan: PlanSource) -> list[str]:
-    """Warnings of coordinates, then those of the plan."""
-    return [*plan.frame.warnings, *(str(line) for line in plan.document.get("warnings", ()))]
+    """Warnings of unconnected groups, then those of coordinates, then the others of the plan."""
+    return groups_first([*plan.frame.warnings, *(str(line) for line in plan.document.get("warnings", ()))])
 
 
 def required_on(plan: PlanSource, floor: FieldFloor) -> float:

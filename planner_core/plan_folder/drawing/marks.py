@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -23,6 +24,7 @@ MISSED_GROUND = Pen(0.24, MISSED)
 OUT_OF_REACH = Pen(0.12, (0.50, 0.51, 0.53))
 MISSED_WALL = Pen(1.1, MISSED, (1.3, 0.7))
 MISSED_WALL_RIM = Pen(1.7, PAPER)
+KEEP_OUT = Pen(0.45, (0.62, 0.08, 0.12), (2.6, 0.7, 0.5, 0.7))
 ROUTE = Pen(0.5, (0.30, 0.12, 0.42), round=True)
 ROUTE_ABOVE = Pen(0.5, ROUTE.colour, (1.7, 0.8))
 """Where it climbs higher than the walls are cut: the stairs are not drawn there."""
@@ -185,8 +187,41 @@ Words = Sequence[tuple[FloatArray, str]]
 """Places (2,) in millimetres, and what is written there."""
 
 
-def draw_words(labels: Labels, *, stairs: Words, ends: Words, breaks: Words, sealed: Words) -> None:
-    """Write where the walk changes floors, where it begins and ends, where it breaks off, and where nobody gets in."""
+_PLACE_IN_FILE = re.compile(r"^site\.\w+\[\d+\]$")
+
+
+@dataclass(frozen=True, eq=False)
+class Zone:
+    """Where no station may stand, or, of an access area, the only place where one may. outline : (K, 2), closed."""
+
+    outline: FloatArray
+    words: str
+
+
+def zone_words(name: str, *, access: bool = False) -> str:
+    """Name a keep-out or an access area, but for names that are its place in the requirements file."""
+    what = "access area" if access else "keep-out"
+    return what if not name or _PLACE_IN_FILE.search(name) else f"{what}: {name}"
+
+
+def forbidden_zone(x: float, y: float, radius: float) -> Zone:
+    """Return the circle around a forbidden position."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 33)
+    return Zone(np.array([x, y]) + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1), "no station")
+
+
+def draw_zones(ink: Ink, outlines: Sequence[FloatArray]) -> None:
+    """Draw the borders of zones, on paper: a light line under the dashes keeps them apart from walls."""
+    ink.lines(list(outlines), Pen(3 * KEEP_OUT.width_mm, PAPER))
+    ink.lines(list(outlines), KEEP_OUT)
+
+
+def draw_words(
+    labels: Labels, *, stairs: Words, ends: Words, breaks: Words, sealed: Words, zones: Sequence[Zone] = ()
+) -> None:
+    """Write where the route changes floors, where it begins and ends, where it breaks off, where nobody gets in, and
+    what zones are. zones : on paper.
+    """
     for at, words in stairs:
         labels.ink.area([at + 1.05 * np.array([(-1, 0), (0, -1), (1, 0), (0, 1)])], INK)
         labels.put(at, words)
@@ -196,6 +231,8 @@ def draw_words(labels: Labels, *, stairs: Words, ends: Words, breaks: Words, sea
         labels.ink.area([at + 1.2 * np.array([(-1, -0.7), (1, -0.7), (0, 1)])], INK)
     for at, words in sealed:
         labels.put(at, words, apart=0.0)
+    for zone in zones:
+        labels.put(zone.outline[:-1].mean(axis=0), zone.words, apart=0.0)
 
 
 def draw_scale_bar(

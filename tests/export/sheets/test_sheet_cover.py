@@ -12,6 +12,7 @@ import pytest
 
 from planner_core.coordinates.request import FrameRequest
 from planner_core.export.sheets.cover_figures import cover_figures, north_words, time_words
+from planner_core.export.sheets.words import warnings_of
 from planner_core.model import SiteFrame
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 
@@ -45,6 +46,21 @@ def test_picture_that_is_none_is_left_out(sheet_folder: Path, tmp_path: Path, pd
 def test_short_walks_are_no_walks_of_nothing(walking_s: float, told: str) -> None:
     words = time_words({"scanning_s": 120.0, "set_up_s": 360.0, "walking_s": walking_s, "total_s": None})
     assert words.startswith(f"2 min scanning, 6 min setting up, {told}")
+
+
+def test_what_does_not_register_is_the_first_warning_of_the_cover(
+    edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
+) -> None:
+    apart = "stations S001, S002 on floor 'Level 1' do not register with the others: no link reaches 5 % overlap"
+    others = [f"storey 'Roof {k}' is left out" for k in range(6)]
+
+    def edit(document: dict[str, Any]) -> None:
+        document["warnings"] = [*others, apart]
+
+    plan = edited(edit)
+    assert warnings_of(plan) == [apart, *plan.frame.warnings, *others]
+    _, _, words = pdf_of(plan).texts[0].partition("Warnings")
+    assert " ".join(words.split()).startswith("• stations S001, S002 on floor 'Level 1' do not register")
 
 
 # ---------------------------------------------------------------------------------------------- some floors

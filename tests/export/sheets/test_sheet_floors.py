@@ -12,6 +12,7 @@ import pytest
 
 from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.floor_view import view_floor
+from planner_core.export.sheets.route import zones_on
 from planner_core.model import FOOT
 from planner_core.plan_folder.drawing.marks import rise_words
 from planner_core.plan_folder.plan_source import PlanSource
@@ -176,6 +177,37 @@ def test_floor_that_nobody_asked_for_has_no_sheet_unless_told(
     assert "seen:" not in sheets.texts[page]
     pixels = sheets.pixels(page)[: -int(45 / 25.4 * 100)]  # without the legend
     assert not ((pixels[..., 0] > 0.7) & (pixels[..., 1] < 0.4)).any()
+
+
+def test_zones_are_drawn_on_the_sheets_of_their_floors_and_named(
+    edited: Callable[..., PlanSource], pdf_of: Callable[..., Any], scene_plan: PlanSource
+) -> None:
+    """By id, by name, on all floors; circles of forbidden positions on the floor below them."""
+    east, north, up = scene_plan.stations_of("F0")[0].ground_m.tolist()
+
+    def zone(name: str, floor: str, *, access: bool = False) -> dict[str, Any]:
+        return {"name": name, "floor": floor, "access": access, "outline": [[east, north], [east + 1, north],
+                                                                            [east, north + 1]]}  # fmt: skip
+
+    def edit(document: dict[str, Any]) -> None:
+        document["site"]["keep_out"] = [
+            zone("plant room", "f0"), zone("flat 2", "Level 2"), zone("site.keep_out[2]", ""),
+            zone("corridor", "F1", access=True),
+        ]  # fmt: skip
+        place = {"id": "X", "role": "forbidden", "position": [east, north, up + 2.79], "floor": "",
+                 "instrument_height_m": None, "radius_m": 0.7}  # fmt: skip
+        document["site"]["settled"] = [place]
+
+    plan = edited(edit)
+    lower, upper = ({zone.words for zone in zones_on(plan, floor)} for floor in plan.floors)
+    assert lower == {"keep-out: plant room", "keep-out"}
+    assert upper == {"keep-out: flat 2", "keep-out", "access area: corridor", "no station"}
+    (circle,) = [zone for zone in zones_on(plan, plan.floors[1]) if zone.words == "no station"]
+    np.testing.assert_allclose(np.linalg.norm(circle.outline - (east, north), axis=1), 0.7)
+    texts = pdf_of(plan).texts
+    (sheet,) = [text for text in texts if "keep-out: plant room" in text]
+    assert "keep-out or access area" in sheet, "the legend"
+    assert not any("keep-out" in text for text in pdf_of(scene_plan).texts)
 
 
 def test_scanned_station_is_told_from_those_to_do(
