@@ -1,8 +1,9 @@
 """Format `field`: one file for the crew's phone: where to set up next, what became of it, without network or server.
 
-PlanSource -> an HTML page with everything in it, in the scene's metres. It holds the plan as reviewers left it, and the
-revision of the review that this was. What the crew enters stays on the phone; the page saves it as a JSON file
-(`tlsplan/field/1`), which `tlsplan view` takes into the review by that revision: docs/howto/field-file.md.
+PlanSource -> an HTML page with everything in it: drawn in the scene's metres, with coordinates of the site where these
+are known, and the groups of stations that register. It holds the plan as reviewers left it, and the revision of the
+review that this was. What the crew enters stays on the phone; the page saves it as a JSON file (`tlsplan/field/1`),
+which `tlsplan view` takes into the review by that revision: docs/howto/field-file.md.
 """
 
 from __future__ import annotations
@@ -58,11 +59,26 @@ def write_field_file(plan: PlanSource, path: Path, options: Options, progress: P
             {"id": floor.id, "name": floor.name, "bounds": np.round(floor.bounds, _CM).tolist(), "walls": walls[i]}
             for i, floor in enumerate(plan.floors)
         ],
+        "site": _site(plan),
+        "groups": [list(network["stations"]) for network in plan.document["registration"]["networks"]],
         "stations": _stations(plan, reviewed_stations(under, review)),
     }
     path.write_text(_page(plan.title, document), encoding="utf-8")
     progress(ProgressEvent(STAGE, 1, 1))
     return remarks
+
+
+def _site(plan: PlanSource) -> dict[str, Any] | None:
+    """The way to site coordinates; None where they are the scene's."""
+    frame = plan.frame
+    if frame.is_scene:
+        return None
+    return {
+        "name": frame.crs_line,
+        "unit": frame.unit.symbol,
+        "metres_per_unit": frame.unit.metres,
+        "from_scene": frame.matrix[:3].tolist(),
+    }
 
 
 def _stations(plan: PlanSource, reviewed: tuple[ReviewedStation, ...]) -> list[dict[str, Any]]:

@@ -232,6 +232,7 @@ _FORMATS = (
         write=_lazy("planner_core.export.field_file", "write_field_file"),
         verified_with="Chromium",
         in_pack=False,
+        feet=True,
         page="../../howto/field-file.md",
     ),
     Format(

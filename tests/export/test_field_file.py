@@ -9,8 +9,10 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from planner_core.coordinates.request import FrameRequest
 from planner_core.export.field_file import SCHEMA, write_field_file
 from planner_core.export.options import Options
 from planner_core.plan_folder.plan_source import open_plan
@@ -19,8 +21,8 @@ from planner_core.review.changes import AddStation, MoveStation, RemoveStation
 from planner_core.review.store import ReviewStore
 
 
-def written(folder: Path, path: Path) -> tuple[str, dict[str, Any], tuple[str, ...]]:
-    remarks = write_field_file(open_plan(folder), path, Options(), silent)
+def written(folder: Path, path: Path, frame: FrameRequest | None = None) -> tuple[str, dict[str, Any], tuple[str, ...]]:
+    remarks = write_field_file(open_plan(folder, frame=frame), path, Options(), silent)
     text = path.read_text(encoding="utf-8")
     data = re.search(r'<script id="plan" type="application/json">(.*?)</script>', text, re.DOTALL)
     assert data is not None
@@ -45,6 +47,40 @@ def test_stations_are_those_of_the_review_and_the_file_knows_its_revision(box_fo
     assert len(remarks) == 1 and "walls" in remarks[0]  # this folder has no stage
     store.commit(1, [RemoveStation(station["id"])], "Ada")
     assert station["id"] not in {each["id"] for each in written(folder, tmp_path / "b.html")[1]["stations"]}
+
+
+@pytest.mark.parametrize(
+    ("crs", "unit", "name"),
+    [("EPSG:25832", None, "EPSG:25832 ETRS89 / UTM zone 32N"), ("EPSG:2263", "ftUS", "EPSG:2263")],
+)
+def test_the_page_has_the_way_to_site_coordinates(
+    box_folder: Path, tmp_path: Path, crs: str, unit: str | None, name: str
+) -> None:
+    origin = (458_870.0, 5_438_260.0, 110.0) if unit is None else (300_000.0, 60_000.0, 10.0)
+    frame = FrameRequest(crs=crs, origin_m=origin, rotation_rad=0.3)
+    _, document, _ = written(box_folder / "plan", tmp_path / "field.html", frame)
+    source = open_plan(box_folder / "plan", frame=frame)
+    site = document["site"]
+    assert site["name"] == source.frame.crs_line and site["name"].startswith(name)
+    assert site["unit"] == source.frame.unit.symbol
+    planned = {each.id: each for each in source.stations}
+    for station in document["stations"]:
+        place = np.array(site["from_scene"]) @ [*station["position"], 1.0] / site["metres_per_unit"]
+        expected = source.frame.written(planned[station["id"]].site_m)
+        np.testing.assert_allclose(place, expected, atol=2e-4)
+
+
+def test_without_a_crs_the_page_has_scene_coordinates(box_folder: Path, tmp_path: Path) -> None:
+    frame = FrameRequest(scene_coordinates=True)
+    assert written(box_folder / "plan", tmp_path / "field.html", frame)[1]["site"] is None
+
+
+def test_the_page_has_the_groups_of_stations_that_register(box_folder: Path, tmp_path: Path) -> None:
+    file = box_folder / "plan" / "plan.json"
+    plan = json.loads(file.read_text())
+    networks = [list(network["stations"]) for network in plan["registration"]["networks"]]
+    assert written(box_folder / "plan", tmp_path / "field.html")[1]["groups"] == networks
+    assert sorted(name for ids in networks for name in ids) == sorted(each["id"] for each in plan["stations"])
 
 
 def test_the_page_loads_nothing_and_runs_its_own_script_alone(box_folder: Path, tmp_path: Path) -> None:

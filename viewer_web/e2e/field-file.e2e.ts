@@ -31,6 +31,7 @@ test('done, moved, skipped, notes and photos stay over a reload, and go into the
   await page.goto(`file://${file}`);
   const station = page.locator('#station');
   expect(await station.textContent()).toBe(first.id);
+  expect(await page.locator('#place').textContent()).toMatch(/^(x -?\d+\.\d\d, y -?\d|E -?\d+\.\d\d, N -?\d)/);
   await phone.screenshot('field-file-1-opened');
   expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(390);
   await page.locator('#act-done').tap();
@@ -60,6 +61,7 @@ test('done, moved, skipped, notes and photos stay over a reload, and go into the
     schema: 'tlsplan/field/1',
     revision: 0,
     name: 'Ada',
+    coordinates: expect.any(String),
   });
 
   const viewer = await openPage();

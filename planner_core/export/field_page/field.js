@@ -50,6 +50,30 @@ function make(tag, attributes, ...inside) {
   return one;
 }
 const metres = (value) => `${value.toFixed(2)} m`;
+/** E, N, H of a place of the scene, in the site's unit; null: its coordinates are not known. */
+function siteOf([x, y, z]) {
+  if (plan.site === null) return null;
+  return plan.site.from_scene.map((row) => (row[0] * x + row[1] * y + row[2] * z + row[3]) / plan.site.metres_per_unit);
+}
+/** Where a station stands, (x, y, z) of the scene: tripods are moved in plan. */
+function standsAt(station) {
+  return [...(of(station.id).moved_to || station.position.slice(0, 2)), station.position[2]];
+}
+function placeWords(station) {
+  const site = siteOf(standsAt(station));
+  if (site === null) return standsAt(station).slice(0, 2).map((value, i) => `${'xy'[i]} ${value.toFixed(2)}`).join(', ');
+  return `${site.map((value, i) => `${'ENH'[i]} ${value.toFixed(2)}`).join(', ')} ${plan.site.unit}`;
+}
+/** Of plans whose stations do not all register: which ones this one does with. */
+function groupWords({ id }) {
+  const number = plan.groups.findIndex((ids) => ids.includes(id));
+  if (plan.groups.length < 2) return null;
+  if (number < 0) return 'Added in the review: its group is not known.';
+  const others = plan.groups[number].filter((other) => other !== id);
+  const named = `${others.slice(0, 8).join(', ')}${others.length > 8 ? ` and ${others.length - 8} more` : ''}`;
+  const words = others.length ? `with ${named}` : 'alone';
+  return `Group ${number + 1} of ${plan.groups.length}, ${words}: does not register with the others.`;
+}
 const awayOf = ({ id, position: [x, y] }) => {
   const to = of(id).moved_to;
   return to === null ? 0 : Math.hypot(to[0] - x, to[1] - y);
@@ -80,7 +104,7 @@ function card(station) {
   const { state, note, photo } = of(station.id);
   const floor = plan.floors.find(({ id }) => id === station.floor);
   const height = station.instrument_height_m;
-  const [x, y] = of(station.id).moved_to || station.position;
+  const group = groupWords(station);
   const act = (name, label, todo, isOn) =>
     make('button', { type: 'button', id: `act-${name}`, 'aria-pressed': String(isOn), onclick: todo }, label);
   const setState = (to) => () => {
@@ -95,7 +119,8 @@ function card(station) {
       make('div', { class: 'number', 'aria-hidden': 'true' }, String(station.number ?? '+')),
       make('div', {}, make('h1', { id: 'station' }, station.id),
         make('p', {}, `${floor ? floor.name : ''}${height === null ? '' : ` · sensor ${metres(height)} high`}`),
-        make('p', { class: 'quiet' }, `x ${x.toFixed(2)}, y ${y.toFixed(2)}`))),
+        make('p', { class: 'quiet', id: 'place' }, placeWords(station)),
+        group === null ? null : make('p', { class: 'quiet', id: 'group' }, group))),
     make('div', { class: 'acts' }, act('done', 'Done', setState('done'), state === 'done'),
       act('moved', awayOf(station) > 0 ? 'Moved' : 'Move', () => { isPlacing = !isPlacing; draw(); },
         isPlacing || awayOf(station) > 0),
@@ -156,13 +181,17 @@ function result() {
     make('label', {}, 'Your name', make('input', { type: 'text', id: 'name', maxlength: 100, value: kept.name,
       oninput: (event) => { kept.name = event.target.value; keep(); } })),
     make('button', { type: 'button', class: 'main', id: 'save', onclick: save }, 'Save the result'),
+    make('p', { class: 'quiet' }, `Coordinates: ${plan.site === null ? 'those of the scene, metres' : plan.site.name}.`),
     make('p', { class: 'quiet', role: 'status' }, saved || 'A file for the office: tab Review of the plan takes it in.')];
 }
 function save() {
   const document_ = {
     schema: plan.schema, plan_sha256: plan.plan_sha256, revision: plan.revision, name: kept.name.trim(),
     saved_at: new Date().toISOString().slice(0, 19) + 'Z',
-    stations: plan.stations.filter(({ id }) => kept.stations[id]).map(({ id }) => ({ id, ...of(id) })),
+    coordinates: plan.site === null ? 'scene coordinates' : plan.site.name,
+    stations: plan.stations.filter(({ id }) => kept.stations[id]).map((station) => ({
+      id: station.id, ...of(station.id), site_position: siteOf(standsAt(station)),
+    })),
   };
   const link = make('a', { href: URL.createObjectURL(new Blob([JSON.stringify(document_, null, 1)], { type: 'application/json' })),
     download: `field-${document_.saved_at.replace(/[^0-9]/g, '')}.json` });
