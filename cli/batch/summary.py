@@ -19,6 +19,7 @@ from urllib.parse import quote
 from planner_core.errors import PlannerError
 from planner_core.plan_folder.atomic import staged_file
 from planner_core.plan_folder.plan_json import read_plan
+from planner_core.plan_folder.plan_model.given import ScannerSection
 from planner_core.plan_folder.report_tables import table
 
 from .sites_file import PriceEntries
@@ -84,6 +85,7 @@ def row_of(name: str, portfolio: str, floor: str, folder: Path, root: Path, pric
         requirements_met=all(result.met for result in document.requirements.results),
         field_time_s=time_s,
         cost=_cost(len(document.stations), time_s, prices),
+        message=_why_no_time(document.scanner, time_s),
         plan=folder.relative_to(root).as_posix(),
     )
 
@@ -124,6 +126,17 @@ def write_summary(root: Path, rows: Sequence[Row], prices: PriceEntries | None) 
 def hours(seconds: float | None) -> str:
     """Return a duration as 3 h 05 min; nothing where it is not known."""
     return "" if seconds is None else f"{round(seconds / 60) // 60} h {round(seconds / 60) % 60:02d} min"
+
+
+def _why_no_time(scanner: ScannerSection, time_s: float | None) -> str:
+    """Say why field time, and the cost by the hour, are empty."""
+    if time_s is not None:
+        return ""
+    mode = f" in mode {scanner.mode}" if scanner.mode else ""
+    return (
+        f"no time per scan is known of {scanner.name}{mode}, field time and cost are empty; give seconds_per_scan, or a "
+        "mode that `tlsplan scanners` has a time of"
+    )
 
 
 def _cost(stations: int, time_s: float | None, prices: PriceEntries | None) -> float | None:
@@ -193,6 +206,7 @@ def _page(root: Path, rows: Sequence[Row], totals: Sequence[Total], prices: Pric
             for row in sorted((row for row in rows if row.state == PLANNED), key=of.__getitem__)
         ), 2),
     ]  # fmt: skip
+    body += [f"<p>{escape(_called(row))}: {escape(row.message)}</p>" for row in rows if row.plan and row.message]
     if failed:
         body += [
             "<h2>Without a plan</h2>",

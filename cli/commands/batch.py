@@ -107,6 +107,8 @@ class _Telling:
         site, folder = job.site, self._folder
         row = row_of(job.name, site.portfolio, job.floor, folder.plan(job), folder.root, self._prices)
         self._rows.setdefault(site.name, []).append(row)
+        if row.message:
+            self._reporter.warn([f"{job.name}: {row.message}"])
         if not before:
             bound = "" if row.lower_bound is None else f", lower bound {row.lower_bound}"
             time = f", {hours(row.field_time_s)}" if row.field_time_s is not None else ""

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from planner_core.documents import shown
 from planner_core.errors import RequirementError
@@ -19,6 +19,8 @@ from planner_core.errors import RequirementError
 #: Where data sheets state the distance between neighbouring points.
 SPACING_DISTANCE_M = 10.0
 _MAX_SPACING_MM = 5000.0
+#: Steps are given with three digits.
+_SAME_STEP = 1e-3
 _SPACING = re.compile(r"([0-9]{1,4}(?:\.[0-9]{1,4})?)mm")
 
 
@@ -76,6 +78,8 @@ def spacing_mode(name: str) -> ScanMode | None:
 def pick_mode(asked: str, modes: tuple[ScanMode, ...], where: str) -> ScanMode:
     """Return the mode of that id, or the one of that spacing at 10 m.
 
+    A spacing that one of the scanner's own modes has takes its time, too; of others no time is known.
+
     Raises
     ------
     RequirementError
@@ -86,4 +90,16 @@ def pick_mode(asked: str, modes: tuple[ScanMode, ...], where: str) -> ScanMode:
     if found is None:
         ids = ", ".join(mode.id for mode in modes)
         raise bad(where, f"mode {shown(asked)}", f"{ids}, or a spacing at 10 m such as 6mm", "pick one of these")
+    if found.seconds is None:
+        same = (mode for mode in modes if _has_same_steps(mode, found))
+        found = replace(found, seconds=next((mode.seconds for mode in same), None))
     return found
+
+
+def _has_same_steps(mode: ScanMode, other: ScanMode) -> bool:
+    """Whether two modes have the same points; of steps that were rounded in degrees and as an arc, too."""
+    if mode.elevation_step_rad is None or other.elevation_step_rad is None:
+        return False
+    return math.isclose(mode.azimuth_step_rad, other.azimuth_step_rad, rel_tol=_SAME_STEP) and math.isclose(
+        mode.elevation_step_rad, other.elevation_step_rad, rel_tol=_SAME_STEP
+    )

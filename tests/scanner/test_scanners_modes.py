@@ -116,6 +116,18 @@ def test_rounding_is_off_by_half_a_step_at_most(step_deg: float, field_deg: floa
     assert grid.n_channels == 2 or abs(grid.n_channels - 1 - field_deg / step_deg) <= 0.5 + 1e-9
 
 
+@pytest.mark.parametrize(
+    ("spacing", "mode"),
+    [("rtc360:6mm", "rtc360:medium"), ("rtc360:12mm", "rtc360:low"), ("rtc360:3.0mm", "rtc360:high"), ("rtc360:5mm", ""),
+     ("p50:6.3mm", "")],
+)  # fmt: skip
+def test_a_spacing_of_one_of_the_modes_takes_its_time(spacing: str, mode: str) -> None:
+    """Others have none: nobody knows how long the instrument takes for them."""
+    seconds = load_scanner(spacing).seconds_per_scan
+    assert seconds == (load_scanner(mode).seconds_per_scan if mode else None)
+    assert (seconds is not None) == bool(mode)
+
+
 @pytest.mark.parametrize("name", ["", "mm", "0mm", "-6mm", "6 cm", "6", "nanmm", "1e3mm", "99999mm", "6mm6mm", "6.mm"])
 def test_what_is_no_spacing_is_none(name: str) -> None:
     assert spacing_mode(name) is None

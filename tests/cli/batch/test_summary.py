@@ -1,9 +1,12 @@
 """Totals of a batch: what is known of all its buildings, and what is not."""
 
+import json
 from pathlib import Path
 
 import pytest
-from tlsplan.batch.summary import FAILED, PLANNED, WAITING, Row, totals_of, write_summary
+from oldest_plan import floor, oldest_plan, station
+from tlsplan.batch.sites_file import PriceEntries
+from tlsplan.batch.summary import FAILED, PLANNED, WAITING, Row, row_of, totals_of, write_summary
 
 GOOD = Row(
     "a", "Council", "", PLANNED, stations=2, lower_bound=1, scannable_m2=10.0, coverage=0.5, requirements_met=True
@@ -47,3 +50,32 @@ def test_the_page_says_what_its_totals_are_of(tmp_path: Path) -> None:
     for rows in ([GOOD], [FAILS, WAITS]):
         write_summary(tmp_path, rows, None)
         assert said not in (tmp_path / "index.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("time_s", "mode", "cost", "words"),
+    [
+        (3600.0, "medium", 103.0, ""),
+        (None, "40mm", None, "no time per scan is known of few in mode 40mm, field time and cost are empty; give "),
+        (None, "", None, "no time per scan is known of few, field time and cost are empty; give seconds_per_scan"),
+    ],
+)
+def test_a_cost_that_is_empty_says_why(
+    tmp_path: Path, time_s: float | None, mode: str, cost: float | None, words: str
+) -> None:
+    document = oldest_plan(
+        floors=[floor("F0", 0.0)],
+        stations=[station("S001", "F0", 1, [5.0, 4.0, 1.6]), station("S002", "F0", 2, [6.0, 4.0, 1.6])],
+        field_time={"scanning_s": time_s, "set_up_s": 60.0, "walking_s": 5.0, "total_s": time_s},
+    )
+    document["scanner"] |= {"name": "few", "mode": mode}
+    folder = tmp_path / "plans" / "a"
+    folder.mkdir(parents=True)
+    (folder / "plan.json").write_text(json.dumps(document))
+    prices = PriceEntries(currency="EUR", hour=95, station=4)
+    row = row_of("a", "", "", folder, tmp_path, prices)
+    assert (row.state, row.cost) == (PLANNED, cost)
+    assert row.message.startswith(words) and bool(row.message) == bool(words)
+    write_summary(tmp_path, [row], prices)
+    assert words in (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert words in (tmp_path / "summary.csv").read_text(encoding="utf-8")
