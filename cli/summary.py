@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import os
+import shlex
 import shutil
+import subprocess
 import sys
 from decimal import ROUND_CEILING, Decimal
 from pathlib import Path
@@ -192,7 +194,7 @@ def where_to_look(folder: Path) -> None:
     """Print what to open next."""
     output.say()
     output.say(f"plan folder   {folder}")
-    output.say(f"view          {_command()} view {folder}")
+    output.say(f"view          {_command()} view {_argument(str(folder))}")
     output.say(f"print         {folder / 'report' / 'index.html'}")
 
 
@@ -202,7 +204,13 @@ def _command() -> str:
     if called.name != "tlsplan":
         return "tlsplan"
     found = shutil.which("tlsplan")
-    return "tlsplan" if found and Path(found).resolve() == called.resolve() else os.path.relpath(called)
+    return "tlsplan" if found and Path(found).resolve() == called.resolve() else _argument(os.path.relpath(called))
+
+
+def _argument(path: str) -> str:
+    """Return a path as the shell takes it for one argument, and no option."""
+    path = f".{os.sep}{path}" if path.startswith("-") else path
+    return subprocess.list2cmdline([path]) if os.name == "nt" else shlex.quote(path)
 
 
 def _scan_mode(document: dict[str, Any]) -> str:

@@ -1,6 +1,7 @@
 """Names, locales, homes and pipes that are not as expected, and texts that command terminals: one clear line each."""
 
 import os
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable
@@ -11,6 +12,7 @@ import pytest
 from tlsplan import environment
 from tlsplan.output import as_json, say, table
 from tlsplan.progress import ProgressReporter
+from tlsplan.summary import where_to_look
 
 import scenes_synthetic
 from planner_core.errors import LONGEST_LINE, PlannerError, SceneError, SceneNotFoundError, escaped, one_line
@@ -78,6 +80,20 @@ def test_json_with_codes_is_read_as_it_was(capsys: pytest.CaptureFixture[str]) -
     name = CLEAR_SCREEN + NO_UTF8 + "\U0008375b"
     as_json({"name": name})
     assert json.loads(capsys.readouterr().out) == {"name": name}
+
+
+@pytest.mark.parametrize(
+    "folder",
+    ["plan", "my plan", "plans/second floor/plan", "it's", "a;b", "$HOME", "plan (2)", "ä plan", "-x", "-my plan"],
+)
+def test_the_view_command_that_is_printed_names_the_folder_in_any_shell(
+    folder: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    where_to_look(Path(folder))
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("view ")]
+    *_, view, path = shlex.split(line)
+    assert (view, Path(path)) == ("view", Path(folder))
+    assert not path.startswith("-")
 
 
 def test_notes_of_bars_are_no_markup(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
