@@ -30,7 +30,7 @@ from planner_core.scene.ifc_materials import IfcOptics, told_optics
 from planner_core.scene.ifc_shapes import FACES_KERNEL, SHAPES, SOLID_KERNEL, Shape, contents_asked, shapes_by
 from planner_core.scene.ifc_spaces import rooms_of, without_shape
 from planner_core.scene.ifc_storeys import storey_of, storeys_of, told_storeys
-from planner_core.scene.ifc_text import lost_ends, read_text, with_ascii_names, without_strings
+from planner_core.scene.ifc_text import lost_ends, read_text, syntax_fault, with_ascii_names, without_strings
 from planner_core.scene.raw import Parts, RawScene
 from planner_core.scene.wording import grouped, is_text, reason_of
 
@@ -54,6 +54,7 @@ _NO_BEAM_NO_CUT = tuple(name for name in _NOT_PHYSICAL if name not in (_OPENINGS
 """Classes whose shapes are never made: openings are cut out, and rooms are named."""
 
 
+_NAMED_KINDS = 3
 _SHORTEST_UNIT_M, _LONGEST_UNIT_M = 1e-9, 1e6
 
 
@@ -85,9 +86,9 @@ def read_ifc(path: Path, *, progress: Progress, left_out: Collection[int] = ()) 
         unit_m, unit_name = _length_unit(path, model)
         storeys_told = told_storeys(_of_class(model, "IfcBuildingStorey"))
         told_products = _told_products(model, {told.id: i for i, told in enumerate(storeys_told)}, left_out)
-        without_surface = _without_surface_in_words(model)
+        n_elements = len(_of_class(model, "IfcElement"))
     optics, optics_warnings = _optics(path, model)
-    shapes, shape_warnings = _triangulate_products(path, model, told_products, without_surface, optics, progress)
+    shapes, shape_warnings = _triangulate_products(path, model, told_products, n_elements, optics, progress)
     storeys, storey_warnings = storeys_of(path, storeys_told, unit_m)
     rooms, room_warnings = _rooms(path, model, {told.id: i for i, told in enumerate(storeys_told)}, left_out)
     georeference, map_warnings = _georeference(path, model, unit_m)
@@ -202,7 +203,9 @@ def _open(path: Path, text: bytes | None) -> Any:
                 source.write_bytes(text)
             model = ifcopenshell.open(source, ".ifc")
     except (ifcopenshell.Error, ifcopenshell.SchemaError, OSError, RuntimeError) as error:
-        reason = reason_of(error)
+        if fault := syntax_fault(path.read_bytes() if text is None else text):
+            raise SceneError(f"{path.name}, {fault}; correct it, or export the file again.") from error
+        reason = reason_of(error).removesuffix(", check logs")
         raise SceneError(
             f"{path.name}: IfcOpenShell can't read it ({reason}), expected IFC2X3, IFC4 or IFC4X3; export it again."
         ) from error
@@ -366,7 +369,7 @@ def _triangulate_products(
     path: Path,
     model: Any,
     products: list[_ToldProduct],
-    without_surface: str,
+    n_elements: int,
     optics: IfcOptics | None,
     progress: Progress,
 ) -> tuple[_Shapes, tuple[str, ...]]:
@@ -378,22 +381,17 @@ def _triangulate_products(
             progress(ProgressEvent("load", min(n_done, len(products)), len(products), "shapes"))
     shaped = [p for p in products if any(len(shape.triangles) for shape in by_id[p.id])]
     if not shaped:
-        raise SceneError(
-            f"{path.name}: {without_surface}, expected at least one element with a surface; export the model with its "
-            "3D geometry."
-        )
+        has = f"none of its {grouped(n_elements)} elements has a surface" if n_elements else _without_elements(model)
+        raise SceneError(f"{path.name}: {has}, expected at least one; export the model with its 3D geometry.")
     without = [p for p in products if not any(len(shape.triangles) for shape in by_id[p.id]) and p.has_body]
     return _joined(shaped, by_id), _without_shape(path, without)
 
 
-def _without_surface_in_words(model: Any) -> str:
-    """What a file has whose elements have no surface: how many, or, where it has none at all, what else it holds."""
-    n_elements = len(_of_class(model, "IfcElement"))
-    if n_elements:
-        return f"none of its {grouped(n_elements)} elements has a surface"
-    others = Counter(each.is_a() for each in _of_class(model, "IfcProduct"))
-    held = ", ".join(f"{count} {kind}" for kind, count in sorted(others.items()))
-    return f"has no walls, slabs or other elements, only {held}" if held else "has no walls, slabs or other elements"
+def _without_elements(model: Any) -> str:
+    """What a file holds that has no building element: rooms alone, say, or the project's structure."""
+    found = Counter(str(product.is_a()) for product in _of_class(model, "IfcProduct"))
+    named = ", ".join(f"{grouped(count)} {kind}" for kind, count in found.most_common(_NAMED_KINDS))
+    return f"it holds {named or 'no IfcProduct'} and no element with a surface (IfcWall, IfcSlab ...)"
 
 
 def _shapes(

@@ -7,10 +7,12 @@ float64: far site placements lose nothing, and equal local vertices stay equal b
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from traceback import walk_tb
 from typing import Any
 
 import numpy as np
@@ -28,6 +30,8 @@ SHAPES = "the shapes of its elements"
 _ITS_WAYS_TO_FAIL = (
     RuntimeError, AttributeError, TypeError, ValueError, IndexError, KeyError, AssertionError, SystemError
 )  # fmt: skip
+_LACKS = re.compile(r"entity instance of type '(?:\w+\.)?(\w+)' has no attribute '(\w+)'")
+"""IfcOpenShell's words where a wrong class of entity is named."""
 _CLOSED_SHARE = 1e-6
 """Share of its area by which the faces of a closed shape may fail to add up: OpenCASCADE rounds corners to 1e-7."""
 
@@ -62,11 +66,54 @@ def contents_asked(path: Path, model: Any) -> Iterator[None]:
     except SceneError:
         raise
     except _ITS_WAYS_TO_FAIL as error:
-        reason = reason_of(error)
         raise SceneError(
-            f"{path.name}: its contents do not follow {model.schema_identifier} ({reason}); "
-            "check it with an IFC validator and export it again."
+            f"{path.name}: its contents do not follow {model.schema_identifier}: {_fault_in_words(error)}; correct it, "
+            "or check the file with an IFC validator and export it again."
         ) from error
+
+
+def _entity_asked(error: Exception) -> Any:
+    """The entity that the code which failed was reading, the innermost that it held; None: none."""
+    from ifcopenshell import entity_instance
+
+    for frame, _ in reversed(list(walk_tb(error.__traceback__))):
+        for value in reversed(list(frame.f_locals.values())):
+            if isinstance(value, entity_instance) and value.id():
+                return value
+    return None
+
+
+def _gap_of(entity: Any) -> tuple[Any, str] | None:
+    """An attribute that its schema requires and that is empty, of an entity or of one that it names; None: none."""
+    import ifcopenshell
+
+    for each in (entity, *(value for value in entity if isinstance(value, ifcopenshell.entity_instance))):
+        schema, _, kind = str(each.is_a(True)).rpartition(".")
+        declared = ifcopenshell.schema_by_name(schema).declaration_by_name(kind).as_entity()
+        if declared is None:  # a value of a type, such as a length
+            continue
+        attributes = zip(declared.all_attributes(), declared.derived(), strict=True)
+        for index, (attribute, is_derived) in enumerate(attributes):
+            if not (is_derived or attribute.optional()) and each[index] is None:
+                return each, str(attribute.name())
+    return None
+
+
+def _fault_in_words(error: Exception) -> str:
+    """Which entity is wrong, and how: Python's sentences on types of values say nothing to who has to repair a file."""
+    reason = reason_of(error)
+    entity = _entity_asked(error)
+    named = "one of its instances" if entity is None else f"#{entity.id()} ({entity.is_a()})"
+    if lacking := _LACKS.search(reason):
+        return f"{named} is named where its schema has another class (one with {lacking.group(2)})"
+    if "NoneType" in reason or "None" in str(error).split():
+        gap = None if entity is None else _gap_of(entity)
+        if gap is None:
+            return f"{named} lacks an attribute that its schema requires, or names an instance that does"
+        return f"#{gap[0].id()} ({gap[0].is_a()}) lacks {gap[1]}, which its schema requires"
+    if isinstance(error, RuntimeError | SystemError):
+        return f"{named} can't be read ({reason})"
+    return f"{named} has an attribute of another type or length than its schema"
 
 
 def shapes_by(

@@ -155,6 +155,73 @@ def lost_ends(bare: bytes, product_ids: set[int]) -> tuple[list[LostEnd], list[L
     return needed, others
 
 
+# ------------------------------------------------------------------------------------------------- syntax
+_TOKEN = re.compile(
+    rb"(?P<blank>\s+|/\*.*?\*/)|(?P<value>'(?:[^'\\]|\\|'')*'|#\d+|[$*]|\.\w+\.|\"[0-9A-Fa-f]*\""
+    rb"|[+-]?(?:\d+\.\d*(?:[Ee][+-]?\d+)?|\d+)(?![\w.]))|(?P<word>!?[A-Za-z_]\w*)|(?P<mark>[(),;=])",
+    re.DOTALL,
+)
+_WORD_THERE = re.compile(rb"[^\s,();=']+|.", re.DOTALL)
+
+
+def syntax_fault(text: bytes) -> str:
+    """The first place in the data of a file that is no STEP, in words: line, instance, what stands there; empty: none.
+
+    An instance is `#1=NAME(values);`, and values are separated by commas, lists of them in parentheses.
+    """
+    at = max(0, text.find(b"DATA;")) + len(b"DATA;")
+    end = max(text.rfind(b"ENDSEC;"), at)
+    instance, depth, wanted = "", 0, "#"
+    while at < end:
+        token = _TOKEN.match(text, at)
+        kind = "" if token is None else str(token.lastgroup)
+        found = b"" if token is None else token.group()
+        if kind != "blank":
+            step = _STEPS.get((wanted, "#" if wanted == "#" and found.startswith(b"#") else _kind(kind, found)))
+            if step is None or (step == "close" and depth == 0):
+                return _fault_in_words(text, at, instance)
+            if wanted == "#":
+                instance = found.decode()
+            depth += (found == b"(") - (found == b")")
+            wanted = _after(step, depth)
+        assert token is not None  # what is none was a fault
+        at = token.end()
+    return "" if wanted == "#" else _fault_in_words(text, end, instance)
+
+
+_STEPS = {
+    ("#", "#"): "=", ("=", "="): "name", ("name", "word"): "(", ("name", "("): "value", ("(", "("): "value",
+    ("value", "value"): "next", ("value", "word"): "(", ("value", "("): "value", ("value", ")"): "close",
+    ("next", ","): "another", ("next", ")"): "close", ("another", "value"): "next", ("another", "word"): "(",
+    ("another", "("): "value", (";", ";"): "#",
+}  # fmt: skip
+"""What is expected, and what stands there -> what is expected next."""
+
+
+def _kind(group: str, found: bytes) -> str:
+    return found.decode() if group == "mark" else group
+
+
+def _after(step: str, depth: int) -> str:
+    if step != "close":
+        return step
+    return "next" if depth else ";"
+
+
+def _fault_in_words(text: bytes, at: int, instance: str) -> str:
+    start = at
+    while start > 0 and at < len(text) and _part_of_word(text[start - 1]) and _part_of_word(text[at]):
+        start -= 1
+    there = _WORD_THERE.match(text, start)
+    token = one_line(there.group().decode("utf-8", "replace"))[:40] if there else ""
+    line = text.count(b"\n", 0, at) + 1
+    return f"line {grouped(line)}{f', {instance}' if instance else ''}: {token!r} is no STEP syntax"
+
+
+def _part_of_word(byte: int) -> bool:
+    return chr(byte).isalnum() or chr(byte) in "#+-._"
+
+
 # -------------------------------------------------------------------------------------------------- names
 def with_ascii_names(text: bytes) -> tuple[bytes, str]:
     r"""The same text with `\X2\` for what is not ASCII in its strings, and a phrase: which code page that was in.

@@ -12,6 +12,7 @@ import pytest
 from planner_core.errors import SceneError
 from planner_core.scene.ifc_faults import check_references
 from planner_core.scene.load import load_scene
+from tests.reality_files import reality
 from tests.scene import broken_ifc
 
 
@@ -41,6 +42,41 @@ def test_file_that_ends_nothing_is_read(tmp_path, building_text, name):
     path = tmp_path / "odd.ifc"
     path.write_text(broken_ifc.READ[name](building_text))
     assert load_scene(path).n_triangles > 50
+
+
+@pytest.mark.parametrize(
+    ("ifc_class", "slot", "value", "expected"),
+    [
+        ("IfcLocalPlacement", 1, "$", r"#\d+ \(IfcLocalPlacement\) lacks RelativePlacement, which its schema requires"),
+        ("IfcProductDefinitionShape", 2, "$", r"#\d+ \(IfcProductDefinitionShape\) lacks Representations"),
+        ("IfcUnitAssignment", 0, "5", r"#\d+ \(IfcUnitAssignment\) has an attribute of another type"),
+        ("IfcBuildingStorey", 9, "'x'", r"#\d+ \(IfcBuildingStorey\) has an attribute of another type"),
+        ("IfcBuildingStorey", 5, "#1", r"#1 \(Ifc\w+\) is named where its schema has another class"),
+        ("IfcRelContainedInSpatialStructure", 5, "5", r"#\d+ \(Ifc\w+\) has an attribute of another type"),
+    ],
+)
+def test_fault_of_contents_names_the_entity_and_no_type_of_python(
+    tmp_path, building_text, ifc_class, slot, value, expected
+):
+    path = tmp_path / "broken.ifc"
+    number = broken_ifc.instance(building_text, ifc_class)
+    path.write_text(broken_ifc.changed(building_text, number, slot, value))
+    with pytest.raises(SceneError) as caught:
+        load_scene(path)
+    message = str(caught.value)
+    assert re.search(expected, message), message
+    assert "object" not in message and "NoneType" not in message and "\n" not in message
+    assert message.endswith("correct it, or check the file with an IFC validator and export it again.")
+
+
+def test_placement_without_axes_is_named():
+    with pytest.raises(SceneError, match=r"#23 \(IfcLocalPlacement\) lacks RelativePlacement"):
+        load_scene(reality("placement_without_axis.ifc"))
+
+
+def test_file_of_nothing_but_rooms_says_what_it_holds():
+    with pytest.raises(SceneError, match=r"it holds 3 IfcSpace, .* and no element with a surface"):
+        load_scene(reality("rooms_only.ifc"))
 
 
 # ------------------------------------------------------------------------------------------------ references

@@ -12,8 +12,9 @@ import pytest
 
 from planner_core.errors import SceneError
 from planner_core.scene import ifc_text
-from planner_core.scene.ifc_text import lost_ends, with_ascii_names
+from planner_core.scene.ifc_text import lost_ends, syntax_fault, with_ascii_names
 from planner_core.scene.load import load_scene
+from tests.reality_files import reality
 
 
 def message_of(path):
@@ -287,3 +288,41 @@ def test_schema_that_is_too_old_says_what_to_do(tmp_path, house_text, schema):
     message = message_of(path)
     assert f"it is {schema}, a schema of before 2006" in message
     assert "export it as IFC2X3" in message
+
+
+def test_number_with_two_points_is_named_with_its_line():
+    with pytest.raises(SceneError) as caught:
+        load_scene(reality("number_with_two_points.ifc"))
+    assert str(caught.value) == (
+        "number_with_two_points.ifc, line 34, #27: '5.0.' is no STEP syntax; correct it, or export the file again."
+    )
+
+
+@pytest.mark.parametrize(
+    ("was", "becomes", "instance", "token"),
+    [
+        (".METRE.", ".METRE", "#1", ".METRE"),
+        ("(0.,0.,1.)", "(0.,0.,1,5)x", "#3", "x"),
+        ("(0.,0.,1.)", "(0.,,1.)", "#3", ","),
+        ("(0.,0.,1.)", "(0.;0.;1.)", "#3", ";"),
+        ("(0.,0.,1.)", "(0.,0.,1.))", "#3", ")"),
+        ("(0.,0.,1.)", "(0.,0.,1.5E+)", "#3", "1.5E+"),
+        ("(0.,0.,1.)", "(0,0.,NaN)", "#3", ")"),
+        ("'a; (b'", "'a", "#2", "'"),
+        ("#3=", "3=", "#2", "3"),
+        ("#3=", "#3", "#3", "#3IFCDIRECTION"),
+    ],
+)
+def test_syntax_fault_names_line_instance_and_token(was, becomes, instance, token):
+    lines = [
+        "ISO-10303-21;", "HEADER;", "ENDSEC;", "DATA;", "#1=IFCSIUNIT(*,.LENGTHUNIT.,$,.METRE.);",
+        "#2=IFCLABEL('a; (b');", "#3=IFCDIRECTION((0.,0.,1.));", "#4=IFCX(IFCREAL(1.E-3),(),\"0F\",#3,/* ( */-5);",
+        "ENDSEC;", "END-ISO-10303-21;",
+    ]  # fmt: skip
+    text = "\n".join(lines)
+    assert syntax_fault(text.encode()) == ""
+    assert was in text
+    number = int(instance.removeprefix("#")) + 4
+    line = number + (was == "#3=" and becomes == "3=")
+    fault = syntax_fault(text.replace(was, becomes).encode())
+    assert fault == f"line {line}, {instance}: {token!r} is no STEP syntax"
