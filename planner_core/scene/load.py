@@ -22,12 +22,13 @@ from planner_core.model.choices import one_of
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.doors import without_door_leaves
-from planner_core.scene.extent import LONGEST_M, SHORTEST_M, extent_m, likely_unit
+from planner_core.scene.extent import LONGEST_M, MAX_LENGTH_M, SHORTEST_M, extent_m, likely_unit
 from planner_core.scene.federation import federated
 from planner_core.scene.gltf_draco import names_draco
 from planner_core.scene.leave_out import without_elements
 from planner_core.scene.raw import RawScene, unit_name
 from planner_core.scene.rooms import with_rooms
+from planner_core.scene.up_axis import UpAxisDoubt, up_axis_doubt
 
 FORMAT_OF_EXTENSION = {
     ".ifc": "ifc",
@@ -45,6 +46,10 @@ FORMAT_OF_EXTENSION = {
 }
 
 _POINT_CLOUDS = frozenset({".asc", ".e57", ".las", ".laz", ".pcd", ".pts", ".ptx", ".rcp", ".rcs", ".xyz"})
+
+_ANY_UP_AXIS = frozenset({"obj", "ply", "stl", "gltf", "usd"})
+"""Formats whose files are found with either axis up: three say nothing of it, and programs write glTF and USD with
+the axis of their own. IFC is z up, and its storeys say so again."""
 
 _OPTICS_OF_GLASS = {Glass.PASS: Optics.PASSES, Glass.STOP: Optics.STOPS, Glass.RETURN: Optics.RETURNS}
 
@@ -174,14 +179,31 @@ def _load_file(file: _File, *, several: bool, progress: Progress) -> Scene:
     """One file with all that it says, doors and glass as modelled. several : messages name it to options."""
     path, options = file.path, file.options
     progress(ProgressEvent("load", 0, 0, f"reading {path.name}"))
-    digest = file.sha256
     raw = _read(path, file.format, options, progress)
     _check_told_unit(path, raw, options)
+    of_file = f"{path.name}=" if several else ""
+    up_axis = options.up_axis or UpAxis(raw.up_axis or UpAxis.Z)
+    scene = _built(file, raw, up_axis, progress)
+    doubts = _unit_doubts(scene, options, of_file)
+    if options.up_axis is None and file.format in _ANY_UP_AXIS and extent_m(scene).max() <= MAX_LENGTH_M:
+        progress(ProgressEvent("load", 0, 0, "comparing the ground with y up and z up"))
+        doubt = up_axis_doubt(scene)
+        if doubt is not None:
+            doubts.append(_up_axis_warning(path.name, raw, up_axis, doubt, of_file))
+        if doubt is not None and doubt.is_certain:
+            up_axis = UpAxis.Z if up_axis == UpAxis.Y else UpAxis.Y
+            scene = _built(file, raw, up_axis, progress)
+    scene = replace(scene, georeference=_georeference(raw, options, up_axis))
+    return _with_warnings(scene, doubts)
+
+
+def _built(file: _File, raw: RawScene, up_axis: UpAxis, progress: Progress) -> Scene:
+    """The scene of what a file holds, with its rooms."""
+    path, options = file.path, file.options
     metres_per_unit = raw.metres_per_unit if options.metres_per_unit is None else options.metres_per_unit
-    up_axis = options.up_axis or raw.up_axis or "Z"
     source = SceneSource(
         path=path,
-        sha256=digest,
+        sha256=file.sha256,
         format=file.format,
         unit_name=_unit_name(raw, options),
         metres_per_unit=metres_per_unit,
@@ -214,9 +236,7 @@ def _load_file(file: _File, *, several: bool, progress: Progress) -> Scene:
         skip_bad_faces=options.skip_bad_faces,
         prior=raw.report,
     )
-    scene = with_rooms(scene, raw.rooms, raw.storeys, metres_per_unit=vertex_unit_m, up_axis=up_axis)
-    scene = replace(scene, georeference=_georeference(raw, options))
-    return _with_warnings(scene, _doubts(scene, raw, options, of_file=f"{path.name}=" if several else ""))
+    return with_rooms(scene, raw.rooms, raw.storeys, metres_per_unit=vertex_unit_m, up_axis=up_axis)
 
 
 # ------------------------------------------------------------------------------------------------- file
@@ -305,10 +325,10 @@ def _with_glass(scene: Scene, glass: Glass) -> Scene:
     return replace(scene, report=report, optics_of_triangle=optics if optics.any() else None)
 
 
-def _georeference(raw: RawScene, options: LoadOptions) -> Georeference | None:
+def _georeference(raw: RawScene, options: LoadOptions, up_axis: UpAxis) -> Georeference | None:
     """What the file says, for the scene in the unit that the user told; not for one that was turned over."""
     told = raw.georeference
-    if told is None or (options.up_axis or raw.up_axis) != raw.up_axis:
+    if told is None or up_axis != raw.up_axis:
         return None
     if options.metres_per_unit is None or options.metres_per_unit == raw.metres_per_unit:
         return told
@@ -326,26 +346,29 @@ def _unit_name(raw: RawScene, options: LoadOptions) -> str:
 
 
 # ----------------------------------------------------------------------------------------------- doubts
-_LEVEL_COSINE = 0.996
-"""A face is horizontal (or faces an axis) within 5 degrees."""
+def _unit_doubts(scene: Scene, options: LoadOptions, of_file: str) -> list[str]:
+    """Warnings about a unit that is hard to believe. of_file : `arch.obj=` of several."""
+    if options.metres_per_unit is not None:
+        return []
+    return _unit_doubt(scene.source.path.name, float(extent_m(scene).max()), scene.source, of_file)
 
 
-def _doubts(scene: Scene, raw: RawScene, options: LoadOptions, *, of_file: str) -> list[str]:
-    """Warnings about what the file did not say, or said and is hard to believe. of_file : `arch.obj=` of several."""
-    name = scene.source.path.name
-    doubts = []
-    if options.metres_per_unit is None:
-        doubts += _unit_doubt(name, float(extent_m(scene).max()), scene.source, of_file)
-    if options.up_axis is None and not raw.up_axis and _looks_turned(scene):
-        doubts.append(
-            f"{name} states no up axis and z is assumed, but its level surfaces face y: if y is up, pass --up "
-            f"{of_file}y."
+def _up_axis_warning(name: str, raw: RawScene, read: UpAxis, doubt: UpAxisDoubt, of_file: str) -> str:
+    """Which axis is taken as up, against what, and the option that undoes it."""
+    read_up, other_up = read.lower(), "z" if read == UpAxis.Y else "y"
+    stated = f"states {read_up} up" if raw.up_axis else "states no up axis"
+    if raw.schema.startswith("glTF"):
+        stated = "is y up by the rules of glTF"
+    ground = (
+        f"its largest ground in one piece is {doubt.read_m2:.0f} m2 with {read_up} up and {doubt.other_m2:.0f} m2 with "
+        f"{other_up} up"
+    )
+    if doubt.is_certain:
+        return (
+            f"{name} {stated}, but {ground}: it is read with {other_up} up; if {read_up} is up, pass --up "
+            f"{of_file}{read_up}."
         )
-    if options.up_axis is None and scene.source.format == "gltf" and _looks_turned(scene):
-        doubts.append(
-            f"{name} is y up as all glTF is, but its level surfaces face z: if z is up, pass --up {of_file}z."
-        )
-    return doubts
+    return f"{name} {stated} and is read with {read_up} up, but {ground}: if {other_up} is up, pass --up {of_file}{other_up}."
 
 
 def _unit_doubt(name: str, longest_m: float, source: SceneSource, of_file: str) -> list[str]:
@@ -355,17 +378,6 @@ def _unit_doubt(name: str, longest_m: float, source: SceneSource, of_file: str) 
     length = f"only {longest_m:.3g} m" if longest_m < SHORTEST_M else f"{longest_m:.0f} m"
     unit = likely_unit(longest_m)
     return [f"{name}, read {told}, is {length} long: if that is wrong, pass its unit, such as --units {of_file}{unit}."]
-
-
-def _looks_turned(scene: Scene) -> bool:
-    """Y seems to be up: level surfaces outweigh all others in a building, and its height is its smallest extent."""
-    a, b, c = (scene.vertices_m[scene.triangles[:, i]] for i in range(3))
-    twice_area = np.cross(b - a, c - a)
-    size = np.sqrt((twice_area * twice_area).sum(axis=1))
-    facing = np.abs(twice_area) > _LEVEL_COSINE * size[:, None]
-    x_m2, y_m2, z_m2 = ((facing[:, axis] * size).sum() for axis in range(3))
-    width_m, height_m, depth_m = np.ptp(scene.vertices_m, axis=0)
-    return bool(y_m2 > 1.5 * max(z_m2, x_m2) and height_m < 0.75 * min(width_m, depth_m))
 
 
 def _with_warnings(scene: Scene, warnings: list[str]) -> Scene:
