@@ -20,9 +20,8 @@ def command(scenes: tuple[Path, ...], reading: FileOptions, as_json: bool, quiet
 
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         loaded = inputs.load(scenes, reading, progress=reporter.show)
-        reporter.warn((*output.repairs(loaded.report, listed_in="--json"), *loaded.report.warnings))
-        report = find_floors(loaded)
-        reporter.warn(report.warnings)
+        report = find_floors(loaded)  # before warnings: a scene that is no building gets the one line of its refusal
+        reporter.warn((*output.repairs(loaded.report, listed_in="--json"), *loaded.report.warnings, *report.warnings))
     offset_z_m = float(loaded.offset_m[2])
     if as_json:
         output.as_json(

@@ -6,11 +6,14 @@ without number: it is refused before that.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from planner_core.errors import SceneError
 from planner_core.model import FloatArray, Scene
 from planner_core.scene.bulk import fence_m, is_outside
+from planner_core.scene.portions import portions
 
 LONGEST_M, SHORTEST_M = 1000.0, 0.5
 """Extents outside these are hardly a building to scan: the unit is probably another."""
@@ -23,6 +26,16 @@ MAX_WIDTH_M = 1000.0
 drawn in millimetres is, from its first storey on."""
 
 
+MAX_PLAN_M2 = 50e6
+"""Levels of more than that are no site of one survey: an airport of 4 km by 3 km, with slabs of two sides, has half."""
+
+UNITS_M = {"m": 1.0, "mm": 0.001, "cm": 0.01, "in": 0.0254, "ft": 0.3048, "km": 1000.0}
+"""What `--units` takes, in metres; what is drawn most often comes first."""
+
+_HOUSE_M, _SHORTEST_ROOM_M = 10.0, 1.5
+"""Length of a house, and of the smallest room."""
+
+
 def extent_m(scene: Scene) -> FloatArray:
     """(3,) float64; of the bulk where the whole is too long, since a stray face makes a house kilometres long."""
     whole_m: FloatArray = np.ptp(scene.vertices_m, axis=0)
@@ -33,11 +46,15 @@ def extent_m(scene: Scene) -> FloatArray:
     return np.asarray(np.ptp(near, axis=0), dtype=np.float64)
 
 
-def likely_unit(longest_m: float) -> str:
-    """Return the unit that a scene of such a length is probably drawn in, as `--units` takes it."""
-    if longest_m < SHORTEST_M:
-        return "km"
-    return "mm" if longest_m > 3 * LONGEST_M else "cm"
+def likely_unit(longest_m: float, metres_per_unit: float) -> str | None:
+    """Return the unit that a scene of such a length is probably drawn in, as `--units` takes it; None: no unit.
+
+    metres_per_unit : what it was read in. Of the units that make it a building, the one that makes it nearest to a
+    house.
+    """
+    lengths = {unit: longest_m / metres_per_unit * size_m for unit, size_m in UNITS_M.items()}
+    possible = [unit for unit, length_m in lengths.items() if _SHORTEST_ROOM_M <= length_m <= LONGEST_M]
+    return min(possible, key=lambda unit: abs(math.log(lengths[unit] / _HOUSE_M)), default=None)
 
 
 def check_extent(scene: Scene) -> None:
@@ -50,14 +67,36 @@ def check_extent(scene: Scene) -> None:
     """
     size_m = extent_m(scene)
     longest_m, thinnest_m = float(size_m.max()), float(size_m.min())
-    if SHORTEST_M <= longest_m <= MAX_LENGTH_M and thinnest_m <= MAX_WIDTH_M:
+    is_size = SHORTEST_M <= longest_m <= MAX_LENGTH_M and thinnest_m <= MAX_WIDTH_M
+    if is_size and (longest_m <= LONGEST_M or _plan_m2(scene) <= MAX_PLAN_M2):
         return
     source = scene.source
     name = source.path.name or "scene"
     told = f"{source.unit_name}s" if source.metres_per_unit == 1.0 else f"units of {source.metres_per_unit:g} m"
-    sides = " x ".join(f"{side_m:.3g}" if side_m < 10 else f"{side_m:.0f}" for side_m in size_m)
+    sides = " x ".join(f"{side_m:.3g}" if not 10 <= side_m < 1e7 else f"{side_m:.0f}" for side_m in size_m)
+    if is_size:
+        raise SceneError(
+            f"{name}: read in {told} it measures {sides} m and its surfaces cover {_plan_m2(scene) / 1e6:.0f} km2 seen "
+            f"from above, expected {MAX_PLAN_M2 / 1e6:.0f} km2 at most; {_remedy(longest_m, source.metres_per_unit)}."
+        )
     limits = f"{SHORTEST_M:g} m to {MAX_LENGTH_M / 1000:g} km, and less than {MAX_WIDTH_M / 1000:g} km in one direction"
-    raise SceneError(
-        f"{name}: read in {told} it measures {sides} m, expected {limits}; pass its unit, such as --units "
-        f"{likely_unit(longest_m)}."
-    )
+    remedy = _remedy(longest_m, source.metres_per_unit)
+    raise SceneError(f"{name}: read in {told} it measures {sides} m, expected {limits}; {remedy}.")
+
+
+def _remedy(longest_m: float, metres_per_unit: float) -> str:
+    unit = likely_unit(longest_m, metres_per_unit)
+    if unit is None:
+        return "no unit makes a building of it, leave out what is not the building, or export that alone"
+    length_m = longest_m / metres_per_unit * UNITS_M[unit]
+    return f"pass its unit, such as --units {unit}, in which it is {length_m:.3g} m long, or export less of the site"
+
+
+def _plan_m2(scene: Scene) -> float:
+    """Area of all surfaces seen from above, each counted however many lie over it."""
+    total_m2 = 0.0
+    for some in portions(scene.n_triangles):
+        a, b, c = (scene.vertices_m[scene.triangles[some, corner], :2] for corner in range(3))
+        ab, ac = b - a, c - a
+        total_m2 += float(0.5 * np.abs(ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0]).sum())
+    return total_m2

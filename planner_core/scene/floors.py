@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.model import BoolArray, Floor, Int32Array, Scene
+from planner_core.scene.extent import check_extent
 from planner_core.scene.level_surfaces import MIN_CLEAR_M, Ground, LevelSurvey, strays_named
 from planner_core.scene.portions import portions
 from planner_core.scene.storey_grounds import WALL_KINDS, grounds_of_storeys
@@ -64,6 +65,7 @@ def find_floors(scene: Scene) -> FloorReport:
     lines over crossings. Without storeys, undersides of walls that are flush with the ground count as ground, so that
     a building whose slabs end at its walls has more of it than by its storeys.
     """
+    check_extent(scene)
     columns = LevelSurvey(scene)
     warnings: list[str] = strays_named(columns)
     grounds = grounds_of_storeys(columns, warnings) if scene.storeys else []

@@ -22,13 +22,13 @@ from planner_core.model.choices import one_of
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.doors import without_door_leaves
-from planner_core.scene.extent import LONGEST_M, MAX_LENGTH_M, SHORTEST_M, extent_m, likely_unit
+from planner_core.scene.extent import LONGEST_M, MAX_LENGTH_M, SHORTEST_M, UNITS_M, extent_m, likely_unit
 from planner_core.scene.federation import federated
 from planner_core.scene.gltf_draco import names_draco
 from planner_core.scene.leave_out import without_elements
 from planner_core.scene.raw import RawScene, unit_name
 from planner_core.scene.rooms import with_rooms
-from planner_core.scene.up_axis import UpAxisDoubt, up_axis_doubt
+from planner_core.scene.up_axis import UpAxes, UpAxisDoubt, up_axis_doubt
 
 FORMAT_OF_EXTENSION = {
     ".ifc": "ifc",
@@ -185,11 +185,14 @@ def _load_file(file: _File, *, several: bool, progress: Progress) -> Scene:
     up_axis = options.up_axis or UpAxis(raw.up_axis or UpAxis.Z)
     scene = _built(file, raw, up_axis, progress)
     doubts = _unit_doubts(scene, options, of_file)
-    if options.up_axis is None and file.format in _ANY_UP_AXIS and extent_m(scene).max() <= MAX_LENGTH_M:
+    if file.format in _ANY_UP_AXIS and extent_m(scene).max() <= MAX_LENGTH_M:
         progress(ProgressEvent("load", 0, 0, "comparing the ground with y up and z up"))
-        doubt = up_axis_doubt(scene)
+        axes = UpAxes(scene)
+        doubt = up_axis_doubt(axes) if options.up_axis is None else None
         if doubt is not None:
             doubts.append(_up_axis_warning(path.name, raw, up_axis, doubt, of_file))
+        if options.metres_per_unit is None and not doubts:
+            doubts += _headroom_doubt(scene, axes.headroom_m(), of_file)
         if doubt is not None and doubt.is_certain:
             up_axis = UpAxis.Z if up_axis == UpAxis.Y else UpAxis.Y
             scene = _built(file, raw, up_axis, progress)
@@ -346,11 +349,28 @@ def _unit_name(raw: RawScene, options: LoadOptions) -> str:
 
 
 # ----------------------------------------------------------------------------------------------- doubts
+_HIGHEST_ROOM_M, _ROOM_M = 50.0, 2.7
+"""The highest naves and hangars are not as high; a room."""
+
+
 def _unit_doubts(scene: Scene, options: LoadOptions, of_file: str) -> list[str]:
     """Warnings about a unit that is hard to believe. of_file : `arch.obj=` of several."""
     if options.metres_per_unit is not None:
         return []
     return _unit_doubt(scene.source.path.name, float(extent_m(scene).max()), scene.source, of_file)
+
+
+def _headroom_doubt(scene: Scene, headroom_m: float, of_file: str) -> list[str]:
+    """A warning where rooms are higher than any hall is built, and usual in another unit."""
+    if headroom_m <= _HIGHEST_ROOM_M:
+        return []
+    source = scene.source
+    heights = {unit: headroom_m / source.metres_per_unit * size_m for unit, size_m in UNITS_M.items()}
+    unit = min(heights, key=lambda unit: abs(math.log(heights[unit] / _ROOM_M)))
+    return [
+        f"{source.path.name}, read in units of {source.metres_per_unit:g} m, has rooms {headroom_m:.0f} m high: if "
+        f"that is wrong, pass its unit, such as --units {of_file}{unit}, in which they are {heights[unit]:.1f} m high."
+    ]
 
 
 def _up_axis_warning(name: str, raw: RawScene, read: UpAxis, doubt: UpAxisDoubt, of_file: str) -> str:
@@ -368,7 +388,10 @@ def _up_axis_warning(name: str, raw: RawScene, read: UpAxis, doubt: UpAxisDoubt,
             f"{name} {stated}, but {ground}: it is read with {other_up} up; if {read_up} is up, pass --up "
             f"{of_file}{read_up}."
         )
-    return f"{name} {stated} and is read with {read_up} up, but {ground}: if {other_up} is up, pass --up {of_file}{other_up}."
+    return (
+        f"{name} {stated} and is read with {read_up} up, but {ground}: if {other_up} is up, pass --up "
+        f"{of_file}{other_up}."
+    )
 
 
 def _unit_doubt(name: str, longest_m: float, source: SceneSource, of_file: str) -> list[str]:
@@ -376,7 +399,9 @@ def _unit_doubt(name: str, longest_m: float, source: SceneSource, of_file: str) 
     if SHORTEST_M <= longest_m <= LONGEST_M:
         return []
     length = f"only {longest_m:.3g} m" if longest_m < SHORTEST_M else f"{longest_m:.0f} m"
-    unit = likely_unit(longest_m)
+    unit = likely_unit(longest_m, source.metres_per_unit)
+    if unit is None:
+        return [f"{name}, read {told}, is {length} long, and in no other unit a building: check what it holds."]
     return [f"{name}, read {told}, is {length} long: if that is wrong, pass its unit, such as --units {of_file}{unit}."]
 
 

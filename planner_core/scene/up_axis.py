@@ -79,6 +79,7 @@ class UpAxes:
     """The scene on its lattice, to be read with any axis up."""
 
     def __init__(self, scene: Scene) -> None:
+        self.read_as = scene.source.up_axis
         low_m, high_m = scene.vertices_m.min(axis=0), scene.vertices_m.max(axis=0)
         self.size_m = high_m - low_m
         widest_m2 = max(float(self.size_m[axis] * self.size_m[axis - 1]) for axis in range(3))
@@ -108,11 +109,18 @@ class UpAxes:
         stride_m = float(columns.z_m.max(initial=0.0)) - low_m + 10.0
         return _Lines(columns, columns.column * stride_m + (columns.z_m - low_m), stride_m, low_m)
 
+    def headroom_m(self) -> float:
+        """Height that three quarters of the spaces over level surfaces do not exceed; 0 where there are none.
+
+        Half of the spaces are those inside slabs where the unit makes these as high as rooms.
+        """
+        columns = self.lines[2].columns
+        clear_m = columns.clear_height_m()
+        spaces_m = clear_m[self.faces_axis[columns.triangle, 2] & (clear_m >= MIN_CLEAR_M) & np.isfinite(clear_m)]
+        return float(np.quantile(spaces_m, 0.75)) if spaces_m.size else 0.0
+
     def ground(self, axis: int, *, is_down: bool = False) -> UprightGround:
         """Ground with `axis` (0, 1, 2) up; is_down: with its negative direction up."""
-        from scipy.sparse import coo_matrix
-        from scipy.sparse.csgraph import connected_components
-
         columns = self.lines[axis].columns
         everything = np.ones(columns.z_m.size, dtype=np.bool_)
         clear_m = columns.depth_to_m(everything) if is_down else columns.clear_height_m()
@@ -141,8 +149,7 @@ class UpAxes:
         counts[~np.isfinite(clear_m)] = 1.0
         areas = []
         for kept in (pairs[:, free], pairs):
-            graph = coo_matrix((np.ones(kept.shape[1]), (kept[0], kept[1])), shape=(n, n))
-            _, piece = connected_components(graph, directed=False)
+            piece = _pieces(n, kept)
             areas.append(
                 [np.bincount(piece, w) for w in (np.ones(n), np.isfinite(clear_m) * 1.0, counts, n_walls, n_edges)]
             )
@@ -193,6 +200,18 @@ class UpAxes:
         return wall
 
 
+def _pieces(n: int, pairs: Int64Array) -> Int64Array:
+    """(n,) the least number in the connected component of each; without SciPy, which takes longer to import."""
+    least = np.arange(n)
+    while True:
+        a, b = least[pairs]
+        if (a == b).all():
+            return least
+        np.minimum.at(least, np.maximum(a, b), np.minimum(a, b))
+        while (least[least] != least).any():
+            least = least[least]
+
+
 @dataclass(frozen=True)
 class UpAxisDoubt:
     """The other reading is more likely. is_certain: enough to take it. read_m2, other_m2 : largest ground of each."""
@@ -202,14 +221,13 @@ class UpAxisDoubt:
     other_m2: float
 
 
-def up_axis_doubt(scene: Scene) -> UpAxisDoubt | None:
-    """Doubt whether the axis that `scene` was read with is up; None: it offers as much ground as the other.
+def up_axis_doubt(axes: UpAxes) -> UpAxisDoubt | None:
+    """Doubt whether the axis that a scene was read with is up; None: it offers as much ground as the other.
 
     Y up and z up are compared: a file read as z up that is y up has y up in the scene, too; one read as y up that is z
     up has its upward axis along -y.
     """
-    axes = UpAxes(scene)
-    read, other = axes.ground(2), axes.ground(1, is_down=scene.source.up_axis == "Y")
+    read, other = axes.ground(2), axes.ground(1, is_down=axes.read_as == "Y")
     ratio = other.walled_m2 / max(read.between_walls_m2, _SMALLEST_M2)
     ratio *= other.on_one_surface_m2 / max(read.on_one_surface_m2, _SMALLEST_M2)
     if ratio >= _DOUBTED and other.walled_m2 >= _SMALLEST_ROOM_M2:

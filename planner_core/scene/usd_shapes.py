@@ -102,8 +102,8 @@ class _Sizes:
         radius_m = radius * self.metres_per_unit
         if not radius_m > DEVIATION_M:
             return _FEWEST
-        n = math.ceil(math.pi / math.acos(1.0 - DEVIATION_M / radius_m))
-        return min(max(4 * math.ceil(n / 4), _FEWEST), _MOST)
+        half_angle = max(math.acos(max(1.0 - DEVIATION_M / radius_m, -1.0)), math.pi / _MOST)  # 0 beyond float64
+        return max(4 * math.ceil(math.pi / half_angle / 4), _FEWEST)
 
 
 def _cube(sizes: _Sizes) -> Polygons:

@@ -1,6 +1,7 @@
 """Scenes of absurd size: refused before floors, patches and grids are made of them."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from planner_core.model import PlanSettings, Scene
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.extent import check_extent, extent_m
+from planner_core.scene.floors import find_floors
+from planner_core.scene.load import load_scene
 
 
 def box_scene(*sides_m: float) -> Scene:
@@ -67,3 +70,47 @@ def test_a_stray_face_makes_no_building_too_large():
     assert np.ptp(scene.vertices_m, axis=0).min() > 14_000
     assert extent_m(scene).max() < 100
     check_extent(scene)
+
+
+def test_levels_of_many_square_kilometres_are_refused_and_a_road_is_not():
+    levels = np.concatenate(
+        [box_scene(10_000.0, 10_000.0, 1.0).vertices_m + np.array([0, 0, 3.0 * k]) for k in range(3)]
+    )
+    faces = np.concatenate([box_scene(1.0, 1.0, 1.0).triangles + 8 * k for k in range(3)])
+    with pytest.raises(SceneError, match=r"surfaces cover 600 km2 seen from above.*--units mm, in which it is 10 m"):
+        check_extent(scene_from_arrays(levels, faces))
+    on_grid = box_scene(5_000.0, 30.0, 1.0).vertices_m + np.array([500_000.0, 5_800_000.0, 40.0])
+    check_extent(scene_from_arrays(on_grid, faces[:12]))
+
+
+@pytest.mark.parametrize("side_m", [2e7, 4e4])
+def test_no_unit_is_named_where_none_makes_a_building(side_m):
+    scene = box_scene(side_m, side_m, side_m)
+    with pytest.raises(SceneError) as error:
+        check_extent(scene)
+    assert ("--units mm" in str(error.value)) == (side_m == 4e4)
+    assert ("no unit makes a building of it" in str(error.value)) == (side_m == 2e7)
+
+
+def test_floors_of_what_is_no_building_are_refused_before_plumb_lines_are_cast(monkeypatch):
+    monkeypatch.setattr("planner_core.scene.floors.LevelSurvey", lambda _: pytest.fail("plumb lines were cast"))
+    with pytest.raises(SceneError, match=r"expected 0\.5 m to 20 km"):
+        find_floors(box_scene(12_000.0, 9_000.0, 3_000.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("usd-sphere-radius-1e7.usda", "no unit makes a building of it"),
+        ("usd-metersperunit-1e7.usda", "--units m, in which it is 2 m long"),
+        ("usd-sphere-radius-1e20.usda", "not finite"),
+        ("obj-300-levels-10km.obj", "surfaces cover 15000 km2"),
+    ],
+)
+def test_real_scenes_of_kilometres_are_refused_in_one_line(name, words):
+    path = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "reality" / name
+    if not path.exists():
+        pytest.skip(f"{name} is not in ../shared/data/reality")
+    with pytest.raises(SceneError) as error:
+        find_floors(load_scene(path))
+    assert words in str(error.value)

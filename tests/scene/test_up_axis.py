@@ -13,7 +13,7 @@ from planner_core.model import FloatArray, Int64Array, Scene
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.floors import find_floors
 from planner_core.scene.load import LoadOptions, load_scene
-from planner_core.scene.up_axis import up_axis_doubt
+from planner_core.scene.up_axis import UpAxes, up_axis_doubt
 
 Mesh = tuple[FloatArray, Int64Array]
 
@@ -97,14 +97,14 @@ UPRIGHT = ("house", "box", "closed-rooms", "doors-shut", "stairwell", "atrium", 
 @pytest.mark.parametrize("name", [*UPRIGHT, *BUILDINGS, *OTHERS])
 def test_up_axis_of_upright_scenes_is_not_doubted(name, read_as):
     scene = scene_of(name)
-    assert up_axis_doubt(replace(scene, source=replace(scene.source, up_axis=read_as))) is None
+    assert up_axis_doubt(UpAxes(replace(scene, source=replace(scene.source, up_axis=read_as)))) is None
 
 
 @pytest.mark.parametrize("read_as", ["Z", "Y"])
 @pytest.mark.parametrize("way", ["straight", "turned"])
 @pytest.mark.parametrize("name", ["house", "hole-walls", "atrium", "double-height-hall", "corridor-comb", "tower"])
 def test_up_axis_of_a_building_on_its_side_is_the_other(name, way, read_as):
-    doubt = up_axis_doubt(lying(scene_of(name), way, read_as))
+    doubt = up_axis_doubt(UpAxes(lying(scene_of(name), way, read_as)))
     assert doubt is not None
     assert doubt.is_certain, doubt
     assert doubt.other_m2 > doubt.read_m2
@@ -113,12 +113,12 @@ def test_up_axis_of_a_building_on_its_side_is_the_other(name, way, read_as):
 @pytest.mark.parametrize("name", ["box", "closed-rooms", "doors-shut", "cells"])
 def test_up_axis_of_small_rooms_on_their_side_is_doubted(name):
     """Rooms as high as they are wide: not enough to turn the model over, and never nothing."""
-    assert up_axis_doubt(lying(scene_of(name), "straight", "Z")) is not None
+    assert up_axis_doubt(UpAxes(lying(scene_of(name), "straight", "Z"))) is not None
 
 
 def test_up_axis_of_an_empty_shaft_is_doubted_and_kept():
     """A shaft that stands and a hall that lies look the same."""
-    doubt = up_axis_doubt(scene_from_arrays(*box((0, 0, 0), (10, 10, 40))))
+    doubt = up_axis_doubt(UpAxes(scene_from_arrays(*box((0, 0, 0), (10, 10, 40)))))
     assert doubt is not None
     assert not doubt.is_certain
 
@@ -154,6 +154,23 @@ def test_up_axis_of_meshes_of_other_formats_is_found(tmp_path, ending):
     scene = load_scene(path)
     assert scene.source.up_axis == ("Z" if ending == "glb" else "Y")
     assert np.ptp(scene.vertices_m, axis=0) == pytest.approx([12, 10, 45.2], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit_m", "words"),
+    [
+        ("cells", 0.0254, "rooms 102 m high"),
+        ("tower", 0.0254, "rooms 55 m high"),
+    ],
+)
+def test_unit_of_rooms_without_measure_is_doubted(tmp_path, name, unit_m, words):
+    """A house in inches is 470 units long, as a large building is in metres; no room is 100 m high."""
+    points, faces = BUILDINGS[name]()
+    path = tmp_path / "building.obj"
+    write_obj(path, (0.5 * points / unit_m if name == "tower" else points / unit_m, faces), "z")
+    warnings = load_scene(path).report.warnings
+    assert any(words in each and "--units in" in each for each in warnings), warnings
+    assert not any("--units" in each for each in load_scene(path, options=LoadOptions(unit_m)).report.warnings)
 
 
 @pytest.mark.parametrize(
