@@ -33,13 +33,13 @@ _LARGEST = {"<i1": 127.0, "<u1": 255.0, "<i2": 32767.0, "<u2": 65535.0}
 """What a normalised integer is divided by."""
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-_MOST_SPARSE = 10**8
-"""Values of an accessor without a buffer, which no buffer's length bounds; more than a mesh that can be planned has."""
+_LEAST_SPARSE = 1_000_000
+"""Values that an accessor without a buffer may declare whatever the file holds: what a file of few bytes may take."""
+_INSTANCING = "EXT_mesh_gpu_instancing"
 _COMPRESSED = "export it without compression, or run gltf-transform copy on it, which undoes compression"
 _REMEDY_OF_EXTENSION = {
     "EXT_meshopt_compression": _COMPRESSED,
     "KHR_meshopt_compression": _COMPRESSED,
-    "EXT_mesh_gpu_instancing": "export it without instancing, or run gltf-transform uninstance on it",
 }
 """What to do about extensions without which the geometry would be wrong or missing, and which are not read."""
 
@@ -178,7 +178,12 @@ def _scene(document: _Document, *, skip_bad_faces: bool) -> RawScene:
     elements: list[Element] = []
     parts = Parts()
     n_bad = 0
-    for number, matrix in _placed_nodes(document):
+    placements = (
+        (number, placement)
+        for number, matrix in _placed_nodes(document)
+        for placement in _instances(document, document.nodes[number], matrix)
+    )
+    for number, matrix in placements:
         node = document.nodes[number]
         mesh = node.whole("mesh", below=len(document.meshes))
         if mesh not in meshes:
@@ -262,7 +267,16 @@ def _local_matrix(node: JsonObject) -> FloatArray:
     """A node's placement in its parent: its matrix (stored by columns), or translation * rotation * scale."""
     if node.has("matrix"):
         return np.array(node.numbers("matrix", _IDENTITY)).reshape(4, 4).T
-    x, y, z, w = node.numbers("rotation", (0.0, 0.0, 0.0, 1.0))
+    return _matrix_of(
+        node.numbers("translation", (0.0, 0.0, 0.0)),
+        node.numbers("rotation", (0.0, 0.0, 0.0, 1.0)),
+        node.numbers("scale", (1.0, 1.0, 1.0)),
+    )
+
+
+def _matrix_of(translation: list[float], rotation: list[float], scale: list[float]) -> FloatArray:
+    """Placement of translation * rotation (a quaternion x, y, z, w) * scale."""
+    x, y, z, w = rotation
     turn = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -272,9 +286,36 @@ def _local_matrix(node: JsonObject) -> FloatArray:
     )
     matrix = np.eye(4)
     with np.errstate(over="ignore", invalid="ignore"):  # vertices that end up nowhere are dropped with the repair
-        matrix[:3, :3] = turn * np.array(node.numbers("scale", (1.0, 1.0, 1.0)))
-    matrix[:3, 3] = node.numbers("translation", (0.0, 0.0, 0.0))
+        matrix[:3, :3] = turn * np.array(scale)
+    matrix[:3, 3] = translation
     return matrix
+
+
+def _instances(document: _Document, node: JsonObject, matrix: FloatArray) -> Iterator[FloatArray]:
+    """Placements of a node's mesh: its own, or one for each instance of EXT_mesh_gpu_instancing."""
+    extensions = node.object("extensions") if node.has("extensions") else None
+    if extensions is None or not extensions.has(_INSTANCING):
+        yield matrix
+        return
+    attributes = extensions.object(_INSTANCING).object("attributes")
+    columns: dict[str, FloatArray] = {}
+    for name, width in (("TRANSLATION", 3), ("ROTATION", 4), ("SCALE", 3)):
+        if attributes.has(name):
+            number = attributes.whole(name, below=len(document.accessors))
+            columns[name] = _accessor(document, number, width)
+    counts = {len(values) for values in columns.values()}
+    if len(counts) != 1:
+        found = ", ".join(f"{name} {len(values)}" for name, values in columns.items()) or "none"
+        raise SceneError(
+            f"{document.path.name}, {node.place}: its instances have placements of {found}, expected as many of each; "
+            "export it again."
+        )
+    still = (("TRANSLATION", (0.0, 0.0, 0.0)), ("ROTATION", (0.0, 0.0, 0.0, 1.0)), ("SCALE", (1.0, 1.0, 1.0)))
+    for at in range(counts.pop()):
+        translation, rotation, scale = (
+            columns[name][at].tolist() if name in columns else list(default) for name, default in still
+        )
+        yield chained(matrix, _matrix_of(translation, rotation, scale))
 
 
 # ------------------------------------------------------------------------------------------------ optics
@@ -392,7 +433,7 @@ def _accessor(document: _Document, number: int, width: int) -> FloatArray:
     if entry.has("bufferView"):
         values = _view(document, entry, component, entry.whole("count"), width)
     elif entry.has("sparse"):
-        values = np.zeros((entry.whole("count", below=_MOST_SPARSE), width))
+        values = np.zeros((_sparse_count(document, entry), width))
     else:
         _refuse_if_used(document, "extensionsUsed")
         raise SceneError(f"{document.path.name}: accessor {number} has no contents; export it again.")
@@ -401,6 +442,21 @@ def _accessor(document: _Document, number: int, width: int) -> FloatArray:
     if entry.members.get("normalized") is True and component in _LARGEST:
         values = np.maximum(values / _LARGEST[component], -1.0)
     return values
+
+
+def _sparse_count(document: _Document, entry: JsonObject) -> int:
+    """Length of an accessor that is zero but for what a sparse part replaces: no longer than the file in bytes.
+
+    Vertices at zero make no surface, and no mesh has more of them than it has bytes for the rest.
+    """
+    count = entry.whole("count")
+    held = sum(len(_buffer(document, number)) for number in range(len(document.buffers)))
+    if count > max(held, _LEAST_SPARSE):
+        raise SceneError(
+            f"{document.path.name}: {entry.place} declares {grouped(count)} values without a buffer, expected "
+            f"{grouped(max(held, _LEAST_SPARSE))} at most for its {grouped(held)} bytes; export it again."
+        )
+    return count
 
 
 def _component(document: _Document, entry: JsonObject) -> str:

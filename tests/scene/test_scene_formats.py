@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import struct
 from pathlib import Path
 
@@ -394,3 +395,71 @@ def test_usd_file_that_changed_on_disk_is_read_again(tmp_path):
     (tmp_path / "a.usda").write_text(text % 25)
     assert load_scene(tmp_path / "a.usda").vertices_m[:, 0].max() == 25.0
     assert held.GetPrimAtPath("/m").IsValid()
+
+
+def instanced(writer, **attributes):
+    corner = writer.floats([(0, 0, 0), (1, 0, 0), (0, 2, 0)])
+    writer.tree["extensionsUsed"] = writer.tree["extensionsRequired"] = ["EXT_mesh_gpu_instancing"]
+    extension = {"EXT_mesh_gpu_instancing": {"attributes": attributes}}
+    writer.mesh({"attributes": {"POSITION": corner}}, translation=[10, 0, 0], extensions=extension)
+
+
+def test_gltf_instances_are_elements_with_placements_of_their_own(tmp_path):
+    """Turned, mirrored and scaled; rotations as floats, and as normalised shorts and bytes."""
+    half = math.sqrt(0.5)
+    expected = [
+        [[11, 0, 0], [11, 1, 0], [9, 0, 0]],  # turned by 90 degrees about z
+        [[10, 0, 3], [10, 4, 3], [8, 0, 3]],  # mirrored: the winding is turned over
+    ]
+    turns = np.array([[0, 0, half, half], [0, 0, 0, 1]])
+    for component, dtype, largest in ((5126, "<f4", 1), (5122, "<i2", 32767), (5120, "<i1", 127)):
+        writer = GltfWriter()
+        packed = np.round(turns * largest).astype(dtype) if largest > 1 else turns.astype(dtype)
+        more = {"normalized": True} if largest > 1 else {}
+        instanced(
+            writer,
+            TRANSLATION=writer.floats([(1, 0, 0), (0, 0, 3)]),
+            ROTATION=writer.accessor(packed.tobytes(), component, 2, "VEC4", **more),
+            SCALE=writer.floats([(1, 1, 1), (-2, 2, 1)]),
+        )
+        scene = writer.load(tmp_path)
+        assert len(scene.elements) == 2
+        found = scene.vertices_m[scene.triangles]
+        np.testing.assert_allclose(found[0], expected[0], atol=0.03)
+        np.testing.assert_allclose(found[1], expected[1], atol=1e-6)
+
+
+def test_gltf_instances_of_translation_alone_keep_the_mesh(tmp_path):
+    writer = GltfWriter()
+    instanced(writer, TRANSLATION=writer.floats([(0, 0, 0), (0, 5, 0), (0, 0, 7)]))
+    scene = writer.load(tmp_path)
+    lowest = scene.vertices_m[scene.triangles].min(axis=1)
+    assert lowest.tolist() == [[10, 0, 0], [10, 5, 0], [10, 0, 7]]
+
+
+def test_gltf_instances_of_different_number_are_refused(tmp_path):
+    writer = GltfWriter()
+    instanced(writer, TRANSLATION=writer.floats([(0, 0, 0), (0, 5, 0)]), SCALE=writer.floats([(1, 1, 1)]))
+    with pytest.raises(SceneError, match="TRANSLATION 2, SCALE 1, expected as many of each"):
+        writer.load(tmp_path)
+
+
+def test_gltf_instanced_cupboards_are_those_of_plain_nodes(triangle_set):
+    folder = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "reality"
+    if not folder.exists():
+        pytest.skip("../shared/data/reality is not there")
+    plain, made = (load_scene(folder / f"{name}_cupboards.glb") for name in ("plain", "instanced"))
+    np.testing.assert_allclose(
+        triangle_set(made.vertices_m, made.triangles), triangle_set(plain.vertices_m, plain.triangles), atol=1e-6
+    )
+
+
+@pytest.mark.parametrize("count", [2_000_000, 10**7, 10**12])
+def test_gltf_sparse_values_beyond_what_the_file_holds_are_refused(tmp_path, count):
+    writer = GltfWriter()
+    rows = writer.view(np.array([1], "<u4").tobytes())
+    values = writer.view(np.ones(3, "<f4").tobytes())
+    sparse = {"count": 1, "indices": {"bufferView": rows, "componentType": 5125}, "values": {"bufferView": values}}
+    writer.mesh({"attributes": {"POSITION": writer.accessor(None, 5126, count, "VEC3", sparse=sparse)}})
+    with pytest.raises(SceneError, match="values without a buffer, expected 1 000 000 at most for its 16 bytes"):
+        writer.load(tmp_path)
