@@ -8,6 +8,7 @@ and upward axis are the stage's (metersPerUnit, upAxis). Source: the reference o
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -20,6 +21,7 @@ from planner_core import child_process
 from planner_core.errors import MissingPackageError, SceneError
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport
 from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.scene.bulk import named_few
 from planner_core.scene.raw import (
     Faces,
     Parts,
@@ -38,6 +40,8 @@ from planner_core.scene.usd_materials import UsdOptics
 from planner_core.scene.usd_shapes import is_shape, shape_of
 from planner_core.scene.wording import grouped, is_text, shortened
 
+_NOT_OPENED = re.compile(r"[Cc]ould not (?:open|load)[^@]*@([^@]+)@")
+"""How the library names a layer that is not there."""
 _HIDDEN_PURPOSES = ("guide", "proxy")
 MOST_DEEP = 1000
 """Prims inside each other."""
@@ -102,13 +106,41 @@ def read_usd(path: Path, *, skip_bad_faces: bool, progress: Progress = silent) -
             _add_mesh(gathered, prim, matrix, label)
             progress(ProgressEvent("load", len(gathered.elements), 0, f"{grouped(len(gathered.elements))} meshes"))
         told = [d.commentary for d in messages.TakeUncoalescedDiagnostics()]
-        return _raw_scene(path, stage, gathered, told)
+        missing, told = _missing_files(path, told)
+        raw = _raw_scene(path, stage, gathered, told)
     except (Tf.ErrorException, UnicodeDecodeError) as error:  # what only the library raises, the latter for its texts
         with path.open("rb") as file:
             looks = what_it_looks_like(file.read(64))
         raise SceneError(
             f"{path.name}: not a readable USD file ({_first_reason(error)}): {looks}; export the model again."
         ) from error
+    if not missing:
+        return raw
+    line = _missing_line(path, missing)
+    if not raw.triangles.size:
+        raise SceneError(f"{line}; it has no faces without them.")
+    return replace(raw, report=replace(raw.report, warnings=(*raw.report.warnings, f"{line}.")))
+
+
+def _missing_files(path: Path, told: list[str]) -> tuple[list[str], list[str]]:
+    """Files that parts of the stage are in and that the library could not open; and what else it has to say."""
+    missing: dict[str, None] = {}
+    others = []
+    for text in told:
+        named = _NOT_OPENED.search(text)
+        if named:
+            missing[named.group(1).removeprefix(f"{path.resolve().parent}/").removeprefix(f"{path.parent}/")] = None
+        else:
+            others.append(text)
+    return list(missing), others
+
+
+def _missing_line(path: Path, missing: list[str]) -> str:
+    noun = "a file that holds parts of it" if len(missing) == 1 else f"{grouped(len(missing))} files that hold parts"
+    return (
+        f"{path.name}: {noun} could not be opened: {shortened(named_few(missing))}; put them where it names them, or "
+        "export the stage with all parts in one file, as usdcat --flatten does"
+    )
 
 
 def _open(path: Path) -> Any:
@@ -357,6 +389,27 @@ def _warnings(path: Path, stage: Any, gathered: _Gathered, told: list[str]) -> I
         yield f"{path.name} names no unit: USD's default, centimetres, is assumed; pass --units if that is wrong."
     if not stage.HasAuthoredMetadata("upAxis"):
         yield f"{path.name} names no upward axis: USD's default, y, is assumed; pass --up z if that is wrong."
+    yield from _metrics_warnings(path, stage)
     if gathered.left_out:
         kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(gathered.left_out.items()))
         yield f"{path.name}: shapes of other kinds were left out: {kinds}; convert them to meshes if they matter."
+
+
+def _metrics_warnings(path: Path, stage: Any) -> Iterator[str]:
+    """A line on layers whose unit or upward axis is not the stage's: USD takes their numbers as the stage's."""
+    from pxr import UsdGeom
+
+    unit_m, axis = float(UsdGeom.GetStageMetersPerUnit(stage)), str(UsdGeom.GetStageUpAxis(stage))
+    others: dict[str, list[str]] = {}
+    for layer in stage.GetUsedLayers():
+        top = layer.pseudoRoot
+        told_m = float(top.GetInfo("metersPerUnit")) if top.HasInfo("metersPerUnit") else unit_m
+        told_axis = str(top.GetInfo("upAxis")) if top.HasInfo("upAxis") else axis
+        if not math.isclose(told_m, unit_m, rel_tol=1e-6) or told_axis != axis:
+            others.setdefault(f"{unit_name(told_m)}s with {told_axis.lower()} up", []).append(layer.GetDisplayName())
+    for metrics, names in sorted(others.items()):
+        yield (
+            f"{path.name} is in {unit_name(unit_m)}s with {axis.lower()} up, and parts in {named_few(sorted(names))} "
+            f"are in {metrics}: USD does not convert them, so their size or position is wrong unless the stage scales "
+            "and turns them; correct it in the program that put them together."
+        )

@@ -463,3 +463,59 @@ def test_gltf_sparse_values_beyond_what_the_file_holds_are_refused(tmp_path, cou
     writer.mesh({"attributes": {"POSITION": writer.accessor(None, 5126, count, "VEC3", sparse=sparse)}})
     with pytest.raises(SceneError, match="values without a buffer, expected 1 000 000 at most for its 16 bytes"):
         writer.load(tmp_path)
+
+
+USD_HEAD = '#usda 1.0\n(\n defaultPrim = "W"\n metersPerUnit = {unit}\n upAxis = "{up}"\n)\n'
+USD_FLOOR = """def Mesh "floor" {
+ point3f[] points = [(0,0,0),(8,0,0),(8,6,0),(0,6,0)]
+ int[] faceVertexCounts = [4]
+ int[] faceVertexIndices = [0,1,2,3]
+}
+"""
+
+
+@pytest.mark.parametrize("arc", ["references = @walls.usd@", "payload = @parts/walls.usda@", "references = @C:/w.usd@"])
+@pytest.mark.parametrize("floor", [USD_FLOOR, ""])
+def test_usd_files_that_are_not_there_are_named(tmp_path, arc, floor):
+    text = USD_HEAD.format(unit=1, up="Z") + f'def Xform "W" {{\n{floor}def "walls" ( prepend {arc} ) {{}}\n}}\n'
+    path = tmp_path / "site.usda"
+    path.write_text(text)
+    name = arc.split("@")[1]
+    if floor:
+        (line,) = load_scene(path).report.warnings
+    else:
+        with pytest.raises(SceneError) as error:
+            load_scene(path)
+        line = str(error.value)
+        assert "no faces without them" in line
+    assert "site.usda: a file that holds parts of it could not be opened: " in line
+    assert name in line
+    assert str(tmp_path) not in line
+
+
+@pytest.mark.parametrize(
+    ("unit", "up", "words"),
+    [
+        (0.01, "Z", "centimetres with z up"),
+        (1, "Y", "metres with y up"),
+        (0.001, "Y", "millimetres with y up"),
+        (1, "Z", ""),
+    ],
+)
+def test_usd_metrics_of_referenced_layers_are_compared(tmp_path, unit, up, words):
+    part = USD_HEAD.format(unit=unit, up=up) + 'def Xform "W" {\n' + USD_FLOOR + "}\n"
+    (tmp_path / "desk.usda").write_text(part)
+    text = (
+        USD_HEAD.format(unit=1, up="Z")
+        + f'def Xform "W" {{\n{USD_FLOOR}def "desk" ( prepend references = @desk.usda@ )'
+    )
+    (tmp_path / "room.usda").write_text(
+        text
+        + ' { double3 xformOp:translate = (0, 0, 1)\n uniform token[] xformOpOrder = ["xformOp:translate"]\n }\n}\n'
+    )
+    scene = load_scene(tmp_path / "room.usda")
+    assert np.ptp(scene.vertices_m, axis=0).tolist() == [8, 6, 1]
+    lines = scene.report.warnings
+    assert len(lines) == bool(words)
+    for line in lines:
+        assert line.startswith("room.usda is in metres with z up, and parts in 'desk.usda' are in " + words)
