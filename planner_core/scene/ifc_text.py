@@ -21,6 +21,10 @@ from planner_core.scene.wording import grouped, reason_of
 MAX_UNPACKED_BYTES = 2 * 1024**3
 """Longest IFC file in an archive: IfcOpenShell needs several times as much memory."""
 
+_MOST_TIMES, _LEAST_UNPACKED_BYTES = 50, 32 * 1024**2
+"""An archive's file is at most this many times as long as the archive, or this long: IFC shrinks to a tenth, files of
+repeated parts to a thirtieth; blanks and comments, which nobody needs, to a thousandth."""
+
 _HIGH = rb"\\S\\(?:'(?:'(?![\s,)]))?|[^'])"
 """The sign 128 above an ASCII one; an apostrophe is doubled in the standard, and mostly not in files."""
 _TEXT = re.compile(rb"'(?:" + _HIGH + rb"|[^'\\]|\\|'')*+'|/\*.*?\*/", re.DOTALL)
@@ -83,18 +87,19 @@ def _unpacked(path: Path) -> bytes:
                     f"{path.name}: the archive has {grouped(len(names))} IFC files{f' ({found})' if names else ''}, "
                     "expected one; unpack it and name the file to load."
                 )
+            limit = min(MAX_UNPACKED_BYTES, max(_LEAST_UNPACKED_BYTES, _MOST_TIMES * path.stat().st_size))
             with archive.open(names[0]) as member:  # what the archive says of its size may be a lie
-                text = member.read(MAX_UNPACKED_BYTES + 1)
+                text = member.read(limit + 1)
     # NotImplementedError is how `zipfile` says that it does not know an archive's compression.
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError) as error:
         reason = reason_of(error)
         raise SceneError(
             f"{path.name}: the archive can't be unpacked ({reason}); copy it again, or unpack it by hand."
         ) from error
-    if len(text) > MAX_UNPACKED_BYTES:
+    if len(text) > limit:
         raise SceneError(
-            f"{path.name}: the file in it is longer than {MAX_UNPACKED_BYTES // 1024**3} GiB, which is not unpacked; "
-            "unpack it and name the .ifc file."
+            f"{path.name}: the file in it is longer than {limit / 1024**2:.0f} MiB, which is not unpacked of an archive "
+            f"of {path.stat().st_size / 1024**2:.1f} MiB; unpack it and name the .ifc file."
         )
     return text
 

@@ -42,6 +42,8 @@ _TYPES = {
 }
 _MOST_ROWS = 2**31
 """No row and no list has more: what says otherwise is damaged. Vertex numbers have to fit int32 in any case."""
+_MOST_PROPERTIES = 1000
+"""Of a header: programs write some dozens, scans with all their bands some hundreds."""
 _BYTE_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
 _FACE_LISTS = ("vertex_indices", "vertex_index")
 
@@ -114,6 +116,12 @@ def _header(path: Path, contents: bytes) -> tuple[str, list[_Block], int]:
     newline = contents.find(b"\n", end)
     if end < 0 or newline < 0:
         raise SceneError(f"{path.name}: its header has no end_header: it is cut off; export it again.")
+    n_properties = contents.count(b"property", 0, end)
+    if n_properties > _MOST_PROPERTIES:
+        raise SceneError(
+            f"{path.name}: its header has {grouped(n_properties)} properties, expected {grouped(_MOST_PROPERTIES)} at "
+            "most; export it again with positions and faces only."
+        )
     order: str | None = None
     blocks: list[_Block] = []
     for number, line in enumerate(contents[:end].decode("ascii", "replace").splitlines(), 1):

@@ -6,6 +6,7 @@ import base64
 import json
 import math
 import struct
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -465,6 +466,21 @@ def test_gltf_sparse_values_beyond_what_the_file_holds_are_refused(tmp_path, cou
         writer.load(tmp_path)
 
 
+@pytest.mark.parametrize("kind", ["float x", "list uchar int x"])
+@pytest.mark.parametrize("order", ["ascii", "binary_little_endian"])
+def test_ply_header_of_very_many_properties_is_refused(tmp_path, order, kind):
+    lines = [
+        "ply",
+        f"format {order} 1.0",
+        "element vertex 1",
+        *(f"property {kind}{i}" for i in range(1100)),
+        "end_header",
+    ]
+    (tmp_path / "wide.ply").write_text("\n".join(lines) + "\n")
+    with pytest.raises(SceneError, match="its header has 1 100 properties, expected 1 000 at most"):
+        load_scene(tmp_path / "wide.ply")
+
+
 USD_HEAD = '#usda 1.0\n(\n defaultPrim = "W"\n metersPerUnit = {unit}\n upAxis = "{up}"\n)\n'
 USD_FLOOR = """def Mesh "floor" {
  point3f[] points = [(0,0,0),(8,0,0),(8,6,0),(0,6,0)]
@@ -519,3 +535,12 @@ def test_usd_metrics_of_referenced_layers_are_compared(tmp_path, unit, up, words
     assert len(lines) == bool(words)
     for line in lines:
         assert line.startswith("room.usda is in metres with z up, and parts in 'desk.usda' are in " + words)
+
+
+@pytest.mark.parametrize("fill", [b" ", b"#1=IFCCARTESIANPOINT((0.,0.,0.));\n", b"/* */"])
+def test_ifczip_that_unpacks_to_far_more_than_it_holds_is_refused(tmp_path, fill):
+    path = tmp_path / "bomb.ifczip"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("bomb.ifc", b"ISO-10303-21;\n" + fill * (40 * 1024**2 // len(fill)))
+    with pytest.raises(SceneError, match="the file in it is longer than 32 MiB, which is not unpacked of an archive of"):
+        load_scene(path)
