@@ -98,8 +98,8 @@ def _unpacked(path: Path) -> bytes:
         ) from error
     if len(text) > limit:
         raise SceneError(
-            f"{path.name}: the file in it is longer than {limit / 1024**2:.0f} MiB, which is not unpacked of an archive "
-            f"of {path.stat().st_size / 1024**2:.1f} MiB; unpack it and name the .ifc file."
+            f"{path.name}: the file in it is longer than {limit / 1024**2:.0f} MiB, which is not unpacked of an "
+            f"archive of {path.stat().st_size / 1024**2:.1f} MiB; unpack it and name the .ifc file."
         )
     return text
 
