@@ -21,11 +21,12 @@ from planner_core.model import Doors, Georeference, Glass, LoadReport, Optics, S
 from planner_core.model.choices import one_of
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
+from planner_core.scene.bulk import named_few
 from planner_core.scene.doors import without_door_leaves
 from planner_core.scene.extent import LONGEST_M, MAX_LENGTH_M, SHORTEST_M, UNITS_M, extent_m, likely_unit
 from planner_core.scene.federation import federated
 from planner_core.scene.gltf_draco import names_draco
-from planner_core.scene.leave_out import without_elements
+from planner_core.scene.leave_out import with_triangles, without_elements
 from planner_core.scene.raw import RawScene, unit_name
 from planner_core.scene.rooms import with_rooms
 from planner_core.scene.up_axis import UpAxes, UpAxisDoubt, up_axis_doubt
@@ -50,6 +51,9 @@ _POINT_CLOUDS = frozenset({".asc", ".e57", ".las", ".laz", ".pcd", ".pts", ".ptx
 _ANY_UP_AXIS = frozenset({"obj", "ply", "stl", "gltf", "usd"})
 """Formats whose files are found with either axis up: three say nothing of it, and programs write glTF and USD with
 the axis of their own. IFC is z up, and its storeys say so again."""
+
+_ROOM_VOLUME = "ifcspace"
+"""In names of elements, capitals or not."""
 
 _OPTICS_OF_GLASS = {Glass.PASS: Optics.PASSES, Glass.STOP: Optics.STOPS, Glass.RETURN: Optics.RETURNS}
 
@@ -239,7 +243,30 @@ def _built(file: _File, raw: RawScene, up_axis: UpAxis, progress: Progress) -> S
         skip_bad_faces=options.skip_bad_faces,
         prior=raw.report,
     )
-    return with_rooms(scene, raw.rooms, raw.storeys, metres_per_unit=vertex_unit_m, up_axis=up_axis)
+    scene = with_rooms(scene, raw.rooms, raw.storeys, metres_per_unit=vertex_unit_m, up_axis=up_axis)
+    return scene if file.format == "ifc" else _without_room_volumes(scene)
+
+
+def _without_room_volumes(scene: Scene) -> Scene:
+    """Leave out the shapes of rooms, which converters of IFC keep under the name of the class.
+
+    They bound spaces and are no surfaces: their tops would be floors, and their sides walls in front of the walls.
+    """
+    names = [element.name for element in scene.elements]
+    is_room = np.array([_ROOM_VOLUME in name.casefold() for name in names], dtype=np.bool_)
+    gone = is_room[scene.element_of_triangle]
+    if not gone.any():
+        return scene
+    name = scene.source.path.name
+    found = [names[number] for number in np.unique(scene.element_of_triangle[gone]).tolist()]
+    if gone.all():
+        raise SceneError(
+            f"{name}: it has only volumes of rooms ({named_few(found)}), expected walls and slabs; export the "
+            "building's elements, too."
+        )
+    noun = "a volume of a room is" if len(found) == 1 else f"{len(found)} volumes of rooms are"
+    line = f"{name}: {noun} left out, since no beam ends there: {named_few(found)}; rename what is a real surface."
+    return _with_warnings(with_triangles(scene, ~gone), [line])
 
 
 # ------------------------------------------------------------------------------------------------- file

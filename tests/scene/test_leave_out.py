@@ -87,3 +87,48 @@ def test_ifc_tells_the_classes_above(tmp_path: Path) -> None:
     whole = load_scene(path, options=LoadOptions(leave_out=(walls[0].kind,)))
     assert whole.n_triangles < scene.n_triangles
     assert replace(whole.elements[0]) == scene.elements[0]
+
+
+@pytest.mark.parametrize("name", ["IfcSpace gym", "ifcspace_4711", "IfcSpace/Hall", "4IfcSpace.001"])
+@pytest.mark.parametrize("ending", ["obj", "glb", "usda"])
+def test_volumes_of_rooms_are_left_out_with_a_warning(tmp_path, name, ending):
+    hall, room = box_corners((0, 0, 0), (9, 8, 4)), box_corners((0.5, 0.5, 0), (8.5, 7.5, 3))
+    path = tmp_path / f"hall.{ending}"
+    write_two(path, hall, room, name)
+    scene = load_scene(path)
+    assert np.ptp(scene.vertices_m, axis=0).max() == pytest.approx(9)
+    assert scene.n_triangles == 12
+    (line,) = (each for each in scene.report.warnings if "volume" in each)
+    assert line.startswith(f"hall.{ending}: a volume of a room is left out, since no beam ends there: ")
+
+
+def test_only_volumes_of_rooms_are_refused(tmp_path):
+    path = tmp_path / "rooms.obj"
+    write_two(path, box_corners((0, 0, 0), (9, 8, 4)), box_corners((9, 0, 0), (12, 8, 4)), "IfcSpace b", "IfcSpace a")
+    with pytest.raises(SceneError, match="it has only volumes of rooms"):
+        load_scene(path)
+
+
+def write_two(path, hall, room, name, hall_name="hall"):
+    faces = BOX_FACES
+    if path.suffix == ".obj":
+        lines = [f"v {x} {y} {z}" for x, y, z in np.concatenate([hall, room]).tolist()]
+        for title, first in ((hall_name, 1), (name, 9)):
+            lines += [f"o {title}", *(f"f {a + first} {b + first} {c + first}" for a, b, c in faces.tolist())]
+        path.write_text("\n".join(lines) + "\n")
+    elif path.suffix == ".glb":
+        import trimesh
+
+        shown = trimesh.Scene()
+        for title, corners in ((hall_name, hall), (name, room)):
+            shown.add_geometry(trimesh.Trimesh(corners[:, [1, 2, 0]], faces, process=False), node_name=title)
+        shown.export(path)
+    else:
+        prims = [
+            f'def Mesh "{"".join(c if c.isalnum() else "_" for c in f"m{title}")}" {{\n'
+            f" point3f[] points = {[tuple(row) for row in corners.tolist()]}\n"
+            f" int[] faceVertexCounts = {[3] * len(faces)}\n"
+            f" int[] faceVertexIndices = {faces.ravel().tolist()}\n}}\n"
+            for title, corners in ((hall_name, hall), (name, room))
+        ]
+        path.write_text('#usda 1.0\n(\n metersPerUnit = 1\n upAxis = "Z"\n)\n' + "".join(prims))
