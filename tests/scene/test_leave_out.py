@@ -109,6 +109,14 @@ def test_only_volumes_of_rooms_are_refused(tmp_path):
         load_scene(path)
 
 
+def test_hall_is_the_same_with_and_without_the_volume_of_its_room():
+    folder = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "reality"
+    if not folder.exists():
+        pytest.skip("../shared/data/reality is not there")
+    made, plain = (load_scene(folder / f"hall_{name}_space_volume.glb") for name in ("with", "without"))
+    assert np.array_equal(made.vertices_m[made.triangles], plain.vertices_m[plain.triangles])
+
+
 def write_two(path, hall, room, name, hall_name="hall"):
     faces = BOX_FACES
     if path.suffix == ".obj":
