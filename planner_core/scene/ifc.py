@@ -95,7 +95,6 @@ def read_ifc(path: Path, *, progress: Progress, left_out: Collection[int] = ()) 
     warnings = (
         *lost_warnings,
         *_code_page(path, code_page),
-        *_no_unit(path, unit_name),
         *optics_warnings,
         *shape_warnings,
         *storey_warnings,
@@ -113,6 +112,7 @@ def read_ifc(path: Path, *, progress: Progress, left_out: Collection[int] = ()) 
         unit_name=unit_name or "metre",
         metres_per_unit=unit_m,
         vertex_unit_m=1.0,
+        assumed_unit=_no_unit(path, unit_name),
         up_axis="Z",
         schema=str(model.schema_identifier),
         report=LoadReport(n_faces_read=0, warnings=warnings),
@@ -271,11 +271,9 @@ def _length_unit(path: Path, model: Any) -> tuple[float, str]:
     return unit_m, str(units.get_full_unit_name(unit)).lower()
 
 
-def _no_unit(path: Path, unit_name: str) -> tuple[str, ...]:
-    """A line for the user where the file names no unit."""
-    if unit_name:
-        return ()
-    return (f"{path.name} names no length unit: metres are assumed; pass --units if that is wrong.",)
+def _no_unit(path: Path, unit_name: str) -> str:
+    """A line for the user where the file names no unit; empty where it does."""
+    return "" if unit_name else f"{path.name} names no length unit: metres are assumed; pass --units if that is wrong."
 
 
 def _code_page(path: Path, title: str) -> tuple[str, ...]:

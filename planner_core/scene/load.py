@@ -30,6 +30,7 @@ from planner_core.scene.leave_out import with_triangles, without_elements
 from planner_core.scene.raw import RawScene, unit_name
 from planner_core.scene.rooms import with_rooms
 from planner_core.scene.up_axis import UpAxes, UpAxisDoubt, up_axis_doubt
+from planner_core.scene.wording import grouped
 
 FORMAT_OF_EXTENSION = {
     ".ifc": "ifc",
@@ -126,7 +127,7 @@ def load_scene(
         scene = scenes[0]
     else:
         progress(ProgressEvent("load", 0, 0, "putting the files together"))
-        scene = federated(scenes)
+        scene = _with_warnings(federated(scenes), _unit_doubts(scenes))
     told = each_options[0]
     if told.leave_out:
         scene = without_elements(scene, told.leave_out)
@@ -188,18 +189,25 @@ def _load_file(file: _File, *, several: bool, progress: Progress) -> Scene:
     of_file = f"{path.name}=" if several else ""
     up_axis = options.up_axis or UpAxis(raw.up_axis or UpAxis.Z)
     scene = _built(file, raw, up_axis, progress)
-    doubts = _unit_doubts(scene, options, of_file)
+    doubts = [raw.assumed_unit] if options.metres_per_unit is None and raw.assumed_unit else []
+    size_doubts = _unit_doubts([scene])
+    if not several:
+        doubts += size_doubts
+    is_up_taken = options.up_axis is not None
     if file.format in _ANY_UP_AXIS and extent_m(scene).max() <= MAX_LENGTH_M:
         progress(ProgressEvent("load", 0, 0, "comparing the ground with y up and z up"))
         axes = UpAxes(scene)
         doubt = up_axis_doubt(axes) if options.up_axis is None else None
         if doubt is not None:
+            is_up_taken = True
             doubts.append(_up_axis_warning(path.name, raw, up_axis, doubt, of_file))
-        if options.metres_per_unit is None and not doubts:
+        if options.metres_per_unit is None and doubt is None and not size_doubts:
             doubts += _headroom_doubt(scene, axes.headroom_m(), of_file)
         if doubt is not None and doubt.is_certain:
             up_axis = UpAxis.Z if up_axis == UpAxis.Y else UpAxis.Y
             scene = _built(file, raw, up_axis, progress)
+    if raw.assumed_up and not is_up_taken:
+        doubts.append(raw.assumed_up)
     scene = replace(scene, georeference=_georeference(raw, options, up_axis))
     return _with_warnings(scene, doubts)
 
@@ -380,13 +388,6 @@ _HIGHEST_ROOM_M, _ROOM_M = 50.0, 2.7
 """The highest naves and hangars are not as high; a room."""
 
 
-def _unit_doubts(scene: Scene, options: LoadOptions, of_file: str) -> list[str]:
-    """Warnings about a unit that is hard to believe. of_file : `arch.obj=` of several."""
-    if options.metres_per_unit is not None:
-        return []
-    return _unit_doubt(scene.source.path.name, float(extent_m(scene).max()), scene.source, of_file)
-
-
 def _headroom_doubt(scene: Scene, headroom_m: float, of_file: str) -> list[str]:
     """A warning where rooms are higher than any hall is built, and usual in another unit."""
     if headroom_m <= _HIGHEST_ROOM_M:
@@ -421,15 +422,29 @@ def _up_axis_warning(name: str, raw: RawScene, read: UpAxis, doubt: UpAxisDoubt,
     )
 
 
-def _unit_doubt(name: str, longest_m: float, source: SceneSource, of_file: str) -> list[str]:
-    told = f"in {source.unit_name}s" if source.metres_per_unit == 1.0 else f"in units of {source.metres_per_unit:g} m"
-    if SHORTEST_M <= longest_m <= LONGEST_M:
-        return []
-    length = f"only {longest_m:.3g} m" if longest_m < SHORTEST_M else f"{longest_m:.0f} m"
-    unit = likely_unit(longest_m, source.metres_per_unit)
-    if unit is None:
-        return [f"{name}, read {told}, is {length} long, and in no other unit a building: check what it holds."]
-    return [f"{name}, read {told}, is {length} long: if that is wrong, pass its unit, such as --units {of_file}{unit}."]
+def _unit_doubts(scenes: Sequence[Scene]) -> list[str]:
+    """A line on each file that is hardly a building by its size; files of one unit and kind share a line."""
+    alike: dict[tuple[str, bool], list[tuple[str, float]]] = {}
+    units_m: dict[str, float] = {}
+    for scene in scenes:
+        source, longest_m = scene.source, float(extent_m(scene).max())
+        if source.told_metres_per_unit is None and not SHORTEST_M <= longest_m <= LONGEST_M:
+            is_metre = source.metres_per_unit == 1.0
+            read = f"in {source.unit_name}s" if is_metre else f"in units of {source.metres_per_unit:g} m"
+            units_m[read] = source.metres_per_unit
+            alike.setdefault((read, longest_m < SHORTEST_M), []).append((source.path.name, longest_m))
+    lines = []
+    for (read, is_short), files in alike.items():
+        name, longest_m = files[0]
+        length = f"only {longest_m:.3g} m" if is_short else f"{longest_m:.0f} m"
+        of_file = f"{name}=" if len(scenes) > 1 else ""
+        more = f", and {grouped(len(files) - 1)} more files are alike" if len(files) > 1 else ""
+        unit = likely_unit(longest_m, units_m[read])
+        remedy = f"if that is wrong, pass {'their' if more else 'its'} unit, such as --units {of_file}{unit}"
+        if unit is None:
+            remedy = f"in no other unit {'they are' if more else 'it is'} a building; check what it holds"
+        lines.append(f"{name}, read {read}, is {length} long{more}: {remedy}.")
+    return lines
 
 
 def _with_warnings(scene: Scene, warnings: list[str]) -> Scene:

@@ -52,6 +52,9 @@ class RawScene:
     """Unit of `vertices` and storeys in metres, where the reader converted them; None: the file's."""
     up_axis: str = ""
     """`Y` or `Z`; empty where the file says nothing."""
+    assumed_unit: str = ""
+    """A line for the user where the file names no unit; empty where it does. So with the next."""
+    assumed_up: str = ""
     schema: str = ""
     report: LoadReport = field(default_factory=lambda: LoadReport(n_faces_read=0))
     optics_of_triangle: UInt8Array | None = None

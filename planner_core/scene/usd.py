@@ -357,6 +357,8 @@ def _raw_scene(path: Path, stage: Any, gathered: _Gathered, told: list[str]) -> 
 
     vertices, triangles, owner, face = gathered.parts.joined()
     metres_per_unit = float(UsdGeom.GetStageMetersPerUnit(stage))
+    unit = f"{path.name} names no unit: USD's default, centimetres, is assumed; pass --units if that is wrong."
+    up = f"{path.name} names no upward axis: USD's default, y, is assumed; pass --up z if that is wrong."
     return RawScene(
         vertices=vertices,
         triangles=triangles,
@@ -367,28 +369,24 @@ def _raw_scene(path: Path, stage: Any, gathered: _Gathered, told: list[str]) -> 
         unit_name=unit_name(metres_per_unit),
         metres_per_unit=metres_per_unit,
         up_axis=str(UsdGeom.GetStageUpAxis(stage)),
+        assumed_unit="" if UsdGeom.StageHasAuthoredMetersPerUnit(stage) else unit,
+        assumed_up="" if stage.HasAuthoredMetadata("upAxis") else up,
         schema="USD",
         report=LoadReport(
             n_faces_read=gathered.n_bad_index + gathered.n_too_short,
             n_bad_index=gathered.n_bad_index,
             n_degenerate=gathered.n_too_short,
             dropped=tuple(gathered.dropped[:MAX_DROPPED_LINES]),
-            warnings=tuple(_warnings(path, stage, gathered, told)),
+            warnings=tuple(_warnings(path, gathered, told)),
         ),
     )
 
 
-def _warnings(path: Path, stage: Any, gathered: _Gathered, told: list[str]) -> Iterator[str]:
-    from pxr import UsdGeom
-
+def _warnings(path: Path, gathered: _Gathered, told: list[str]) -> Iterator[str]:
     for text in told[:_MAX_STAGE_WARNINGS]:
         yield f"{path.name}: {shortened(text.partition(' (instantiating')[0])}"
     if len(told) > _MAX_STAGE_WARNINGS:
         yield f"{path.name}: {grouped(len(told) - _MAX_STAGE_WARNINGS)} more warnings of the USD library."
-    if not UsdGeom.StageHasAuthoredMetersPerUnit(stage):
-        yield f"{path.name} names no unit: USD's default, centimetres, is assumed; pass --units if that is wrong."
-    if not stage.HasAuthoredMetadata("upAxis"):
-        yield f"{path.name} names no upward axis: USD's default, y, is assumed; pass --up z if that is wrong."
     yield from _metrics_warnings(path, stage)
     if gathered.left_out:
         kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(gathered.left_out.items()))

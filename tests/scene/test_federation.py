@@ -428,3 +428,19 @@ def check_schependomlaan(scene: Scene, *, n_files: int) -> None:
         kinds = {scene.file_of(e) for e in set(scene.element_of_triangle[floor.ground_triangles].tolist())}
         assert not any("kalkzandsteen" in name for name in kinds)
         assert any("vloer" in name for name in kinds)
+
+
+def test_small_parts_of_many_files_share_one_doubt_of_their_unit(tmp_path):
+    for number in range(4):
+        (tmp_path / f"part{number}.obj").write_text(f"v 0 0 0\nv 0.0{number + 1} 0 0\nv 0 0.01 0\nf 1 2 3\n")
+    (tmp_path / "long.obj").write_text("v 0 0 0\nv 900 0 0\nv 0 900 0\nf 1 2 3\n")
+    (tmp_path / "hall.obj").write_text("v 0 0 0\nv 20 0 0\nv 0 20 0\nf 1 2 3\n")
+    names = ["hall.obj", "long.obj", *(f"part{number}.obj" for number in range(4))]
+    scene = load_scene([tmp_path / name for name in names])
+    doubts = [line for line in scene.report.warnings if "--units" in line]
+    (line,) = doubts
+    assert line.startswith("part0.obj, read in metres, is only 0.01 m long, and 3 more files are alike: ")
+    assert "pass their unit, such as --units part0.obj=" in line
+    told = [LoadOptions(metres_per_unit=1.0 if name.startswith("part") else None) for name in names]
+    again = load_scene([tmp_path / name for name in names], options=told)
+    assert not [line for line in again.report.warnings if "--units" in line]

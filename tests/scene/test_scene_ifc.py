@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner_core.scene.load import load_scene
+from planner_core.model import UpAxis
+from planner_core.scene.load import LoadOptions, load_scene
 from tests.scene.conftest import native_readers_here
 
 SCHEMAS = ("IFC2X3", "IFC4", "IFC4X3")
@@ -159,7 +160,29 @@ def test_file_without_a_length_unit_is_metres_and_says_so(tmp_path, ifc_writer):
     writer.model.write(str(tmp_path / "unitless.ifc"))
     scene = load_scene(tmp_path / "unitless.ifc")
     np.testing.assert_allclose(np.ptp(scene.vertices_m, axis=0), (2, 2, 2))
-    assert any("--units" in w for w in scene.report.warnings)
+    assert any("metres are assumed; pass --units" in w for w in scene.report.warnings)
+    told = load_scene(tmp_path / "unitless.ifc", options=LoadOptions(metres_per_unit=0.0254))
+    np.testing.assert_allclose(np.ptp(told.vertices_m, axis=0), (2 * 0.0254,) * 3)
+    assert not [w for w in told.report.warnings if "assumed" in w or "--units" in w]
+
+
+def test_usd_stage_without_metrics_says_what_is_assumed_where_nobody_told_it(tmp_path):
+    path = tmp_path / "bare.usda"
+    path.write_text(
+        """#usda 1.0
+def Mesh "hall" {
+int[] faceVertexCounts = [3]
+int[] faceVertexIndices = [0, 1, 2]
+point3f[] points = [(0, 0, 0), (900, 0, 0), (0, 0, 900)]
+}
+"""
+    )
+    assert [w.split(", is assumed")[1] for w in load_scene(path).report.warnings if "is assumed" in w] == [
+        "; pass --units if that is wrong.",
+        "; pass --up z if that is wrong.",
+    ]
+    told = load_scene(path, options=LoadOptions(metres_per_unit=0.0254, up_axis=UpAxis.Z))
+    assert not [w for w in told.report.warnings if "assumed" in w]
 
 
 def add_box(writer, storey):
