@@ -45,6 +45,9 @@ SILENT_S, SILENT_S_PER_BYTE = 120.0, 5e-6
 """On the clock, without a step, also on a machine that does other things."""
 STEP_CPU_S, STEP_CPU_S_PER_BYTE = 15.0, 2e-6
 """Processor time of one thread without a step. The longest of sound files is the opening by IfcOpenShell, 0.1 s/MB."""
+WHOLE_CPU_S, WHOLE_CPU_S_PER_BYTE = 300.0, 1e-4
+"""Processor time of all threads for a whole file: many steps that are slow, each within its limit, end as well. Sound
+files take some seconds per MB, and ten times as much where they are packed."""
 MEMORY_SHARE = 0.75
 
 _PAGE_BYTES = 4096
@@ -63,12 +66,13 @@ _log: IO[bytes] | None = None
 class Limits:
     """Of one child. silent_s, step_cpu_s : without a step, as of `SILENT_S` and `STEP_CPU_S`. memory_bytes : resident.
 
-    None: no limit.
+    whole_cpu_s : of all steps, as of `WHOLE_CPU_S`. None: no limit.
     """
 
     silent_s: float | None
     memory_bytes: float | None
     step_cpu_s: float | None = None
+    whole_cpu_s: float | None = None
 
 
 class LostChildError(Exception):
@@ -99,6 +103,7 @@ def limits_for(n_bytes: int) -> Limits:
         silent_s=SILENT_S + SILENT_S_PER_BYTE * n_bytes if silent_s is None else silent_s or None,
         memory_bytes=(MEMORY_SHARE * own if own else None) if memory_gb is None else 1e9 * memory_gb or None,
         step_cpu_s=STEP_CPU_S + STEP_CPU_S_PER_BYTE * n_bytes if silent_s is None else silent_s or None,
+        whole_cpu_s=WHOLE_CPU_S + WHOLE_CPU_S_PER_BYTE * n_bytes if silent_s is None else None,
     )
 
 
@@ -209,6 +214,9 @@ def _waited(
             if limits.memory_bytes is not None and use.resident_bytes > limits.memory_bytes:
                 most_gb = limits.memory_bytes / 1e9
                 return f"took more than {most_gb:.1f} GB of memory ({MEMORY_VARIABLE} changes that)", False
+            if limits.whole_cpu_s is not None and use.cpu_s > limits.whole_cpu_s:
+                most_s = f"{limits.whole_cpu_s:.0f} s of processor time for the whole file"
+                return f"took more than {most_s} ({_so_far(done, total)}{LIMIT_VARIABLE}=0 gives it its time)", False
         if asleep_s > ASLEEP_S:
             return f"hung: it did nothing for {ASLEEP_S:.0f} s", False
         if limits.silent_s is not None and silent_s > limits.silent_s:
@@ -220,6 +228,10 @@ def _waited(
                     f"made no progress for {limits.step_cpu_s:.0f} s of processor time ({LIMIT_VARIABLE} changes that)",
                     True,
                 )
+
+
+def _so_far(done: int, total: int) -> str:
+    return f"{done} of {total} steps were done; " if total else f"{done} steps were done; " if done else ""
 
 
 def _doing(page: mmap.mmap, note: str, silent_s: float) -> str:

@@ -27,8 +27,11 @@ from planner_core.scene.wording import grouped
 _CLASSES = (RawScene, Element, Storey, Room, LoadReport, Georeference)
 _LIBRARY = {"ifc": "IfcOpenShell", "usd": "the USD library", "gltf": "the Draco library"}
 _CHECK = {"ifc": "an IFC validator", "usd": "usdchecker", "gltf": "a glTF validator"}
-MOST_LEFT_OUT = 10
-"""Elements of one file whose shape takes without end: each takes `child_process.STEP_CPU_S` to find."""
+MOST_LEFT_OUT = 20
+"""Elements of one file whose shape takes without end."""
+_LEAST_SHARE = 0.125
+"""Each that is found halves the time of the next ones, down to this share: in a file of many, all are found in about a
+minute, and those that are a little slow go with them. Opening the file, which every search begins with, takes less."""
 _ELEMENT = re.compile(r"#(\d+) ")
 
 
@@ -155,7 +158,7 @@ def _slow_elements(path: Path, lost: LostChildError, limits: Limits, progress: P
     made = set(lost.log)
     while True:
         try:
-            _make_one_by_one(path, sorted(made), limits, progress)
+            _make_one_by_one(path, sorted(made), _limits_of_next(limits, len(slow)), progress)
         except LostChildError as found:
             element = _ELEMENT.match(found.place)
             if not (found.is_slow and element):
@@ -169,6 +172,13 @@ def _slow_elements(path: Path, lost: LostChildError, limits: Limits, progress: P
                 f"{path.name}: more than {grouped(MOST_LEFT_OUT)} elements take IfcOpenShell too long, the first is "
                 f"{one_line(next(iter(slow.values())))}; simplify them, or set {LIMIT_VARIABLE}."
             )
+
+
+def _limits_of_next(limits: Limits, n_found: int) -> Limits:
+    """Limits of the search for a slow element behind some that are found; as the user set them, where he did."""
+    if limits.step_cpu_s is None or limits.whole_cpu_s is None:
+        return limits
+    return replace(limits, step_cpu_s=limits.step_cpu_s * max(0.5**n_found, _LEAST_SHARE))
 
 
 def _make_one_by_one(path: Path, made: Collection[int], limits: Limits, progress: Progress) -> None:

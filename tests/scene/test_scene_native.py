@@ -190,8 +190,11 @@ def test_element_whose_cuts_have_no_end_is_left_out_and_named(tmp_path, building
 
 def test_more_slow_elements_than_are_left_out_are_refused(tmp_path, building_text, monkeypatch):
     made: list[list[int]] = []
+    steps_s: list[float] = []
+    monkeypatch.delenv(child_process.LIMIT_VARIABLE, raising=False)
 
-    def run_apart(function: str, arguments: Any, **_: Any) -> Any:
+    def run_apart(function: str, arguments: Any, *, limits: child_process.Limits, **_: Any) -> Any:
+        steps_s.append(limits.step_cpu_s or 0.0)
         if function == "planner_core.scene.native:read":
             raise LostChildError("made no progress", SHAPES, (), is_slow=True)
         made.append(arguments["made"])
@@ -200,10 +203,40 @@ def test_more_slow_elements_than_are_left_out_are_refused(tmp_path, building_tex
     monkeypatch.setattr(child_process, "run_apart", run_apart)
     path = written(tmp_path / "a.ifc", building_text)
     assert (
-        "a.ifc: more than 10 elements take IfcOpenShell too long, the first is #1 IfcWall 'Wall'; simplify them"
+        "a.ifc: more than 20 elements take IfcOpenShell too long, the first is #1 IfcWall 'Wall'; simplify them"
         in message_of(path)
     )
-    assert made == [list(range(1, n)) for n in range(1, 12)]
+    assert made == [list(range(1, n)) for n in range(1, 22)]
+    # The first is looked for as long as any step may take, all of them together in four times as long.
+    first_s = steps_s[1]
+    assert steps_s[1:6] == pytest.approx([first_s * share for share in (1, 0.5, 0.25, 0.125, 0.125)])
+    assert sum(steps_s) < 6 * first_s
+
+
+def test_limit_that_the_user_set_counts_for_every_slow_element(tmp_path, building_text, monkeypatch):
+    monkeypatch.setenv(child_process.LIMIT_VARIABLE, "7")
+    steps_s: list[float | None] = []
+
+    def run_apart(function: str, arguments: Any, *, limits: child_process.Limits, **_: Any) -> Any:
+        steps_s.append(limits.step_cpu_s)
+        assert limits.whole_cpu_s is None
+        place = SHAPES if function == "planner_core.scene.native:read" else f"#{len(steps_s)} IfcWall 'Wall'"
+        raise LostChildError("made no progress", place, (), is_slow=True)
+
+    monkeypatch.setattr(child_process, "run_apart", run_apart)
+    message_of(written(tmp_path / "a.ifc", building_text))
+    assert set(steps_s) == {7.0}
+
+
+def test_file_whose_many_steps_take_too_long_together_is_ended_and_says_how_far_it_came(tmp_path, monkeypatch):
+    """Each cube is a step, and none is slow."""
+    monkeypatch.setattr(child_process, "WHOLE_CPU_S", 0.7)
+    monkeypatch.setattr(child_process, "WHOLE_CPU_S_PER_BYTE", 0.0)
+    monkeypatch.delenv(child_process.LIMIT_VARIABLE, raising=False)
+    cubes = "".join(CUBE.replace('"C"', f'"C{number}"') for number in range(5000))
+    message = message_of(written(tmp_path / "many.usda", USDA.format("") + cubes))
+    assert "the USD library took more than 1 s of processor time for the whole file" in message
+    assert "TLSPLAN_READ_LIMIT_S=0 gives it its time" in message
 
 
 @pytest.mark.parametrize("is_slow_alone", [False, True])
