@@ -30,7 +30,14 @@ from planner_core.scene.ifc_materials import IfcOptics, told_optics
 from planner_core.scene.ifc_shapes import FACES_KERNEL, SHAPES, SOLID_KERNEL, Shape, contents_asked, shapes_by
 from planner_core.scene.ifc_spaces import rooms_of, without_shape
 from planner_core.scene.ifc_storeys import storey_of, storeys_of, told_storeys
-from planner_core.scene.ifc_text import lost_ends, read_text, syntax_fault, with_ascii_names, without_strings
+from planner_core.scene.ifc_text import (
+    lost_ends,
+    read_text,
+    syntax_fault,
+    with_ascii_names,
+    with_doubled_backslashes,
+    without_strings,
+)
 from planner_core.scene.raw import Parts, RawScene
 from planner_core.scene.wording import grouped, is_text, reason_of
 
@@ -203,8 +210,11 @@ def _open(path: Path, text: bytes | None) -> Any:
                 source.write_bytes(text)
             model = ifcopenshell.open(source, ".ifc")
     except (ifcopenshell.Error, ifcopenshell.SchemaError, OSError, RuntimeError) as error:
-        if fault := syntax_fault(path.read_bytes() if text is None else text):
+        whole = path.read_bytes() if text is None else text
+        if fault := syntax_fault(whole):
             raise SceneError(f"{path.name}, {fault}; correct it, or export the file again.") from error
+        if (mended := with_doubled_backslashes(whole)) != whole:
+            return _open(path, mended)
         reason = reason_of(error).removesuffix(", check logs")
         raise SceneError(
             f"{path.name}: IfcOpenShell can't read it ({reason}), expected IFC2X3, IFC4 or IFC4X3; export it again."

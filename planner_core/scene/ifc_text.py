@@ -279,6 +279,19 @@ def _byte(match: re.Match[bytes]) -> bytes:
     return bytes([match.group(2)[3] | 0x80]) if match.group(2) else b"\\"
 
 
+_ESCAPE = re.compile(rb"\\\\|\\S\\.|\\P[A-I]\\|\\X\\[0-9A-Fa-f]{2}|\\X[24]\\(?:[0-9A-Fa-f]{4})+\\X0\\|(\\)", re.DOTALL)
+"""An escape of a string; or a backslash that begins none, as in paths that programs write as they are."""
+
+
+def with_doubled_backslashes(text: bytes) -> bytes:
+    """The same text with backslashes that begin no escape as characters of their strings."""
+
+    def doubled(match: re.Match[bytes]) -> bytes:
+        return _ESCAPE.sub(lambda found: rb"\\" if found.group(1) else found.group(), match.group())
+
+    return _TEXT.sub(doubled, text)
+
+
 _NOT_ASCII = re.compile(r"[^\x00-\x7f]+")
 
 

@@ -153,6 +153,22 @@ def test_names_in_an_old_code_page_are_read(tmp_path, house_text, encoding, name
     assert len(told) == (encoding != "utf-8")
 
 
+@pytest.mark.parametrize(
+    ("written", "read"),
+    [
+        (r"C:\dir\new", r"C:\dir\new"),
+        (r"Wall \ B", r"Wall \ B"),
+        ("end\\", "end\\"),
+        (r"K\X\FCche \d", r"Küche \d"),
+        (r"\X2\5899\X0\ \q", r"墙 \q"),
+    ],
+)
+def test_backslash_that_begins_no_escape_is_a_character(tmp_path, house_text, written, read):
+    path = tmp_path / "names.ifc"
+    path.write_text(house_text.replace("'Wall'", f"'{written}'"))
+    assert read in [element.name for element in load_scene(path).elements]
+
+
 def escaped_bytes(text, encoding):
     """A string as programs write it that escape the bytes of their code page one by one."""
     low = {ord("\\"): r"\\"}
