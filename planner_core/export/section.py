@@ -27,7 +27,7 @@ from planner_core.export.polylines import (
     nodes,
     split_at,
 )
-from planner_core.model import BoolArray, Element, FloatArray, Floor, Int32Array, Int64Array, Optics, Scene
+from planner_core.model import BoolArray, Element, FloatArray, Floor, Int64Array, Optics, Scene
 from planner_core.scene.floors import ground_levels
 
 CUT_HEIGHT_M = 1.2
@@ -184,12 +184,12 @@ def _lines_above(scene: Scene, floor: Floor, ground_m: float, cut_m: float) -> t
 
 
 def _of_their_levels(
-    scene: Scene, levels: list[tuple[float, Int32Array]], found: list[tuple[SectionLine, ...]]
+    scene: Scene, levels: list[tuple[float, FloatArray]], found: list[tuple[SectionLine, ...]]
 ) -> tuple[SectionLine, ...]:
     """Of what each level shows, the lines whose nearest ground is that level's; most floors have one level."""
     if len(levels) == 1:
         return found[0]
-    corners_m = [scene.vertices_m[scene.triangles[ground]][:, :, :2] + scene.offset_m[:2] for _, ground in levels]
+    corners_m = [ground_m[:, :, :2] + scene.offset_m[:2] for _, ground_m in levels]
     kept: list[SectionLine] = []
     for number, lines in enumerate(found):
         points_m = np.concatenate([np.zeros((0, 2)), *(line.points_m for line in lines)])

@@ -5,7 +5,7 @@ Drawn over `section_view` with the marks of sheets; nothing here depends on a sc
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isnan
 from pathlib import Path
@@ -69,7 +69,7 @@ from planner_core.plan_folder.sheet import (
     picture_box,
 )
 from planner_core.plan_folder.station_marks import foot_m
-from planner_core.scene.floors import ground_levels
+from planner_core.scene.floors import ground_levels, ground_span_m
 
 CAPTION_MM = 8.0
 PALE = (0.93, 0.93, 0.92)
@@ -119,7 +119,7 @@ def view_floor(plan: Plan, floor_index: int, *, engine: ScanEngine) -> SectionVi
         )
         for ground_m, _ in levels
     ]
-    return joined_views(views, [triangles for _, triangles in levels])
+    return joined_views(views, [corners_m for _, corners_m in levels])
 
 
 def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionView) -> None:
@@ -226,7 +226,7 @@ def _draw_overview_cell(
         plan.survey,
         engine,
         OVERVIEW_CAMERA,
-        ground_m=floor.elevation_m,
+        ground_m=ground_span_m(plan.survey.scene, floor)[0],
         cut_m=cut_height_m(plan, floor),
         window_m=window_m,
         width=max(1, pixels(box.width)),
@@ -242,7 +242,7 @@ def _draw_overview_cell(
 
 def _overview_window_m(plan: Plan, floor: Floor) -> FloatArray:
     (x0, y0), (x1, y1) = floor.bounds_m + np.array([[-0.6], [0.6]])
-    heights = (floor.elevation_m - 0.3, cut_height_m(plan, floor))
+    heights = (ground_span_m(plan.survey.scene, floor)[0] - 0.3, cut_height_m(plan, floor))
     corners = np.array([[x, y, z] for x in (x0, x1) for y in (y0, y1) for z in heights])
     seen = OVERVIEW_CAMERA.project(corners)
     return np.stack([seen.min(axis=0), seen.max(axis=0)])
@@ -320,17 +320,24 @@ def _draw_stations(
     if joined:
         labels.ink.lines([spots], ROUTE)
     numbers = [station.order for station in stations]
+    rises = _rises(plan, floor, stations)
     words = [
-        "  ".join(filter(None, (rise_words(_rise_m(station, floor)), linked_words(elsewhere.get(station.id, ())))))
-        for station in stations
+        "  ".join(filter(None, (rise, linked_words(elsewhere.get(station.id, ())))))
+        for rise, station in zip(rises, stations, strict=True)
     ]
     before = {station.id for station in plan.settings.site.prior if station.role == Role.SCANNED}
     draw_stations(labels, spots, numbers, words, scanned=[station.id in before for station in stations])
 
 
-def _rise_m(station: Station, floor: Floor) -> float:
-    """How far the ground below a station lies above its floor's; 0 where its height is not known."""
-    return 0.0 if isnan(station.instrument_height_m) else float(foot_m(station)[2]) - floor.elevation_m
+def _rises(plan: Plan, floor: Floor, stations: Sequence[Station]) -> list[str]:
+    """What stands at the markers of stations on another level; nothing where all of the floor slopes."""
+    low_m, high_m = ground_span_m(plan.survey.scene, floor)
+    if low_m < high_m:
+        return [""] * len(stations)
+    return [
+        "" if isnan(station.instrument_height_m) else rise_words(float(foot_m(station)[2]) - floor.elevation_m)
+        for station in stations
+    ]
 
 
 def _plan_subtitle(plan: Plan) -> str:

@@ -41,6 +41,7 @@ from planner_core.plan_folder.sheet import (
     picture_box,
 )
 from planner_core.plan_folder.station_marks import foot_m
+from planner_core.scene.floors import ground_span_m
 from planner_core.scene.patches import patch_triangles
 
 CUT_HEIGHT_M = 1.6
@@ -131,8 +132,9 @@ def eye_on(points_m: FloatArray, *, azimuth_rad: float, elevation_rad: float) ->
 
 def picture_cut_m(plan: Plan, floor: Floor) -> float:
     """Height of the cut, local: `CUT_HEIGHT_M` above the ground, lower where the next floor is near."""
-    above = [other.elevation_m for other in plan.survey.floors if other.elevation_m > floor.elevation_m + 0.5]
-    return min([floor.elevation_m + CUT_HEIGHT_M, *(0.4 * floor.elevation_m + 0.6 * z for z in above)])
+    _, ground_m = ground_span_m(plan.survey.scene, floor)
+    above = [other.elevation_m for other in plan.survey.floors if other.elevation_m > ground_m + 0.5]
+    return min([ground_m + CUT_HEIGHT_M, *(0.4 * ground_m + 0.6 * z for z in above)])
 
 
 def write_floor_picture(plan: Plan, floor_index: int, path: Path) -> None:
@@ -200,7 +202,7 @@ def box_m(plan: Plan, floor: Floor) -> FloatArray:
     at = ground[survey.patches.triangle_of_patch]
     reached = _patch_corners(survey, ground)[plan.achievable[at]].reshape(-1, 3)[:, :2]
     low, high = (reached.min(axis=0), reached.max(axis=0)) if len(reached) else floor.bounds_m
-    bottom_m, top_m = floor.elevation_m - BELOW_GROUND_M, picture_cut_m(plan, floor)
+    bottom_m, top_m = ground_span_m(survey.scene, floor)[0] - BELOW_GROUND_M, picture_cut_m(plan, floor)
     return np.array([[*(low - MARGIN_M), bottom_m], [*(high + MARGIN_M), top_m]])
 
 

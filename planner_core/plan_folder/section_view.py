@@ -30,6 +30,8 @@ from planner_core.model import (
     Survey,
     UInt8Array,
 )
+from planner_core.scene.columns import sample_columns
+from planner_core.scene.floors import ground_span_m
 from planner_core.scene.inside import ROOM_WIDTH_M, encloses_room
 from planner_core.scene.patches import patch_of_points
 
@@ -107,7 +109,7 @@ def camera_at(*, azimuth_rad: float, elevation_rad: float) -> Camera:
 
 def cut_height_m(plan: Plan, floor: Floor) -> float:
     """Height of the cutting plane of `floor`, local: a little above the ground, and below the next floor's ground."""
-    return cut_above_m(plan, floor.elevation_m)
+    return cut_above_m(plan, ground_span_m(plan.survey.scene, floor)[1])
 
 
 def cut_above_m(plan: Plan, ground_m: float) -> float:
@@ -151,16 +153,16 @@ def view_section(
     return SectionView(camera, window_m, pixel_m, (cut_m,), level, triangle, patch, depth_m, facing)
 
 
-def joined_views(views: Sequence[SectionView], ground: Sequence[Int32Array]) -> SectionView:
-    """One view of several levels: each pixel as the level shows it whose ground, triangles (K,), is nearest to it.
+def joined_views(views: Sequence[SectionView], ground_m: Sequence[FloatArray]) -> SectionView:
+    """One view of several levels: each pixel as the level shows it whose ground is nearest to it.
 
-    views : of one camera and window, cut once each.
+    views : from above, of one window, cut once each. ground_m : triangles (K, 3, 3), local, of each.
     """
     if len(views) == 1:
         return views[0]
     away = []
-    for view, triangles in zip(views, ground, strict=True):
-        shown = np.isin(view.triangle, triangles)
+    for view, corners_m in zip(views, ground_m, strict=True):
+        shown = _covered_pixels(view, corners_m)
         away.append(distance_transform_edt(~shown) if shown.any() else np.full(shown.shape, np.inf))
     level = np.argmin(away, axis=0).astype(np.uint8)
     triangle, patch, depth_m, facing = (
@@ -168,6 +170,17 @@ def joined_views(views: Sequence[SectionView], ground: Sequence[Int32Array]) -> 
     )
     cuts_m = tuple(view.cuts_m[0] for view in views)
     return replace(views[0], cuts_m=cuts_m, level=level, triangle=triangle, patch=patch, depth_m=depth_m, facing=facing)
+
+
+def _covered_pixels(view: SectionView, corners_m: FloatArray) -> BoolArray:
+    """(H, W) bool: pixels of a view from above that triangles (K, 3, 3) lie under."""
+    height, width = view.triangle.shape
+    low_m = np.array([view.window_m[0, 0], view.window_m[1, 1] - height * view.pixel_m]) + 0.5 * view.pixel_m
+    number = np.arange(len(corners_m), dtype=np.int32)
+    met = sample_columns(corners_m, number, low_m=low_m, step_m=view.pixel_m, shape=(width, height))
+    covered = np.zeros(width * height, dtype=np.bool_)
+    covered[met.column] = True
+    return covered.reshape(height, width)[::-1]
 
 
 def _pixels(window_m: FloatArray, width: int) -> tuple[float, int]:

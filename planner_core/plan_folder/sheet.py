@@ -12,6 +12,7 @@ from planner_core.plan_folder.drawing.fonts import fitted, width_mm
 from planner_core.plan_folder.drawing.ink import QUIET, Box, Colour, Ink, Pen
 from planner_core.plan_folder.drawing.marks import corners, draw_axes, draw_scale_bar
 from planner_core.plan_folder.drawing.png_ink import PngInk, whole_pixels_mm
+from planner_core.scene.floors import ground_span_m
 
 WIDTH_MM = 1600 / 144 * 25.4
 MARGIN_MM = 8.0
@@ -65,10 +66,11 @@ def draw_header(ink: PngInk, title: str, subtitle: str, figures: tuple[tuple[str
 
 def floor_subtitle(plan: Plan, floor: Floor) -> str:
     """Say which floor of which model this is, and for which scanner."""
-    elevation_m = floor.elevation_m + float(plan.survey.scene.offset_m[2])
+    low_m, high_m = (z_m + float(plan.survey.scene.offset_m[2]) for z_m in ground_span_m(plan.survey.scene, floor))
+    at = f"at {low_m:.2f} m" if low_m == high_m else f"from {low_m:.1f} to {high_m:.1f} m"
     scanner = plan.settings.scanner
     return (
-        f"{plan.survey.scene.title}   ·   {floor.id}   ·   ground at {elevation_m:.2f} m, "
+        f"{plan.survey.scene.title}   ·   {floor.id}   ·   ground {at}, "
         f"{floor.ground_area_m2:.0f} m²   ·   {scanner.title}, range {scanner.range_max_m:g} m"
     )
 

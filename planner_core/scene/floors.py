@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import BoolArray, Floor, Int32Array, Scene
+from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Scene
 from planner_core.scene.extent import check_extent
 from planner_core.scene.level_surfaces import MIN_CLEAR_M, Ground, LevelSurvey, strays_named
 from planner_core.scene.portions import portions
@@ -30,6 +30,9 @@ from planner_core.scene.surface_grounds import grounds_of_surfaces
 _LEAST_SHARE, _LEAST_SHARE_BARE = 0.1, 0.3
 #: Levels of one floor: nothing slopes over so much of height between them, and each has a tenth of the ground.
 _LEVELS_APART_M, _LEAST_LEVEL = 0.5, 0.1
+#: A floor that slopes is drawn in bands: a cut 1.2 m above the middle of one is still above its ground, and below the
+#: heads of doors. Each costs a look at the whole floor.
+_BAND_M, _MAX_BANDS = 0.8, 12
 _SITE_KINDS = frozenset({"IfcSite", "IfcGeographicElement", "IfcCivilElement"})
 
 
@@ -142,6 +145,10 @@ def floor_of_triangles(scene: Scene, floors: tuple[Floor, ...]) -> Int32Array:
     if not floors:
         return np.full(scene.n_triangles, -1, dtype=np.int32)
     starts = np.array([floor.elevation_m for floor in floors]) - 0.05
+    if floors[0].origin == "surface":
+        # Where it slopes the elevation is in the middle: what stands at its foot is of it, too.
+        ground_m = scene.vertices_m[:, 2][scene.triangles[floors[0].ground_triangles]]
+        starts[0] = min(starts[0], float(ground_m.min(initial=np.inf)) - 0.05)
     out = np.empty(scene.n_triangles, dtype=np.int32)
     for some in portions(scene.n_triangles):
         height_m = scene.vertices_m[:, 2][scene.triangles[some]].mean(axis=1)
@@ -151,25 +158,82 @@ def floor_of_triangles(scene: Scene, floors: tuple[Floor, ...]) -> Int32Array:
     return out
 
 
-def ground_levels(scene: Scene, floor: Floor) -> list[tuple[float, Int32Array]]:
-    """Heights of a floor's ground, and triangles (K,) of each, the floor's own elevation first.
+def ground_levels(scene: Scene, floor: Floor) -> list[tuple[float, FloatArray]]:
+    """Heights of a floor's ground, and the triangles (K, 3, 3), local, of each, the floor's own elevation first.
 
     Most floors have one. Wings half a storey apart have two: what no slope joins, and is a tenth of the ground or more.
+    Ground that slopes is cut into bands, each with the height of its middle.
     """
-    ground = floor.ground_triangles
-    corners = scene.vertices_m[scene.triangles[ground]]
-    if not ground.size:
-        return [(floor.elevation_m, ground)]
+    corners = scene.vertices_m[scene.triangles[floor.ground_triangles]]
+    if not len(corners):
+        return [(floor.elevation_m, corners)]
     low, high = corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
     area_m2 = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     order = np.argsort(low, kind="stable")
     reached = np.maximum.accumulate(high[order])
     begins = np.concatenate([[True], low[order][1:] > reached[:-1] + _LEVELS_APART_M])
-    level = np.empty(ground.size, dtype=np.int64)
+    level = np.empty(len(corners), dtype=np.int64)
     level[order] = np.cumsum(begins) - 1
     share = np.bincount(level, weights=area_m2) / max(float(area_m2.sum()), 1e-12)
     height = np.bincount(level, weights=area_m2 * low) / np.maximum(np.bincount(level, weights=area_m2), 1e-12)
     own = int(np.argmin(np.abs(height - floor.elevation_m)))
     others = [number for number in np.flatnonzero(share >= _LEAST_LEVEL).tolist() if number != own]
-    levels = [(float(height[number]), ground[level == number]) for number in others]
-    return [(floor.elevation_m, ground[~np.isin(level, others)]), *levels]
+    levels = [(float(height[number]), corners[level == number]) for number in others]
+    return [band for each in ((floor.elevation_m, corners[~np.isin(level, others)]), *levels) for band in _bands(*each)]
+
+
+def ground_span_m(scene: Scene, floor: Floor) -> tuple[float, float]:
+    """Lowest and highest of a floor's ground that is drawn in one piece: its elevation, or both ends of a slope."""
+    heights_m = [height_m for height_m, _ in ground_levels(scene, floor)]
+    return (min(heights_m), max(heights_m)) if len(heights_m) > 2 else (floor.elevation_m, floor.elevation_m)
+
+
+def _bands(height_m: float, corners_m: FloatArray) -> list[tuple[float, FloatArray]]:
+    """A level of triangles (K, 3, 3) as it is, or, where it slopes, cut into bands of about `_BAND_M` each."""
+    area_m2 = _plan_area_m2(corners_m)
+    z_m = corners_m[:, :, 2]
+    off = np.abs(z_m - height_m).max(axis=1, initial=0.0) > _BAND_M
+    if area_m2[off].sum() <= _LEAST_LEVEL * area_m2.sum():
+        return [(height_m, corners_m)]
+    low_m, high_m = float(z_m.min()), float(z_m.max())
+    limits_m = np.linspace(low_m, high_m, min(_MAX_BANDS, int(np.ceil((high_m - low_m) / _BAND_M))) + 1)
+    bands = []
+    for bottom_m, top_m in zip(limits_m[:-1].tolist(), limits_m[1:].tolist(), strict=True):
+        last = top_m == limits_m[-1]
+        near = (z_m.max(axis=1) >= bottom_m) & ((z_m.min(axis=1) < top_m) | last)
+        part = _between(corners_m[near], bottom_m, top_m)
+        if len(part):
+            bands.append((0.5 * (bottom_m + top_m), part))
+    return sorted(bands, key=lambda band: abs(band[0] - height_m))
+
+
+def _between(corners_m: FloatArray, bottom_m: float, top_m: float) -> FloatArray:
+    """(L, 3, 3) what of triangles (K, 3, 3) lies between two heights."""
+    inside = (corners_m[:, :, 2] >= bottom_m).all(axis=1) & (corners_m[:, :, 2] <= top_m).all(axis=1)
+    pieces = [corners_m[inside]]
+    for triangle in corners_m[~inside]:
+        ring = list(triangle)
+        for limit_m, sign in ((bottom_m, 1.0), (top_m, -1.0)):
+            ring = _above(ring, limit_m, sign)
+        pieces += [np.array([[ring[0], ring[k], ring[k + 1]]]) for k in range(1, len(ring) - 1)]
+    cut: FloatArray = np.concatenate(pieces)
+    return cut[_plan_area_m2(cut) > 1e-9]
+
+
+def _above(ring: list[FloatArray], limit_m: float, sign: float) -> list[FloatArray]:
+    """The part of a ring of corners above a height; with sign -1 below it."""
+    kept = []
+    for a, b in zip(ring, ring[1:] + ring[:1], strict=True):
+        from_m, to_m = sign * (a[2] - limit_m), sign * (b[2] - limit_m)
+        if from_m >= 0:
+            kept.append(a)
+        if from_m * to_m < 0:
+            kept.append(a + from_m / (from_m - to_m) * (b - a))
+    return kept
+
+
+def _plan_area_m2(corners_m: FloatArray) -> FloatArray:
+    """(K,) area in plan of triangles (K, 3, 3)."""
+    a, b = corners_m[:, 1, :2] - corners_m[:, 0, :2], corners_m[:, 2, :2] - corners_m[:, 0, :2]
+    area_m2: FloatArray = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    return area_m2

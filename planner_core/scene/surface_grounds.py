@@ -6,11 +6,14 @@ Local frame, metres.
 from __future__ import annotations
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
-from planner_core.model import BoolArray
-from planner_core.scene.columns import Columns
+from planner_core.model import BoolArray, Int64Array
+from planner_core.scene.columns import SAME_SURFACE_M, Columns
 from planner_core.scene.ground_planes import plane_pieces
 from planner_core.scene.level_surfaces import (
+    MAX_SLOPE_RAD,
     MIN_AREA_M2,
     MIN_LEVEL_DISTANCE_M,
     SAME_HEIGHT_M,
@@ -26,6 +29,10 @@ from planner_core.scene.portions import portions
 #: A surface of a scene without storeys is a level's ground if it has this share of the largest one. Desks in an office
 #: take about a tenth of the floor.
 _MIN_AREA_SHARE = 0.15
+#: A surface that rises by more is no level one: thresholds, falls to drains and uneven scans are less.
+_SLOPES_OVER_M = 0.6
+#: Of a surface, this share at most lies over itself.
+_OVER_ITSELF = 0.05
 #: Ground is missing where more of the roofed area between the walls has nothing to stand on: halls are drawn as walls
 #: and roof, with the slab in another model. Less is a pit, a shaft or a room that lacks its floor.
 _BARE = 0.5
@@ -47,15 +54,32 @@ def grounds_of_surfaces(survey: LevelSurvey, warnings: list[str]) -> list[Ground
     levels = _levels(survey, clear & np.isfinite(survey.clear_m))
     # Storeys without a roof in the model: open ground between walls, further than a storey from what was found.
     for main_m, samples in _levels(survey, clear & ~np.isfinite(survey.clear_m)):
-        bounds = survey.bounds_of(np.unique(columns.triangle[samples]))
         apart = all(abs(main_m - other) >= MIN_LEVEL_DISTANCE_M for other, _ in levels)
-        if apart and survey.walls_around(bounds, main_m):
+        if apart and _walled(survey, main_m, samples):
             levels.append((main_m, samples))
     if not levels:
         levels = _levels(survey, clear)[:1]
         if levels:
             warnings.append("nothing is covered and no walls stand on the ground; the largest level surface is planned")
     return _grounds(survey, levels, clear, first=1)
+
+
+def _walled(survey: LevelSurvey, main_m: float, samples: BoolArray) -> bool:
+    """Tell whether walls stand on most of a level, crossings (N,); where it slopes, at the height of each part."""
+    columns = survey.columns
+    low_m, high_m = np.quantile(columns.z_m[samples], [0.02, 0.98])
+    if high_m - low_m <= _SLOPES_OVER_M:
+        return survey.walls_around(survey.bounds_of(np.unique(columns.triangle[samples])), main_m)
+    n_parts = int(np.ceil((high_m - low_m) / _SLOPES_OVER_M))
+    height_m = low_m + (np.arange(n_parts) + 0.5) * (high_m - low_m) / n_parts
+    part = np.abs(columns.z_m[samples][:, None] - height_m).argmin(axis=1)
+    column, n_x = columns.column[samples], columns.x_m.size
+    plan_m = np.column_stack([columns.x_m[column % n_x], columns.y_m[column // n_x]])
+    walled = np.zeros(n_parts, dtype=np.bool_)
+    for number in np.unique(part).tolist():
+        here_m = plan_m[part == number]
+        walled[number] = survey.walls_around(np.stack([here_m.min(axis=0), here_m.max(axis=0)]), height_m[number])
+    return bool(walled[part].mean() > 0.5)
 
 
 def _grounds(
@@ -143,10 +167,17 @@ def _foot_of_walls_m(survey: LevelSurvey) -> float | None:
 
 
 def _levels(survey: LevelSurvey, clear: BoolArray) -> list[tuple[float, BoolArray]]:
-    """(height, crossings) of levels among `clear` ones, largest first; split-level parts are joined to theirs."""
+    """(height, crossings) of levels among `clear` ones, largest first; split-level parts are joined to theirs.
+
+    A surface that slopes over more than a level's height, and is walked from end to end, is one level.
+    """
     columns, left = survey.columns, clear.copy()
-    levels: list[tuple[float, BoolArray]] = []
+    levels = _slopes(survey, clear)
+    for _, part in levels:
+        left &= ~part
     smallest = MIN_AREA_M2 / survey.cell_m2
+    if levels:
+        smallest = max(smallest, _MIN_AREA_SHARE * levels[0][1].sum())
     while left.sum() >= smallest:
         main_m = main_height_m(columns.z_m[left])
         part = left & (np.abs(columns.z_m - main_m) <= SAME_HEIGHT_M)
@@ -161,6 +192,51 @@ def _levels(survey: LevelSurvey, clear: BoolArray) -> list[tuple[float, BoolArra
         elif not _stands_on(columns, part, levels[near[0]][1]):
             levels[near[0]] = (levels[near[0]][0], levels[near[0]][1] | part)
     return levels
+
+
+def _slopes(survey: LevelSurvey, clear: BoolArray) -> list[tuple[float, BoolArray]]:
+    """(height, crossings) of surfaces among `clear` ones that slope from one level to another, largest first.
+
+    Neighbouring plumb lines meet one surface where their heights differ by no more than the steepest ground; a step of
+    stairs is higher. Surfaces that lie over themselves, such as the ramps and decks of a car park, are several levels.
+    """
+    columns = survey.columns
+    surface = _surfaces(survey, clear)
+    number, count = np.unique(surface[surface >= 0], return_counts=True)
+    least = max(MIN_AREA_M2 / survey.cell_m2, _MIN_AREA_SHARE * count.max(initial=0))
+    found = []
+    for each in number[count >= least].tolist():
+        part = surface == each
+        low_m, high_m = np.quantile(columns.z_m[part], [0.02, 0.98])
+        over = part.sum() / np.unique(columns.column[part]).size - 1.0
+        if high_m - low_m > _SLOPES_OVER_M and over < _OVER_ITSELF:
+            found.append((main_height_m(columns.z_m[part]), part))
+    return sorted(found, key=lambda level: -int(level[1].sum()))
+
+
+def _surfaces(survey: LevelSurvey, clear: BoolArray) -> Int64Array:
+    """(N,) number of the surface that each of the `clear` crossings is on; -1 for the others."""
+    columns, step_m = survey.columns, survey.step_m
+    rows = np.flatnonzero(clear)
+    column, z_m = columns.column[rows], columns.z_m[rows]
+    rise_m = step_m * float(np.tan(MAX_SLOPE_RAD)) + SAME_SURFACE_M
+    # One sortable number a crossing, as in `Columns.clear_height_m`.
+    low_m = float(z_m.min(initial=0.0))
+    stride_m = float(z_m.max(initial=0.0)) - low_m + 2.0 * rise_m + 1.0
+    key = column * stride_m + (z_m - low_m)
+    n_x = columns.x_m.size
+    ends = []
+    for beside, inside in ((1, column % n_x < n_x - 1), (n_x, np.ones(rows.size, dtype=bool))):
+        wanted = key + beside * stride_m
+        at = np.searchsorted(key, wanted - rise_m)
+        joined = inside & (at < rows.size)
+        joined[joined] = key[at[joined]] <= wanted[joined] + rise_m
+        ends.append(np.stack([np.flatnonzero(joined), at[joined]]))
+    pairs = np.concatenate(ends, axis=1)
+    graph = csr_array((np.ones(pairs.shape[1]), (pairs[0], pairs[1])), shape=(rows.size,) * 2)
+    out = np.full(clear.size, -1, dtype=np.int64)
+    out[rows] = connected_components(graph, directed=False)[1]
+    return out
 
 
 def _stands_on(columns: Columns, part: BoolArray, ground: BoolArray) -> bool:

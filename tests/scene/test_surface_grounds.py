@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from planner_core.scene.floors import FloorReport, find_floors
+from planner_core.model import Scene, UpAxis
+from planner_core.scene.build import scene_from_arrays
+from planner_core.scene.floors import FloorReport, find_floors, ground_levels
 from planner_core.scene.load import LoadOptions, load_scene
 from tests.scene.floor_scenes import four_walls, scene_of
 
@@ -93,3 +96,70 @@ def test_hall_of_reality_is_one_floor_at_the_foot_of_its_walls() -> None:
     report = find_floors(load_scene(file))
     assert foot_of(report) == [(0.0, "wall-foot")]
     assert report.floors[0].ground_area_m2 == pytest.approx(88.0 * 60.0, rel=0.03)
+
+
+# --------------------------------------------------------------------------------------------------- slopes
+def strip(profile: list[tuple[float, float]], width_m: float, clear_m: float, *, roof: bool = True) -> Scene:
+    """A passage along x whose ground follows heights (x, z), between walls and under a ceiling of single sheets."""
+    rows = np.array([(x, y, z + up) for x, z in profile for y in (0.0, width_m) for up in (0.0, clear_m)])
+    quads = [(0, 2), (0, 1), (2, 3)] + ([(1, 3)] if roof else [])
+    corners = [(4 * k + a, 4 * k + b, 4 * k + b + 4, 4 * k + a + 4) for k in range(len(profile) - 1) for a, b in quads]
+    triangles = [t for a, b, c, d in corners for t in ((a, b, c), (a, c, d))]
+    return scene_from_arrays(rows, triangles)
+
+
+RAMPS = [(0, 0), (20, 0), (45, -1), (60, -1), (160, -4.2), (180, -4.2)]
+
+
+@pytest.mark.parametrize("roof", [True, False], ids=["roofed", "open"])
+@pytest.mark.parametrize(
+    "profile",
+    [RAMPS, [(0, 0), (60, 6)], [(5 * k, 3 * np.sin(0.2 * k)) for k in range(25)]],
+    ids=["ramps", "a slope", "a hill"],
+)
+def test_surface_that_is_walked_is_one_floor(profile: list[tuple[float, float]], roof: bool) -> None:
+    report = find_floors(strip(profile, 2.6, 2.4, roof=roof))
+    (floor,) = report.floors
+    assert floor.ground_area_m2 == pytest.approx(2.6 * profile[-1][0], rel=0.03)
+    assert set(report.floor_of_triangle.tolist()) == {0}
+
+
+def test_storeys_that_stairs_join_stay_two() -> None:
+    slabs = [("slab 0", "Mesh", 0, (0, 0, -0.2), (12, 8, 0)), ("slab 1", "Mesh", 0, (0, 0, 2.7), (12, 6.5, 2.9))]
+    steps = [(f"tread {k}", "Mesh", 0, (0.3 * k, 6.6, 0), (0.3 * k + 0.3, 7.8, 0.18 * k + 0.2)) for k in range(15)]
+    roof = ("roof", "Mesh", 0, (0, 0, 5.8), (12, 8, 6.0))
+    report = find_floors(scene_of([*slabs, *steps, *four_walls(12, 8, 0, 5.8, 0), roof]))
+    assert [floor.elevation_m for floor in report.floors] == pytest.approx([0.0, 2.9])
+
+
+def test_decks_of_a_car_park_over_each_other_stay_two() -> None:
+    deck, up = strip([(0, 0), (40, 0)], 16.0, 6.0), strip([(0, 3.0), (10, 3.0), (40, 3.0)], 13.0, 0.1)
+    ramp = strip([(10, 0.0), (37, 3.0)], 3.0, 0.05, roof=False)
+    parts = [(deck, (0, 0)), (up, (0, 0)), (ramp, (0, 13.0))]
+    vertices = np.concatenate([scene.vertices_m + scene.offset_m + [*at, 0.0] for scene, at in parts])
+    starts = np.cumsum([0, *(len(scene.vertices_m) for scene, _ in parts)])
+    triangles = np.concatenate([scene.triangles + start for (scene, _), start in zip(parts, starts, strict=False)])
+    heights_m = [floor.elevation_m for floor in find_floors(scene_from_arrays(vertices, triangles)).floors]
+    assert heights_m == pytest.approx([0.0, 3.1], abs=0.1)
+
+
+def test_bands_of_a_slope_cover_it_once_each_at_its_height() -> None:
+    scene = strip(RAMPS, 2.6, 2.4)
+    floor = find_floors(scene).floors[0]
+    bands = ground_levels(scene, floor)
+    area_m2 = [_area_m2(corners_m[:, :, :2]) for _, corners_m in bands]
+    assert len(bands) == 6 and sum(area_m2) == pytest.approx(2.6 * 180, rel=1e-6)
+    assert max(np.abs(corners_m[:, :, 2] - height_m).max() for height_m, corners_m in bands) <= 0.5 * 4.2 / 6 + 1e-9
+
+
+def _area_m2(plan_m: np.ndarray) -> float:
+    a, b = plan_m[:, 1] - plan_m[:, 0], plan_m[:, 2] - plan_m[:, 0]
+    return float(0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum())
+
+
+def test_ramps_of_reality_are_one_floor() -> None:
+    file = REALITY / "ramp_corridor.obj"
+    if not file.exists():
+        pytest.skip("ramp_corridor.obj is not beside the repository (../shared/data/reality)")
+    (floor,) = find_floors(load_scene(file, options=LoadOptions(up_axis=UpAxis.Z))).floors
+    assert floor.ground_area_m2 == pytest.approx(2.6 * 180, rel=0.01)
