@@ -134,8 +134,8 @@ def _why_no_time(scanner: ScannerSection, time_s: float | None) -> str:
         return ""
     mode = f" in mode {scanner.mode}" if scanner.mode else ""
     return (
-        f"no time per scan is known of {scanner.name}{mode}, field time and cost are empty; give seconds_per_scan, or a "
-        "mode that `tlsplan scanners` has a time of"
+        f"no time per scan is known of {scanner.name}{mode}, field time and cost are empty; give seconds_per_scan, or "
+        "a mode that `tlsplan scanners` has a time of"
     )
 
 

@@ -326,7 +326,8 @@ def _draw_stations(
         for rise, station in zip(rises, stations, strict=True)
     ]
     before = {station.id for station in plan.settings.site.prior if station.role == Role.SCANNED}
-    draw_stations(labels, spots, numbers, words, scanned=[station.id in before for station in stations])
+    scanned = [station.id in before for station in stations]
+    draw_stations(labels, spots, numbers, words, scanned=scanned, mm_per_m=at.mm_per_m)
 
 
 def _rises(plan: Plan, floor: Floor, stations: Sequence[Station]) -> list[str]:

@@ -377,7 +377,7 @@ def _raw_scene(path: Path, stage: Any, gathered: _Gathered, told: list[str]) -> 
             n_bad_index=gathered.n_bad_index,
             n_degenerate=gathered.n_too_short,
             dropped=tuple(gathered.dropped[:MAX_DROPPED_LINES]),
-            warnings=tuple(_warnings(path, gathered, told)),
+            warnings=(*_warnings(path, gathered, told), *_metrics_warnings(path, stage)),
         ),
     )
 
@@ -387,7 +387,6 @@ def _warnings(path: Path, gathered: _Gathered, told: list[str]) -> Iterator[str]
         yield f"{path.name}: {shortened(text.partition(' (instantiating')[0])}"
     if len(told) > _MAX_STAGE_WARNINGS:
         yield f"{path.name}: {grouped(len(told) - _MAX_STAGE_WARNINGS)} more warnings of the USD library."
-    yield from _metrics_warnings(path, stage)
     if gathered.left_out:
         kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(gathered.left_out.items()))
         yield f"{path.name}: shapes of other kinds were left out: {kinds}; convert them to meshes if they matter."

@@ -312,7 +312,7 @@ def test_station_on_a_mezzanine_has_its_height_at_the_marker_of_the_map(
     plan: Plan, view: SectionView, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rise_m: float, words: list[str]
 ) -> None:
     shown: list[str] = []
-    monkeypatch.setattr(maps, "draw_stations", lambda labels, spots, numbers, told: shown.extend(told))
+    monkeypatch.setattr(maps, "draw_stations", lambda labels, spots, numbers, told, **_: shown.extend(told))
     first = plan.stations[0]
     raised = dataclasses.replace(first, position_m=first.position_m + np.array([0.0, 0.0, rise_m]))
     alone = dataclasses.replace(plan, stations=(raised,), links=(), route=None)

@@ -118,9 +118,14 @@ def test_rounding_is_off_by_half_a_step_at_most(step_deg: float, field_deg: floa
 
 @pytest.mark.parametrize(
     ("spacing", "mode"),
-    [("rtc360:6mm", "rtc360:medium"), ("rtc360:12mm", "rtc360:low"), ("rtc360:3.0mm", "rtc360:high"), ("rtc360:5mm", ""),
-     ("p50:6.3mm", "")],
-)  # fmt: skip
+    [
+        ("rtc360:6mm", "rtc360:medium"),
+        ("rtc360:12mm", "rtc360:low"),
+        ("rtc360:3.0mm", "rtc360:high"),
+        ("rtc360:5mm", ""),
+        ("p50:6.3mm", ""),
+    ],
+)
 def test_a_spacing_of_one_of_the_modes_takes_its_time(spacing: str, mode: str) -> None:
     """Others have none: nobody knows how long the instrument takes for them."""
     seconds = load_scanner(spacing).seconds_per_scan

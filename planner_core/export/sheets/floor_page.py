@@ -161,6 +161,7 @@ def _draw_stations(view: FloorView, tile: Tile, labels: Labels, unit: LengthUnit
         [station.number for station in shown],
         words,
         scanned=[station.id in view.scanned for station in shown],
+        mm_per_m=tile.mm_per_m,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -45,6 +46,9 @@ HATCH_OUT_OF_REACH = (2.4, -45.0)
 DISC_MM = 2.6
 DOT_MM = 0.7
 ARROW_MM = 2.3
+SMALL_DOT_MM = 0.9
+_DISC_HIDES_M = 1.0
+"""A disc of this radius in the building hides a corridor of two metres."""
 
 
 def arrow_head(way: FloatArray, length: float) -> FloatArray:
@@ -110,6 +114,8 @@ _ASIDE = (
     *((1, 0), (1, 1), (1, -1), (-1, 0), (-1, 1), (-1, -1), (0, 1), (0, -1)),
     *((1.8, 1.8), (-1.8, 1.8), (1.8, -1.8), (-1.8, -1.8), (0, 2.2), (0, -2.2)),
 )
+#: The same above and below first.
+_ABOVE = (*((dy, dx) for dx, dy in _ASIDE[:8]), *_ASIDE[12:], *_ASIDE[8:12])
 
 
 @dataclass
@@ -120,15 +126,15 @@ class Labels:
     within: Box
     taken: list[Box]
 
-    def put(self, at: FloatArray, words: str, *, size_pt: float = 6.2, apart: float = 2.9) -> None:
-        """Write in a white box beside `at` (2,), or where the least is covered."""
+    def put(self, at: FloatArray, words: str, *, size_pt: float = 6.2, apart: float = 2.9, above: bool = False) -> None:
+        """Write in a white box beside `at` (2,), or where the least is covered. above : or below, if there is room."""
         width, height = width_mm(words, size_pt) + 1.2, 0.42 * size_pt + 0.4
         x, y = float(at[0]), float(at[1])
         if not (self.within.left <= x <= self.within.right and self.within.bottom <= y <= self.within.top):
             return
         places = [
             Box(x + dx * apart + (dx - 1) / 2 * width, y + dy * apart + (dy - 1) / 2 * height, width, height)
-            for dx, dy in _ASIDE
+            for dx, dy in (_ABOVE if above else _ASIDE)
         ]
         box = min(places, key=self._covered)
         self.taken.append(box)
@@ -150,12 +156,17 @@ def draw_stations(
     words: Sequence[str] = (),
     *,
     scanned: Sequence[bool] = (),
+    mm_per_m: float = math.inf,
 ) -> None:
     """Draw numbered discs at spots (N, 2), moved apart where they would overlap, and words beside them.
 
-    words, scanned : of each; empty: none.
+    words, scanned : of each; empty: none. mm_per_m : of the drawing. Where discs would hide corridors, spots are dots
+    with the number beside them.
     """
     if not len(spots):
+        return
+    if mm_per_m * _DISC_HIDES_M < DISC_MM:
+        _draw_dots(labels, spots, numbers, words, scanned)
         return
     discs = spread_apart(spots, 2.1 * DISC_MM)
     for place, (spot, disc, number) in enumerate(zip(spots, discs, numbers, strict=True)):
@@ -164,6 +175,20 @@ def draw_stations(
     for disc, told in zip(discs, words, strict=False):
         if told:
             labels.put(disc, told, size_pt=5.6)
+
+
+def _draw_dots(
+    labels: Labels, spots: FloatArray, numbers: Sequence[int], words: Sequence[str], scanned: Sequence[bool]
+) -> None:
+    """Draw stations as dots with their numbers beside them, across the longer side of what they spread over."""
+    for place, (x, y) in enumerate(spots.tolist()):
+        rim = Pen(0.3, STATION_FILL)
+        labels.ink.disc((x, y), SMALL_DOT_MM, PAPER if scanned and scanned[place] else STATION_FILL, rim)
+        labels.taken.append(Box(x - SMALL_DOT_MM, y - SMALL_DOT_MM, 2 * SMALL_DOT_MM, 2 * SMALL_DOT_MM))
+    wide = bool(np.ptp(spots[:, 0]) >= np.ptp(spots[:, 1]))
+    for place, (spot, number) in enumerate(zip(spots, numbers, strict=True)):
+        told = f"{number}  {words[place]}" if words and words[place] else str(number)
+        labels.put(spot, told, size_pt=5.6, above=wide)
 
 
 def linked_words(numbers: Sequence[int]) -> str:

@@ -1,0 +1,65 @@
+"""Marks of stations: discs, or dots where discs would hide the building."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from planner_core.plan_folder.drawing.ink import Box
+from planner_core.plan_folder.drawing.marks import DISC_MM, SMALL_DOT_MM, Labels, draw_stations
+
+
+@dataclass
+class Recorder:
+    """An ink that keeps discs and words, and the corners of areas, in millimetres."""
+
+    discs: list[tuple[float, float, float]] = field(default_factory=list)
+    words: list[str] = field(default_factory=list)
+    areas: list[np.ndarray] = field(default_factory=list)
+
+    def disc(self, centre: tuple[float, float], radius: float, *_: object) -> None:
+        self.discs.append((*centre, radius))
+
+    def text(self, _at: tuple[float, float], words: str, *_: object, **__: object) -> None:
+        self.words.append(words)
+
+    def area(self, rings: list[np.ndarray], *_: object) -> None:
+        self.areas += rings
+
+    def lines(self, *_: object, **__: object) -> None:
+        pass
+
+
+def drawn(spots: np.ndarray, mm_per_m: float, words: tuple[str, ...] = ()) -> Recorder:
+    ink = Recorder()
+    numbers = list(range(1, len(spots) + 1))
+    draw_stations(Labels(ink, Box(0, 0, 200, 120), []), spots, numbers, words, mm_per_m=mm_per_m)  # type: ignore[arg-type]
+    return ink
+
+
+@pytest.mark.parametrize("turned", [False, True], ids=["wide", "high"])
+def test_dots_leave_a_narrow_corridor_to_be_seen(turned: bool) -> None:
+    mm_per_m, half_mm = 1.0, 1.3  # a corridor of 2.6 m on a site of 180 m
+    along = np.linspace(15, 105, 8)
+    spots = np.column_stack([np.full(8, 60.0), along] if turned else [along, np.full(8, 60.0)])
+    ink = drawn(spots, mm_per_m)
+    np.testing.assert_allclose(np.array(ink.discs)[:, :2], spots)
+    assert {radius for *_, radius in ink.discs} == {SMALL_DOT_MM}
+    assert ink.words == [str(number) for number in range(1, 9)]
+    across = [ring[:, 0 if turned else 1] - 60.0 for ring in ink.areas]
+    assert all(np.abs(each).min() > half_mm for each in across)
+
+
+@pytest.mark.parametrize(("mm_per_m", "radius"), [(2.0, SMALL_DOT_MM), (2.6, DISC_MM), (10.0, DISC_MM)])
+def test_discs_are_drawn_from_the_scale_on_at_which_they_hide_no_corridor(mm_per_m: float, radius: float) -> None:
+    ink = drawn(np.array([[50.0, 60.0]]), mm_per_m)
+    assert radius in {each for *_, each in ink.discs}
+
+
+def test_words_of_a_dot_stand_behind_its_number() -> None:
+    assert drawn(np.array([[50.0, 60.0], [90.0, 60.0]]), 1.0, ("ground +2.80 m", "")).words == [
+        "1  ground +2.80 m",
+        "2",
+    ]
