@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from planner_core.coverage.patch_reasons import samples_of
 from planner_core.coverage.sightlines import viewpoints
@@ -54,6 +55,9 @@ _OFF_M = 0.02
 _WALLS_M, _N_LEVEL, _WALLED_SHARE = 12.0, 24, 0.85
 #: Less ground than this indoors, or walled without a roof, says nothing.
 _LEAST_M2 = 4.0
+#: The strip along an open side that counts as outdoors is no wider. A doorway without a door shows less of a porch than
+#: this share of the rooms.
+_SIDE_M, _SIDES_SHARE = 4.0, 0.05
 _BATCH_RAYS = 500_000
 #: Side of the cubes of which one eye each looks across halls.
 _APART_M = 3.0
@@ -119,7 +123,7 @@ def with_scope(
             )
     progress(ProgressEvent("scope", 2, 2))
     found = _scoped(survey, kind, in_scope, places if kind != Scope.ALL else None)
-    lines = _yards(survey, places) if kind == Scope.INTERIOR else ()
+    lines = (*_yards(survey, places), *_open_sides(survey, engine, places)) if kind == Scope.INTERIOR else ()
     if lost and asked == Scope.AUTO:
         lines = (f"scope: all surfaces are planned, as {lost}; --scope interior or exterior chooses",)
     return replace(found, warnings=(*found.warnings, *lines))
@@ -157,6 +161,36 @@ def _yards(survey: Survey, places: Places) -> tuple[str, ...]:
             lines.append(
                 f"scope: floor {floor.name!r} has walls around {yard_m2:.0f} m2 of ground and no roof, a yard and out "
                 "of scope; if it is a room, use --scope all"
+            )
+    return tuple(lines)
+
+
+def _open_sides(survey: Survey, engine: ScanEngine, places: Places) -> tuple[str, ...]:
+    """A line on each floor with ground under cover that nothing parts from its rooms, but for which it is too open.
+
+    That is the strip along the edge of a slab without facade. A porch is behind a wall or a shut door.
+    """
+    eye_m, indoors = _eyes_over(places.ground_m), places.indoors
+    row = np.flatnonzero(~indoors & ~places.walled)
+    if not row.size or not indoors.any():
+        return ()
+    up = np.broadcast_to([0.0, 0.0, 1.0], (row.size, 3))
+    row = row[engine.cast_rays(eye_m[row], up, range_max_m=np.inf).triangle >= 0]
+    room_m = eye_m[indoors]
+    away_m, nearest = cKDTree(room_m).query(eye_m[row], distance_upper_bound=_SIDE_M)
+    row, nearest = row[np.isfinite(away_m)], nearest[np.isfinite(away_m)]
+    way_m = room_m[nearest] - eye_m[row]
+    length_m = np.linalg.norm(way_m, axis=1)
+    hits = engine.cast_rays(eye_m[row], way_m, range_max_m=np.inf)
+    row = row[~(hits.range_m < length_m)]
+    lines = []
+    for index, floor in enumerate(survey.floors):
+        open_m2 = float(places.area_m2[row[places.floor[row] == index]].sum())
+        indoors_m2 = float(places.area_m2[indoors & (places.floor == index)].sum())
+        if open_m2 > max(_LEAST_M2, _SIDES_SHARE * indoors_m2):
+            lines.append(
+                f"scope: floor {floor.name!r} has open sides: {open_m2:.0f} m2 of ground under cover along them are "
+                "out of scope; to plan it up to the slab's edge, use --scope all"
             )
     return tuple(lines)
 
@@ -334,8 +368,6 @@ class _Look:
 
     def __call__(self, rows: Int64Array, seen: list[BoolArray]) -> None:
         """Mark those of rows (R,) that are seen, on the side of their normal and on the other."""
-        from scipy.spatial import cKDTree
-
         if not self.ranks:
             return
         tree, step = cKDTree(self.eyes_m), _BATCH_RAYS // len(self.ranks)

@@ -261,3 +261,48 @@ def test_patches_that_stand_for_their_block_lose_next_to_nothing(monkeypatch: py
     assert not (by_blocks.in_scope & ~one_by_one.in_scope).any()
     lost_m2 = area_m2(survey, one_by_one.in_scope & ~by_blocks.in_scope)
     assert 0 < lost_m2 < 0.005 * area_m2(survey, one_by_one.in_scope)
+
+
+# ------------------------------------------------------------------------------------------------ open sides
+SLABS = (((0, 0, -0.3), (24, 16, 0.0)), ((0, 0, 3.0), (24, 16, 3.3)))
+CORE = (
+    ((9, 6, 0), (15, 6.2, 3)), ((9, 9.8, 0), (15, 10, 3)), ((9, 6.2, 0), (9.2, 9.8, 3)), ((14.8, 7.2, 0), (15, 9.8, 3)),
+)  # fmt: skip
+COLUMNS = tuple(
+    ((x - 0.2, y - 0.2, 0), (x + 0.2, y + 0.2, 3)) for x in (0.5, 8, 16, 23.5) for y in (0.5, 15.5)
+)  # fmt: skip
+LONG_SIDES = (((0, 0, 0), (24, 0.3, 3)), ((0, 15.7, 0), (24, 16, 3)))
+SHORT_SIDES = (((0, 0.3, 0), (0.3, 15.7, 3)), ((23.7, 0.3, 0), (24, 15.7, 3)))
+PARAPETS = (
+    ((0, 0, 0), (24, 0.2, 1)), ((0, 15.8, 0), (24, 16, 1)), ((0, 0.2, 0), (0.2, 15.8, 1)),
+    ((23.8, 0.2, 0), (24, 15.8, 1)),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("sides", "least_m2", "most_m2"),
+    [((), 60, 240), (PARAPETS, 30, 240), (LONG_SIDES, 20, 120), ((LONG_SIDES[0], *SHORT_SIDES), 10, 120)],
+    ids=["no facade", "parapets", "both ends open", "a front open"],
+)
+def test_open_sides_are_named_with_the_ground_that_they_lose(sides: tuple, least_m2: float, most_m2: float) -> None:
+    survey = scoped((*SLABS, *CORE, *COLUMNS, *sides))
+    assert survey.scope.kind == Scope.INTERIOR
+    (line,) = (line for line in survey.warnings if "open sides" in line)
+    lost_m2 = float(line.split("open sides: ")[1].split(" m2")[0])
+    assert least_m2 < lost_m2 < most_m2, line
+    assert line.endswith("to plan it up to the slab's edge, use --scope all")
+
+
+@pytest.mark.parametrize(
+    "building",
+    [
+        HOUSE,
+        (PLOT, FLOOR, ROOF, NORTH, EAST, WEST, *SOUTH_WITH_GAP),
+        # A porch of 6 x 3 m under the same roof, before the wall and a doorway without a door.
+        (PLOT, ((-0.3, -3.3, -0.2), (6.3, 4.3, 0.0)), ((-0.3, -3.3, 2.7), (6.3, 4.3, 3.0)), *WALLS),
+        (*SLABS, *CORE, *COLUMNS, *LONG_SIDES, *SHORT_SIDES),
+    ],
+    ids=["closed", "a missing door", "a porch", "an office with its facade"],
+)
+def test_closed_buildings_have_no_open_sides(building: tuple) -> None:
+    assert [line for line in scoped(building).warnings if "open sides" in line] == []
