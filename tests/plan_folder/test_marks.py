@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner_core.plan_folder.drawing.ink import Box
-from planner_core.plan_folder.drawing.marks import DISC_MM, SMALL_DOT_MM, Labels, draw_stations
+from planner_core.plan_folder.drawing.marks import DISC_MM, DOT_MM, Labels, draw_stations
 
 
 @dataclass
@@ -46,16 +46,16 @@ def test_dots_leave_a_narrow_corridor_to_be_seen(turned: bool) -> None:
     spots = np.column_stack([np.full(8, 60.0), along] if turned else [along, np.full(8, 60.0)])
     ink = drawn(spots, mm_per_m)
     np.testing.assert_allclose(np.array(ink.discs)[:, :2], spots)
-    assert {radius for *_, radius in ink.discs} == {SMALL_DOT_MM}
+    assert {radius for *_, radius in ink.discs} == {DOT_MM}
     assert ink.words == [str(number) for number in range(1, 9)]
     across = [ring[:, 0 if turned else 1] - 60.0 for ring in ink.areas]
     assert all(np.abs(each).min() > half_mm for each in across)
 
 
-@pytest.mark.parametrize(("mm_per_m", "radius"), [(2.0, SMALL_DOT_MM), (2.6, DISC_MM), (10.0, DISC_MM)])
-def test_discs_are_drawn_from_the_scale_on_at_which_they_hide_no_corridor(mm_per_m: float, radius: float) -> None:
+@pytest.mark.parametrize(("mm_per_m", "has_disc"), [(2.0, False), (2.6, True), (10.0, True)])
+def test_discs_are_drawn_from_the_scale_on_at_which_they_hide_no_corridor(mm_per_m: float, has_disc: bool) -> None:
     ink = drawn(np.array([[50.0, 60.0]]), mm_per_m)
-    assert radius in {each for *_, each in ink.discs}
+    assert {each for *_, each in ink.discs} == ({DOT_MM, DISC_MM} if has_disc else {DOT_MM})
 
 
 def test_words_of_a_dot_stand_behind_its_number() -> None:

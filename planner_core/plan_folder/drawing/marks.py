@@ -46,7 +46,6 @@ HATCH_OUT_OF_REACH = (2.4, -45.0)
 DISC_MM = 2.6
 DOT_MM = 0.7
 ARROW_MM = 2.3
-SMALL_DOT_MM = 0.9
 _DISC_HIDES_M = 1.0
 """A disc of this radius in the building hides a corridor of two metres."""
 
@@ -182,9 +181,9 @@ def _draw_dots(
 ) -> None:
     """Draw stations as dots with their numbers beside them, across the longer side of what they spread over."""
     for place, (x, y) in enumerate(spots.tolist()):
-        rim = Pen(0.3, STATION_FILL)
-        labels.ink.disc((x, y), SMALL_DOT_MM, PAPER if scanned and scanned[place] else STATION_FILL, rim)
-        labels.taken.append(Box(x - SMALL_DOT_MM, y - SMALL_DOT_MM, 2 * SMALL_DOT_MM, 2 * SMALL_DOT_MM))
+        fill, rim = (PAPER, INK) if scanned and scanned[place] else (INK, PAPER)
+        labels.ink.disc((x, y), DOT_MM, fill, Pen(0.2, rim))
+        labels.taken.append(Box(x - DOT_MM, y - DOT_MM, 2 * DOT_MM, 2 * DOT_MM))
     wide = bool(np.ptp(spots[:, 0]) >= np.ptp(spots[:, 1]))
     for place, (spot, number) in enumerate(zip(spots, numbers, strict=True)):
         told = f"{number}  {words[place]}" if words and words[place] else str(number)
