@@ -59,6 +59,7 @@ from planner_core.plan_folder.route_json import route_document, sealed_document
 from planner_core.plan_folder.why_json import why_document
 from planner_core.requirements.goals import obstacles_of, required_of
 from planner_core.scene.load import LoadOptions
+from planner_core.scene.wording import is_scene_file
 
 DROPPABLE_KEYS = ("device", "source", "timings_s", "versions")
 """What may differ between two runs of the same plan."""
@@ -131,6 +132,10 @@ def read_plan(path: Path) -> PlanDocument:
         There is none, it is no JSON, of a schema that this version does not know, or a value is not as it is written.
     """
     file = path / "plan.json" if path.is_dir() else path
+    if is_scene_file(file):
+        raise PlanFolderError(
+            f"{file}: is a scene file, expected a plan folder; name that of its plan, `tlsplan plan` makes one"
+        )
     try:
         text = file.read_text(encoding="utf-8")
     except FileNotFoundError:

@@ -16,6 +16,7 @@ from planner_core.coordinates.text_file import column_unit
 from planner_core.errors import PlanFolderError, StationListError
 from planner_core.model import METRE, FloatArray, LengthUnit, Plan, Role, Station
 from planner_core.plan_folder.plan_json import read_plan
+from planner_core.scene.wording import is_scene_file
 
 COLUMNS = ("id", "floor", "order", "x_m", "y_m", "z_m", "ground_z_m", "instrument_height_m", "status")
 """z_m is the sensor's origin; ground_z_m is z_m less the instrument height. status : of `_status`."""
@@ -98,6 +99,10 @@ def read_station_list(path: Path, *, z_is_ground: bool = False, unit: LengthUnit
     """
     if path.is_dir() or path.suffix.lower() == ".json":
         return _from_plan(path)
+    if is_scene_file(path):
+        raise StationListError(
+            f"{path}: is a scene file, expected a station list; give a CSV, a plan folder or, to compare, an E57"
+        )
     try:
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:

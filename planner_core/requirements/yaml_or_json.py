@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner_core.documents import is_deeper, shown
 from planner_core.errors import RequirementError
+from planner_core.scene.wording import is_scene_file
 
 if TYPE_CHECKING:
     import yaml
@@ -73,6 +74,8 @@ def _text_of(path: Path, of: str) -> str:
     try:
         if not path.is_file():
             raise _RefusedError("a folder" if path.is_dir() else "no such file", f"a file of {of}")
+        if is_scene_file(path):
+            raise _RefusedError("a scene file", f"a file of {of}, YAML or JSON")
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
     except OSError as error:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from planner_core.errors import SceneError, one_line
 
 _LONGEST_REASON = 300
+_OF_OTHERS = frozenset({"", ".json", ".csv", ".txt", ".yaml", ".yml"})
 
 
 def grouped(number: int) -> str:
@@ -24,6 +27,15 @@ def is_text(name: str) -> bool:
     except UnicodeEncodeError:
         return False
     return True
+
+
+def is_scene_file(path: Path) -> bool:
+    """Whether a path is of a scene file, by its extension: for readers of other files, which were given one."""
+    if path.suffix.lower() in _OF_OTHERS or not path.is_file():
+        return False
+    from planner_core.scene.load import FORMAT_OF_EXTENSION  # takes a while to import
+
+    return path.suffix.lower() in FORMAT_OF_EXTENSION
 
 
 def reason_of(error: Exception) -> str:

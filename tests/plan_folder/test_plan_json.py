@@ -10,9 +10,11 @@ import jsonschema
 import numpy as np
 import pytest
 
-from planner_core.errors import PlanFolderError
+from planner_core.errors import PlanFolderError, PlannerError
 from planner_core.model import PartResult, Plan
 from planner_core.plan_folder.plan_json import DROPPABLE_KEYS, plan_document, plan_text, read_plan_json
+from planner_core.plan_folder.stations_csv import read_station_list
+from planner_core.requirements.yaml_or_json import read_document
 
 SCHEMA_FILE = Path(__file__).parents[2] / "docs" / "formats" / "plan.schema.json"
 
@@ -134,10 +136,21 @@ def test_reading_what_is_no_plan_is_refused_with_the_file_named(tmp_path: Path, 
     assert "\n" not in str(caught.value)
 
 
-def test_a_scene_in_place_of_a_plan_is_refused_with_what_to_name(tmp_path: Path) -> None:
-    (tmp_path / "house.ifc").write_text("ISO-10303-21;")
-    with pytest.raises(PlanFolderError, match=r"house\.ifc: is not JSON .* name the plan folder$"):
-        read_plan_json(tmp_path / "house.ifc")
+@pytest.mark.parametrize("name", ["house.ifc", "house.GLB", "house.obj"])
+def test_a_scene_in_place_of_another_file_is_refused_as_one(tmp_path: Path, name: str) -> None:
+    """Of a plan, a station list, requirements: whatever its bytes are."""
+    scene = tmp_path / name
+    scene.write_bytes(b"ISO-10303-21;\n\xff\x00")
+    for read in (read_plan_json, read_station_list, read_document):
+        with pytest.raises(PlannerError, match=rf"{name}: (is|got) a scene file, expected a ") as caught:
+            read(scene)
+        assert "codec" not in str(caught.value)
+
+
+def test_a_file_of_another_kind_in_place_of_a_plan_is_refused_with_what_to_name(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("to do")
+    with pytest.raises(PlanFolderError, match=r"notes\.txt: is not JSON .* name the plan folder$"):
+        read_plan_json(tmp_path / "notes.txt")
 
 
 @pytest.mark.parametrize("levels", [100, 900, 100_000])
