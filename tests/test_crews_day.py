@@ -37,6 +37,7 @@ TLSPLIB = Path(__file__).resolve().parents[1] / "docs" / "tlsplib"
 #: Of what is computed after the first plan.
 GRID = ("--grid", "1")
 QUICK = (*GRID, "--effort", "quick")
+ON_EARTH = ("--crs", "EPSG:25832", "--origin", "458870,5438260,110")
 DEMO, REAL = "demo house", "fzk-haus"
 pytestmark = pytest.mark.xdist_group("crew's day")  # one worker walks it, once
 
@@ -105,6 +106,7 @@ def day(request: pytest.FixtureRequest, needs_opencl: None, tmp_path_factory: py
         else:
             today = start_on_real_building(request.param)
         list_floors(today)
+        refuse_folders_that_take_no_files(today)
         look_at_the_plan_and_take_in_the_field_file(today)
         export_every_format(today)
         compare_scans_with_the_plan(today)
@@ -207,6 +209,19 @@ def check_summary(summary: str, folder: Path) -> dict[str, Any]:
     return plan
 
 
+def refuse_folders_that_take_no_files(day: Day) -> None:
+    """Before the model is read: a file in the way, and a name that is too long once it is staged."""
+    for folder in (day.scene / "plan", Path("x" * 245)):
+        for words in (
+            ("plan", day.scene, "-o", folder),
+            ("evaluate", day.scene, "--stations", day.plan, "-o", folder),
+            ("simulate", day.scene, "--stations", day.plan, "-o", folder),
+            ("compare", day.plan, "--stations", day.plan, "-o", folder),
+        ):
+            said = day.tlsplan(*words, code=3).stderr
+            assert said.count("\n") == 1 and "can't be written" in said
+
+
 def list_floors(day: Day) -> None:
     rows = day.tlsplan("floors", day.scene).stdout.splitlines()[1:]
     floors = day.document()["floors"]
@@ -290,15 +305,19 @@ def formats_in(pack: str) -> set[str]:
 
 
 def export_every_format(day: Day) -> None:
-    """Export the pack, then what it does not hold: of clouds few points, of issues few. Formats in longitude and
-    latitude are refused until they know where on earth the building is."""
+    """Export a list that its format can't hold, the pack, then the other formats: of clouds few points, of issues few.
+
+    Formats in longitude and latitude are refused until they know where on earth the building is.
+    """
     day.tlsplan("export", day.plan, "--format", "all", "-o", "pack")
+    too_long = day.tlsplan("export", day.plan, "--format", "gsi8,csv", "-o", "lists", *ON_EARTH, code=8)
+    assert "not written: gsi8: " in too_long.stderr and formats_in("lists") == {"csv"}
     rest = [name for name in FORMATS if name not in {*formats_in("pack"), "geojson", "kml"}]
     few = ("--max-points", "1000", "--max-topics", "5")
     day.tlsplan("export", day.plan, "--format", ",".join(rest), "-o", "rest", *few)
     words = ("export", day.plan, "--format", "geojson,kml", "-o", "on-earth")
     assert "give --crs and --origin" in day.tlsplan(*words, code=3).stderr
-    day.tlsplan(*words, "--crs", "EPSG:25832", "--origin", "458870,5438260,110")
+    day.tlsplan(*words, *ON_EARTH)
     day.tlsplan("export", day.plan, "--format", "web", "-o", "web")
     day.formats |= {*formats_in("pack"), *formats_in("rest"), *formats_in("on-earth"), "web"}
     ids = {each["id"] for each in day.document()["stations"]}
