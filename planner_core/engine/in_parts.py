@@ -77,16 +77,19 @@ class PartedEngine(RowCollector):
         nowhere = np.zeros((self._whole_scene.n_triangles, 2), dtype=np.int32)  # rays ask for no patch
         return Parts(self._whole_scene, nowhere, self._on)
 
+    def _leave_to(self, parts: Parts) -> None:
+        """Give back what the scene with or without glass holds: there is room for one of them at a time."""
+        for other in (self.parts, self.__dict__.get("_solid")):
+            if other is not None and other is not parts:
+                other.leave_device()
+
     def cast_rays(
         self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float, through_glass: bool = False
     ) -> RayHits:
         """See `ScanEngine.cast_rays`."""
         origins, unit = check_rays(origins_m, directions, range_max_m)
         rays = np.concatenate([origins, unit], axis=1).astype(np.float32)
-        met, other = (self.parts, self._solid) if through_glass else (self._solid, self.parts)
-        if other is not met:
-            other.leave_device()
-        hits = self._cast(met, rays, range_max_m)
+        hits = self._cast(self.parts if through_glass else self._solid, rays, range_max_m)
         return RayHits(
             range_m=hits.range_m,
             triangle=self.traced.in_whole_scene(hits.triangle) if through_glass else hits.triangle,
@@ -98,6 +101,7 @@ class PartedEngine(RowCollector):
         triangle = np.full(n_rays, -1, dtype=np.int32)
         if n_rays == 0:
             return RayHits(range_m=range_m, triangle=triangle)
+        self._leave_to(parts)
         per_item = _RAYS if self._on.kind == "cpu" else 1
         program = self._on.program(
             "cast_rays.cl",
@@ -161,6 +165,7 @@ class PartedEngine(RowCollector):
     def _scan_band(self, template: BeamTemplate, positions: Float32Array) -> ScanBatch:
         """Full scans of a template that is tiled at once, with triangles as traced."""
         batch = _empty_scans((len(positions), *template.shape))
+        self._leave_to(self.parts)
         tiles = TiledTemplate(template, self._on, walk=_walk_of(self._on, self.parts))
         a_position = 2 * _state_bytes(tiles) + _BEAM_BYTES * template.shape[0] * template.shape[1]
         n_batch = max(1, int(_BATCH_SHARE * self._on.memory_bytes / a_position))

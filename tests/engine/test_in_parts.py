@@ -124,7 +124,9 @@ def test_bands_and_batches_leave_no_trace(
 
 
 @pytest.mark.parametrize("through_glass", [False, True])
-def test_free_rays_are_those_of_one_tree(parted: PartedEngine, whole: OpenCLEngine, through_glass: bool) -> None:
+def test_free_rays_and_scans_after_them_are_those_of_one_tree(
+    parted: PartedEngine, whole: OpenCLEngine, shapes: SimpleNamespace, through_glass: bool
+) -> None:
     rng = np.random.default_rng(1)
     origins, ways = rng.uniform((-4, -3, 0), (4, 3, 6), (3000, 3)), rng.normal(size=(3000, 3))
     ways[:500] = [0.0, -1.0, 0.0] - origins[:500] * [1.0, 1.0, 0.0]  # at what lies in one place twice
@@ -133,6 +135,8 @@ def test_free_rays_are_those_of_one_tree(parted: PartedEngine, whole: OpenCLEngi
             e.cast_rays(origins, ways, range_max_m=range_max_m, through_glass=through_glass) for e in (parted, whole)
         )
         check_same(got, of_one)
+    beams = template(shapes)
+    check_same(parted.scan(beams, POSITIONS), whole.scan(beams, POSITIONS))  # there is room for them again
 
 
 def test_nothing_is_asked_of_no_positions_and_no_rays(parted: PartedEngine, shapes: SimpleNamespace) -> None:

@@ -9,9 +9,9 @@ import pytest
 
 from planner_core.coverage.survey import make_survey
 from planner_core.model import Element, PlanSettings, Scene
-from planner_core.positions.allowed_positions import _sealed_lines
 from planner_core.positions.free_space import free_space
 from planner_core.positions.reach import reachability
+from planner_core.route.sealed import reach_warnings
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.load import LoadOptions, load_scene
@@ -53,7 +53,7 @@ def scene_of(*closing: Solid, apart: bool = False, turn_deg: float = 0.0) -> Sce
 
 def sealed_lines(scene: Scene) -> tuple[str, ...]:
     survey = make_survey(scene, PlanSettings(scanner=load_scanner("rtc360"), max_patch_area_m2=4.0))
-    return _sealed_lines(survey, reachability(survey, free_space(survey)))
+    return reach_warnings(survey, reachability(survey, free_space(survey)), ())
 
 
 @pytest.mark.parametrize(

@@ -179,7 +179,7 @@ def test_unit_of_rooms_without_measure_is_doubted(tmp_path, name, unit_m, words)
         ("flat_y_up.obj", "Y", 1, 1),
         ("flat_z_up.obj", "Z", 1, 0),
         ("museito_reduced.glb", "Z", 1, 1),
-        ("ramp_corridor.obj", "Z", 2, 0),
+        ("ramp_corridor.obj", "Z", 1, 0),
         ("interior_shell.obj", "Z", 1, 0),
         ("gallery_reduced.glb", "Y", 1, 0),
     ],
