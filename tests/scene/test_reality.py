@@ -1,0 +1,80 @@
+"""Files of ../shared/data/reality whose right answer is what loading and floors make of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner_core.errors import SceneError
+from planner_core.scene.floors import find_floors
+from planner_core.scene.load import load_scene
+from tests.reality_files import reality
+
+
+@pytest.mark.parametrize(
+    ("name", "refusal"),
+    [
+        ("glb-sparse-1e7.glb", "declares 10 000 000 values without a buffer, expected 1 000 000 at most"),
+        ("missing_reference.usda", "could not be opened: .*warehouse.usd'; .*it has no faces without them"),
+        ("number_with_two_points.ifc", "line 34, #27: '5.0.' is no STEP syntax"),
+        ("placement_without_axis.ifc", "#23 .IfcLocalPlacement. lacks RelativePlacement"),
+        ("usd-sphere-radius-1e20.usda", "none of its 65 024 faces can be used .65 024 not finite"),
+    ],
+)
+def test_file_is_refused_by_its_cause(name: str, refusal: str) -> None:
+    with pytest.raises(SceneError, match=refusal) as caught:
+        load_scene(reality(name))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "metres"),
+    [
+        ("usd-sphere-radius-1e7.usda", "no unit makes a building of it"),
+        ("usd-metersperunit-1e7.usda", "--units m, in which it is 2 m long"),
+        ("obj-300-levels-10km.obj", "--units mm, in which it is 10 m long"),
+        pytest.param(
+            "ifc-unit-assignment-lost.ifczip", "--units mm, in which it is 23.2 m long", marks=pytest.mark.slow
+        ),
+    ],
+)
+def test_scene_of_kilometres_is_refused_with_the_unit_that_makes_it_a_building(name: str, metres: str) -> None:
+    with pytest.raises(SceneError, match=metres):
+        find_floors(load_scene(reality(name)))
+
+
+@pytest.mark.parametrize(
+    ("name", "warning"),
+    [
+        ("metre_room_cm_desk.usda", "is in metres with z up, and parts in 'desk.usda' are in centimetres with y up"),
+        ("one_reference_missing.usda", "could not be opened: 'walls.usd'"),
+        ("hall_with_space_volume.glb", "IfcSpace"),
+    ],
+)
+def test_doubt_is_one_line(name: str, warning: str) -> None:
+    lines = load_scene(reality(name)).report.warnings
+    assert sum(warning in line for line in lines) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "other"),
+    [
+        ("instanced_cupboards.glb", "plain_cupboards.glb"),
+        ("hall_with_space_volume.glb", "hall_without_space_volume.glb"),
+    ],
+)
+def test_surfaces_are_those_of_the_plain_file(name: str, other: str) -> None:
+    one, plain = (load_scene(reality(each)) for each in (name, other))
+    corners, expected = (np.sort(s.vertices_m[s.triangles].reshape(-1, 9).round(5), axis=0) for s in (one, plain))
+    assert corners.shape == expected.shape
+    assert np.allclose(corners, expected, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("name", "origin"), [("two_storeys_no_slabs.ifc", "storey-elevation"), ("two_storeys_slabs.ifc", "slab")]
+)
+def test_storeys_without_slabs_have_the_ground_of_those_with(name: str, origin: str) -> None:
+    floors = find_floors(load_scene(reality(name))).floors
+    assert [floor.origin for floor in floors] == [origin] * 2
+    assert [floor.elevation_m for floor in floors] == pytest.approx([0.0, 4.2], abs=0.01)
+    assert [floor.ground_area_m2 for floor in floors] == pytest.approx([96.0, 96.0], abs=1.0)
