@@ -40,6 +40,7 @@ from planner_core.scene.usd_materials import UsdOptics
 from planner_core.scene.usd_shapes import is_shape, shape_of
 from planner_core.scene.wording import grouped, is_text, shortened
 
+_ADDRESS = re.compile("^([a-z][a-z0-9+.-]+):/(?!/)")
 _NOT_OPENED = re.compile(r"[Cc]ould not (?:open|load)[^@]*@([^@]+)@")
 """How the library names a layer that is not there."""
 _HIDDEN_PURPOSES = ("guide", "proxy")
@@ -129,7 +130,8 @@ def _missing_files(path: Path, told: list[str]) -> tuple[list[str], list[str]]:
     for text in told:
         named = _NOT_OPENED.search(text)
         if named:
-            missing[named.group(1).removeprefix(f"{path.resolve().parent}/").removeprefix(f"{path.parent}/")] = None
+            name = named.group(1).removeprefix(f"{path.resolve().parent}/").removeprefix(f"{path.parent}/")
+            missing[_ADDRESS.sub(r"\1://", name)] = None  # USD shortens addresses as if they were paths
         else:
             others.append(text)
     return list(missing), others
