@@ -31,7 +31,7 @@ def test_file_is_refused_by_its_cause(name: str, refusal: str) -> None:
 
 @pytest.mark.slow  # a quarter of a minute for its shapes
 def test_building_whose_unit_was_lost_is_refused_with_the_unit() -> None:
-    with pytest.raises(SceneError, match="--units mm, in which it is 23.2 m long"):
+    with pytest.raises(SceneError, match=r"--units mm, in which it is 23\.2 m long"):
         find_floors(load_scene(reality("ifc-unit-assignment-lost.ifczip")))
 
 
