@@ -17,6 +17,7 @@ from planner_core.child_process import LostChildError
 from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import RequirementError, StationListError
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
+from tests.reality_files import reality
 
 
 def write_csv(path: Path, rows: list[tuple[str, np.ndarray]]) -> Path:
@@ -26,7 +27,6 @@ def write_csv(path: Path, rows: list[tuple[str, np.ndarray]]) -> Path:
 
 
 UPRIGHT, QUARTER = np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.5**0.5, 0.0, 0.0, 0.5**0.5])
-REALITY = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "reality"
 
 
 def write_e57(path: Path, poses: dict[str, np.ndarray], rotation: np.ndarray = UPRIGHT) -> Path:
@@ -86,10 +86,8 @@ def test_scans_without_pose_are_refused(source: PlanSource, tmp_path: Path) -> N
 
 @pytest.mark.parametrize("name", ["six_scans_one_pose.e57", "twelve_scans_identity.e57"])
 def test_scans_that_lost_their_poses_are_refused(source: PlanSource, name: str) -> None:
-    if not (REALITY / name).is_file():
-        pytest.skip(f"{name} is not beside the repository (../shared/data/reality)")
     with pytest.raises(StationListError, match=r"the poses are missing: export the scans after registration"):
-        read_actual([REALITY / name], source)
+        read_actual([reality(name)], source)
 
 
 @pytest.mark.parametrize("n_files", [1, 3])

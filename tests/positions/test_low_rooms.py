@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -19,8 +17,8 @@ from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.load import load_scene
 from scenes_synthetic.solids import Solid, box, join
+from tests.reality_files import reality
 
-REALITY = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "reality"
 SCANNER = load_scanner("rtc360")  # 1.4 to 1.8 m, usually 1.7
 
 
@@ -90,9 +88,7 @@ def test_order_that_is_too_high_for_the_building_is_refused_with_the_remedy() ->
 
 
 def test_low_cellar_of_reality_has_lowered_positions_and_its_room_is_named() -> None:
-    file = REALITY / "low_cellar.ifc"
-    if not file.exists():
-        pytest.skip("low_cellar.ifc is not beside the repository (../shared/data/reality)")
+    file = reality("low_cellar.ifc")
     places = found_in(load_scene(file))
     heights_m = [
         set(places.candidates.instrument_height_m[places.candidates.floor == number].tolist()) for number in range(3)

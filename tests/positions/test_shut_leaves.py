@@ -16,8 +16,8 @@ from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.load import LoadOptions, load_scene
 from scenes_synthetic.solids import Solid, box, join
+from tests.reality_files import reality
 
-REALITY = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "reality"
 #: A hall and a small room, a wall between them with an opening of 0.9 x 2.1 m.
 BUILDING = [
     box((0, 0, -0.2), (9, 5, 0)),
@@ -92,9 +92,7 @@ def test_leaves_of_a_model_in_millimetres_are_found(tmp_path: Path) -> None:
 
 
 def test_both_bedrooms_of_reality_are_named_with_their_leaves() -> None:
-    file = REALITY / "big_room_two_bedrooms_shut.obj"
-    if not file.exists():
-        pytest.skip("big_room_two_bedrooms_shut.obj is not beside the repository (../shared/data/reality)")
+    file = reality("big_room_two_bedrooms_shut.obj")
     lines = sealed_lines(load_scene(file))
     assert [line.count("a door leaf of 0.90 x 2.10 m") for line in lines] == [1, 1]
     assert ["(10.05, 6.45)" in lines[0], "(10.05, 2.45)" in lines[1]] == [True, True]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -19,8 +17,8 @@ from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.floors import find_floors
 from planner_core.scene.load import load_scene
 from scenes_synthetic.solids import Solid, box, join
+from tests.reality_files import reality
 
-REALITY = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "reality"
 BOTTOM, TOP, SIDES = "bottom", "top", "sides"
 
 
@@ -97,9 +95,7 @@ def test_rooms_of_sheets_are_left_blank_in_other_units(metres_per_unit: float) -
 
 @pytest.mark.parametrize("name", ["walls_floor_ceiling_apart.obj", "interior_shell.obj", "gallery_reduced.glb"])
 def test_rooms_of_real_meshes_are_left_blank(name: str) -> None:
-    if not (REALITY / name).exists():
-        pytest.skip(f"{name} is not beside the repository (../shared/data/reality)")
-    scene = load_scene(REALITY / name)
+    scene = load_scene(reality(name))
     # The gallery's walls take 3 m2 of 306; its smallest room has 50.
     assert max(filled_m2(scene)) < 0.02 * find_floors(scene).floors[0].ground_area_m2
 

@@ -14,6 +14,7 @@ from planner_core.scene.load import LoadOptions, load_scene
 from planner_core.scene.patterns import elements_named
 from planner_core.scene.raw import placed
 from tests.coverage.conftest import BOX_FACES, box_corners
+from tests.reality_files import reality
 
 ELEMENTS = (
     Element("Basic Wall", "IfcWallStandardCase", "1", parents=("IfcWall", "IfcElement")),
@@ -110,10 +111,7 @@ def test_only_volumes_of_rooms_are_refused(tmp_path):
 
 
 def test_hall_is_the_same_with_and_without_the_volume_of_its_room():
-    folder = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "reality"
-    if not folder.exists():
-        pytest.skip("../shared/data/reality is not there")
-    made, plain = (load_scene(folder / f"hall_{name}_space_volume.glb") for name in ("with", "without"))
+    made, plain = (load_scene(reality(f"hall_{name}_space_volume.glb")) for name in ("with", "without"))
     assert np.array_equal(made.vertices_m[made.triangles], plain.vertices_m[plain.triangles])
 
 

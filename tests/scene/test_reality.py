@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from planner_core.errors import SceneError
@@ -46,20 +45,6 @@ def test_building_whose_unit_was_lost_is_refused_with_the_unit() -> None:
 def test_doubt_is_one_line(name: str, warning: str) -> None:
     lines = load_scene(reality(name)).report.warnings
     assert sum(warning in line for line in lines) == 1
-
-
-@pytest.mark.parametrize(
-    ("name", "other"),
-    [
-        ("instanced_cupboards.glb", "plain_cupboards.glb"),
-        ("hall_with_space_volume.glb", "hall_without_space_volume.glb"),
-    ],
-)
-def test_surfaces_are_those_of_the_plain_file(name: str, other: str) -> None:
-    one, plain = (load_scene(reality(each)) for each in (name, other))
-    corners, expected = (np.sort(s.vertices_m[s.triangles].reshape(-1, 9).round(5), axis=0) for s in (one, plain))
-    assert corners.shape == expected.shape
-    assert np.allclose(corners, expected, atol=1e-4)
 
 
 @pytest.mark.parametrize(

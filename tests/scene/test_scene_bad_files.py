@@ -15,6 +15,7 @@ import pytest
 
 from planner_core.errors import PlannerError, SceneError, SceneNotFoundError
 from planner_core.scene.load import FORMAT_OF_EXTENSION, LoadOptions, load_scene
+from tests.reality_files import reality
 
 JPEG = b"\xff\xd8\xff\xe0\x00\x10JFIF\x00" + bytes(range(256)) * 8
 HOUSE_FILES = (
@@ -227,9 +228,7 @@ def test_ifc_without_geometry_says_what_is_there(tmp_path, ifc_writer, added, wo
 
 
 def test_rooms_without_walls_are_named_as_what_is_there():
-    path = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "reality" / "rooms_only.ifc"
-    if not path.is_file():
-        pytest.skip("rooms_only.ifc is not beside the repository (../shared/data/reality)")
+    path = reality("rooms_only.ifc")
     assert "it holds 3 IfcSpace, 1 IfcBuilding, 1 IfcBuildingStorey and no element with a surface" in message_of(path)
 
 

@@ -1,7 +1,6 @@
 """Scenes of absurd size: refused before floors, patches and grids are made of them."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +14,7 @@ from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.extent import check_extent, extent_m
 from planner_core.scene.floors import find_floors
 from planner_core.scene.load import load_scene
+from tests.reality_files import reality
 
 
 def box_scene(*sides_m: float) -> Scene:
@@ -108,9 +108,7 @@ def test_floors_of_what_is_no_building_are_refused_before_plumb_lines_are_cast(m
     ],
 )
 def test_real_scenes_of_kilometres_are_refused_in_one_line(name, words):
-    path = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "reality" / name
-    if not path.exists():
-        pytest.skip(f"{name} is not in ../shared/data/reality")
+    path = reality(name)
     with pytest.raises(SceneError) as error:
         find_floors(load_scene(path))
     assert words in str(error.value)

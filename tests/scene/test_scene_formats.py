@@ -14,6 +14,7 @@ import pytest
 
 from planner_core.errors import SceneError
 from planner_core.scene.load import LoadOptions, load_scene
+from tests.reality_files import reality
 
 SQUARE_OBJ = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\n"
 
@@ -447,10 +448,7 @@ def test_gltf_instances_of_different_number_are_refused(tmp_path):
 
 
 def test_gltf_instanced_cupboards_are_those_of_plain_nodes(triangle_set):
-    folder = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "reality"
-    if not folder.exists():
-        pytest.skip("../shared/data/reality is not there")
-    plain, made = (load_scene(folder / f"{name}_cupboards.glb") for name in ("plain", "instanced"))
+    plain, made = (load_scene(reality(f"{name}_cupboards.glb")) for name in ("plain", "instanced"))
     np.testing.assert_allclose(
         triangle_set(made.vertices_m, made.triangles), triangle_set(plain.vertices_m, plain.triangles), atol=1e-6
     )

@@ -12,9 +12,9 @@ from planner_core.model import Scene, UpAxis
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.floors import FloorReport, find_floors, ground_levels
 from planner_core.scene.load import LoadOptions, load_scene
+from tests.reality_files import reality
 from tests.scene.floor_scenes import four_walls, scene_of
 
-REALITY = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "reality"
 WIDTH, DEPTH = 20.0, 12.0
 ROOF = ("roof", "Mesh", 0, (-1, -1, 6.0), (WIDTH + 1, DEPTH + 1, 6.2))
 GROUND = ("slab", "Mesh", 0, (0, 0, -0.2), (WIDTH, DEPTH, 0.0))
@@ -90,9 +90,7 @@ def test_hall_without_ground_in_an_stl(tmp_path: Path) -> None:
 
 
 def test_hall_of_reality_is_one_floor_at_the_foot_of_its_walls() -> None:
-    file = REALITY / "hall_without_floor.obj"
-    if not file.exists():
-        pytest.skip("hall_without_floor.obj is not beside the repository (../shared/data/reality)")
+    file = reality("hall_without_floor.obj")
     report = find_floors(load_scene(file))
     assert foot_of(report) == [(0.0, "wall-foot")]
     assert report.floors[0].ground_area_m2 == pytest.approx(88.0 * 60.0, rel=0.03)
@@ -158,8 +156,6 @@ def _area_m2(plan_m: np.ndarray) -> float:
 
 
 def test_ramps_of_reality_are_one_floor() -> None:
-    file = REALITY / "ramp_corridor.obj"
-    if not file.exists():
-        pytest.skip("ramp_corridor.obj is not beside the repository (../shared/data/reality)")
+    file = reality("ramp_corridor.obj")
     (floor,) = find_floors(load_scene(file, options=LoadOptions(up_axis=UpAxis.Z))).floors
     assert floor.ground_area_m2 == pytest.approx(2.6 * 180, rel=0.01)

@@ -14,6 +14,7 @@ from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.floors import find_floors
 from planner_core.scene.load import LoadOptions, load_scene
 from planner_core.scene.up_axis import UpAxes, up_axis_doubt
+from tests.reality_files import reality
 
 Mesh = tuple[FloatArray, Int64Array]
 
@@ -185,9 +186,7 @@ def test_unit_of_rooms_without_measure_is_doubted(tmp_path, name, unit_m, words)
     ],
 )
 def test_up_axis_of_real_meshes(name, up_axis, n_floors, n_warnings):
-    path = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "reality" / name
-    if not path.exists():
-        pytest.skip(f"{name} is not in ../shared/data/reality")
+    path = reality(name)
     scene = load_scene(path)
     assert scene.source.up_axis == up_axis
     assert len(find_floors(scene).floors) == n_floors
