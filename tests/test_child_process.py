@@ -44,6 +44,7 @@ def lost(text: str, **options) -> LostChildError:
 
 
 # ------------------------------------------------------------------------------------------------ answers
+@pytest.mark.slow
 def test_answer_comes_back():
     assert run("textwrap:shorten", text="a long \ud83c way \udce4", width=99) == "a long \ud83c way \udce4"
     assert run("json:loads", s="[1, [2.5, null], -Infinity, true]") == (1, (2.5, None), float("-inf"), True)
@@ -87,6 +88,7 @@ def test_what_a_library_prints_goes_nowhere(capfd):
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.slow
 def test_answer_that_the_disk_does_not_hold_is_an_error_of_the_system():
     """Here no file may be longer than 0.1 MB."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -136,6 +138,7 @@ def test_processor_time_of_one_thread_without_a_step_is_limited():
     assert time.monotonic() - start_s > 0.8
 
 
+@pytest.mark.slow
 def test_processor_time_begins_anew_with_a_step():
     steps = (
         "for i in range(4):\n c.at(str(i)); end = time.process_time() + 0.35\n while time.process_time() < end: pass"
@@ -143,6 +146,7 @@ def test_processor_time_begins_anew_with_a_step():
     assert statement(IMPORTS + "\n" + steps, limits=Limits(silent_s=None, memory_bytes=None, step_cpu_s=1.0)) > 1.3
 
 
+@pytest.mark.slow
 def test_child_that_takes_steps_goes_on_as_long_as_it_wants(monkeypatch):
     monkeypatch.setattr(child_process, "ASLEEP_S", 3.0)
     steps = "for i in range(50):\n c.at(str(i)); time.sleep(0.09); end = time.monotonic() + 0.01\n"

@@ -33,6 +33,7 @@ def test_a_process_may_use_a_core_or_more() -> None:
     assert operating_system.n_usable_cores() >= 1
 
 
+@pytest.mark.slow
 def test_time_of_a_thread_is_its_own() -> None:
     """One that works adds to its time, one that waits does not; a process that is gone has no threads."""
     ends = threading.Event()

@@ -71,6 +71,7 @@ def posix_only(source: str) -> Iterator[str]:
         yield from (f"{getattr(node, 'lineno', 0)}: {name}" for name in sorted(names))
 
 
+@pytest.mark.slow
 def test_what_windows_lacks_is_used_in_one_place() -> None:
     assert (ROOT / THE_PLACE) in shipped_modules()
     elsewhere = [

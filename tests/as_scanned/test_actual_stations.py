@@ -69,6 +69,7 @@ def test_a_folder_of_e57_files_is_one_list(source: PlanSource, tmp_path: Path) -
     assert [each.id for each in read_actual([tmp_path], source).stations] == [each.id for each in source.stations[:2]]
 
 
+@pytest.mark.slow
 def test_scans_without_pose_are_refused(source: PlanSource, tmp_path: Path) -> None:
     from pye57 import libe57
 
@@ -90,6 +91,7 @@ def test_scans_that_lost_their_poses_are_refused(source: PlanSource, name: str) 
         read_actual([reality(name)], source)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_files", [1, 3])
 @pytest.mark.parametrize(
     ("at_m", "rotation", "n", "got"),
@@ -123,6 +125,7 @@ def test_a_lost_pose_among_good_ones_is_named(source: PlanSource, tmp_path: Path
         read_actual([path], source)
 
 
+@pytest.mark.slow
 def test_the_first_scan_of_a_model_in_its_coordinates_stands_at_the_origin(source: PlanSource, tmp_path: Path) -> None:
     """A model that was made from scans has the first one's coordinates: its pose is right, and at the plan."""
     near_origin = source.stations[0]
@@ -236,6 +239,7 @@ def test_the_way_that_a_turned_list_of_other_names_is_told_brings_it_to_the_plan
     assert max(away) < 0.3
 
 
+@pytest.mark.slow
 def test_swapped_and_scaled_lists_of_other_names_elsewhere_are_recognised(source: PlanSource, tmp_path: Path) -> None:
     far = np.array([5e5, 1e5, 0.0])
     swapped = other_names(source, [(each.position_m + far)[[1, 0, 2]] for each in source.stations])
@@ -259,6 +263,7 @@ def test_names_of_other_stations_are_told_with_the_shift(source: PlanSource, tmp
         read_actual([write_csv(tmp_path / "anew.csv", rows)], source)
 
 
+@pytest.mark.slow
 def test_a_list_of_another_building_is_not_recognised(source: PlanSource, tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     rows = [(f"scan {k}", rng.uniform((5e5, 0, 1), (5e5 + 12, 10, 5))) for k in range(len(source.stations))]

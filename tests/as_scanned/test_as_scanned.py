@@ -53,6 +53,7 @@ def evaluated(live: LivePlan, listed: list[ListedStation], folder: Path) -> Plan
     return evaluate_survey(live.survey, live.settings, read_station_list(folder / "list.csv"), live.engine)
 
 
+@pytest.mark.slow
 def test_unchanged_list_has_the_figures_of_the_plan_itself(live: LivePlan, source: PlanSource) -> None:
     found = compared(live, source, listed_of(source))
     document = live.document
@@ -82,6 +83,7 @@ def test_list_from_the_field_pack_has_the_figures_of_the_plan_itself(
     assert found.actual.plan.coverage == found.planned.plan.coverage
 
 
+@pytest.mark.slow
 def test_without_one_station_the_figures_are_those_of_an_evaluation_of_the_rest(
     live: LivePlan, source: PlanSource, tmp_path: Path
 ) -> None:
@@ -101,6 +103,7 @@ def test_without_one_station_the_figures_are_those_of_an_evaluation_of_the_rest(
     assert all(gone.id in (link.a, link.b) for link in found.lost_links)
 
 
+@pytest.mark.slow
 def test_a_station_moved_by_a_foot_costs_what_an_evaluation_says(
     live: LivePlan, source: PlanSource, tmp_path: Path
 ) -> None:
@@ -118,6 +121,7 @@ def test_a_station_moved_by_a_foot_costs_what_an_evaluation_says(
     assert moved.lost_m2 != 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("off_m", "fate"),
     [

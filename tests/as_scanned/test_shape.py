@@ -38,6 +38,7 @@ def found(listed: np.ndarray, planned: np.ndarray) -> ShapeFit:
     return fit
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None, derandomize=True)
 @given(
     turn_rad=st.floats(-math.pi, math.pi),
@@ -106,6 +107,7 @@ def test_a_part_of_a_grid_without_any_turn_is_not_certain_either() -> None:
     assert not fit.is_certain
 
 
+@pytest.mark.slow
 def test_stations_of_another_building_are_not_recognised() -> None:
     certain = 0
     for seed in range(12):
@@ -135,6 +137,7 @@ def test_heights_that_are_not_known_are_left_out() -> None:
     assert shape_fit(some + FAR, planned) is None
 
 
+@pytest.mark.slow
 def test_the_order_of_lists_changes_nothing() -> None:
     planned = plan_of(9)
     listed = moved(planned, 1.1, FAR) + np.random.default_rng(9).normal(0, 0.1, planned.shape)

@@ -121,6 +121,7 @@ def test_an_interrupt_from_outside_at_any_moment_after_the_beginning_is_one_line
     assert not (tmp_path / "demo").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("module", ["pxr.Vt._vt", *some_slow("pxr.Ar", "pxr.Plug._plug")])
 def test_an_interrupt_of_an_import_by_compiled_code_waits_until_that_is_loaded(module: str, tmp_path: Path) -> None:
     # The C++ of pxr imports other modules of it, and prints a traceback for whatever is raised there.

@@ -103,6 +103,7 @@ def test_scans_by_workers_are_the_files_of_one_process(look: Look, tmp_path: Pat
     assert told == []
 
 
+@pytest.mark.slow
 def test_a_worker_whose_disk_fills_up_is_told_and_another_writes(
     look: Look, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -102,6 +102,7 @@ def test_a_worker_without_a_device_room_or_package_is_refused(
     assert "got no answer (no OpenCL platform, expected one" in line
 
 
+@pytest.mark.slow
 def test_workers_that_are_refused_later_on_leave_the_rest_to_this_machine(
     look: Look, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -211,6 +212,7 @@ def test_a_bug_while_tasks_are_dealt_is_told_and_this_machine_goes_on_alone(
     assert alone == "no worker can do this: this machine goes on alone"
 
 
+@pytest.mark.slow
 def test_a_task_that_could_not_be_sent_is_sent_again(look: Look, monkeypatch: pytest.MonkeyPatch) -> None:
     """As where the scheduler goes in just this moment."""
     sound, n_sent = deal.Deal._send, 0
@@ -308,6 +310,7 @@ def test_a_worker_that_forgot_is_sent_it_again(look: Look, monkeypatch: pytest.M
     assert (n_looks > 3, told) == (True, [])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("from_the_start", [False, True])
 def test_a_slow_worker_does_not_hold_the_others(
     look: Look, monkeypatch: pytest.MonkeyPatch, from_the_start: bool
@@ -336,6 +339,7 @@ def test_a_slow_worker_does_not_hold_the_others(
     assert_same_bits(found, look.here())
 
 
+@pytest.mark.slow
 def test_where_all_workers_are_gone_this_machine_goes_on_alone(look: Look, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(connection, "PATIENCE_S", 1.0)
     with cluster_of(1) as (cluster, told):

@@ -71,6 +71,7 @@ def test_depths_are_refused() -> None:
         vertical_crs("EPSG:5715")
 
 
+@pytest.mark.slow
 def test_words_of_a_file_name_a_datum() -> None:
     found = vertical_crs_of_datum("DHHN2016")
     assert found is not None

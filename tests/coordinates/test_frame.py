@@ -111,6 +111,7 @@ def test_a_crs_alone_renames_the_file_s_and_says_so() -> None:
     assert only(other.warnings, "EPSG:25832", "is taken to be in", "EPSG:32632", "0.0 m from where it was")
 
 
+@pytest.mark.slow
 def test_a_crs_of_another_datum_is_a_warning_with_how_far() -> None:
     # ED50 and ETRS89 are about 200 m apart in UTM: which of the two the file means, its user may know better.
     (line,) = site_frame(plan_of(TOLD), FrameRequest(crs="EPSG:23032")).warnings
@@ -321,6 +322,7 @@ def test_other_units_are_refused_by_name(size: float, unit: str) -> None:
     assert only(surely_wrong(plan_of(), asked), f"taken as {unit}", "give metres")
 
 
+@pytest.mark.slow
 def test_a_grid_elsewhere_is_not_taken_for_millimetres() -> None:
     asked = FrameRequest(crs="EPSG:27700", origin_m=ORIGIN)
     assert "taken as" not in only(surely_wrong(plan_of(), asked), "outside the area of")
@@ -375,6 +377,7 @@ def test_what_is_advised_for_coordinates_that_are_shifted_twice_is_accepted(aske
     np.testing.assert_array_equal(frame.to_site(np.array([[*ORIGIN[:2], 0.0]])), [[*ORIGIN[:2], 0.0]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("longitude", "told"), [(9.5, "78 km from where"), (-171.6, "half the earth|km from where")])
 def test_a_map_conversion_and_a_latitude_of_two_places_are_seen(longitude: float, told: str) -> None:
     (line,) = site_frame(plan_of({**TOLD, "site_longitude_deg": longitude})).warnings

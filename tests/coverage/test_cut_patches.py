@@ -46,6 +46,7 @@ def test_what_walls_leave_of_a_floor_is_the_area_of_the_drawing(engine: str, ori
     assert 0.05 < (share < 255).mean() < 0.5
 
 
+@pytest.mark.slow
 def test_shares_are_those_of_many_random_points() -> None:
     """Two rooms from two places: 2000 points a patch, each looked at by itself."""
     survey = make_survey(scenes_synthetic.build("two-rooms").scene, SETTINGS)

@@ -224,6 +224,7 @@ def test_reasons_are_the_same_bytes_twice_and_few_samples_keep_the_sums(build, m
     assert coarse.area_by_reason_m2[NOT_WORTH] == first.area_by_reason_m2[NOT_WORTH]  # known of every patch
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("most", [1, 5, 40, 10_000])
 def test_samples_are_those_of_trying_every_size_of_cube_in_turn(most, monkeypatch):
     monkeypatch.setattr(patch_reasons, "MAX_SAMPLES", most)

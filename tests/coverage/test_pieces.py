@@ -45,6 +45,7 @@ def same_partition(a, b):
     return len(pairs) == len(np.unique(a)) == len(np.unique(b))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_pieces_are_those_of_geometry(build, seed):
     """Triangles of very different sizes around one vertex and along one edge, so that edges hang on each other."""

@@ -37,6 +37,7 @@ def child(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     return play
 
 
+@pytest.mark.slow
 def test_the_device_here_is_found_right_and_asked_once(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     assert check.problem_of(device, 0) == ""
 
@@ -49,6 +50,7 @@ def test_the_device_here_is_found_right_and_asked_once(device: Device, monkeypat
     assert check.problem_of(device, 0) == "", "read from the file"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("lines", "problem"),
     [
@@ -143,6 +145,7 @@ def test_without_a_place_to_keep_it_a_process_asks_once(
     assert child.asked() == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [

@@ -182,6 +182,7 @@ def test_no_surface_is_passed_by(device: Device, shapes: SimpleNamespace, case: 
         assert (found.ravel()[due] <= at_most[due]).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(case=cases)
 def test_no_beam_ends_where_nothing_is(device: Device, shapes: SimpleNamespace, case: Case) -> None:
@@ -277,6 +278,7 @@ def test_needles_are_hit_where_they_are(device: Device, shapes: SimpleNamespace,
     assert (np.abs(hits.range_m - truth) <= (1.5 * width_m + 1e-5) / sine**2).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(case=cases)
 def test_open3d_sees_the_same_from_afar(device: Device, shapes: SimpleNamespace, case: Case) -> None:
@@ -298,6 +300,7 @@ def test_open3d_sees_the_same_from_afar(device: Device, shapes: SimpleNamespace,
     np.testing.assert_allclose(same[0][apart], same[1][apart], rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_a_beam_beside_a_needle_is_stopped_by_it_in_a_tile_and_alone_or_in_neither(
     device: Device, shapes: SimpleNamespace
 ) -> None:

@@ -66,6 +66,7 @@ QUESTIONS: dict[str, Callable] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("question", QUESTIONS)
 @pytest.mark.parametrize("which", [0, 1], ids=["opencl", "open3d"])
 def test_an_exception_from_any_progress_event_cancels_and_the_engine_stays_usable(
@@ -248,6 +249,7 @@ def test_the_number_of_cores_leaves_no_trace_in_the_bits(tmp_path: Path) -> None
         assert one[name].tobytes() == many[name].tobytes(), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "tilings",
     [

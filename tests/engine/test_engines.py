@@ -190,6 +190,7 @@ def test_axis_parallel_rays_are_cast(shapes: SimpleNamespace, name: str) -> None
     assert outside.triangle[0] == -1
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_order_of_triangles_changes_no_range(device: Device, shapes: SimpleNamespace, seed: int) -> None:
@@ -207,6 +208,7 @@ def test_order_of_triangles_changes_no_range(device: Device, shapes: SimpleNames
     assert (batches[0].triangle != order[batches[1].triangle]).sum() <= 4
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), quarter_turns=st.integers(1, 3))
 def test_a_rigid_motion_moves_the_scan_along(

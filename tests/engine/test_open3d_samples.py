@@ -66,6 +66,7 @@ def test_triangles_that_hide_whole_patches_change_no_mark(
         np.testing.assert_array_equal(row, marks_of_every_sample(engine, scene, patches, view, position))
 
 
+@pytest.mark.slow
 def test_marks_do_not_depend_on_the_number_of_threads(shapes: SimpleNamespace, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = shapes.scene_of(*shapes.clutter_of(30, seed=6))
     patches = make_patches(scene, max_area_m2=0.02)

@@ -55,6 +55,7 @@ def expected_scan(scene: Scene, origin: FloatArray, beams: FloatArray) -> tuple[
     return np.where(none, np.nan, range_m), np.where(none, -1, triangle), margin
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ENGINES)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_scan_is_first_hit_beyond_glass_and_nothing_in_mirrors(shapes: SimpleNamespace, name: str, seed: int) -> None:

@@ -191,6 +191,7 @@ def test_a_patch_counts_where_a_beam_is_to_be_expected_on_it(shapes: SimpleNames
     assert mode.visible_patches(template, np.zeros((1, 3)), least_returns=0).patch.size == 2
 
 
+@pytest.mark.slow
 @pytest.mark.opencl
 def test_patches_that_hardly_a_beam_meets_are_left_out_by_the_number_to_be_expected_alone(
     shapes: SimpleNamespace,
@@ -239,6 +240,7 @@ def brute_force(
     return surely.any(axis=1), maybe.any(axis=1) & ~surely.any(axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.opencl
 def test_samples_in_a_cluttered_room_are_hidden_as_brute_force_says(shapes: SimpleNamespace) -> None:
     """By the kernel; those of Open3D are the kernel's (the next test) and its own rays' (test_open3d_samples.py)."""
@@ -261,6 +263,7 @@ def test_samples_in_a_cluttered_room_are_hidden_as_brute_force_says(shapes: Simp
     assert 0.1 < seen.mean() < 0.9
 
 
+@pytest.mark.slow
 def test_engines_mark_the_same_samples_but_for_grazing_ones(open_both: Callable, shapes: SimpleNamespace) -> None:
     scene = shapes.scene_of(*shapes.clutter_of(250, seed=12))
     ours, oracle, patches = open_both(scene, 0.01)

@@ -97,6 +97,7 @@ def longest_edge_m(scene: Scene, patches: Patches) -> np.ndarray:
     return np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
 
 
+@pytest.mark.slow
 @BOTH
 def test_returns_are_the_sums_over_the_scan(
     open_both: Callable, shapes: SimpleNamespace, positions: np.ndarray, which: int
@@ -179,6 +180,7 @@ def test_a_station_that_sees_nothing_has_an_empty_row_among_the_others(
     assert none.mean_range_m.shape == (0,)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),

@@ -61,6 +61,7 @@ def distinct(beams: np.ndarray) -> np.ndarray:
     return np.unique(flat.view("f4,f4,f4"))
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(template=templates(), shape=st.sampled_from(SHAPES))
 def test_tiles_hold_every_beam_once_and_in_its_place(template: BeamTemplate, shape: tuple[int, int, int]) -> None:

@@ -211,6 +211,7 @@ def test_the_cost_is_the_sum_of_all_boxes_areas_over_the_roots(device: Device, s
 
 
 # What is built for tiles of beams rather than for lines may cost a line a little more where triangles are small.
+@pytest.mark.slow
 @pytest.mark.parametrize(("make", "at_most"), [("clutter", 1.0), ("sphere", 1.05), ("soup", 1.05)])
 def test_a_tree_is_no_worse_than_one_of_binned_splits(
     device: Device, shapes: SimpleNamespace, binned_sah: ModuleType, scene_of_corners, make: str, at_most: float

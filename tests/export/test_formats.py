@@ -385,6 +385,7 @@ def test_a_scene_that_is_asked_for_by_name_is_not_left_out(written_plan: Callabl
     assert not (tmp_path / "pack").exists()
 
 
+@pytest.mark.slow
 def test_the_same_plan_gives_the_same_bytes(box_folder: Path, tmp_path: Path) -> None:
     names = [each.name for each in FORMATS.values() if each.in_pack and not each.needs_scene]
     packs = []

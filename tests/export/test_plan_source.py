@@ -229,6 +229,7 @@ def test_coordinates_that_can_not_be_had_are_refused(written_plan: Callable[...,
         open_plan(written_plan(), frame=FrameRequest(crs="EPSG:4326"))
 
 
+@pytest.mark.slow
 def test_a_planned_scene_brings_its_own_coordinates(box_folder: Path) -> None:
     plan = open_plan(box_folder / "plan")
     assert (plan.frame.source, plan.frame.crs, plan.frame.vertical_crs) == (

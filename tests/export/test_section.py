@@ -198,6 +198,7 @@ def test_border_of_triangles_bounds_their_union_less_what_is_taken_away(seed, n,
     assert length < expected.length + 2e-2, seed
 
 
+@pytest.mark.slow
 def test_border_of_a_ragged_floor_of_thousands_of_triangles_is_the_one_of_shapely():
     random = np.random.default_rng(3)
     x, y = (axis.ravel() for axis in np.meshgrid(np.arange(30), np.arange(30)))

@@ -60,6 +60,7 @@ def hang(path: Path) -> None:
         return
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("read", "outcome", "detail"),
     [

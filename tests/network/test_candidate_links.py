@@ -34,6 +34,7 @@ def naive(view) -> dict[tuple[int, int], tuple[float, float]]:
     return pairs
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10**6), rows_a_block=st.integers(1, 40))
 @settings(max_examples=25, deadline=None)
 def test_links_and_parts_are_those_of_all_pairs_looked_at_one_by_one(make_view, seed, rows_a_block):

@@ -281,6 +281,7 @@ def test_sets_are_the_components_of_stations_and_pool_together(seed, n_stations,
     assert found.is_joined == (len(reachable) == np.unique(floor).size)
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
@@ -303,6 +304,7 @@ def test_stations_overlap_enough_wherever_the_whole_pool_would_do(seed, n_pool, 
     assert found.short == tuple(np.flatnonzero(found.overlap < required).tolist())
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_repair_is_the_same_every_time_and_wherever_the_building_stands(seed: int) -> None:

@@ -92,6 +92,7 @@ def expected_references(furnished: SimpleNamespace) -> np.ndarray:
     return references(corners_of(furnished.scene, furnished.patches), furnished.patches.area_m2, DENSITY)
 
 
+@pytest.mark.slow
 @BOTH
 def test_reference_distances_are_those_of_scattered_points(
     furnished: SimpleNamespace, expected_references: np.ndarray, which: str

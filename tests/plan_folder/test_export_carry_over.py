@@ -50,10 +50,12 @@ def stopping_at(name: str, action: Callable[[], object]) -> Callable[[ProgressEv
     return progress
 
 
+@pytest.mark.slow
 def test_nothing_that_is_written_counts_as_foreign(plan_folder: Path) -> None:
     assert foreign_entries(plan_folder) == ()
 
 
+@pytest.mark.slow
 def test_files_of_people_outlive_overwriting(small: Plan, engine: ScanEngine, folder: Path) -> None:
     put_mine(folder)
     changed = dataclasses.replace(small, settings=dataclasses.replace(small.settings, seed=7))
@@ -78,6 +80,7 @@ def test_files_of_stations_that_are_no_more_go(
     assert [name for name in left if "S00" in name or "_F" in name] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["field-notes.docx", "photos/new.jpg"])
 def test_file_that_comes_while_the_export_runs_is_kept(
     small: Plan, engine: ScanEngine, folder: Path, name: str
@@ -104,6 +107,7 @@ def test_copies_are_taken_where_there_are_no_hard_links(
     assert (folder / "field-notes.docx").stat().st_mtime_ns == 2_000_000_000
 
 
+@pytest.mark.slow
 def test_review_that_is_written_while_the_export_runs_is_kept_and_the_run_refused(
     small: Plan, engine: ScanEngine, folder: Path
 ) -> None:
@@ -117,6 +121,7 @@ def test_review_that_is_written_while_the_export_runs_is_kept_and_the_run_refuse
     assert [path.name for path in folder.parent.iterdir()] == ["plan"]
 
 
+@pytest.mark.slow
 def test_other_folder_that_takes_the_name_while_the_export_runs_is_not_replaced(
     small: Plan, engine: ScanEngine, folder: Path
 ) -> None:

@@ -50,6 +50,7 @@ def names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["staged_file", "scratch_folder"])
 @pytest.mark.parametrize("name", ["cloud.ply", "cloud"])
 def test_what_a_killed_writer_left_goes_with_the_next_one(tmp_path: Path, how: str, name: str) -> None:

@@ -60,6 +60,7 @@ def test_eye_fills_the_picture_with_a_box(size: tuple[float, float, float], azim
     np.testing.assert_allclose([seen.min(axis=0), seen.max(axis=0)], [[-1, -1], [1, 1]], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_ball_is_drawn_where_the_eye_projects_its_middle() -> None:
     corners = np.array([[x, y, z] for x in (0.0, 8.0) for y in (0.0, 5.0) for z in (0.0, 2.0)])
     eye = pictures.eye_on(corners, azimuth_rad=1.1, elevation_rad=0.8)
@@ -84,6 +85,7 @@ def test_pixels_are_means_of_what_is_drawn_finer(monkeypatch: pytest.MonkeyPatch
         np.testing.assert_allclose(shown * pictures.N_LEVELS, np.rint(shown * pictures.N_LEVELS), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_picture_shows_walls_cut_dark_and_ground_in_the_colour_of_its_patch(
     plan: Plan, ground_floor: tuple[FloatArray, pictures.Eye]
 ) -> None:

@@ -53,6 +53,7 @@ def told(plan: Plan, survey: Survey, engine: ScanEngine) -> Plan:
     return dataclasses.replace(plan, survey=with_rooms, why=why, requirements=(asked, met))
 
 
+@pytest.mark.slow
 def test_plan_json_with_reasons_follows_its_schema_and_adds_up(told: Plan) -> None:
     document = plan_document(told)
     jsonschema.validate(document, json.loads(SCHEMA_FILE.read_text(encoding="utf-8")))

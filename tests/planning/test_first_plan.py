@@ -44,6 +44,7 @@ def test_it_is_told_before_all_candidates_are_scanned(told: tuple[Plan, list[Pro
     assert first[-1].note == f"{first[-1].best.n_stations} stations"
 
 
+@pytest.mark.slow
 def test_its_stations_cover_what_is_asked_but_for_little_and_mostly_hang_together(
     told: tuple[Plan, list[ProgressEvent]], comb: PlanSettings
 ) -> None:
@@ -60,6 +61,7 @@ def test_its_stations_cover_what_is_asked_but_for_little_and_mostly_hang_togethe
     assert max(len(network.stations) for network in judged.registration.networks) >= 0.75 * best.n_stations
 
 
+@pytest.mark.slow
 def test_the_plan_is_the_same_without_it(
     told: tuple[Plan, list[ProgressEvent]], comb: PlanSettings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -71,6 +73,7 @@ def test_the_plan_is_the_same_without_it(
     assert plan.warnings == told[0].warnings
 
 
+@pytest.mark.slow
 def test_stations_that_are_locked_are_in_it(comb: PlanSettings) -> None:
     scene = scenes_synthetic.build("corridor-comb").scene
     # A corner that no plan would take.
@@ -114,6 +117,7 @@ def test_candidates_that_memory_would_not_hold_are_left_out_evenly_and_that_is_t
     assert len(plan.stations) <= len(told[0].stations) + 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [Greedy(), pytest.param(Proven(work_limit=0.1), marks=pytest.mark.slow)])
 def test_memory_is_kept_to_whatever_the_method_and_however_little_there_is(
     method: Greedy | Proven, comb: PlanSettings, monkeypatch: pytest.MonkeyPatch

@@ -83,6 +83,7 @@ def is_within(figure_judged: float, truth: float, error: float) -> bool:
     return abs(figure_judged - truth) <= 4 * error
 
 
+@pytest.mark.slow
 def test_a_closed_room_is_seen_whole_and_nothing_else_is() -> None:
     found = judged(ROOM, [(2.0, 1.5, 1.5)], all_round())
     assert is_within(found.covered_m2.judged, ROOM_M2, found.covered_m2.error)
@@ -93,6 +94,7 @@ def test_a_closed_room_is_seen_whole_and_nothing_else_is() -> None:
     assert found.covered_m2.told > ROOM_M2
 
 
+@pytest.mark.slow
 def test_a_cone_below_the_scanner_is_not_seen() -> None:
     found = judged(ROOM, [(3.0, 2.0, 1.5)], low_only())
     # 45 degrees down from 1.5 m: a disc of that radius on the floor; other candidates see it.
@@ -100,6 +102,7 @@ def test_a_cone_below_the_scanner_is_not_seen() -> None:
     assert is_within(found.achievable_m2.judged, ROOM_M2, found.achievable_m2.error)
 
 
+@pytest.mark.slow
 def test_range_and_incidence_count_at_the_point() -> None:
     at = np.array([3.0, 2.0, 1.5])
     found = judged(ROOM, [tuple(at)], all_round(), asked=PointLimits(range_m=2.5, incidence_rad=np.deg2rad(40.0)))
@@ -116,6 +119,7 @@ def test_range_and_incidence_count_at_the_point() -> None:
     assert is_within(found.covered_m2.judged, truth_m2, found.covered_m2.error)
 
 
+@pytest.mark.slow
 def test_a_pillar_hides_what_lies_behind_it() -> None:
     scene = scene_of([*ROOM_BOXES, PILLAR])
     at = (1.0, 2.0, 1.5)
@@ -137,6 +141,7 @@ def test_glass_that_beams_pass_hides_nothing_and_is_not_seen() -> None:
     assert is_within(found.covered_m2.judged, ROOM_M2, found.covered_m2.error)
 
 
+@pytest.mark.slow
 def test_what_only_a_station_sees_is_scannable_as_evaluate_has_it() -> None:
     found = judged(ROOM, [(3.0, 2.0, 2.5)], all_round(), asked=PointLimits(range_m=1.0))
     # From 1.5 m nobody is within a metre of the ceiling.
@@ -159,6 +164,7 @@ def test_overlap_is_what_both_see_of_what_the_one_with_more_sees_or_by_jaccard_o
     assert link.overlap.judged < share.overlap.judged - 4 * link.overlap.error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("measure", ["smaller-share", "jaccard"])
 def test_of_what_is_seen_as_required_overlap_counts_points_within_the_limits(measure: str) -> None:
     at_m, most_m = [(2.0, 2.0, 1.5), (3.5, 2.0, 1.0)], 2.4
@@ -187,6 +193,7 @@ def test_of_what_is_seen_as_required_overlap_counts_points_within_the_limits(mea
     assert all_seen.overlap.judged > 0.999
 
 
+@pytest.mark.slow
 def test_points_meet_what_is_asked_from_so_many_stations() -> None:
     scene = scene_of([*ROOM_BOXES, PILLAR])
     plan = evaluated(scene, [(1.0, 2.0, 1.5), (5.0, 2.0, 1.5)], all_round())

@@ -34,6 +34,7 @@ def test_lone_candidates_do_not_split_a_plan_that_can_be_one_network(name: str, 
     assert all(result.met for result in plan.requirements)
 
 
+@pytest.mark.slow
 @pytest.mark.opencl
 def test_rooms_that_cannot_be_registered_stay_apart_and_are_all_planned() -> None:
     scene = scenes_synthetic.build("closed-rooms").scene
@@ -47,6 +48,7 @@ def test_rooms_that_cannot_be_registered_stay_apart_and_are_all_planned() -> Non
     np.testing.assert_allclose(plan.coverage.achievable_area_m2, free.coverage.achievable_area_m2)
 
 
+@pytest.mark.slow
 @pytest.mark.opencl
 def test_a_room_of_its_own_is_not_left_aside_however_little_is_asked() -> None:
     """Half of the area can be had without a third of the rooms; which of them, and whether, selection may say."""

@@ -68,6 +68,7 @@ def test_a_search_is_no_worse_than_what_it_begins_with(
     assert not any("begun" in line for line in again.warnings)
 
 
+@pytest.mark.slow
 def test_nothing_keeps_the_stations_that_a_search_begins_with(
     rooms: Scene, settings: PlanSettings, searched: tuple[Plan, list[ProgressEvent]]
 ) -> None:

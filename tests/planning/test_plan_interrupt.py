@@ -99,6 +99,7 @@ def test_who_asks_the_process_to_end_gets_no_plan(comb_file: Path, tmp_path: Pat
     assert [path.name for path in tmp_path.iterdir()] == ["asked.yaml"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("objective", ["fewest", "coverage", "time"])
 def test_a_limit_of_no_time_still_gives_a_plan_with_its_bound(objective: str, small: PlanSettings) -> None:
     settings = replace(

@@ -36,6 +36,7 @@ def files(plan: Plan, engine: ScanEngine) -> dict[str, bytes]:
     return dict(layer_files(plan, engine))
 
 
+@pytest.mark.slow
 def test_achievable_layer_counts_the_candidates_that_meet_each_quality(
     plan: Plan, engine: ScanEngine, asking: PlanSettings, files: dict[str, bytes]
 ) -> None:

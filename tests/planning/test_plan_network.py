@@ -94,6 +94,7 @@ def test_no_network_asked_for_takes_no_more_stations_and_tells_no_gaps(small: Pl
     assert not any("register" in line for line in free.warnings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", ["two-rooms", "corridor-comb", pytest.param("doors-open", marks=pytest.mark.slow)])
 def test_joining_inside_the_choice_takes_no_more_stations_than_joining_afterwards(
     scene: str, small: PlanSettings, planned: Planned
@@ -117,6 +118,7 @@ def test_joining_inside_the_choice_takes_no_more_stations_than_joining_afterward
     assert nx.number_connected_components(graph_of(plan)) <= len(parts)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", ["doors-open", pytest.param("two-rooms", marks=pytest.mark.slow)])
 def test_spots_that_nobody_can_be_registered_with_are_no_way_round_the_network(
     scene: str, small: PlanSettings, planned: Planned

@@ -24,6 +24,7 @@ def most(small: PlanSettings) -> PlanSettings:
     return replace(small, requirements=asked, objective="coverage", max_stations=2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", ["l-room", pytest.param("two-rooms", marks=pytest.mark.slow), "closed-rooms"])
 def test_most_coverage_is_that_of_the_best_of_all_sets_of_candidates(
     scene: str, most: PlanSettings, planned: Planned
@@ -61,6 +62,7 @@ def test_coverage_grows_with_the_stations_allowed_and_never_passes_its_bound(
         assert plan.coverage.fraction_of_achievable == pytest.approx(value, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_the_plan_of_most_coverage_is_one_network_too(small: PlanSettings, planned: Planned) -> None:
     # From 1.7 m this scanner sees no floor in the middle of a room: nothing tells the height there.
     settings = replace(small, objective="coverage", max_stations=6, instrument_heights_m=(1.3, 1.7))
@@ -69,6 +71,7 @@ def test_the_plan_of_most_coverage_is_one_network_too(small: PlanSettings, plann
     assert [len(network.stations) for network in plan.registration.networks] == [len(plan.stations)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", ["doors-open", pytest.param("corridor-comb", marks=pytest.mark.campaign)])
 def test_the_plan_of_least_time_takes_no_longer_than_that_of_fewest_stations(
     scene: str, small: PlanSettings, planned: Planned

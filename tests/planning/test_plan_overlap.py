@@ -62,6 +62,7 @@ def assert_listed(found: dict[tuple[int, int], float], expected: dict[tuple[int,
             assert found[pair] == pytest.approx(expected[pair], abs=0.01), pair
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("measure", "of"), WAYS)
 def test_candidates_and_stations_are_linked_by_what_is_asked(
     measure: str,
@@ -106,6 +107,7 @@ def test_what_is_asked_decides_the_links(pools: dict[tuple[str, str], Pool]) -> 
     assert n_links["smaller-share", "seen-as-required"] < n_links["smaller-share", "all-seen"]
 
 
+@pytest.mark.slow
 def test_plans_off_the_grid_and_lists_are_measured_alike(
     small: PlanSettings, planned: Planned, looks: Callable[..., Any]
 ) -> None:

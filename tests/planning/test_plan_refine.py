@@ -22,6 +22,7 @@ def positions_m(plan: Plan) -> np.ndarray:
     return np.stack([station.position_m for station in plan.stations])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", SCENES)
 def test_refinement_takes_no_more_stations_and_of_as_many_covers_no_less(
     scene: str, small: PlanSettings, planned: Planned

@@ -36,6 +36,7 @@ def test_planning_again_around_one_forbidden_station_moves_few(small: PlanSettin
         assert any("from scratch" in line for line in after.warnings)
 
 
+@pytest.mark.slow
 def test_planning_again_without_a_change_changes_nothing(small: PlanSettings, planned: Planned) -> None:
     before = planned("corridor-comb", replace(small, refine=True))
     after = planned("corridor-comb", replace(small, refine=True, site=Site(prior=kept(before))))
@@ -47,6 +48,7 @@ def test_planning_again_without_a_change_changes_nothing(small: PlanSettings, pl
     assert [s.id for s in after.stations] in (order, order[::-1])
 
 
+@pytest.mark.slow
 def test_new_stations_do_not_take_the_ids_of_kept_ones(small: PlanSettings, planned: Planned) -> None:
     before = planned("corridor-comb", small)
     some = kept(before)[1::2]

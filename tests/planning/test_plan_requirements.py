@@ -128,6 +128,7 @@ def test_what_no_spot_can_meet_is_refused_in_one_line_with_the_limit_to_ease(sma
         assert all(word in str(refusal.value) for word in words)
 
 
+@pytest.mark.slow
 def test_what_can_be_had_in_part_is_planned_and_the_rest_explained(small: PlanSettings, planned: Planned) -> None:
     plan = planned("l-room", replace(small, requirements=Requirements(coverage=0.9, asked=PointLimits(range_m=2.0))))
     lines = [line for line in plan.warnings if "can't be scanned with" in line]

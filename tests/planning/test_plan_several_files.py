@@ -63,6 +63,7 @@ def moved(split: Split, to: Path) -> tuple[Path, list[Path]]:
     return to / "plans" / "first", [to / "models" / file.name for file in split.files]
 
 
+@pytest.mark.slow
 def test_plan_on_parts_is_the_plan_on_the_whole(split: Split, tmp_path: Path) -> None:
     whole = plan_of(scenes_synthetic.write(scenes_synthetic.build("doors-open"), tmp_path / "whole.ifc"))
     assert len(whole.stations) == len(split.plan.stations)

@@ -28,6 +28,7 @@ def free(small: PlanSettings) -> PlanSettings:
     return replace(small, requirements=Requirements(coverage=0.9, network="none"))
 
 
+@pytest.mark.slow
 def test_rooms_without_entrance_are_told_not_planned_and_not_missed(free: PlanSettings, planned: Planned) -> None:
     plan = planned("closed-rooms", replace(free, site=Site(entrances_m=ROOMS[:1])))
     assert rooms_of(plan) == {0}
@@ -73,6 +74,7 @@ def test_an_entrance_into_each_room_has_them_all_planned(free: PlanSettings, pla
     assert rooms_of(two) == {0, 1}
 
 
+@pytest.mark.slow
 def test_a_robot_too_wide_for_the_doors_stays_in_the_corridor(free: PlanSettings, planned: Planned) -> None:
     corridor = Site(entrances_m=((4.65, 0.8, 0.0),))
     person = planned("doors-open", replace(free, site=corridor))

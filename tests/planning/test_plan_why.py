@@ -18,6 +18,7 @@ from planner_core.planning.plan import make_plan
 Planned = Callable[[str, PlanSettings], Plan]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", ["l-room", "closed-rooms", "house"])
 def test_areas_by_reason_add_up_to_all_surface_and_the_unseen_is_listed_whole(
     scene: str, small: PlanSettings, planned: Planned, house_on_map: SharedPlan
@@ -62,6 +63,7 @@ def test_what_a_station_adds_is_what_scans_of_the_others_lack(
     assert all(a >= b - 1e-9 for a, b in pairwise(gains))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seen_from", "coverage"), [pytest.param(1, 0.8, marks=pytest.mark.slow), (2, 0.5)])
 def test_what_a_station_adds_is_told_of_asked_floors_alone_and_once(
     seen_from: int, coverage: float, small: PlanSettings, planned: Planned
@@ -116,6 +118,7 @@ def test_every_leg_can_be_walked_and_visits_are_numbered_in_its_order(
     assert time.total_s == pytest.approx(135.0 * n + 2.0 * route.length_m)
 
 
+@pytest.mark.slow
 def test_a_scene_far_from_the_origin_gets_the_same_plan(small: PlanSettings, planned: Planned) -> None:
     here = planned("corridor-comb", small)
     there = make_plan(scenes_synthetic.build("georeferenced").scene, small)

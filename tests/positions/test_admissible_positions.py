@@ -63,6 +63,7 @@ def test_spots_by_a_table_keep_clear_of_it(engine):
     assert (1.0, 2.0) in places(found)
 
 
+@pytest.mark.slow
 def test_what_is_flush_with_the_ground_is_no_obstacle(engine):
     # The undersides of doors and cabinets lie in the ground's plane; which of two equal hits is told is chance.
     room = scenes_synthetic.build("box").scene

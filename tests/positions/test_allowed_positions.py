@@ -129,6 +129,7 @@ L_SHAPE = ((0.3, 0.3), (3.1, 0.3), (3.1, 1.1), (1.2, 1.1), (1.2, 3.7), (0.3, 3.7
 TRIANGLE = ((4.4, 2.1), (6.9, 2.4), (5.1, 3.9))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("outline", "access"), [(L_SHAPE, False), (TRIANGLE, False), (TRIANGLE, True), (L_SHAPE[::-1], True)]
 )
@@ -359,6 +360,7 @@ def test_candidates_of_others_stay_as_they_are_without_a_site(rooms: tuple[Surve
     assert places.warnings == ()
 
 
+@pytest.mark.slow
 def test_free_space_that_somebody_has_gives_the_same_places(rooms: tuple[Survey, ScanEngine]) -> None:
     survey, engine = rooms
     keep_out = KeepOut(((0, 0), (2, 0), (2, 2), (0, 2)))

@@ -12,6 +12,7 @@ from planner_core.scanner.load_scanner import load_scanner
 REAL = [pytest.param("duplex", marks=pytest.mark.slow), pytest.param("fzk-haus", marks=pytest.mark.campaign)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["house", *REAL])
 def test_candidates_of_a_building_do_not_depend_on_the_engine(name, real_scene):
     scene = scenes_synthetic.build(name).scene if name == "house" else real_scene(name)

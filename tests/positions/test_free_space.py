@@ -215,6 +215,7 @@ def test_a_person_stands_in_the_room_and_not_in_its_walls_nor_within_the_radius_
     assert abs(area - 5.5 * 3.5) <= rim
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("low_z", "high_z", "walks"),
     [(0.0, 0.15, True), (0.0, 0.25, True), (0.0, 0.3, False), (0.7, 0.75, False), (1.6, 1.7, False), (1.75, 1.8, True)],
@@ -427,6 +428,7 @@ def test_cells_grow_with_what_is_covered_by_whole_fractions_of_the_radius(
         assert covered_m2 / (largest_m / (parts + 1)) ** 2 > most
 
 
+@pytest.mark.slow
 def test_of_terrain_round_a_site_what_lies_within_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     """The house stands on a meadow of 100 x 100 m, which lies a storey lower and is no floor."""
     corner = [[-50.0, -50.0, -3.0], [50.0, -50.0, -3.0], [50.0, 50.0, -3.0], [-50.0, 50.0, -3.0]]

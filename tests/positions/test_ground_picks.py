@@ -92,6 +92,7 @@ def laid(corners_m: FloatArray, turn_rad: float, slope_rad: float, at_m: tuple[f
     return corners_m @ tilt.T @ turn.T + np.array(at_m)
 
 
+@pytest.mark.slow
 @given(
     field=cells(),
     where=st.tuples(st.floats(0.02, 0.98), st.floats(0.02, 0.98), st.integers(0, 10**6)),
@@ -357,6 +358,7 @@ def candidates_of(scene: Scene, site: Site) -> tuple[FloatArray, list[str]]:
     return at, [survey.floors[int(i)].id for i in places.candidates.floor]
 
 
+@pytest.mark.slow
 def test_tripods_stand_on_what_is_marked_and_no_longer_on_what_is_unmarked(hall: Scene) -> None:
     def on_podium(at: FloatArray) -> FloatArray:
         return at[(at[:, 0] > 6) & (at[:, 0] < 9) & (at[:, 1] < 4)]

@@ -46,6 +46,7 @@ def height_below(corners: np.ndarray, position: np.ndarray) -> float:
     return max(heights, default=np.nan)
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 2**20), n=st.integers(1, 60), size=st.sampled_from([0.2, 1.0, 8.0]))
 def test_it_is_the_highest_of_all_triangles_below(seed, n, size, box_survey) -> None:
@@ -91,6 +92,7 @@ def test_without_slab_it_is_the_floors_elevation_where_the_storey_is() -> None:
     np.testing.assert_array_equal(found, [floor.elevation_m, np.nan, np.nan])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["stairwell", "atrium", "house", pytest.param("duplex", marks=pytest.mark.slow)])
 def test_candidates_stand_as_high_above_it_as_they_say(name: str, real_scene) -> None:
     scene = real_scene(name) if name == "duplex" else scenes_synthetic.build(name).scene

@@ -50,6 +50,7 @@ def found_in(scene: Scene, **settings: object) -> AllowedPositions:
     return find_positions(tripods, local_site(survey, Site()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("height_m", "tripod_m"), [(2.5, {1.7}), (1.91, {1.7}), (1.89, {1.4, 1.5, 1.6}), (1.81, {1.4, 1.5, 1.6})]
 )
@@ -61,6 +62,7 @@ def test_tripod_is_as_high_as_the_room_allows(height_m: float, tripod_m: set[flo
     assert [lowered in line for line in places.warnings] == ([True] if 1.7 not in tripod_m else [])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wall", [DOOR_WALL, [box((4, 0.2, 0), (4.1, 3.8, 2.6))]], ids=["doorway", "wall"])
 def test_low_room_beside_a_high_one_is_planned_with_a_lowered_tripod(wall: list[Solid]) -> None:
     candidates = found_in(hall(2.6, *wall, LOW_CEILING)).candidates

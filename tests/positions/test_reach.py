@@ -120,6 +120,7 @@ def test_storeys_of_a_stairwell_are_reached_by_its_stairs() -> None:
     assert sorted(region.floor for region in alone.sealed) == [1, 2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["spiral", "thin-walls", "double-height-hall", *SLOW])
 def test_nothing_is_sealed_in_a_building_with_open_doorways(name: str) -> None:
     survey = survey_of(name)

@@ -56,6 +56,7 @@ def sealed_lines(scene: Scene) -> tuple[str, ...]:
     return reach_warnings(survey, reachability(survey, free_space(survey)), ())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("closing", "size"), [(LEAF, "0.90 x 2.10 m"), (SHEET, "0.90 x 2.09 m")], ids=["plate", "sheet"]
 )

@@ -51,6 +51,7 @@ def test_distances_of_single_cells_are_the_exact_distance_transform(walkable: np
         assert np.array_equal(beside, number[y + 1 + dy, x + 1 + dx])
 
 
+@pytest.mark.slow
 def test_rooms_and_doorways_of_houses_a_kilometre_apart_are_those_of_each(
     boxes_scene: MAKES, two_rooms: Callable[..., list]
 ) -> None:
@@ -69,6 +70,7 @@ def test_rooms_and_doorways_of_houses_a_kilometre_apart_are_those_of_each(
         assert (np.linalg.norm(both[:, None] - expected, axis=2).min(axis=0) <= 1.5 * in_one.grid.cell_m).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     middle=st.floats(0.8, 3.2),

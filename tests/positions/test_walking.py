@@ -84,6 +84,7 @@ def test_round_the_corner_of_an_l_the_walk_is_that_of_a_taut_string(a: tuple[flo
     assert pulled <= 1.01 * exact + 2 * cell
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["corridor-comb", "doors-open", "stairwell"])
 def test_distances_lie_between_those_of_networkx_on_the_cells_and_their_least_possible(name: str) -> None:
     """Ways from cell to cell are up to 8.24 % longer than straight ones, ours at most 2.8 %, on the same cells."""
@@ -109,6 +110,7 @@ def test_distances_on_the_largest_cells_are_those_on_small_ones(name: str) -> No
     assert (found >= 0.95 * exact - 0.5).all()
 
 
+@pytest.mark.slow
 def test_distances_are_a_metric() -> None:
     reach = reach_in("spiral")
     places = some_places(reach, 30)
@@ -158,6 +160,7 @@ def test_a_small_robot_turns_corners_along_walkable_cells_only() -> None:
         assert (cells[at[:-1]][~seen] // 4 == cells[at[1:]][~seen] // 4).all()
 
 
+@pytest.mark.slow
 def test_a_path_stays_where_there_is_room_and_is_no_longer_than_the_distance() -> None:
     reach = reach_in("doors-open")
     places = some_places(reach, 8)

@@ -88,6 +88,7 @@ def test_rows_areas_and_looks_later_on_are_those_of_plain_loops(
     np.testing.assert_array_equal(again.counted, demand.counted)
 
 
+@pytest.mark.slow
 def test_what_was_looked_at_before_counts_with_the_rest(rooms: tuple[Survey, ScanEngine]) -> None:
     survey, engine = rooms
     settings = replace(SETTINGS, requirements=Requirements(network="none", asked=PointLimits(range_m=4.0)))

@@ -143,6 +143,7 @@ def test_spacing_on_the_walls_of_a_box_is_range_times_step_over_cosine(box: Simp
     np.testing.assert_array_equal(met[clear], spacing[clear] <= limit_m)
 
 
+@pytest.mark.slow
 def test_stacked_rows_hold_what_meets_each_quality(mixed: SimpleNamespace, box: SimpleNamespace) -> None:
     demand, observations = mixed.demand, mixed.observations
     n_patches = box.survey.patches.n_patches
@@ -184,6 +185,7 @@ def test_targets_are_the_goals_in_their_quality(mixed: SimpleNamespace, box: Sim
     np.testing.assert_array_equal(demand.area_m2.reshape(4, -1), np.tile(area_m2, (4, 1)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chosen", [[], [4], [0, 8], [8, 0, 3, 5], list(range(9))])
 def test_results_are_those_of_a_recount_over_sights(
     mixed: SimpleNamespace, box: SimpleNamespace, chosen: list[int]

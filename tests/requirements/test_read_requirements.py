@@ -271,6 +271,7 @@ def examples() -> list[tuple[str, str]]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "text"), examples())
 def test_examples_of_the_documentation_are_read_and_fit_the_schema(tmp_path: Path, kind: str, text: str) -> None:
     from planner_core.requirements.yaml_or_json import read_document
@@ -284,6 +285,7 @@ def test_the_documentation_has_examples_of_both_kinds() -> None:
     assert {kind for kind, _ in examples()} == {"yaml", "json"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "entries",
     [

@@ -84,6 +84,7 @@ def normals_and_middles(survey):
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), corners.mean(axis=1)
 
 
+@pytest.mark.slow
 def test_the_interior_of_a_closed_house_is_the_room() -> None:
     survey = scoped(HOUSE)
     assert survey.scope.kind == Scope.INTERIOR
@@ -94,6 +95,7 @@ def test_the_interior_of_a_closed_house_is_the_room() -> None:
     assert on_room[survey.scope.in_scope].all()
 
 
+@pytest.mark.slow
 def test_the_exterior_is_facades_roof_and_plot() -> None:
     survey = scoped(HOUSE, "exterior")
     facades = 2 * (6.6 + 4.6) * 3.2
@@ -106,6 +108,7 @@ def test_the_exterior_is_facades_roof_and_plot() -> None:
     assert not found[(middle[:, 2] < -0.9) & (normal[:, 2] < 0)].any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scope", ["interior", pytest.param("exterior", marks=pytest.mark.slow)])
 def test_engines_agree_but_for_ties(scope: str) -> None:
     boxes = (PLOT, FLOOR, ROOF, NORTH, EAST, WEST, *SOUTH_WITH_GAP)
@@ -113,6 +116,7 @@ def test_engines_agree_but_for_ties(scope: str) -> None:
     assert np.count_nonzero(ours != theirs) <= 0.002 * ours.size
 
 
+@pytest.mark.slow
 def test_what_open3d_sees_from_the_room_is_in_scope_and_what_it_sees_from_the_sky_is_not() -> None:
     survey = scoped(HOUSE, "interior")
     caster = o3d.t.geometry.RaycastingScene()
@@ -130,6 +134,7 @@ def test_what_open3d_sees_from_the_room_is_in_scope_and_what_it_sees_from_the_sk
         assert not survey.scope.in_scope[seen].any()
 
 
+@pytest.mark.slow
 def test_a_missing_door_lets_no_garden_in() -> None:
     survey = scoped((PLOT, FLOOR, ROOF, NORTH, EAST, WEST, *SOUTH_WITH_GAP))
     assert survey.scope.kind == Scope.INTERIOR
@@ -173,6 +178,7 @@ def test_a_yard_is_outdoors_and_told_as_it_may_be_a_room() -> None:
     assert "m2 of ground and no roof, a yard and out of scope; if it is a room, use --scope all" in line
 
 
+@pytest.mark.slow
 def test_sheets_are_indoors_on_one_side_and_outdoors_on_the_other() -> None:
     sheet = ((0.0, 0.0, 0.0), (6.0, 4.0, 2.7))
     boxes = (sheet,)
@@ -198,6 +204,7 @@ def test_stations_of_the_interior_stand_indoors_and_those_of_the_exterior_outdoo
     assert 0 < stands["all"].sum() < stands["all"].size
 
 
+@pytest.mark.slow
 def test_positions_far_from_ground_are_on_neither_side() -> None:
     scope = scoped(HOUSE, "interior").scope
     assert scope.admits(np.array([[3.0, 2.0, 0.0], [3.0, -3.0, -0.2], [3.0, 2.0, 40.0]])).tolist() == [
@@ -293,6 +300,7 @@ def test_open_sides_are_named_with_the_ground_that_they_lose(sides: tuple, least
     assert line.endswith("to plan it up to the slab's edge, use --scope all")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "building",
     [

@@ -34,6 +34,7 @@ def after(*changes: c.Change, review: Review | None = None, by: c.Signature = AN
     return review
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(changes=st.lists(st.tuples(some_changes, st.sampled_from([ANA, BEN])), max_size=14))
 def test_the_inverse_of_every_change_takes_it_back_whatever_was_changed_before(changes) -> None:

@@ -293,6 +293,7 @@ def test_opinions_of_another_type_or_kind_are_replaced_or_told(plan: PlanUnderRe
         review_text(review, plan, related)
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(
     edits=st.lists(

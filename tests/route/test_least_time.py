@@ -108,6 +108,7 @@ def test_least_time_finds_the_best_of_all_sets_of_tiny_problems(seed: int) -> No
     assert found.seconds <= found.started_s
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_least_time_never_lengthens_nor_breaks_what_it_was_given(seed: int) -> None:
@@ -244,6 +245,7 @@ def test_a_closed_walk_of_one_floor_is_left_for_another_one_anywhere() -> None:
     assert one == pytest.approx([8.0]), "there and back"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_stations", [1, 2, 3])
 def test_a_closed_walk_without_a_start_may_lose_all_its_stations_on_the_way(n_stations: int) -> None:
     """Three groups of alike candidates, of which a few suffice: whatever is taken out, another one can be put in."""

@@ -52,6 +52,7 @@ def test_rooms_along_a_corridor_are_visited_in_a_row_from_the_entrance() -> None
     assert route.length_m > straight + 3 * 3.0, "the way leads out of each room and into the next"
 
 
+@pytest.mark.slow
 def test_storeys_are_walked_from_below_and_a_closed_walk_leads_back() -> None:
     places = np.array([[0.6, 1.0, 5.6], [0.6, 1.0, 0.0], [0.6, 5.5, 2.8], [0.6, 5.5, 0.0], [0.6, 5.5, 5.6]])
     floor = np.array([2, 0, 1, 0, 2])

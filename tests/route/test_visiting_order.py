@@ -86,6 +86,7 @@ def one_tree_bound_m(distance: np.ndarray, n_rounds: int = 300) -> float:
     return best
 
 
+@pytest.mark.slow
 def test_large_plans_come_close_to_the_lower_bound() -> None:
     distance = plan_distances(np.random.default_rng(3).random((40, 2)) * 30)
     found = visiting_order(distance, np.zeros(40, np.int32), closed=True)
@@ -94,6 +95,7 @@ def test_large_plans_come_close_to_the_lower_bound() -> None:
     assert bound <= found.length_m <= 1.03 * bound
 
 
+@pytest.mark.slow
 def test_the_search_finds_the_proven_shortest_tours_of_twelve() -> None:
     for seed in range(8):
         distance = plan_distances(np.random.default_rng(seed).random((12, 2)))
@@ -104,6 +106,7 @@ def test_the_search_finds_the_proven_shortest_tours_of_twelve() -> None:
         assert tour_length_m(distance, tour) == pytest.approx(exact, rel=1e-9)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 1000), st.booleans())
 def test_large_plans_keep_storeys_whole_and_are_no_longer_than_without_kicks(seed: int, closed: bool) -> None:
@@ -192,6 +195,7 @@ def test_nothing_and_one_stop_are_walks() -> None:
     assert one.length_m == 0.0
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_order() -> None:
     distance = plan_distances(np.random.default_rng(4).random((60, 2)))
     floor = np.zeros(60, np.int32)

@@ -46,6 +46,7 @@ def check(path: Path, asked: str) -> None:
     assert np.isfinite(template.azimuth_rad).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(spec=st.sampled_from(SPECS), key=st.sampled_from(KEYS), value=JSON)
 def test_any_value_of_any_key_is_read_or_refused_in_one_line(
@@ -56,6 +57,7 @@ def test_any_value_of_any_key_is_read_or_refused_in_one_line(
     check(path, str(path))
 
 
+@pytest.mark.slow
 @settings(max_examples=75, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(key=st.sampled_from(["id", "title", "seconds", "spacing_at_10m_mm", "step_deg", "azimuth_step_deg"]), value=JSON)
 def test_any_value_in_a_mode_is_read_or_refused_in_one_line(tmp_path: Path, key: str, value: Any) -> None:
@@ -65,6 +67,7 @@ def test_any_value_in_a_mode_is_read_or_refused_in_one_line(tmp_path: Path, key:
     check(path, str(path))
 
 
+@pytest.mark.slow
 @settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(asked=st.text(max_size=40))
 def test_any_mode_asked_for_is_taken_or_refused_in_one_line(asked: str) -> None:

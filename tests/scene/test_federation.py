@@ -127,6 +127,7 @@ def test_files_in_any_order_give_the_same_floors_and_rooms(together, trades, who
         )
 
 
+@pytest.mark.slow
 def test_doors_and_glass_are_taken_alike_in_all_files(trades, tmp_path, whole):
     options = LoadOptions(glass="stop", doors="open")
     house = scenes_synthetic.write(scenes_synthetic.build("house"), tmp_path / "house.ifc")
@@ -137,6 +138,7 @@ def test_doors_and_glass_are_taken_alike_in_all_files(trades, tmp_path, whole):
     assert scene.report.glass_area_m2 == pytest.approx(expected.report.glass_area_m2)
 
 
+@pytest.mark.slow
 def test_formats_and_units_may_differ(trades, tmp_path, whole):
     house = scenes_synthetic.build("house")
     services = [part for part in house.parts if part.kind not in ARCHITECTURE + STRUCTURE]

@@ -35,6 +35,7 @@ def test_floors_of_the_house_are_its_two_storeys():
     assert report.floors[1].ground_area_m2 == pytest.approx(80.0 - 3.12, rel=0.02)
 
 
+@pytest.mark.slow
 def test_floors_of_the_house_without_storeys_come_from_its_surfaces():
     scene = replace(house.build().scene, storeys=())
     report = find_floors(scene)
@@ -56,6 +57,7 @@ def test_floors_do_not_depend_on_windings():
         assert a.ground_triangles.tolist() == b.ground_triangles.tolist()
 
 
+@pytest.mark.slow
 def test_floors_move_and_turn_with_the_building():
     scene = house.build().scene
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])

@@ -62,6 +62,7 @@ def assert_same_floors(scene: Scene, expected: Scene) -> None:
         assert a.ground_area_m2 == pytest.approx(b.ground_area_m2, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stray_m", [LEVEL, UPRIGHT, moved(LEVEL, 0, 0, 5e8), LEVEL - GRID_M / 2, LEVEL * [1e6, 1, 1]])
 def test_stray_far_from_a_house_on_a_national_grid_is_dropped_and_named(plain, stray_m):
     scene = with_stray(plain, stray_m, at_m=GRID_M)
@@ -98,6 +99,7 @@ def test_house_that_is_read_in_a_wrong_unit_keeps_all_its_faces(plain):
     assert scene.report.n_stray == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("storeys", [True, False])
 @pytest.mark.parametrize(
     "stray_m",

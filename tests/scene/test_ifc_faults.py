@@ -98,6 +98,7 @@ def walked(references: dict[int, list[int]], start: int, way: tuple[int, ...] = 
     return any(loop for loop, _ in below), 1.0 + sum(n for _, n in below)
 
 
+@pytest.mark.slow
 def test_loops_and_parts_are_those_of_a_walk(monkeypatch):
     """Against a walk along every way, on small random graphs."""
     rng = np.random.default_rng(7)

@@ -87,6 +87,7 @@ def test_rooms_are_left_blank_and_solids_filled(form: str, turn_deg: float) -> N
     check_filled(scene_of(parts, turn_deg=turn_deg), solid_m2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("metres_per_unit", [0.001, 0.3048])
 def test_rooms_of_sheets_are_left_blank_in_other_units(metres_per_unit: float) -> None:
     parts, solid_m2 = FORMS["walls, floor and ceiling apart"]

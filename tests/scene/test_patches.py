@@ -72,6 +72,7 @@ def test_patch_areas_sum_to_the_triangle_and_none_exceeds_the_limit() -> None:
     assert np.all(2 * patches.area_m2[patches.depth[patches.triangle_of_patch] > 0] > 0.05)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), limit=st.floats(0.002, 5.0))
 def test_the_centroid_of_every_patch_has_its_address(seed: int, limit: float) -> None:

@@ -28,6 +28,7 @@ def test_stars_and_question_marks_stand_for_letters_and_nothing_else_does(patter
     assert fits(pattern, name) == does
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(st.lists(st.text("ab", max_size=4), min_size=1, max_size=6), st.data())
 def test_a_name_fits_itself_with_parts_of_it_left_open(parts: list[str], data: st.DataObject) -> None:

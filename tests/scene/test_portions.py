@@ -18,6 +18,7 @@ def test_portions_follow_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
     assert list(portions(0)) == []
 
 
+@pytest.mark.slow
 def test_floors_and_patches_do_not_depend_on_portions(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = house.build().scene
 

@@ -357,6 +357,7 @@ def test_bug_of_our_own_is_not_told_as_a_fault_of_the_file(tmp_path, write_house
     assert not isinstance(caught.value, PlannerError)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["four.ifc", "house.obj"])
 def test_error_of_a_progress_callback_comes_through(tmp_path, write_house, read_apart, name):
     path = write_house(tmp_path, name)

@@ -287,6 +287,7 @@ def test_sliver_thinner_than_any_scanner_sees_is_kept_and_a_line_is_not():
     assert (scene.n_triangles, scene.report.n_degenerate) == (1, 1)
 
 
+@pytest.mark.slow
 def test_soup_of_a_few_hundred_thousand_triangles_is_built_right():
     n = 400
     x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), indexing="ij")

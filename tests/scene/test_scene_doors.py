@@ -134,6 +134,7 @@ def test_doors_of_a_file_are_shut_unless_open_is_asked_for(tmp_path: Path) -> No
     assert opened.n_triangles == shut.n_triangles - 12 * n_doors
 
 
+@pytest.mark.slow
 def test_single_doors_are_open_or_shut_whatever_is_said_of_all(tmp_path: Path) -> None:
     path = write(build("doors-shut"), tmp_path / "doors.ifc")
     shut = load_scene(path)
@@ -212,6 +213,7 @@ def test_outer_doors_stay_shut_unless_all_are_to_be_open(
     assert without_door_leaves(shut, Doors.ALL).report.n_doors_open == n_doors
 
 
+@pytest.mark.slow
 def test_the_outer_doors_of_a_file_are_open_where_all_are_asked_for(tmp_path: Path) -> None:
     path = write(build("house"), tmp_path / "house.ifc")
     n_open = {doors: load_scene(path, options=LoadOptions(doors=doors)).report.n_doors_open for doors in Doors}

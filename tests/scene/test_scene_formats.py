@@ -536,6 +536,7 @@ def test_usd_metrics_of_referenced_layers_are_compared(tmp_path, unit, up, words
         assert line.startswith("room.usda is in metres with z up, and parts in 'desk.usda' are in " + words)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fill", [b" ", b"#1=IFCCARTESIANPOINT((0.,0.,0.));\n", b"/* */"])
 def test_ifczip_that_unpacks_to_far_more_than_it_holds_is_refused(tmp_path, fill):
     path = tmp_path / "bomb.ifczip"

@@ -148,6 +148,7 @@ def test_y_up_warning_ends_when_the_user_says_the_axis(tmp_path, house):
     assert load_scene(path, options=LoadOptions(up_axis="Z")).report.warnings == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("factor", "unit"), [(1000.0, "--units mm"), (0.001, "--units")])
 def test_implausible_size_is_warned_about_by_option(tmp_path, house, factor, unit):
     warnings = [w for w in load_scene(scaled_obj(tmp_path / "a.obj", house, factor)).report.warnings if "--units" in w]

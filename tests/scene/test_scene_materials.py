@@ -112,6 +112,7 @@ def test_names_come_before_figures_and_the_first_name_that_speaks_before_others(
 
 
 # ---------------------------------------------------------------------------------------------- synthetic scenes
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".ifc", ".glb", ".usda", ".usdc", ".obj"])
 def test_every_format_with_materials_brings_back_the_same_glass_and_mirror(suffix: str, tmp_path: Path) -> None:
     synthetic = scenes_synthetic.build("glass-and-mirror")
@@ -176,6 +177,7 @@ def areas_by_kind(scene: Scene) -> dict[str, list[float]]:
     return {kind: areas for kind, areas in found.items() if areas[1]}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "wanted"),
     [

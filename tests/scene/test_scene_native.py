@@ -63,11 +63,13 @@ def check_same(path: Path, file_format: str) -> None:
         assert is_same(getattr(apart, each.name), getattr(here, each.name)), each.name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["two.ifc", "four.ifc", "house.usda", "house.usdc"])
 def test_small_file_is_the_same_as_in_this_process(tmp_path, write_house, name):
     check_same(write_house(tmp_path, name), "ifc" if name.endswith("ifc") else "usd")
 
 
+@pytest.mark.slow
 def test_building_with_rooms_and_storeys_is_the_same(tmp_path, write_building):
     write_building(tmp_path / "a.ifc")
     check_same(tmp_path / "a.ifc", "ifc")
@@ -110,6 +112,7 @@ def test_usd_that_is_nested_too_deep_is_refused(tmp_path, text):
     assert "the USD library crashed (segmentation fault) while reading its layers, expected" in message
 
 
+@pytest.mark.slow
 def test_pipe_among_the_layers_of_usd_is_not_waited_for_without_end(tmp_path, monkeypatch):
     monkeypatch.setattr(child_process, "ASLEEP_S", 2.0)
     os.mkfifo(tmp_path / "pipe.usda")

@@ -49,6 +49,7 @@ def star(radii):
     return np.column_stack([np.cos(angle), np.sin(angle)]) * np.asarray(radii)[:, None]
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(0.2, 5.0), min_size=4, max_size=14), st.integers(0, 2), st.booleans())
 @settings(max_examples=200, deadline=None)
 def test_star_shaped_polygon_is_covered_without_overlap(radii, normal_axis, reverse):

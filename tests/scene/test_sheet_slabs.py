@@ -121,6 +121,7 @@ def test_sheet_slab_is_ground_above_and_ceiling_below(
     assert survey.scene.element_of_triangle[hits.triangle].tolist() == [0, 0]
 
 
+@pytest.mark.slow
 def test_mirrored_open_shell_of_a_slab_has_its_ceiling() -> None:
     """75.1 m2 of sheet around the stairs' opening, and the roof's underside."""
     scene = load_scene(reality("mirrored_open_slab.ifc"))

@@ -162,6 +162,7 @@ def test_upper_walls_of_a_hall_are_no_floor():
     assert "'01 Eerste verdieping'" in line and "no door and no room" in line
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "parts",
     [

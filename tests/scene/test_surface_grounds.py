@@ -89,6 +89,7 @@ def test_hall_without_ground_in_an_stl(tmp_path: Path) -> None:
     assert foot_of(find_floors(load_scene(file))) == [(0.0, "wall-foot")]
 
 
+@pytest.mark.slow
 def test_hall_of_reality_is_one_floor_at_the_foot_of_its_walls() -> None:
     file = reality("hall_without_floor.obj")
     report = find_floors(load_scene(file))
@@ -109,6 +110,7 @@ def strip(profile: list[tuple[float, float]], width_m: float, clear_m: float, *,
 RAMPS = [(0, 0), (20, 0), (45, -1), (60, -1), (160, -4.2), (180, -4.2)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("roof", [True, False], ids=["roofed", "open"])
 @pytest.mark.parametrize(
     "profile",

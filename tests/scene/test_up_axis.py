@@ -101,6 +101,7 @@ def test_up_axis_of_upright_scenes_is_not_doubted(name, read_as):
     assert up_axis_doubt(UpAxes(replace(scene, source=replace(scene.source, up_axis=read_as)))) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("read_as", ["Z", "Y"])
 @pytest.mark.parametrize("way", ["straight", "turned"])
 @pytest.mark.parametrize("name", ["house", "hole-walls", "atrium", "double-height-hall", "corridor-comb", "tower"])
@@ -124,6 +125,7 @@ def test_up_axis_of_an_empty_shaft_is_doubted_and_kept():
     assert not doubt.is_certain
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("up", ["y", "z"])
 def test_up_axis_of_an_obj_is_found(tmp_path, up):
     write_obj(tmp_path / "tower.obj", tower(), up)
@@ -142,6 +144,7 @@ def test_up_axis_of_an_obj_is_found(tmp_path, up):
     assert as_said.report.warnings == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["ply", "stl", "glb"])
 def test_up_axis_of_meshes_of_other_formats_is_found(tmp_path, ending):
     """PLY and STL of phones are y up; glTF that no exporter turned is z up."""
@@ -157,6 +160,7 @@ def test_up_axis_of_meshes_of_other_formats_is_found(tmp_path, ending):
     assert np.ptp(scene.vertices_m, axis=0) == pytest.approx([12, 10, 45.2], abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "unit_m", "words"),
     [
@@ -174,6 +178,7 @@ def test_unit_of_rooms_without_measure_is_doubted(tmp_path, name, unit_m, words)
     assert not any("--units" in each for each in load_scene(path, options=LoadOptions(unit_m)).report.warnings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "up_axis", "n_floors", "n_warnings"),
     [

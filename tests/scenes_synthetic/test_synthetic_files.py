@@ -47,6 +47,7 @@ def test_mesh_formats_load_back_as_the_same_triangles(name: str, suffix: str, tm
     np.testing.assert_allclose(corners(scene), corners(synthetic.scene), atol=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".obj", ".glb", ".usda"])
 def test_formats_with_names_keep_one_element_a_part(house: SyntheticScene, suffix: str, tmp_path: Path) -> None:
     scene = load_scene(scenes_synthetic.write(house, tmp_path / f"house{suffix}"))

@@ -93,6 +93,7 @@ def test_same_seed_gives_the_same_bytes(name: str) -> None:
     assert first.source.sha256 == second.source.sha256
 
 
+@pytest.mark.slow
 def test_another_seed_moves_chairs_and_door_leaves_only(house: SyntheticScene) -> None:
     other = scenes_synthetic.build("house", seed=1)
     pairs = zip(house.parts, other.parts, strict=True)
@@ -246,6 +247,7 @@ def in_outline(room: Room, x: float, y: float) -> bool:
     return crossings % 2 == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_furniture_stands_in_its_room_and_in_nothing_else(seed: int) -> None:
     house = scenes_synthetic.build("house", seed=seed)
@@ -267,6 +269,7 @@ def test_furniture_stands_in_its_room_and_in_nothing_else(seed: int) -> None:
         assert apart or name_a == name_b, f"{name_a} in {name_b}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_open_doors_leave_their_doorway_free_and_hit_no_furniture(seed: int) -> None:
     house = scenes_synthetic.build("house", seed=seed)

@@ -51,6 +51,7 @@ def proof_of(problem, network, *, pinned=(), n_stations=None):
     return BlockProof(problem, blocks, n_stations=n_stations or problem.n_candidates, find=find)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(SEEDS, st.integers(2, 3), st.integers(1, 2), st.integers(0, 2), st.sampled_from([0.6, 0.8, 0.95]))
 def test_proof_by_blocks_ends_at_the_smallest_set_and_never_passes_it(seed, n_flats, n_constraints, shared, share):
@@ -93,6 +94,7 @@ def test_every_smaller_plan_lies_in_a_node_that_is_open(seed, n_constraints, sha
             assert inside or len(plan) >= min(proof.n_stations, proof._given_up), f"seed {seed}: {plan}"
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(SEEDS, st.booleans())
 def test_given_candidates_and_loops_hold_within_blocks(seed, loops):
@@ -229,6 +231,7 @@ def test_others_are_not_waited_for_once_the_search_ends_and_end_too(why, what, h
     assert told == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("by", [None, KeyboardInterrupt])
 def test_what_others_had_found_when_the_search_ended_counts(by, held):
     """Of two proofs one is done, the other goes on for ever."""

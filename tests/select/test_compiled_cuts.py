@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import networkx as nx
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from joined_instances import sparse_graph
@@ -46,6 +47,7 @@ def mask(n, at):
     return found
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(SEEDS)
 def test_a_least_cut_is_that_of_networkx_and_the_nearest_to_its_sources(seed):

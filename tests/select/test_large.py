@@ -59,6 +59,7 @@ def test_set_meets_all_targets_and_no_set_is_smaller_than_the_bound(seed, looks,
     assert (found.why_stopped == "proven") == (found.lower_bound == len(found.chosen))
 
 
+@pytest.mark.slow
 def test_sets_are_the_smallest_on_nearly_all_small_problems():
     n_smallest = 0
     for seed in range(10):
@@ -67,6 +68,7 @@ def test_sets_are_the_smallest_on_nearly_all_small_problems():
     assert n_smallest >= 9
 
 
+@pytest.mark.slow
 def test_set_of_a_larger_problem_is_smaller_than_greedy_selection_s():
     problem = random_problem(1, n=150, r=1500, density=0.04)
     found = select_large(problem, Proven(work_limit=0.5, n_walks=2))
@@ -77,6 +79,7 @@ def test_set_of_a_larger_problem_is_smaller_than_greedy_selection_s():
     assert (stations[-1], bounds[-1]) == (len(found.chosen), found.lower_bound)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loops", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_set_with_a_network_hangs_together_by_networkx(loops):
     for seed in range(2):
@@ -90,6 +93,7 @@ def test_set_with_a_network_hangs_together_by_networkx(loops):
         assert found.lower_bound <= len(found.chosen) <= found.n_greedy
 
 
+@pytest.mark.slow
 def test_core_keeps_who_matters_with_rows_targets_and_links_as_they_are():
     problem = random_problem(2, n=80, r=600, density=0.06)
     network, graph = ring_network(80, loops=False)

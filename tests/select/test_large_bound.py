@@ -62,6 +62,7 @@ def relaxation(problem, lower):
     return found.fun
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.sampled_from([(1, 1), (2, 1), (2, 3)]), st.booleans())
 def test_bound_of_any_prices_is_that_of_the_formula_and_no_solution_is_smaller(seed, looks, large):
@@ -89,6 +90,7 @@ def test_bound_of_any_prices_is_that_of_the_formula_and_no_solution_is_smaller(s
             assert scaled <= int(x.sum()) * BOUND_UNIT, f"seed {seed}: {x}"
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.sampled_from([(1, 1), (2, 1), (2, 2)]), st.integers(0, 2))
 def test_bound_is_at_most_the_optimum_and_fixes_nothing_that_a_smaller_plan_holds(seed, looks, n_given):
@@ -102,6 +104,7 @@ def test_bound_is_at_most_the_optimum_and_fixes_nothing_that_a_smaller_plan_hold
         assert all(not (x.astype(bool) & out).any() for x in solutions if x.sum() < size), f"seed {seed}, {size}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("looks", [(1, 1), (2, 1), (2, 2)])
 @pytest.mark.parametrize("n_given", [0, 3])
 def test_bound_comes_within_a_percent_of_the_linear_relaxation_whatever_targets_overlap(looks, n_given):
@@ -116,6 +119,7 @@ def test_bound_comes_within_a_percent_of_the_linear_relaxation_whatever_targets_
     assert bound.value >= 0.99 * value or bound.stations >= bound.relaxation_at_most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [100, pytest.param(0.01, marks=pytest.mark.slow)])
 def test_steps_that_begin_out_of_balance_find_it(monkeypatch, factor):
     # With a balance that stays as it was set, 38.5 and 38.9 are proven of 40.1.
@@ -139,6 +143,7 @@ def test_bound_fixes_most_candidates_out_where_it_lies_near_the_plan():
     assert not bound.fixed_out(3)[[0, n - 1]].any()
 
 
+@pytest.mark.slow
 def test_same_problem_gives_the_same_prices_and_they_prove_the_same_again():
     problem = random_problem(1, n=40, r=300, looks=(2, 1))
     first, second = (large_bound(problem, n_stations=20, work_limit=0.05) for _ in range(2))

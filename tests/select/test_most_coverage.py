@@ -83,6 +83,7 @@ def test_set_covers_what_it_says_and_no_set_of_so_many_passes_the_bound(seed, n,
     assert (found.why_stopped == "proven") == (found.ticks == found.bound_ticks)
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.integers(1, 5), st.booleans())
 def test_set_with_a_network_hangs_together_and_no_such_set_passes_the_bound(seed, n, loops):
@@ -95,6 +96,7 @@ def test_set_with_a_network_hangs_together_and_no_such_set_passes_the_bound(seed
     assert found.ticks == int(problem.covered(list(found.chosen))[-1]) <= best <= found.bound_ticks, f"seed {seed}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("with_network", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_sets_are_the_best_of_so_many_on_nearly_all_small_problems(with_network):
     n_best = 0
@@ -139,6 +141,7 @@ def test_more_stations_that_begin_with_fewer_never_cover_less():
     assert ticks[0] == best_by_trial(problem, 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("looks", "n_given"), [pytest.param(1, 2, marks=pytest.mark.slow), (2, 0)])
 def test_bound_comes_within_a_percent_of_the_linear_relaxation(looks, n_given):
     from scipy.optimize import linprog
@@ -161,6 +164,7 @@ def test_bound_comes_within_a_percent_of_the_linear_relaxation(looks, n_given):
         assert found.ticks >= 0.9 * value
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.integers(1, 6), st.integers(1, 2))
 def test_bound_of_any_prices_holds_for_every_set(seed, n, looks):
@@ -178,6 +182,7 @@ def test_bound_of_any_prices_holds_for_every_set(seed, n, looks):
             assert coverage_bound(last, prices, n) >= best, f"seed {seed}"
 
 
+@pytest.mark.slow
 def test_same_settings_give_the_same_set_on_device_and_host():
     problem = random_problem(11, n=20, r=100, density=0.15)
     limits = Proven(work_limit=0.01, n_walks=2)

@@ -18,6 +18,7 @@ from planner_core.select.relaxation import CUT_UNIT, CutMaker, CutProgram
 SEEDS = st.integers(0, 2**32 - 1)
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(SEEDS, st.integers(1, 2), st.sampled_from([0.3, 0.6, 0.9]), st.booleans())
 def test_network_cuts_hold_for_every_solution_that_hangs_together(seed, n_parts, share, loops):
@@ -107,6 +108,7 @@ def test_tree_with_network_ends_at_the_smallest_set_that_hangs_together(seed, n_
     assert (problem.covered(list(tree.best)) >= problem.required).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(SEEDS)
 def test_given_candidates_are_in_every_plan_of_the_tree(seed):

@@ -58,6 +58,7 @@ def fewest(problem, required, network=None, given=()):
 
 
 # ------------------------------------------------------------------------------------------ more than one look
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.sampled_from([(2, 2), (2, 1), (3, 1), (1, 2)]))
 def test_selection_of_several_looks_finds_what_exhaustive_search_finds(seed, seen_from):
@@ -99,6 +100,7 @@ def plain_greedy(problem):
     return chosen
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.sampled_from([(2, 2), (2, 1), (3, 1)]))
 def test_lazy_greedy_of_several_looks_chooses_what_plain_greedy_chooses(seed, seen_from):
@@ -168,6 +170,7 @@ def test_selection_with_a_network_finds_what_exhaustive_search_finds(seed, loops
     assert len(result.chosen) == fewest(problem, problem.required, network, given_ones), f"seed {seed}"
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.booleans(), st.sampled_from([0.05, 0.1, 0.2]))
 def test_any_set_can_be_joined_and_nothing_spare_stays(seed, loops, share):
@@ -223,6 +226,7 @@ def test_check_refuses_just_the_sets_that_do_not_hang_together(seed, loops):
                 check_selection(problem, chosen, network=network)
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.booleans(), st.sampled_from([0.1, 0.3]))
 def test_candidates_complete_a_set_just_where_it_hangs_together_with_them(seed, loops, share):
@@ -234,6 +238,7 @@ def test_candidates_complete_a_set_just_where_it_hangs_together_with_them(seed, 
         assert [completes(one) for one in others] == [hangs_together(network, [*rest, one]) for one in others]
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.booleans(), st.sampled_from([0.1, 0.2, 0.3]))
 def test_a_set_can_spare_just_those_without_whom_it_hangs_together(seed, loops, share):

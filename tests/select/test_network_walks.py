@@ -76,6 +76,7 @@ CASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seen_from", "links", "sizes"), CASES)
 def test_device_and_host_walk_the_way_of_numpy_with_looks_and_links(walks_on, seen_from, links, sizes):
     (share, loops), (n, size, n_pinned) = links, sizes
@@ -95,6 +96,7 @@ def test_device_and_host_walk_the_way_of_numpy_with_looks_and_links(walks_on, se
         assert energy(terrain, chosen) == missing
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(SEEDS, st.booleans())
 def test_what_a_long_walk_says_is_missing_is_missing(walks_on, seed, loops):

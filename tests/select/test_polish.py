@@ -1,6 +1,7 @@
 """Polishing of a set: never worse, always the same, and what it is for."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from selection_instances import problem_of, random_network
@@ -30,6 +31,7 @@ def worth(problem, chosen, keep):
     return len(set(chosen) & set(keep)), int(problem.covered(list(chosen)).sum())
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.booleans())
 def test_polished_set_is_as_large_meets_all_and_no_single_exchange_is_better(seed, with_network):

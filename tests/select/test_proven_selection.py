@@ -114,6 +114,7 @@ def test_nothing_required_needs_no_station():
     assert (result.chosen, result.lower_bound, result.proven, result.gap) == ((), 0, True, 0.0)
 
 
+@pytest.mark.slow
 def test_selection_is_never_larger_than_greedy_and_its_curve_is_monotone():
     for seed in range(3):
         problem = hall(seed)
@@ -125,6 +126,7 @@ def test_selection_is_never_larger_than_greedy_and_its_curve_is_monotone():
         assert (curve[-1].stations, curve[-1].bound) == (len(result.chosen), result.lower_bound)
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_selection_without_any_work_is_no_larger_than_greedy_or_the_start(seed):
@@ -160,6 +162,7 @@ def test_time_limit_ends_the_search():
     assert result.why_stopped == "time limit"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stage", ["select", "bound", "prove"])
 def test_interrupt_returns_the_best_set_so_far(stage):
     problem = thicket(2)
@@ -230,6 +233,7 @@ def test_checker_of_areas_agrees_with_the_problem_and_rejects_what_misses():
             check_coverage(visibility, area_m2, constraints, [c for c in chosen if c != left_out])
 
 
+@pytest.mark.slow
 def test_interrupt_in_the_middle_of_a_node_proves_nothing(monkeypatch):
     looked = []
     solve = CutProgram.solve

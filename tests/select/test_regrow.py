@@ -55,6 +55,7 @@ def test_sets_meet_all_hang_together_and_never_get_worse(seed, n_given, linked):
         key = new
 
 
+@pytest.mark.slow
 def test_fewest_components_come_first_then_fewest_stations_by_trying_all_sets():
     n_best = n_fewer_parts = 0
     for seed in range(14):

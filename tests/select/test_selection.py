@@ -87,6 +87,7 @@ def fewest(seen, area_m2, constraints):
     raise AssertionError("the whole set must do")
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_lazy_greedy_chooses_what_plain_greedy_chooses(seed):
@@ -210,6 +211,7 @@ def dropped_one_by_one(problem, chosen, given):
         kept.pop(-min(loose)[1])
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.integers(1, 2))
 def test_stations_are_dropped_as_if_all_were_looked_at_after_each(seed, looks):

@@ -65,6 +65,7 @@ def smallest_solutions(problem):
     return met[met.sum(axis=1) == met.sum(axis=1).min()]
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.booleans(), st.integers(1, 3))
 def test_cuts_of_any_rows_hold_for_every_solution(seed, large, most_looks):
@@ -129,6 +130,7 @@ def test_cut_for_two_looks_leaves_out_the_candidate_that_does_not_help():
     assert cut.coefficient.tolist() == [0, CUT_UNIT, CUT_UNIT]
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_bound_holds_for_any_prices_and_equals_its_definition(seed):
@@ -179,6 +181,7 @@ def test_targets_that_others_add_up_to_make_no_cuts():
     assert independent_constraints(apart) == [0, 1, 2]
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.integers(1, 2))
 def test_targets_left_out_of_cuts_are_met_wherever_the_others_are(seed, most_looks):
@@ -250,6 +253,7 @@ def test_relaxation_by_cuts_reaches_the_linear_relaxation_at_least():
         assert tree.lower_bound >= np.ceil(relaxed.fun - 1e-3), f"seed {seed}"
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(SEEDS, st.integers(1, 3))
 def test_branch_and_bound_finds_the_optimum_from_a_bad_plan_and_never_passes_it(seed, seen_from):
@@ -335,6 +339,7 @@ def test_first_group_is_of_those_who_see_most_nearly_the_same():
     assert groups_of(problem).astype(int).tolist() == [[1, 0, 1, 0], [0, 1, 0, 1]]
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_bound_with_sums_bounded_above_holds_for_any_prices(seed):
@@ -364,6 +369,7 @@ def test_bound_with_sums_bounded_above_holds_for_any_prices(seed):
         assert Fraction(bound.scaled, BOUND_UNIT) == value, f"seed {seed}"
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(SEEDS)
 def test_candidates_fixed_at_the_root_leave_a_better_plan_possible(seed):
@@ -407,6 +413,7 @@ def test_solver_that_returns_nonsense_does_not_break_the_bound(monkeypatch):
         assert tree.lower_bound <= min(int(x.sum()) for x in every_solution(problem)), f"seed {seed}"
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.integers(1, 3))
 def test_quick_bounds_never_pass_the_smallest_solution(seed, most_looks):

@@ -56,6 +56,7 @@ def relaxed(problem, separators):
     return best / BOUND_UNIT
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(SEEDS, st.integers(1, 2), st.sampled_from([0.5, 0.7, 0.9]), st.booleans(), st.integers(1, 2))
 def test_what_separators_say_holds_for_every_joined_set_that_meets_the_targets(seed, n_parts, share, loops, seen_from):
@@ -101,6 +102,7 @@ def test_doors_raise_the_relaxation_of_rooms_on_a_corridor():
     assert plain + 1 <= with_doors <= len(tree.best)
 
 
+@pytest.mark.slow
 def test_nodes_look_for_separators_where_the_root_did_not(monkeypatch):
     problem, graph = rooms_on_a_corridor(6)
     n_nodes, bounds = [], []

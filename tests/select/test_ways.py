@@ -31,6 +31,7 @@ def joined_sets(problem, graph, *, given_ones=()):
             yield chosen, n_parts
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.integers(1, 2), st.integers(1, 8), st.integers(0, 2), st.sampled_from([0.15, 0.4, 0.8]), st.booleans())
 def test_no_joined_set_is_smaller_than_prices_prove_nor_holds_whom_they_fix_out(
@@ -61,6 +62,7 @@ def test_no_joined_set_is_smaller_than_prices_prove_nor_holds_whom_they_fix_out(
             assert all(scaled + int(margin[i]) <= len(chosen) * BOUND_UNIT for i in out), f"{chosen}"
 
 
+@pytest.mark.slow
 def test_bound_of_joined_sets_is_above_that_of_sets_that_only_cover_and_below_a_joined_set():
     for seed in range(2):
         problem, network, _ = instance(seed, n=60, r=600, linked=0.6, reach=0.04)
@@ -70,6 +72,7 @@ def test_bound_of_joined_sets_is_above_that_of_sets_that_only_cover_and_below_a_
         assert plain.value + 0.5 < bound.value <= len(found.chosen), f"seed {seed}"
 
 
+@pytest.mark.slow
 def test_bound_of_sets_in_fewer_parts_is_higher():
     # Five rooms of one candidate each, and five candidates that are joined and see two thirds of the rooms each pair.
     rooms = np.kron(np.eye(5, dtype=bool), np.ones(6, dtype=bool))

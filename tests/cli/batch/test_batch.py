@@ -66,6 +66,7 @@ def begun(folder: Path) -> dict[str, int]:
     return {path.stem: path.stat().st_mtime_ns for path in (folder / "jobs").glob("*.log")}
 
 
+@pytest.mark.slow
 def test_figures_of_the_summary_are_those_of_the_plans(tlsplan: Tlsplan, stood_in: Path, tmp_path: Path) -> None:
     done = tlsplan("batch", sites(tmp_path, a="plan", b="plan"), "-o", tmp_path / "out", "--jobs", 2)
     assert done.returncode == 0, done.stderr

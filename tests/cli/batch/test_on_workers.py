@@ -76,6 +76,7 @@ def test_the_folder_is_the_one_of_this_machine_alone(
     assert f"{there}" not in "".join(rows(there)["d"]["message"])
 
 
+@pytest.mark.slow
 def test_storeys_are_found_and_planned_there_and_nothing_is_done_twice(
     tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str
 ) -> None:
@@ -89,6 +90,7 @@ def test_storeys_are_found_and_planned_there_and_nothing_is_done_twice(
     assert begun(out) == first, "where it was planned is of no account"
 
 
+@pytest.mark.slow
 def test_a_worker_of_another_version_is_told_and_another_does_its_jobs(
     tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -201,6 +203,7 @@ def test_a_full_disk_here_ends_the_batch_and_it_goes_on_later(
     assert begun(out)["a"] == first["a"]
 
 
+@pytest.mark.slow
 def test_a_job_of_a_worker_without_a_device_goes_to_another(
     tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

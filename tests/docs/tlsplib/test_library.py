@@ -104,6 +104,7 @@ def large():
     return Library(FOLDER).instance(entry).raw, json.loads(raw)
 
 
+@pytest.mark.slow
 def test_the_certificate_of_a_large_instance_holds_by_prices_of_rows(large):
     raw, certificate = large
     told = Library(FOLDER).listed()[LARGE]
@@ -170,6 +171,7 @@ def test_a_changed_instance_and_a_changed_list_are_told(tmp_path):
         list(library.check(("rooms-01-whole",)))
 
 
+@pytest.mark.slow
 def test_solving_goes_on_where_it_ended(tmp_path):
     name = "rooms-03-whole"
     library = copied(tmp_path, name)

@@ -34,6 +34,7 @@ def test_certified_plans_are_the_smallest_by_trying_all_sets(seed):
     assert checker.check(instance.raw, text_of(certificate)) == ("tiny", len(best), len(best)), seed
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10**6))
 @settings(max_examples=25, deadline=None)
 def test_no_bound_above_the_fewest_stations_is_taken(seed):
@@ -110,6 +111,7 @@ def test_prices_of_rows_alone_prove_no_more_than_the_fewest_stations(seed):
     assert 1 <= certificate["bound"] <= len(best), seed
 
 
+@pytest.mark.slow
 def test_prices_of_rows_prove_what_the_relaxation_has():
     """Of twelve stations that see a row each, alone, any plan of all but one row needs eleven."""
     sees = np.eye(12, dtype=bool)
@@ -149,6 +151,7 @@ def refusal(instance_raw, certificate_raw):
     return str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_bound_raised_by_one_is_refused(instance, certificate):
     assert refusal(instance.raw, text_of(certificate | {"bound": certificate["bound"] + 1})).startswith("bound")
     spare = next(i for i in range(instance.n_candidates) if instance.is_solved_by(sorted({*certificate["plan"], i})))
@@ -305,6 +308,7 @@ def test_damaged_instances_are_refused_in_one_line(instance, certificate):
         assert refusal(json.dumps(told | change).encode(), text_of(certificate))
 
 
+@pytest.mark.slow
 def test_the_checker_is_a_file_of_200_lines_that_runs_alone(instance, certificate, tmp_path):
     assert len(CHECKER.read_text(encoding="utf-8").splitlines()) <= 200
     files = tmp_path / "a.json.xz", tmp_path / "b.json"

@@ -48,6 +48,7 @@ def in_the_way(a, b, wall):
     return ends[0] <= 1 and ends[1] >= 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "plan",
     [

@@ -345,6 +345,7 @@ def test_a_review_that_cannot_be_read_is_refused(room_folder: Path) -> None:
 
 
 # ------------------------------------------------------------------------------------------------- as a file
+@pytest.mark.slow
 def test_the_same_plan_gives_the_same_bytes_and_ids_stay_with_their_subject(room_folder: Path) -> None:
     plan = room_folder / "plan"
     review(plan, AddComment("Look"))
@@ -376,6 +377,7 @@ def rewritten(room_folder: Path) -> Callable[..., Path]:
     return write
 
 
+@pytest.mark.slow
 def test_other_plans_have_other_ids(issues: list[Topic], rewritten: Callable[..., Path]) -> None:
     other, _ = exported(rewritten(file="other.ifc"), max_topics=1)
     assert other[0].ifc_guid == issues[0].ifc_guid
@@ -410,6 +412,7 @@ def test_cameras_stay_in_the_coordinates_of_the_first_file_whatever_the_site_has
     assert "cameras are in the scene file's coordinates, metres, as BCF wants, not in the site's" in remarks
 
 
+@pytest.mark.slow
 def test_without_the_building_there_are_cameras_and_no_snapshots(room_folder: Path) -> None:
     plan = room_folder / "plan"
     review(plan, AddComment("Look", document(plan)["unseen"][0]["element"]))

@@ -44,6 +44,7 @@ class Interrupter:
             raise KeyboardInterrupt
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_an_interrupted_cloud_leaves_nothing_behind(
     source: PlanSource, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
@@ -149,6 +150,7 @@ def test_a_full_disk_is_told_in_one_line_and_leaves_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "noise"),
     [

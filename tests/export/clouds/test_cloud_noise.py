@@ -115,6 +115,7 @@ def test_sigma_beyond_the_table_grows_as_the_signal_falls() -> None:
     assert not model.beyond_table(np.array([5.0]), np.array([0.5])).any()
 
 
+@pytest.mark.slow
 @given(st.floats(0.2, 60.0), st.floats(0.005, 1.0))
 @settings(max_examples=200, deadline=None)
 def test_sigma_makes_no_leap_and_is_positive(range_m: float, returned: float) -> None:

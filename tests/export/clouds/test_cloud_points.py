@@ -76,6 +76,7 @@ def test_points_of_a_hanging_scanner_with_offset_channels_lie_on_the_walls(
     assert points.elevation_rad.max() == pytest.approx(np.radians(60))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [False, True])
 @pytest.mark.parametrize("block_beams", [1, 7 * SHAPE[1] + 3])
 def test_the_size_of_blocks_changes_no_bit(source: PlanSource, block_beams: int, noise: bool) -> None:

@@ -46,6 +46,7 @@ def names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
+@pytest.mark.slow
 def test_every_station_has_the_points_and_images_of_the_room(survey: Survey, tmp_path: Path) -> None:
     folder = tmp_path / "scans"
     written = write_simulated_scans(clouds_of(survey), FORMATS, folder)
@@ -69,6 +70,7 @@ def test_every_station_has_the_points_and_images_of_the_room(survey: Survey, tmp
         assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
 
 
+@pytest.mark.slow
 def test_formats_asked_for_are_the_files_of_all_formats(survey: Survey, tmp_path: Path) -> None:
     everything = write_simulated_scans(clouds_of(survey), FORMATS, tmp_path / "all")
     for formats in (("png",), ("ply", "exr")):
@@ -107,6 +109,7 @@ def interrupt() -> None:
     raise KeyboardInterrupt
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after", [0, 12, 35])  # within either pass and station, of 10 blocks each
 def test_an_interrupt_leaves_what_was_there_before_and_nothing_else(survey: Survey, tmp_path: Path, after: int) -> None:
     for overwrite in (False, True):
@@ -156,6 +159,7 @@ def test_another_format_or_none_is_refused_before_any_beam(
     assert names(tmp_path) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formats", [("exr", "png"), pytest.param(("ply",), marks=pytest.mark.slow)])
 def test_memory_does_not_grow_with_the_number_of_beams(
     survey: Survey, tmp_path: Path, formats: tuple[str, ...]

@@ -69,6 +69,7 @@ def test_every_station_is_a_block_with_its_figures(drawing, house):
         assert shown == {"NUMBER", "ID"}
 
 
+@pytest.mark.slow
 def test_only_stations_with_scans_are_told_as_scanned_before(evaluated_house, tmp_path):
     bare = replace(evaluated_house, folder=tmp_path)  # walls take longest
     write_dxf(bare, tmp_path / "given.dxf", Options(), silent)
@@ -210,6 +211,7 @@ def test_options_that_make_no_sense_are_refused_before_anything_is_written(optio
     assert not (tmp_path / "no.dxf").exists()
 
 
+@pytest.mark.slow
 def test_cut_above_the_heads_of_doors_finds_whole_walls(house, drawing, tmp_path):
     write_dxf(house, tmp_path / "high.dxf", Options(cut_m=2.3), silent)
     high = ezdxf.readfile(tmp_path / "high.dxf")

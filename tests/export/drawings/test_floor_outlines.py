@@ -41,6 +41,7 @@ def floors_of(path: Path, **asked: Any) -> list[Any]:
     return [*shapely.from_wkb(geometry[chosen])]
 
 
+@pytest.mark.slow
 def test_floors_are_the_ground_with_its_openings(house: PlanSource, ground: list[Any], tmp_path: Path) -> None:
     path = tmp_path / "out.geojson"
     write_geojson(house, path, Options(geojson_crs="local"), silent)

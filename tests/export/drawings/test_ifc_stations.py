@@ -180,6 +180,7 @@ def test_station_keeps_its_id_when_it_moves(house, alone, tmp_path):
     assert len(set(ids[0].values())) == len(house.stations)
 
 
+@pytest.mark.slow
 def test_copy_of_a_copy_has_no_id_twice(house, within, tmp_path):
     again = replace(_planned_on(house, within, 0.001), title=house.title)
     write_ifc_model(again, tmp_path / "again.ifc", Options(), silent)

@@ -286,6 +286,7 @@ def random_site(found: list[tuple[float, ...]], elevations: tuple[float, ...]) -
     return site_of({cell: rows for cell, rows in heights.items() if rows}, (8, 6), elevations)
 
 
+@pytest.mark.slow
 @given(terrain, st.sampled_from([(0.0,), (0.0, 2.2), (0.0, 4.1)]))
 @settings(max_examples=40, deadline=None)
 def test_a_step_leads_between_any_two_free_neighbours_of_a_map(
@@ -312,6 +313,7 @@ def test_a_step_leads_between_any_two_free_neighbours_of_a_map(
             assert any((own, k) not in site.steps and site.node[k][2] > site.node[own][2] for k in around)
 
 
+@pytest.mark.slow
 @given(terrain, st.sampled_from([(0.0,), (0.0, 2.2)]), st.data())
 @settings(max_examples=40, deadline=None)
 def test_ways_never_leave_free_cells(

@@ -48,6 +48,7 @@ def test_short_walks_are_no_walks_of_nothing(walking_s: float, told: str) -> Non
     assert words.startswith(f"2 min scanning, 6 min setting up, {told}")
 
 
+@pytest.mark.slow
 def test_what_does_not_register_is_the_first_warning_of_the_cover(
     edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
 ) -> None:
@@ -90,6 +91,7 @@ def test_what_is_of_all_floors_says_so_where_the_sheets_are_not(
     assert "whole plan" not in "\n".join(site_sheets.texts)
 
 
+@pytest.mark.slow
 def test_tables_of_one_floor_leave_out_others(site_plan: PlanSource, pdf_of: Callable[..., Any]) -> None:
     lines = "\n".join(pdf_of(site_plan, floors=("F1",)).texts).splitlines()
     assert "F1" in lines and "S005" in lines
@@ -105,6 +107,7 @@ def test_several_floors_have_a_figure_each(site_plan: PlanSource) -> None:
         assert f"{name} {100 * floor['fraction_of_achievable']:.1f} % of" in figures["Coverage"]
 
 
+@pytest.mark.slow
 def test_all_floors_by_name_are_the_whole_plan(site_plan: PlanSource, pdf_of: Callable[..., Any]) -> None:
     cover = pdf_of(site_plan, floors=("F0", "F1")).texts[0]
     assert "Only" not in cover and "whole plan" not in cover
@@ -114,6 +117,7 @@ def test_page_of_one_floor_says_so(site_plan: PlanSource, html_of: Callable[...,
     assert "<b>Only Level 1: 1 of 2 floors</b>" in html_of(site_plan, floors=("F0",))
 
 
+@pytest.mark.slow
 def test_sheets_of_one_title_are_one_line_of_the_index(
     edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
 ) -> None:

@@ -248,6 +248,7 @@ def test_legs_without_a_path_and_links_to_other_floors_name_the_other_station(
     assert "↕ 1" in sheets.texts[sheets.drawing("Level 2")]
 
 
+@pytest.mark.slow
 def test_hundred_and_fifty_stations_are_all_there_and_apart(
     edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
 ) -> None:

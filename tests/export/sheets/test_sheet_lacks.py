@@ -81,6 +81,7 @@ def test_layers_that_are_not_there_are_told(bare: Callable[..., Path], pdf_of: C
         pdf_of(open_plan(folder))
 
 
+@pytest.mark.slow
 def test_plan_of_an_older_version_that_lacks_results_has_sheets(
     edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
 ) -> None:

@@ -16,6 +16,7 @@ ORIGIN_M, ROTATION_RAD = (691_000.0, 5_334_000.0, 512.0), 0.35
 PAPERS_MM = {"A4": {210, 297}, "A3": {297, 420}}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("paper", ["A4", "A3"])
 def test_distances_on_paper_times_scale_are_metres(
     site_plan: PlanSource, pdf_of: Callable[..., Any], paper: str
@@ -39,6 +40,7 @@ def test_scale_bar_is_as_long_as_it_says(site_sheets: Any) -> None:
     assert abs(distance_mm * site_sheets.scale(page) / 1000 - length_m) < 0.02
 
 
+@pytest.mark.slow
 def test_larger_paper_takes_a_larger_scale_where_it_fits(
     edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
 ) -> None:
@@ -50,6 +52,7 @@ def test_larger_paper_takes_a_larger_scale_where_it_fits(
     assert [sheets.scale(sheets.drawing("Level 1")) for sheets in both] == [75, 50]
 
 
+@pytest.mark.slow
 def test_tall_floor_stands_upright(edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]) -> None:
     def lengthen(document: dict[str, Any]) -> None:
         document["floors"][0]["bounds"][1][1] += 12.0
@@ -114,6 +117,7 @@ def _on_site(spot: Any, to_paper: Callable[[float, float], Any], scale: int) -> 
 TURNS_DEG = [0.0, 89.9, -160.0, *(pytest.param(turn, marks=pytest.mark.slow) for turn in (20.0, 45.0, 117.0))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn_deg", TURNS_DEG)
 def test_every_line_of_the_grid_is_named_and_no_names_meet(
     site_plan: PlanSource, pdf_of: Callable[..., Any], turn_deg: float

@@ -43,6 +43,7 @@ def test_links_of_a_station_are_named_by_number(site_sheets: Any, site_plan: Pla
     assert f"6 ({math.floor(1000 * overlap) / 10:.1f})" in site_sheets.texts[page]
 
 
+@pytest.mark.slow
 def test_unknown_instrument_heights_and_stations_of_no_floor_are_listed(
     edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
 ) -> None:

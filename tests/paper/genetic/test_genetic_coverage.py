@@ -105,6 +105,7 @@ def test_coverage_adds_up_where_every_row_has_the_greatest_weight(matrix_problem
     assert facts[1].tolist() == [n_rows * (2**bits - 1)] * 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("objective", OBJECTIVES)
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=10, deadline=None)

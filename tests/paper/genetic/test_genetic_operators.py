@@ -137,6 +137,7 @@ def exchanged_genes(operators, crossover, n_genes, iterations):
     return np.array(swaps)
 
 
+@pytest.mark.slow
 def test_one_point_crossover_cuts_everywhere_equally_often(operators):
     swaps = exchanged_genes(operators, "one-point", 9, 400)
     # A tail from the cut on: never all, never nothing.
@@ -146,6 +147,7 @@ def test_one_point_crossover_cuts_everywhere_equally_often(operators):
     assert stats.chisquare(np.bincount(cuts, minlength=9)[1:]).pvalue > P_LEAST
 
 
+@pytest.mark.slow
 def test_two_point_crossover_exchanges_every_segment_equally_often(operators):
     swaps = exchanged_genes(operators, "two-point", 5, 600)
     padded = np.pad(swaps.astype(int), ((0, 0), (1, 1)))

@@ -35,6 +35,7 @@ def every_set(problem):
             yield size, int(ticks.sum()), bool(((problem.counts_for * ticks).sum(axis=1) >= problem.required).all())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("crossover", ["one-point", "two-point", "uniform"])
 def test_fewest_stations_are_found_on_small_instances(make_problem, device, seed, crossover):
@@ -44,6 +45,7 @@ def test_fewest_stations_are_found_on_small_instances(make_problem, device, seed
     assert (-result.chosen.size, result.covered_by_iteration[-1]) == best
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("replacement", ["stationary", "generational"])
 def test_most_coverage_of_at_most_n_is_found_on_small_instances(make_problem, device, seed, replacement):

@@ -45,6 +45,7 @@ def test_device_and_host_take_the_same_trajectory(make_problem, device, way):
     same(select_genetic(problem, chosen, device=device), select_genetic(problem, chosen, engine="host"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_candidates", [1, 2, 31, 32, 33, 65])
 def test_device_and_host_agree_for_any_number_of_candidates(make_problem, device, n_candidates):
     problem = make_problem(2, n_candidates=n_candidates, n_patches=60, density=0.5)

@@ -31,6 +31,7 @@ class InPieces:
         return tuple(np.concatenate([part[k] for part in parts])[back] for k in range(3))
 
 
+@pytest.mark.slow
 @METHODS
 @settings(max_examples=8, deadline=None)
 @given(seed=st.integers(0, 2**20), n=st.integers(1, 6), more=st.integers(1, 4), memoised=st.booleans())
@@ -46,6 +47,7 @@ def test_more_agents_change_nothing_for_those_before(method, seed, n, more, memo
     np.testing.assert_array_equal(few.f2, many.f2[:n])
 
 
+@pytest.mark.slow
 @METHODS
 def test_batches_change_nothing(method, make_rugged) -> None:
     starts = starts_of(7, 9)
@@ -56,6 +58,7 @@ def test_batches_change_nothing(method, make_rugged) -> None:
     assert (whole.n_evaluations, whole.n_hits) == (pieces.n_evaluations, pieces.n_hits)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["sa", "ts"])
 def test_the_seed_decides(method, make_rugged) -> None:
     ways = [
@@ -66,6 +69,7 @@ def test_the_seed_decides(method, make_rugged) -> None:
     assert (ways[0].position_m != ways[2].position_m).any()
 
 
+@pytest.mark.slow
 @METHODS
 @settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 2**20), neighbourhood=st.sampled_from(["cube", "sphere"]), memoised=st.booleans())

@@ -27,6 +27,7 @@ def chance_of_each(p: np.ndarray) -> np.ndarray:
     return np.array([*chances, np.prod(1.0 - p)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_first_moves_have_the_frequencies_of_equation_8(seed: int, make_terrain) -> None:
     """All eight neighbours are worse, each by another amount; 6000 agents make one move each, at T = 2."""

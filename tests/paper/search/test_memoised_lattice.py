@@ -24,6 +24,7 @@ def assert_same(one, other) -> None:
         np.testing.assert_array_equal(getattr(one.history, name), getattr(other.history, name))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["ls", "sa", "ts"])
 @settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 2**20), fixed_height=st.booleans(), cell=st.sampled_from([1.0, 0.5, 0.25]))
@@ -54,6 +55,7 @@ def test_it_goes_the_same_ways_as_the_plain_search_on_the_lattice(
     assert len(asked_once) == len(distinct)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["ls", "sa", "ts"])
 @pytest.mark.parametrize("cell", [1.0, 0.3])
 def test_off_the_lattice_positions_are_put_into_the_middle_of_their_cells(method, cell, make_rugged) -> None:

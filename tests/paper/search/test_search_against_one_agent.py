@@ -116,6 +116,7 @@ class LoneAgent:
         return self.path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "neighbourhood", "fixed_height"), list(product(("ls", "sa", "ts"), ("cube", "sphere"), (False, True)))
 )

@@ -71,6 +71,7 @@ def test_every_candidate_is_valid_and_its_values_are_the_metrics(rooms) -> None:
     assert fitness.n_scans == len(place)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("floor", [0, 1])
 def test_of_a_fine_grid_the_candidates_and_no_others_are_valid(house, floor: int) -> None:
     """The grid's columns are walked by another code; here they are found again by asking about every grid point."""
@@ -112,6 +113,7 @@ def test_heights_are_the_scanners_or_those_given() -> None:
     assert least < 1.5 < most and most - least <= 0.31
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["ls", "sa", "ts"])
 @pytest.mark.parametrize("fixed_height", [False, True])
 def test_no_method_makes_f2_worse_and_all_end_at_candidates(rooms, method, fixed_height) -> None:

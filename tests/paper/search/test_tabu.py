@@ -14,6 +14,7 @@ BOUNDS = np.array([[-1.0, -1.0, 0.5], [1.0, 1.0, 2.0]])
 SQUARE = SearchSettings(neighbourhood="cube", fixed_height=True, seed=4)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10_000), fixed_height=st.booleans(), memoised=st.booleans())
 def test_no_voxel_is_entered_twice(seed, fixed_height, memoised, make_rugged) -> None:

@@ -270,6 +270,7 @@ def test_route_goes_through_all_stations(desk: Desk) -> None:
     assert route["route"]["length_m"] > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "status", "words"),
     [
@@ -291,6 +292,7 @@ def test_previews_that_make_no_sense_are_refused_in_words(
         assert words in answer.json()["message"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "path", ["ground/F9", "layers/colour", "stations/S777/seen", "stations/S777/lost", "stations/S777/cloud"]
 )

@@ -54,6 +54,7 @@ def live(request: pytest.FixtureRequest) -> LivePlan:
     return found
 
 
+@pytest.mark.slow
 def test_losses_are_what_the_plan_evaluated_without_the_station_lacks(live: LivePlan) -> None:
     whole = live.figures(live.draft).plan
     n_broken = 0

@@ -40,6 +40,7 @@ def live(
     return open_live(folder, scene=asking_folder.parent / "house.ifc")
 
 
+@pytest.mark.slow
 def test_links_of_a_draft_are_those_of_a_plan_bit_by_bit_and_of_sets(live: LivePlan) -> None:
     asked, survey = live.settings.requirements, live.survey
     at_m = np.array([station.position_m for station in live.draft.stations])
@@ -73,6 +74,7 @@ def test_a_station_dragged_back_to_its_place_has_the_same_links(live: LivePlan) 
     assert len(own) > 0
 
 
+@pytest.mark.slow
 def test_ways_to_measure_differ(live: LivePlan, asking_house: LivePlan) -> None:
     usual = asking_house.figures(asking_house.draft).plan.links
     asked = live.settings.requirements

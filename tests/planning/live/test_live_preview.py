@@ -92,6 +92,7 @@ def test_preview_of_a_moved_station_is_what_its_draft_is_worth(
     assert_is_of_its_draft(live, live.draft, preview, layer)
 
 
+@pytest.mark.slow
 @EASY
 @given(moves=st.lists(st.tuples(st.integers(0, 100), share, share), min_size=2, max_size=4), x=share, y=share)
 def test_preview_of_a_new_station_is_what_its_draft_is_worth_after_any_moves(
@@ -119,6 +120,7 @@ def test_preview_where_the_station_stands_changes_nothing(house: LivePlan) -> No
             assert preview.patch.size == 0
 
 
+@pytest.mark.slow
 def test_preview_does_not_depend_on_what_was_asked_before(house_plan: SharedPlan, house: LivePlan) -> None:
     station = house.draft.stations[0]
     where = somewhere(house, 0, 0.4, 0.6)
@@ -192,6 +194,7 @@ def test_looks_of_a_draft_are_held_where_few_can_be_remembered(house_plan: Share
 
 
 # ------------------------------------------------------------------------------------------- against other code
+@pytest.mark.slow
 def test_links_are_the_same_from_either_end(house: LivePlan) -> None:
     survey = house.survey
     engine = open_engine(survey.scene, survey.patches)

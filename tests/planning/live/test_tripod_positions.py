@@ -39,6 +39,7 @@ def candidates(house: LivePlan) -> tuple[FloatArray, list[int], list[float]]:
     return found.position_m, found.floor.tolist(), found.instrument_height_m.tolist()
 
 
+@pytest.mark.slow
 def test_every_candidate_of_a_plan_is_a_spot(
     house: LivePlan, candidates: tuple[FloatArray, list[int], list[float]]
 ) -> None:
@@ -61,6 +62,7 @@ def test_every_station_of_a_plan_stands_at_a_spot(name: str, request: pytest.Fix
         np.testing.assert_allclose(spot.position_m, station.position_m, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_dragged_stations_stay_where_tripods_can_stand(house: LivePlan) -> None:
     survey, settings = house.survey, house.settings
     engine = open_engine(survey.scene, survey.patches)

@@ -104,6 +104,7 @@ def asking(serving: Callable[..., Starlette]) -> Callable[..., Ask]:
     return make
 
 
+@pytest.mark.slow
 def test_each_route_asks_the_runs_and_answers_with_the_run(asking: Callable[..., Ask]) -> None:
     runs = Recorded(RUN)
     ask = asking(runs)
