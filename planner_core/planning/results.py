@@ -20,6 +20,7 @@ from planner_core.coverage.coverage import (
     times_seen,
     unseen_elements,
 )
+from planner_core.coverage.plausibility import implausible
 from planner_core.coverage.why import explain
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
@@ -132,7 +133,7 @@ def describe_plan(
     ids = tuple(station.id for station in stations)
     links, registration = _registered(survey, asked, stations, rows_of_overlap(demand, rows, asked.overlap_of))
     sealed = sealed_areas(surroundings.reach)
-    return Plan(
+    plan = Plan(
         survey=survey,
         settings=settings,
         stations=stations,
@@ -179,6 +180,7 @@ def describe_plan(
             *route_warnings(route, ids),
         ),
     )
+    return replace(plan, warnings=(*plan.warnings, *implausible(plan, surroundings.reach)))
 
 
 def _registered(

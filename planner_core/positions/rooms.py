@@ -37,17 +37,23 @@ _AROUND = (*_HALF, *((-dy, -dx) for dy, dx in _HALF))
 
 @dataclass(frozen=True)
 class Rooms:
-    """centre, doorway : (K,) int64, nodes of the free space: in the middle of rooms, and where two of them meet."""
+    """centre, doorway : (K,) int64, nodes of the free space: in the middle of rooms, and where two of them meet.
+
+    node, room : (C,) int64, nodes of the floor, one a cell, and the number of the room that each is in.
+    """
 
     centre: Int64Array
     doorway: Int64Array
+    node: Int64Array
+    room: Int64Array
 
 
 def find_rooms(space: FreeSpace, floor: int) -> Rooms:
     """Find rooms and doorways of `floor`, in order of cells, those too narrow for the mover left out."""
     node = _nodes_of_floor(space, floor)
     if not node.size:
-        return Rooms(np.empty(0, np.int64), np.empty(0, np.int64))
+        none = np.empty(0, np.int64)
+        return Rooms(none, none, none, none)
     cells = _Cells(space.column[node], space.grid.nx)
     away = _distance_cells(cells)
     basin = _basins(away, cells)
@@ -57,7 +63,12 @@ def find_rooms(space: FreeSpace, floor: int) -> Rooms:
     between = (room[sides[:, 0]] != room[sides[:, 1]]) & (height >= least) & (height <= most)
     spots = _spaced(at[between], height[between], cells, _APART_M / space.grid.cell_m)
     centre = node[_centres(away, room[basin], cells, least)]
-    return Rooms(centre=centre[space.on_ground[centre]], doorway=node[spots])
+    return Rooms(
+        centre=centre[space.on_ground[centre]],
+        doorway=node[spots],
+        node=node,
+        room=np.unique(room[basin], return_inverse=True)[1].reshape(-1),
+    )
 
 
 @dataclass(frozen=True)

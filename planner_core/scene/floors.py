@@ -33,7 +33,7 @@ _LEVELS_APART_M, _LEAST_LEVEL = 0.5, 0.1
 #: A floor that slopes is drawn in bands: a cut 1.2 m above the middle of one is still above its ground, and below the
 #: heads of doors. Each costs a look at the whole floor.
 _BAND_M, _MAX_BANDS = 0.8, 12
-_SITE_KINDS = frozenset({"IfcSite", "IfcGeographicElement", "IfcCivilElement"})
+SITE_KINDS = frozenset({"IfcSite", "IfcGeographicElement", "IfcCivilElement"})
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def _worth_planning(survey: LevelSurvey, grounds: list[Ground], warnings: list[s
     Frames, pipes, lamps and stairs have level tops, too: a building is planned on more than its steps.
     """
     scene = survey.scene
-    building = np.flatnonzero(~np.array([e.kind in _SITE_KINDS for e in scene.elements])[scene.element_of_triangle])
+    building = np.flatnonzero(~np.array([e.kind in SITE_KINDS for e in scene.elements])[scene.element_of_triangle])
     building = building[~survey.stray[building]]
     shown = np.unique(scene.element_of_triangle[building])
     kinds = Counter(scene.elements[i].kind for i in shown if scene.elements[i].kind.startswith("Ifc"))
