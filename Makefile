@@ -166,8 +166,8 @@ bench-patch-mode: $(DEV) ## patch mode against beams; writes docs/benchmarks
 bench-genetic: $(DEV) ## genetic selection against its host version and DEAP; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_genetic.py --write docs/benchmarks/genetic.md
 
-bench-real-buildings: $(DEV) ## floors and plans of models that nobody here made; writes docs/benchmarks; keeps plans in build/
-	$(BIN)/python -m tests.benchmarks.bench_real_buildings --write docs/benchmarks/real-buildings.md
+bench-real-buildings: $(DEV) ## floors and plans of models that nobody here made (MODELS=folder: those of real_models.csv in it); keeps plans in build/
+	$(BIN)/python -m tests.benchmarks.$(if $(MODELS),bench_real_models $(MODELS),bench_real_buildings) --write docs/benchmarks/real-buildings.md
 
 bench-truth: $(DEV) ## plans' figures beside those of random points; writes docs/benchmarks
 	$(BIN)/python -m tests.benchmarks.bench_truth --write docs/benchmarks/truth.md
