@@ -107,7 +107,12 @@ def planned(model: Model) -> dict[str, Any]:
         figures["ended"] = next((line for line in reversed(words) if line.startswith("tlsplan:")), f"ended with {code}")
     else:
         document = json.loads((folder / "plan.json").read_text())
-        figures["floors"] = [(f["name"], f["elevation_m"], f["ground_area_m2"]) for f in document["floors"]]
+        ordered = {word for at, word in enumerate(options) if options[at - 1] == "--floor"}
+        figures["floors"] = [
+            (f["name"], f["elevation_m"], f["ground_area_m2"])
+            for f in document["floors"]
+            if not ordered or ordered & {f["id"], f["name"]}
+        ]
         figures["stations"] = len(document["stations"])
         figures["coverage"] = document["coverage"]["fraction_of_achievable"]
         figures["groups"] = len(document["registration"]["networks"])
