@@ -24,7 +24,7 @@ from planner_core import child_process
 from planner_core.errors import MissingPackageError, SceneError
 from planner_core.model import Element, FloatArray, Georeference, Int64Array, LoadReport, Room, UInt8Array
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.scene.ifc_faults import check_ids, check_openings, check_references
+from planner_core.scene.ifc_faults import check_ids, check_openings, check_places, check_references
 from planner_core.scene.ifc_georeference import told_georeference
 from planner_core.scene.ifc_materials import IfcOptics, told_optics
 from planner_core.scene.ifc_shapes import FACES_KERNEL, SHAPES, SOLID_KERNEL, Shape, contents_asked, shapes_by
@@ -94,6 +94,7 @@ def read_ifc(path: Path, *, progress: Progress, left_out: Collection[int] = ()) 
         storeys_told = told_storeys(_of_class(model, "IfcBuildingStorey"))
         told_products = _told_products(model, {told.id: i for i, told in enumerate(storeys_told)}, left_out)
         n_elements = len(_of_class(model, "IfcElement"))
+        _assume_metres(model)
     optics, optics_warnings = _optics(path, model)
     shapes, shape_warnings = _triangulate_products(path, model, told_products, n_elements, optics, progress)
     storeys, storey_warnings = storeys_of(path, storeys_told, unit_m)
@@ -135,6 +136,7 @@ def make_one_by_one(path: str, made: tuple[int, ...]) -> None:
     done = set(made)
     with contents_asked(file, model):
         told = _told_products(model, {}, done)
+        _assume_metres(model)
         triangles = {p.id for p in told if p.is_triangles}
         entities = [p.entity for p in told]
         entities += [s for s in _of_class(model, "IfcSpace") if s.id() not in done and s.Representation is not None]
@@ -235,6 +237,7 @@ def _checked(path: Path, model: Any, text: bytes) -> tuple[str, ...]:
     with contents_asked(path, model):
         check_openings(path, _of_class(model, "IfcRelVoidsElement"))
     check_ids(path, bare, shaped - {int(opening.id()) for opening in _of_class(model, _OPENINGS)})
+    check_places(path, bare)
     check_references(path, bare, shaped)
     needed, others = lost_ends(bare, products)
     if needed:
@@ -258,6 +261,7 @@ class _ToldProduct:
     """It has a representation that is meant to be solid or surface (not an axis or a footprint)."""
     is_triangles: bool
     """It has nothing but triangulated face sets, and no opening is to be cut out."""
+    is_placed: bool
 
 
 def _length_unit(path: Path, model: Any) -> tuple[float, str]:
@@ -272,13 +276,36 @@ def _length_unit(path: Path, model: Any) -> tuple[float, str]:
             f"{path.name}: its length unit #{unit.id()} is {unit.Name or 'none that IFC has'}, expected METRE with or "
             "without a prefix, or a unit converted to it; repair it, or export the file again."
         )
-    unit_m = float(units.calculate_unit_scale(model))
+    _check_one_length_unit(path, model)
+    unit_m = float(units.get_unit_scale(unit))  # that of the model is a power where the unit stands there twice
     if not _SHORTEST_UNIT_M <= unit_m <= _LONGEST_UNIT_M:
         raise SceneError(
             f"{path.name}: its length unit #{unit.id()} is {unit_m:g} m long, expected one that buildings are drawn "
             "in, such as MILLI METRE; repair it, or export the file again."
         )
     return unit_m, str(units.get_full_unit_name(unit)).lower()
+
+
+def _check_one_length_unit(path: Path, model: Any) -> None:
+    """Refuse a project with units of two lengths: shapes are made in one, and storeys would be in the other."""
+    from ifcopenshell.util import unit as units
+
+    of_project = _of_class(model, "IfcProject")[0].UnitsInContext.Units
+    lengths = [unit for unit in of_project if getattr(unit, "UnitType", None) == "LENGTHUNIT"]
+    if len({float(units.get_unit_scale(unit)) for unit in lengths}) > 1:
+        named = " and ".join(f"#{unit.id()} ({units.get_full_unit_name(unit)})" for unit in lengths[:2])
+        raise SceneError(
+            f"{path.name}: its project has {len(lengths)} units of length, {named}, expected one; take out the wrong "
+            "one, or export the file again."
+        )
+
+
+def _assume_metres(model: Any) -> None:
+    """Give a project without units metres: IfcOpenShell makes no shapes of IFC2X3 without."""
+    for project in _of_class(model, "IfcProject"):
+        if project.UnitsInContext is None:
+            metre = model.create_entity("IfcSIUnit", UnitType="LENGTHUNIT", Name="METRE")
+            project.UnitsInContext = model.create_entity("IfcUnitAssignment", Units=[metre])
 
 
 def _no_unit(path: Path, unit_name: str) -> str:
@@ -311,6 +338,7 @@ def _told_product(product: Any, storey_of_id: dict[int, int]) -> _ToldProduct:
         title=f"{product.is_a()} {product.Name or product.GlobalId}",
         has_body=_has_body(product),
         is_triangles=_is_triangles(product),
+        is_placed=product.ObjectPlacement is not None,
     )
 
 
@@ -392,7 +420,7 @@ def _triangulate_products(
         has = f"none of its {grouped(n_elements)} elements has a surface" if n_elements else _without_elements(model)
         raise SceneError(f"{path.name}: {has}, expected at least one; export the model with its 3D geometry.")
     without = [p for p in products if not any(len(shape.triangles) for shape in by_id[p.id]) and p.has_body]
-    return _joined(shaped, by_id), _without_shape(path, without)
+    return _joined(shaped, by_id), (*_without_shape(path, without), *_without_placement(path, shaped))
 
 
 def _without_elements(model: Any) -> str:
@@ -462,6 +490,20 @@ def _without_shape(path: Path, products: list[_ToldProduct]) -> tuple[str, ...]:
     more = f" and {grouped(len(products) - 3)} more" if len(products) > 3 else ""
     noun = "product has" if len(products) == 1 else "products have"
     return (f"{path.name}: {grouped(len(products))} {noun} a body that gives no surface: {names}{more}.",)
+
+
+def _without_placement(path: Path, products: list[_ToldProduct]) -> tuple[str, ...]:
+    """A line for the user about products that nothing places, in a file that places others."""
+    lacking = [p for p in products if not p.is_placed]
+    if not lacking or len(lacking) == len(products):
+        return ()
+    names = ", ".join(p.title for p in lacking[:_NAMED_KINDS])
+    more = f" and {grouped(len(lacking) - _NAMED_KINDS)} more" if len(lacking) > _NAMED_KINDS else ""
+    some = "1 product has" if len(lacking) == 1 else f"{grouped(len(lacking))} products have"
+    return (
+        f"{path.name}: {some} no placement (ObjectPlacement) and are taken as drawn from the file's origin: "
+        f"{names}{more}; correct the file if they belong elsewhere.",
+    )
 
 
 def _element(product: Any, storey_of_id: dict[int, int]) -> Element:

@@ -23,6 +23,7 @@ MOST_IN_A_CHAIN = 2000
 MOST_IN_A_SHAPE = 1e8
 """Instances of one element's shape, counted as often as they are placed in it."""
 _HEAD = re.compile(rb"\s*=\s*(\w+)\s*\(\s*(''|[^,)]{0,20})")
+_NO_LOCATION = re.compile(rb"#(\d+)\s*=\s*(IFCAXIS2PLACEMENT[23]D)\s*\(\s*[$*]", re.IGNORECASE)
 _MOST_DIGITS = 18
 
 
@@ -60,6 +61,15 @@ def check_openings(path: Path, relations: list[Any]) -> None:
                 f"{path.name}: #{relation.id()} ({relation.is_a()}) cuts #{opening.id()} ({opening.is_a()}) out of an "
                 "element, expected an opening; repair it, or export the file again."
             )
+
+
+def check_places(path: Path, bare: bytes) -> None:
+    """Refuse axes without a location: IfcOpenShell puts a storey there at its origin, and leaves an opening uncut."""
+    if found := _NO_LOCATION.search(bare):
+        raise SceneError(
+            f"{path.name}: #{int(found[1])} ({found[2].decode().upper()}) lacks Location, which its schema requires; "
+            "repair it, or export the file again."
+        )
 
 
 def check_references(path: Path, bare: bytes, ids: set[int]) -> None:

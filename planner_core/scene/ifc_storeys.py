@@ -37,6 +37,7 @@ class ToldStorey:
     name: str
     source_id: str
     placed: float
+    """NaN where nothing places it."""
     elevation: float
     """NaN where the file says none."""
     building: float
@@ -50,7 +51,7 @@ def told_storeys(entities: list[Any]) -> list[ToldStorey]:
             id=int(entity.id()),
             name=str(entity.Name or entity.LongName or f"storey {i}"),
             source_id=str(entity.GlobalId),
-            placed=_placement_z(entity),
+            placed=math.nan if entity.ObjectPlacement is None else _placement_z(entity),
             elevation=math.nan if entity.Elevation is None else float(entity.Elevation),
             building=_placement_z(_parent_building(entity)),
         )
@@ -63,6 +64,8 @@ def storeys_of(path: Path, told: list[ToldStorey], unit_m: float) -> tuple[tuple
     placed_m = np.array([s.placed for s in told], dtype=np.float64) * unit_m
     told_m = np.array([s.elevation for s in told], dtype=np.float64) * unit_m
     base_m = np.array([s.building for s in told], dtype=np.float64) * unit_m
+    # Elevation counts from the building's placement.
+    placed_m = np.where(np.isnan(placed_m), np.nan_to_num(told_m) + base_m, placed_m)
     elevation_m, warnings = _choose_elevations(path, [s.name for s in told], placed_m, told_m, base_m)
     storeys = tuple(
         Storey(s.name, s.source_id, height_m) for s, height_m in zip(told, elevation_m.tolist(), strict=True)

@@ -23,6 +23,8 @@ _STOREY_OFF_M = 1.5
 _SAME_OFF_M = 0.3
 #: Shafts and stairs begin on other storeys.
 _MOST_ROOMS = 0.8
+#: Rooms end at walls: none reaches further beyond all surfaces than a facade that is missing is thick.
+_BEYOND_M = 1.0
 #: Rooms are looked for in and behind a wall beside a door, above its threshold.
 _BESIDE_M, _KNEE_M = 0.6, 0.5
 
@@ -81,7 +83,28 @@ def with_rooms(
         )
         for room in rooms
     )
-    return _on_their_storeys(replace(scene, rooms=tuple(placed)))
+    return _beside_the_building(_on_their_storeys(replace(scene, rooms=tuple(placed))))
+
+
+def _beside_the_building(scene: Scene) -> Scene:
+    """The scene, with a warning where rooms reach beyond all surfaces in plan, as where they are shifted aside.
+
+    What people do outdoors is a room in some files (gardens, terraces), so nothing is moved.
+    """
+    boxes_m = np.stack([room.box_m[:, :2] for room in scene.rooms])
+    low_m, high_m = scene.vertices_m[:, :2].min(axis=0), scene.vertices_m[:, :2].max(axis=0)
+    beyond_m = np.maximum(low_m - boxes_m[:, 0], boxes_m[:, 1] - high_m).max(axis=1)
+    count = int((beyond_m > _BEYOND_M).sum())
+    if not count:
+        return scene
+    furthest = scene.rooms[int(beyond_m.argmax())]
+    reach = "reaches" if count == 1 else "reach"
+    line = (
+        f"{scene.source.path.name}: {count} of its {len(scene.rooms)} rooms (IfcSpace) {reach} beyond all surfaces, "
+        f"{furthest.title} by {beyond_m.max():.1f} m: where that is no outdoor area, rooms are shifted aside and names "
+        "of rooms in results are wrong; check their placement."
+    )
+    return replace(scene, report=replace(scene.report, warnings=(*scene.report.warnings, line)))
 
 
 def _on_their_storeys(scene: Scene) -> Scene:

@@ -127,6 +127,14 @@ def storey_names_a_point(slot: int) -> Callable[[str], str]:
     return lambda text: changed(text, instance(text, "IfcBuildingStorey"), slot, instance(text, "IfcCartesianPoint"))
 
 
+def without_location(ifc_class: str) -> Callable[[str], str]:
+    def change(text: str) -> str:
+        placement = slots(text, instance(text, ifc_class))[5]
+        return changed(text, slots(text, placement)[1], 0, "$")
+
+    return change
+
+
 def unit(slot: int, value: str) -> Callable[[str], str]:
     return lambda text: changed(text, instance(text, "IfcSIUnit"), slot, value)
 
@@ -159,6 +167,13 @@ REFUSED: dict[str, tuple[Callable[[str], str], str]] = {
     "opening is a wall": (opening_is("IfcWall"), r"\(IfcRelVoidsElement\) cuts #\d+ \(IfcWall\) out of an element"),
     "storey placed by a point": (storey_names_a_point(5), "do not follow IFC4"),
     "storey shaped by a point": (storey_names_a_point(6), "do not follow IFC4"),
+    **{
+        f"{ifc_class} lies nowhere": (
+            without_location(ifc_class),
+            r"#\d+ \(IFCAXIS2PLACEMENT3D\) lacks Location, which its schema requires",
+        )
+        for ifc_class in ("IfcOpeningElement", "IfcWall", "IfcBuildingStorey")
+    },
     "unit of 1e18 metres": (unit(2, ".EXA."), r"its length unit #\d+ is 1e\+18 m long"),
     "unknown unit": (unit(3, ".EXA."), r"its length unit #\d+ is none that IFC has, expected METRE"),
 }

@@ -156,7 +156,7 @@ def test_rooms_of_the_duplex_hold_their_floors(real_scene):
 STOREY_M = 2.8
 
 
-def building(*, room_low, storey_of_room=0, roof_m=6.0, doors=True, n_storeys=2, unit_m=1.0):
+def building(*, room_low, room_aside=0.0, storey_of_room=0, roof_m=6.0, doors=True, n_storeys=2, unit_m=1.0):
     """Walls of storeys of 2.8 m below a roof, a door in each, and rooms with their feet `room_low`, in metres."""
     storeys = [Storey(f"S{i}", f"S{i}", STOREY_M * i) for i in range(n_storeys)]
     parts = [("roof", "IfcRoof", -1, (0, 0, roof_m - 0.2), (8, 6, roof_m))]
@@ -167,8 +167,8 @@ def building(*, room_low, storey_of_room=0, roof_m=6.0, doors=True, n_storeys=2,
             parts.append((f"door {i}", "IfcDoor", i, (3, 0, STOREY_M * i), (4, 0.2, STOREY_M * i + 2.1)))
     scene = scene_of(parts, [(s.name, s.elevation_m) for s in storeys])
     given = tuple(
-        Room(f"R{i}", "", f"R{i}", i + storey_of_room, box((0.2, 0.2, z), (7.8, 5.8, z + 2.5)) / unit_m,
-             FACES.astype(np.int32))
+        Room(f"R{i}", "", f"R{i}", i + storey_of_room,
+             box((0.2 + room_aside, 0.2, z), (7.8 + room_aside, 5.8, z + 2.5)) / unit_m, FACES.astype(np.int32))
         for i, z in enumerate(room_low)
     )  # fmt: skip
     return with_rooms(scene, given, tuple(storeys), metres_per_unit=unit_m, up_axis="Z")
@@ -209,3 +209,16 @@ def test_rooms_that_doors_lead_to_stay_where_they_are(right):
     scene = building(**right)
     assert [float(room.box_m[0, 2]) for room in scene.rooms] == pytest.approx(list(right["room_low"]))
     assert not [line for line in scene.report.warnings if "rooms" in line]
+
+
+@pytest.mark.parametrize(
+    ("aside_m", "is_doubted"), [(0.0, False), (0.9, False), (3.0, True), (-3.0, True), (60.0, True)]
+)
+@pytest.mark.parametrize("unit_m", [1.0, 0.001])
+def test_rooms_beside_the_building_are_doubted(aside_m, is_doubted, unit_m):
+    scene = building(room_low=(0.0, 2.8), room_aside=aside_m, unit_m=unit_m)
+    lines = [line for line in scene.report.warnings if "beyond all surfaces" in line]
+    assert len(lines) == is_doubted
+    assert all(
+        f"2 of its 2 rooms (IfcSpace) reach beyond all surfaces, R0 by {abs(aside_m) - 0.2:.1f} m" in x for x in lines
+    )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner_core.errors import SceneError
 from planner_core.model import UpAxis
 from planner_core.scene.load import LoadOptions, load_scene
 from tests.scene.conftest import native_readers_here
@@ -164,6 +165,66 @@ def test_file_without_a_length_unit_is_metres_and_says_so(tmp_path, ifc_writer):
     told = load_scene(tmp_path / "unitless.ifc", options=LoadOptions(metres_per_unit=0.0254))
     np.testing.assert_allclose(np.ptp(told.vertices_m, axis=0), (2 * 0.0254,) * 3)
     assert not [w for w in told.report.warnings if "assumed" in w or "--units" in w]
+
+
+@pytest.mark.parametrize("schema", ["IFC2X3", "IFC4"])
+def test_project_without_units_is_metres_in_every_schema(tmp_path, ifc_writer, schema):
+    writer = ifc_writer(schema, None)
+    add_box(writer, writer.storeys({"Low": 0.0}, (0, 0, 0))["Low"])
+    writer.project.UnitsInContext = None
+    writer.model.write(str(tmp_path / "unitless.ifc"))
+    scene = load_scene(tmp_path / "unitless.ifc")
+    np.testing.assert_allclose(np.ptp(scene.vertices_m, axis=0), (2, 2, 2))
+    assert any("names no length unit" in w for w in scene.report.warnings)
+
+
+@pytest.mark.parametrize(("prefix", "is_first"), [(None, True), (None, False), ("CENTI", False)])
+def test_units_of_two_lengths_are_refused(tmp_path, ifc_writer, prefix, is_first):
+    writer = ifc_writer("IFC4", "MILLI")
+    add_box(writer, writer.storeys({"Low": 0.0}, (0, 0, 0))["Low"])
+    own = list(writer.project.UnitsInContext.Units)
+    second = [writer.model.create_entity("IfcSIUnit", UnitType="LENGTHUNIT", Prefix=prefix, Name="METRE")]
+    writer.project.UnitsInContext.Units = second + own if is_first else own + second
+    writer.model.write(str(tmp_path / "two.ifc"))
+    with pytest.raises(SceneError, match=r"2 units of length, #\d+ \(\w+\) and #\d+ \(\w+\), expected one"):
+        load_scene(tmp_path / "two.ifc")
+
+
+def test_unit_of_length_that_stands_there_twice_counts_once(tmp_path, ifc_writer):
+    writer = ifc_writer("IFC4", "MILLI")
+    add_box(writer, writer.storeys({"Low": 0.0, "High": 3.0}, (0, 0, 0))["High"])
+    twin = writer.model.create_entity("IfcSIUnit", UnitType="LENGTHUNIT", Prefix="MILLI", Name="METRE")
+    writer.project.UnitsInContext.Units = [*writer.project.UnitsInContext.Units, twin]
+    writer.model.write(str(tmp_path / "twice.ifc"))
+    scene = load_scene(tmp_path / "twice.ifc")
+    np.testing.assert_allclose(scene.vertices_m[:, 2].min(), scene.storeys[1].elevation_m)
+    assert scene.storeys[1].elevation_m == pytest.approx(3.0)
+
+
+def test_storey_without_placement_takes_its_elevation_above_the_building(tmp_path, ifc_writer):
+    writer = ifc_writer("IFC4", "MILLI")
+    low, high = writer.storeys({"Low": 0.0, "High": 3.0}, (0, 0, 100.0)).values()
+    add_box(writer, low)
+    high.ObjectPlacement = None
+    writer.model.write(str(tmp_path / "unplaced.ifc"))
+    scene = load_scene(tmp_path / "unplaced.ifc")
+    assert [s.elevation_m for s in scene.storeys] == pytest.approx([100.0, 103.0])
+    assert scene.report.warnings == ()
+
+
+def test_product_without_placement_is_named_where_others_have_one(tmp_path, ifc_writer):
+    writer = ifc_writer("IFC4", "MILLI")
+    storey = writer.storeys({"High": 3.0}, (0, 0, 0))["High"]
+    add_box(writer, storey)
+    wall = writer.root("IfcWall", "Fallen", Representation=writer.shape(writer.block((1, 1, 1))))
+    writer.contain(storey, wall)
+    writer.model.write(str(tmp_path / "fallen.ifc"))
+    (line,) = load_scene(tmp_path / "fallen.ifc").report.warnings
+    assert "1 product has no placement" in line and "IfcWall Fallen" in line
+    for product in writer.model.by_type("IfcElement"):
+        product.ObjectPlacement = None
+    writer.model.write(str(tmp_path / "world.ifc"))
+    assert load_scene(tmp_path / "world.ifc").report.warnings == ()
 
 
 def test_usd_stage_without_metrics_says_what_is_assumed_where_nobody_told_it(tmp_path):
