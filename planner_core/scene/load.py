@@ -26,7 +26,7 @@ from planner_core.scene.doors import without_door_leaves
 from planner_core.scene.extent import LONGEST_M, MAX_LENGTH_M, SHORTEST_M, UNITS_M, extent_m, likely_unit
 from planner_core.scene.federation import federated
 from planner_core.scene.gltf_draco import names_draco
-from planner_core.scene.leave_out import with_triangles, without_elements
+from planner_core.scene.leave_out import without_elements
 from planner_core.scene.raw import RawScene, unit_name
 from planner_core.scene.rooms import with_rooms
 from planner_core.scene.up_axis import UpAxes, UpAxisDoubt, up_axis_doubt
@@ -186,10 +186,13 @@ def _load_file(file: _File, *, several: bool, progress: Progress) -> Scene:
     progress(ProgressEvent("load", 0, 0, f"reading {path.name}"))
     raw = _read(path, file.format, options, progress)
     _check_told_unit(path, raw, options)
+    raw, left_out = (raw, []) if file.format == "ifc" else _without_room_volumes(raw, path.name)
     of_file = f"{path.name}=" if several else ""
     up_axis = options.up_axis or UpAxis(raw.up_axis or UpAxis.Z)
     scene = _built(file, raw, up_axis, progress)
-    doubts = [raw.assumed_unit] if options.metres_per_unit is None and raw.assumed_unit else []
+    doubts = [*left_out]
+    if options.metres_per_unit is None and raw.assumed_unit:
+        doubts.append(raw.assumed_unit)
     size_doubts = _unit_doubts([scene])
     if not several:
         doubts += size_doubts
@@ -251,30 +254,39 @@ def _built(file: _File, raw: RawScene, up_axis: UpAxis, progress: Progress) -> S
         skip_bad_faces=options.skip_bad_faces,
         prior=raw.report,
     )
-    scene = with_rooms(scene, raw.rooms, raw.storeys, metres_per_unit=vertex_unit_m, up_axis=up_axis)
-    return scene if file.format == "ifc" else _without_room_volumes(scene)
+    return with_rooms(scene, raw.rooms, raw.storeys, metres_per_unit=vertex_unit_m, up_axis=up_axis)
 
 
-def _without_room_volumes(scene: Scene) -> Scene:
-    """Leave out the shapes of rooms, which converters of IFC keep under the name of the class.
+def _without_room_volumes(raw: RawScene, name: str) -> tuple[RawScene, list[str]]:
+    """Leave out the shapes of rooms, which converters of IFC keep under the name of the class, and a line on them.
 
     They bound spaces and are no surfaces: their tops would be floors, and their sides walls in front of the walls.
+    They go before faces are repaired, so that no face is left out as the copy of a room's, and the scene is that of the
+    file without them.
     """
-    names = [element.name for element in scene.elements]
-    is_room = np.array([_ROOM_VOLUME in name.casefold() for name in names], dtype=np.bool_)
-    gone = is_room[scene.element_of_triangle]
+    is_room = np.array([_ROOM_VOLUME in element.name.casefold() for element in raw.elements], dtype=np.bool_)
+    gone = is_room[raw.element_of_triangle]
     if not gone.any():
-        return scene
-    name = scene.source.path.name
-    found = [names[number] for number in np.unique(scene.element_of_triangle[gone]).tolist()]
+        return raw, []
+    found = [raw.elements[number].name for number in np.unique(raw.element_of_triangle[gone]).tolist()]
     if gone.all():
         raise SceneError(
             f"{name}: it has only volumes of rooms ({named_few(found)}), expected walls and slabs; export the "
             "building's elements, too."
         )
     noun = "a volume of a room is" if len(found) == 1 else f"{len(found)} volumes of rooms are"
-    line = f"{name}: {noun} left out, since no beam ends there: {named_few(found)}; rename what is a real surface."
-    return _with_warnings(with_triangles(scene, ~gone), [line])
+    optics = raw.optics_of_triangle
+    left = replace(
+        raw,
+        triangles=raw.triangles[~gone],
+        element_of_triangle=(np.cumsum(~is_room) - 1)[raw.element_of_triangle[~gone]],
+        face_of_triangle=raw.face_of_triangle[~gone],
+        optics_of_triangle=None if optics is None else optics[~gone],
+        elements=tuple(each for each, room in zip(raw.elements, is_room.tolist(), strict=True) if not room),
+    )
+    return left, [
+        f"{name}: {noun} left out, since no beam ends there: {named_few(found)}; rename what is a real surface."
+    ]
 
 
 # ------------------------------------------------------------------------------------------------- file

@@ -112,7 +112,20 @@ def test_only_volumes_of_rooms_are_refused(tmp_path):
 
 def test_hall_is_the_same_with_and_without_the_volume_of_its_room():
     made, plain = (load_scene(reality(f"hall_{name}_space_volume.glb")) for name in ("with", "without"))
-    assert np.array_equal(made.vertices_m[made.triangles], plain.vertices_m[plain.triangles])
+    assert np.array_equal(made.vertices_m, plain.vertices_m)
+    assert np.array_equal(made.triangles, plain.triangles)
+    assert made.elements == plain.elements
+
+
+@pytest.mark.parametrize("ending", ["obj", "glb", "usda"])
+def test_faces_of_a_room_leave_those_of_walls_in_their_place_alone(tmp_path, ending):
+    hall = box_corners((0, 0, 0), (9, 8, 4))
+    path = tmp_path / f"hall.{ending}"
+    write_two(path, hall, hall, "hall", "IfcSpace hall")  # before the walls, which would be its copies
+    scene = load_scene(path)
+    assert scene.n_triangles == 12
+    assert len(scene.elements) == 1
+    assert scene.report.n_duplicate == 0
 
 
 def write_two(path, hall, room, name, hall_name="hall"):
