@@ -212,9 +212,11 @@ soak: $(DEV) ## a hundred million beams at shared edges and vertices, none may l
 
 # A count, not a time: what is tried does not depend on the machine.
 FUZZ_ARGS ?= --count 2000 --minutes 180
+FUZZ_PATTERNS_ARGS ?= --count 2000 --minutes 60
 FUZZ_DOCUMENTS_ARGS ?= --count 200000 --minutes 60
-fuzz: $(DEV) ## scenes and documents changed at random; FUZZ_ARGS="--minutes 240 --seed 7 --real" for other changes
+fuzz: $(DEV) ## scenes and documents changed at random, faults that programs write into IFC; FUZZ_ARGS="--minutes 240 --seed 7 --real" for other changes
 	$(BIN)/python -m tests.fuzz.fuzz_scenes $(FUZZ_ARGS)
+	$(BIN)/python -m tests.fuzz.fuzz_ifc_patterns $(FUZZ_PATTERNS_ARGS)
 	$(BIN)/python -m tests.fuzz.fuzz_documents $(FUZZ_DOCUMENTS_ARGS)
 
 FAULTS_ARGS ?= --each 5 --seed 1
