@@ -569,5 +569,5 @@ CHECKS = (
     Check("rooms of the file that can be entered", "%", 67.0, 100.0, _rooms_entered),
     Check("ground of a floor between the walls at its height", "%", 33.0, math.inf, _ground_of_footprint),
     Check("length of the planned floors", "m", 3.0, 400.0, _extent),
-    Check("ground per station of a room", "m2", 5.0, math.inf, _ground_per_station),
+    Check("ground per station of a room", "m2", 4.0, math.inf, _ground_per_station),
 )
