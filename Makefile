@@ -28,7 +28,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-firefox system-kernel-check lint typecheck \
   imports pytest pytest-slow pytest-campaign web web-check web-main e2e e2e-firefox e2e-scenes bench bench-roofline bench-patch-mode bench-genetic bench-selection bench-selection-large \
-  bench-drivers bench-planning bench-channels bench-truth bench-live bench-clouds bench-cluster bench-area bench-scale bench-paper-scale reproduce plan-scenes \
+  bench-drivers bench-planning bench-channels bench-truth bench-live bench-clouds bench-cluster bench-area bench-scale bench-paper-scale bench-gpu bench-gpu-pack reproduce plan-scenes \
   campaigns test-repeatedly mutants soak soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
 
 help: ## list the targets
@@ -152,13 +152,13 @@ reproduce: $(RUNTIME) ## the method paper's figures, those alone whose settings 
 	$(BIN)/tlsplan reproduce all --resume -o docs/reproduction $(REPRODUCE_ARGS)
 
 bench: $(DEV) ## scan engine against Open3D; writes docs/benchmarks
-	$(BIN)/python tests/benchmarks/bench_scan.py --write docs/benchmarks/scan.md
+	$(BIN)/python -m tests.benchmarks.bench_scan --write docs/benchmarks/scan.md
 
 bench-roofline: $(DEV) system-kernel-check ## kernels against what the processor can do at most; needs oclgrind; writes docs/benchmarks
 	$(BIN)/python -m tests.benchmarks.bench_roofline --write docs/benchmarks/roofline.md
 
 bench-drivers: $(DEV) ## OpenCL drivers beside each other, and the host without any; writes docs/benchmarks
-	$(BIN)/python tests/benchmarks/bench_drivers.py --write docs/benchmarks/drivers.md
+	$(BIN)/python -m tests.benchmarks.bench_drivers --write docs/benchmarks/drivers.md
 
 bench-patch-mode: $(DEV) ## patch mode against beams; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_patch_mode.py --write docs/benchmarks/patch-mode.md
@@ -195,14 +195,31 @@ bench-cluster: $(DEV) ## work over Dask workers: what a task costs and ships; wr
 	$(BIN)/python tests/benchmarks/bench_cluster.py --write docs/benchmarks/cluster.md
 
 bench-area: $(DEV) ## time and memory of planning the campus against its floor area; writes docs/benchmarks; goes on where it was interrupted
-	$(BIN)/python tests/benchmarks/bench_area.py --write docs/benchmarks/area.md
+	$(BIN)/python -m tests.benchmarks.bench_area --write docs/benchmarks/area.md
 
 bench-scale: $(DEV) ## time and memory from 10^4 to 3 * 10^7 triangles; writes docs/benchmarks; goes on where it was interrupted
-	$(BIN)/python tests/benchmarks/bench_scale.py --write docs/benchmarks/scale.md --memory 600MB
+	$(BIN)/python -m tests.benchmarks.bench_scale --write docs/benchmarks/scale.md --memory 600MB
+
+# The machine with the GPU may have neither network nor Open3D: what is packed here, wheels for its Python included,
+# goes there beside the checkout.
+GPU ?= build/gpu
+GPU_PYTHON ?= 3.12
+GPU_WHEELS := pyopencl pytools platformdirs siphash24 pydantic pydantic-core annotated-types typing-inspection typing-extensions pyyaml
+
+bench-gpu-pack: $(DEV) ## what bench-gpu takes to another machine: scenes, Open3D's results, wheels; GPU=folder GPU_PYTHON=3.12
+	$(BIN)/python -m tests.benchmarks.bench_gpu pack $(GPU)
+	$(PIP) download --quiet --no-deps --only-binary=:all: --python-version $(GPU_PYTHON) --implementation cp \
+	  $(foreach tag,manylinux_2_28 manylinux_2_27 manylinux_2_17 manylinux2014,--platform $(tag)_x86_64) -d $(GPU)/wheels \
+	  $$($(PIP) list --format=freeze | grep -iE '^($(shell echo $(GPU_WHEELS) | sed 's/-/[-_]/g; s/ /|/g'))==')
+
+# No prerequisite: it runs where nothing can be installed.
+bench-gpu: ## kernels, tests and the paper's scale on a GPU, in eight minutes, from what bench-gpu-pack made; writes docs/benchmarks
+	$(PYTHON) tests/benchmarks/bench_gpu.py run $(GPU) --write $(GPU)/results.json
+	$(PYTHON) tests/benchmarks/bench_gpu.py page $(GPU)/results.json --write docs/benchmarks/gpu.md
 
 PAPER_SCALE ?=
 bench-paper-scale: $(DEV) ## visibility of 10 000 candidates in 2.6 million triangles; less with PAPER_SCALE="--candidates 100"
-	$(BIN)/python tests/benchmarks/bench_paper_scale.py $(PAPER_SCALE)
+	$(BIN)/python -m tests.benchmarks.bench_paper_scale $(PAPER_SCALE)
 
 plan-scenes: $(DEV) ## every synthetic scene through `tlsplan plan`; writes docs/benchmarks; goes on where it was interrupted
 	$(BIN)/python tests/scenes_synthetic/plan_all_scenes.py --write docs/benchmarks/scenes.md

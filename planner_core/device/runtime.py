@@ -112,6 +112,10 @@ def _type_of_argument(item: Any) -> np.dtype[Any] | None:
     return item.dtype if isinstance(item, np.generic) else np.dtype((np.void, item.nbytes))
 
 
+#: GPUs divide to 2.5 units in the last place unless the build asks for the nearest float, as processors always do.
+_EXACT_QUOTIENTS = "-cl-fp32-correctly-rounded-divide-sqrt"
+
+
 class _Context:
     """A driver's context of one device, with what was built in it."""
 
@@ -145,6 +149,7 @@ class Device:
             self.memory_bytes = min(int(device.global_mem_size), memory_allowed())
             self.max_buffer_bytes = int(device.max_mem_alloc_size)
             n_native = int(device.native_vector_width_float)
+            rounds_rightly = device.single_fp_config & pyopencl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT
         #: The processor that the driver was told to compile for, because it does not know this one; else None.
         self.compiled_for = name_given(device)
         #: Floats side by side that the processor has and the driver makes use of.
@@ -155,6 +160,7 @@ class Device:
         #: What the driver raises, kept for when the interpreter ends: nothing can be imported any more by then.
         self.driver_error: type[Exception] = pyopencl.Error
         self.held_bytes = 0
+        self._options = (_EXACT_QUOTIENTS,) if kind != "cpu" and rounds_rightly else ()
         #: Memory of ours whose buffer was released: it goes when nothing runs any more.
         self.outlived: list[NDArray[np.uint8]] = []
         self._launched: list[tuple[str, Any]] = []
@@ -188,7 +194,7 @@ class Device:
 
     def program_from_source(self, source: str, *, title: str, defines: Mapping[str, int]) -> Program:
         """Build OpenCL C text, whose `#include "x.h"` of our own headers are already expanded."""
-        options = tuple(f"-D{name}={value}" for name, value in sorted(defines.items()))
+        options = (*self._options, *(f"-D{name}={value}" for name, value in sorted(defines.items())))
         if self.compiled_for:
             # Caches of compiled kernels go by the name that the driver found, which many processors share.
             options = (*options, f"-DCOMPILED_FOR_{self.compiled_for.upper().replace('-', '_')}")

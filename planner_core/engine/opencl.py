@@ -32,7 +32,7 @@ from planner_core.progress import Progress, ProgressEvent
 from planner_core.scanner.template import Band, bands
 
 #: Free rays a work-item and how many of those it has under way at once, a wave. A CPU looks ahead into the next steps
-#: of several walks; other devices, unmeasured, have work-items for that. Measured: docs/method/scan-engine.md.
+#: of several walks; other devices have work-items for that. Measured: docs/method/scan-engine.md.
 _RAYS = {"cpu": (256, 32)}
 #: Results of a position larger than this don't fit into the cache of a core: their memory is asked for ahead, too.
 _CACHED_RESULTS_BYTES = 2**20

@@ -55,8 +55,10 @@ AUTO_PATCHES_BEAMS = 4_000_000
 _MARK_BYTES = 256 * 2**20
 #: Positions a batch at most, so that progress is heard of.
 _MAX_BATCH = 64
-#: Groups of patches a work-item: enough that most start with a blocker, few enough to spread over the cores.
-_GROUPS_A_RUN = 64
+#: Groups of patches a work-item: enough that most start with a blocker, few enough to spread over the cores. Elsewhere
+#: fewer, since there are more cores to spread over: docs/benchmarks/gpu.md.
+_GROUPS_A_RUN = {"cpu": 64}
+_DEFAULT_GROUPS_A_RUN = 4
 #: All samples of a patch.
 _WHOLE = np.uint32((1 << (N_RIM + N_FINE)) - 1)
 #: A patch counts as seen where at least this many beams are to be expected on what is seen of it.
@@ -317,14 +319,15 @@ class _DevicePatchEngine:
         if self._n_groups == 0:  # nothing returns a beam
             return out
         packed = view.packed(least_returns=least_returns, rounding_m=self._rounding_m)
+        n_groups_a_run = _GROUPS_A_RUN.get(self._on.kind, _DEFAULT_GROUPS_A_RUN)
         at = self._on.upload("patch mode", {"positions": positions_m, "view": packed, "marks": out})
         self._program.run(
             "sample_patches",
-            (-(-self._n_groups // _GROUPS_A_RUN), len(positions_m)),
+            (-(-self._n_groups // n_groups_a_run), len(positions_m)),
             *(self._tree[name] for name in ("boxes", "children", "geometry", "triangle", "slot", "edges", "address")),
             *(self._groups[name] for name in ("order", "groups", "box")),
             np.int32(self._n_groups),
-            np.int32(_GROUPS_A_RUN),
+            np.int32(n_groups_a_run),
             self._groups["pattern"],
             at["view"],
             at["positions"],

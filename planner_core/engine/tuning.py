@@ -24,8 +24,8 @@ Shape = tuple[int, int, int]
 
 _SCHEMA = "tlsplan/tile-shape/1"
 #: Rows and columns of beams a tile and beams a packet, of processors by `Device.max_lanes`: measured on PoCL 3.0 with
-#: AVX2 and with AVX-512, docs/howto/device.md. Other devices are unmeasured: a scalar packet lets a GPU's own lanes be
-#: the packet.
+#: AVX2 and with AVX-512, docs/howto/device.md. On others a scalar packet lets a GPU's own lanes be the
+#: packet: docs/benchmarks/gpu.md.
 _CPU_SHAPE: dict[int, Shape] = {8: (8, 64, 8), 16: (16, 32, 16)}
 _DEFAULT_SHAPE: Shape = (4, 8, 1)
 #: Packet widths that kernels can be built for; a device takes those up to its `max_lanes`.

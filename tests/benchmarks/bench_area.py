@@ -1,6 +1,6 @@
 """Time and memory of planning against floor area: campuses of bare pavilions, each size in a process of its own.
 
-    python tests/benchmarks/bench_area.py [--write docs/benchmarks/area.md] [--most 10000]
+    python -m tests.benchmarks.bench_area [--write docs/benchmarks/area.md] [--most 10000]
 
 Coarse, so that growth is seen rather than good plans, and the same for all sizes: HDL-64E at 1.3 m, by beams, grid 3 m,
 clearance 1.2 m, patches of up to 1 m2, greedy selection, and links of all candidates besides. Stages by the processor
@@ -225,7 +225,7 @@ FIGURES: tuple[tuple[str, Callable[[Row], float], str], ...] = (
 
 
 def as_markdown(rows: list[Row], store: Row | None) -> str:
-    from bench_scan import processor
+    from tests.benchmarks.offices import processor
 
     large = [row for row in rows if row["area_m2"] >= LARGE_M2]
     lines = [

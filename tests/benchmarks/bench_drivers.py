@@ -1,6 +1,6 @@
 """OpenCL drivers beside each other, and the host without any: scans and visibility, one process, in turns.
 
-    python tests/benchmarks/bench_drivers.py [--write docs/benchmarks/drivers.md]
+    python -m tests.benchmarks.bench_drivers [--write docs/benchmarks/drivers.md]
 
 Every device that works here, and Open3D, the fallback. With PYTHONPATH=tests/machines/unknown_processor PoCL is as on
 processors that it does not know, and LEVEL=x86-64-v3 compiles for a lower level than this one has. Scan and visibility
@@ -19,7 +19,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from bench_scan import IFC_FOLDER, PATCH_AREA_M2, Watch, office, open3d, stations_of
 
 from planner_core.device import Device, list_devices, pocl, problem_of_device
 from planner_core.device.choice import open_unchecked
@@ -31,6 +30,8 @@ from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import directions, make_template
 from planner_core.scene.load import load_scene
 from planner_core.scene.patches import make_patches
+from tests.benchmarks.bench_scan import IFC_FOLDER, PATCH_AREA_M2, Watch, open3d, stations_of
+from tests.benchmarks.offices import office
 
 _ROUNDS = 5
 

@@ -244,7 +244,7 @@ def report(device: Device, *, quick: bool) -> str:
         "2023.",
         "",
         f"{device.label}, {os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}, NumPy "
-        f"{np.__version__}, DEAP {deap_version}. GPUs: unmeasured.",
+        f"{np.__version__}, DEAP {deap_version}. GPUs: [gpu.md](gpu.md).",
         "",
     ]
     for on in tasks(device, quick=quick):

@@ -209,8 +209,8 @@ def as_markdown(rows: list[Row]) -> str:
         "Written by `tests/benchmarks/bench_live.py`, which says what is measured. The method: [live editing]"
         "(../method/live.md).",
         "",
-        f"{cores} cores, {platform.machine()}, Python {platform.python_version()}. GPUs: unmeasured. Load average at "
-        f"the end {os.getloadavg()[1]:.0f}: with more than one a core, the clock also counts others' work.",
+        f"{cores} cores, {platform.machine()}, Python {platform.python_version()}. GPUs: [gpu.md](gpu.md). Load "
+        f"average at the end {os.getloadavg()[1]:.0f}: with more than one a core, the clock also counts others' work.",
         "",
         f"A drag is {STEPS_A_DRAG} previews of places {100 * STEP_M:g} cm apart. Milliseconds a preview.",
         "",

@@ -1,6 +1,6 @@
 """The paper's scale on one device: visibility of thousands of candidates of an HDL-64E in 2.6 million triangles.
 
-    python tests/benchmarks/bench_paper_scale.py [--candidates 10000] [--device NAME] [--range 120]
+    python -m tests.benchmarks.bench_paper_scale [--candidates 10000] [--device NAME] [--range 120]
 
 What a planner waits for: the tree, then what every candidate sees, rows back on the host. Scene: the finely tessellated
 office of `bench_scan.py`; candidates: random points inside. Prints seconds by stage, candidates and beams a second, and
@@ -15,7 +15,6 @@ import time
 from dataclasses import replace
 
 import numpy as np
-from bench_scan import office, processor, raycasting_of, stations_of
 
 from planner_core.device import open_device
 from planner_core.engine.opencl import OpenCLEngine
@@ -23,6 +22,8 @@ from planner_core.engine.tuning import tile_shape
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import make_template
 from planner_core.scene.patches import make_patches
+from tests.benchmarks.bench_scan import raycasting_of, stations_of
+from tests.benchmarks.offices import office, processor
 
 GOAL_CANDIDATES, GOAL_S = 10_000, 60.0
 

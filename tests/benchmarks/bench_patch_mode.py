@@ -210,7 +210,7 @@ def as_markdown(agreements: list[Agreement], costs: list[Cost], remarks: list[st
         "The method: [patch mode](../method/patch-mode.md).",
         "",
         f"{open_device().label}, {os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}. "
-        "GPUs: unmeasured.",
+        "GPUs: [gpu.md](gpu.md).",
         "",
         *(f"- {remark}" for remark in remarks),
         "",

@@ -34,7 +34,8 @@ from planner_core.engine.tuning import tile_shape, use_shape
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import make_template
 from planner_core.scene.patches import make_patches
-from tests.benchmarks.bench_scan import PATCH_AREA_M2, office, processor
+from tests.benchmarks.bench_scan import PATCH_AREA_M2
+from tests.benchmarks.offices import office, processor
 
 STATION_M = np.array([[15.0, 12.0, 1.7]])
 #: Patch mode is counted in a smaller office: oclgrind would take an hour for the whole.

@@ -1,6 +1,6 @@
 """Time and memory against triangles, from 10^4 to 3 * 10^7: what planning does with a scene, each size in a process.
 
-    python tests/benchmarks/bench_scale.py [--write docs/benchmarks/scale.md] [--most 10000000] [--memory 600MB]
+    python -m tests.benchmarks.bench_scale [--write docs/benchmarks/scale.md] [--most 10000000] [--memory 600MB]
 
 Scenes: the finely tessellated office of `bench_scan.py` in storeys of 3.4 m; rooms, storeys and triangles a face grow
 together. Stages in their order, each by the processor time of all threads, since others use the machine, and by the
@@ -43,9 +43,8 @@ def n_triangles_of(size: tuple[int, int, int]) -> int:
 
 def building(size: tuple[int, int, int]) -> Any:
     """Offices on top of each other."""
-    from bench_scan import office, scene_of
-
     from planner_core.model import Element, Storey
+    from tests.benchmarks.offices import office, scene_of
 
     storeys, rooms, cells = size
     one = office(rooms, cells, seed=1)
@@ -141,7 +140,7 @@ def slope(rows: list[dict[str, Any]], of: Callable[[dict[str, Any]], float]) -> 
 
 
 def as_markdown(rows: list[dict[str, Any]]) -> str:
-    from bench_scan import processor
+    from tests.benchmarks.offices import processor
 
     lines = [
         "# Time and memory against triangles",

@@ -1,6 +1,6 @@
 """Trees: ours against top-down binned SAH splits and against Open3D's building time, with what scans then cost.
 
-    python tests/benchmarks/bench_tree.py [--quick]
+    python -m tests.benchmarks.bench_tree [--quick]
 
 Prints the table of docs/method/tree.md. Times are processor time of all threads, medians of interleaved rounds: ours
 is a whole `OpenCLEngine`, Open3D's adding the triangles and committing them. The reference is `binned_sah.py`: NumPy,
@@ -16,9 +16,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from unittest import mock
 
-import binned_sah
 import numpy as np
-from bench_scan import PATCH_AREA_M2, scenes, stations_of
 
 from planner_core.device import Device, open_device
 from planner_core.engine import opencl
@@ -30,6 +28,8 @@ from planner_core.model import Patches, Scene
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import make_template
 from planner_core.scene.patches import make_patches, squared_edges
+from tests.benchmarks import binned_sah
+from tests.benchmarks.bench_scan import PATCH_AREA_M2, scenes, stations_of
 
 open3d = import_open3d()
 MAX_REFERENCE_TRIANGLES = 200_000

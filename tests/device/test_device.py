@@ -265,3 +265,19 @@ def test_kernel_sources_are_found_and_hold_no_include_of_ours(file: str) -> None
     source = kernel_source(file)
     assert "kernel void" in source
     assert '#include "' not in source
+
+
+@pytest.mark.parametrize(("kind", "asks"), [("gpu", True), ("cpu", False)])
+def test_gpus_are_asked_to_divide_as_processors_do(
+    device: Device, monkeypatch: pytest.MonkeyPatch, kind: str, asks: bool
+) -> None:
+    real, given = pyopencl.Program.build, []
+
+    def build(program: pyopencl.Program, *, options: list[str]) -> object:
+        given.extend(options)
+        return real(program, options=options)
+
+    monkeypatch.setattr(pyopencl.Program, "build", build)
+    other = Device(device.queue.device, label="another", kind=kind)
+    other.program_from_source(f"{DOUBLE} // {kind}", title="quotients.cl", defines={})
+    assert ("-cl-fp32-correctly-rounded-divide-sqrt" in given) == asks

@@ -249,15 +249,16 @@ def main() -> None:
     kernels = note_kernels()
     pyopencl.enqueue_fill_buffer = fill
     # Small scenes would be one work-item's: let several share the work, as they do in use.
-    sort._MIN_CHUNK, patch_mode._GROUPS_A_RUN = 16, 2
     kind = options.kind.partition("-")[0]
+    sort._MIN_CHUNK, patch_mode._GROUPS_A_RUN = 16, {kind: 2}
     tree_clusters._FEW, tree_wide._FEW = {kind: 40}, {kind: 1}
     if options.poison is not None:
         poison_memory(options.poison)
     if options.tree is not None:
         opencl.build_tree = lambda _, device: kept(options.tree, device)  # type: ignore[attr-defined]
     found = results(options.kind, with_tree=options.tree is None, save_tree=options.save_tree)
-    print(json.dumps({"kernels": sorted(kernels), "results": digest(found)}))
+    each = [f"{type(item).__name__} {digest([item])}" for item in found]
+    print(json.dumps({"kernels": sorted(kernels), "results": digest(found), "each": each}))
 
 
 if __name__ == "__main__":
