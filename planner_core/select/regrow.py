@@ -65,7 +65,7 @@ class Regrowth:
             seer,
             class_of,
             problem.ticks,
-            counts.astype(np.int64),
+            np.ascontiguousarray(counts, dtype=np.int64),  # another layout would be compiled for anew, for seconds
             problem.required,
             none if network is None else network.starts.astype(np.int64),
             np.zeros(0, dtype=np.int32) if network is None else network.neighbour,
