@@ -83,6 +83,7 @@ def test_errors_are_those_of_the_function():
     assert "<timeit-src>" in bug.value.__notes__[0]
 
 
+@pytest.mark.slow
 def test_what_a_library_prints_goes_nowhere(capfd):
     statement("import os; os.write(1, b'noise'); os.write(2, b'noise')")
     assert capfd.readouterr() == ("", "")
@@ -168,6 +169,7 @@ def test_progress_is_passed_on():
     assert events == [ProgressEvent("load", 1, 9, "wall 1"), ProgressEvent("load", 2, 9, "wall 2")]
 
 
+@pytest.mark.slow
 def test_long_silence_is_told_with_the_place(monkeypatch):
     monkeypatch.setattr(child_process, "_TELL_AGAIN_S", 0.2)
     events: list[ProgressEvent] = []
@@ -175,6 +177,7 @@ def test_long_silence_is_told_with_the_place(monkeypatch):
     assert any(event.note == "#12 IfcWall, for 1 s" for event in events)
 
 
+@pytest.mark.slow
 def test_error_of_the_callback_ends_the_child(tmp_path):
     def fail(event):
         raise ZeroDivisionError
@@ -201,6 +204,7 @@ def is_gone(file: Path) -> bool:
     return True
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(60)
 def test_interrupt_ends_a_child_that_is_deaf_and_asleep(tmp_path, monkeypatch):
     monkeypatch.setattr(child_process, "ASLEEP_S", 1e9)

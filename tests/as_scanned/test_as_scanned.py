@@ -279,6 +279,7 @@ def test_an_additional_ground_point_without_height_is_refused(live: LivePlan, so
         compare_as_scanned(live, matched(source.stations, [*listed_of(source), extra], within_m=0.1))
 
 
+@pytest.mark.slow
 def test_document_tells_the_sums_apart(live: LivePlan, source: PlanSource) -> None:
     listed = listed_of(source)
     listed[1] = replace(listed[1], position_m=listed[1].position_m + np.array([0.0, 0.3, 0.0]))

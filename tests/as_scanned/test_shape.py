@@ -86,6 +86,7 @@ def grid(columns: int, rows: int) -> np.ndarray:
     return np.array([(6.0 * x, 5.0 * y, 1.5) for x in range(columns) for y in range(rows)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "planned",
     [

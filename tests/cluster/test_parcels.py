@@ -19,6 +19,7 @@ def test_plain_looks_travel_unchanged_and_pieces_are_the_whole(scan_mode: ScanBy
     check(made_look(replace(SETTINGS, scan_mode=scan_mode)))
 
 
+@pytest.mark.slow
 def test_looks_with_limits_travel_unchanged_and_pieces_are_the_whole(look: Look) -> None:
     check(look)
 

@@ -128,6 +128,7 @@ def test_a_crs_of_another_zone_over_a_map_conversion_is_refused(crs: str) -> Non
     assert site_frame(plan_of(TOLD), FrameRequest(crs=crs, accept_implausible=True)).crs == crs
 
 
+@pytest.mark.slow
 def test_six_degrees_between_two_zones_are_as_far_as_on_the_ground() -> None:
     line = only(surely_wrong(plan_of(TOLD), FrameRequest(crs="EPSG:25833")), "is taken to be in")
     found = re.search(r"(\d+) km from where it was", line)
@@ -328,6 +329,7 @@ def test_a_grid_elsewhere_is_not_taken_for_millimetres() -> None:
     assert "taken as" not in only(surely_wrong(plan_of(), asked), "outside the area of")
 
 
+@pytest.mark.slow
 def test_a_scene_file_that_is_surely_wrong_is_refused_once_somebody_asks_for_its_coordinates() -> None:
     swapped = matrix_of((ORIGIN[1], ORIGIN[0], 0.0), TURN, 1.0).tolist()
     told = {**TOLD, "to_map": swapped, "site_latitude_deg": None}
@@ -352,6 +354,7 @@ def test_a_plan_outside_the_area_of_use_is_told_with_how_far() -> None:
     assert only(surely_wrong(plan_of(), far), "check origin and CRS")
 
 
+@pytest.mark.slow
 def test_coordinates_that_are_shifted_twice_are_refused() -> None:
     warnings = surely_wrong(plan_of(TOLD, at=ORIGIN[:2]), FrameRequest())
     assert only(warnings, "site coordinates already")

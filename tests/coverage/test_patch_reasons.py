@@ -67,6 +67,7 @@ def test_bare_room_is_covered_inside_and_without_a_spot_outside(build):
         assert (why.reason_of_patch[facing_in(world, name, axis, sign)] == NO_SPOT).all(), name
 
 
+@pytest.mark.slow
 def test_faces_that_touch_another_box_are_inside_solids(build):
     cupboard = ("cupboard", (1.5, 2.5, 0), (2.5, 3, 2))  # its back on the north wall, its foot on the floor
     world = build.world([*build.shell(*ROOM), cupboard], INSIDE, patch_m2=0.02)
@@ -106,6 +107,7 @@ def test_sealed_room_has_no_spot_by_its_outline_or_by_its_ground(build):
     assert (unknown.explain(sealed=(area,)).reason_of_patch[inner(unknown) & within] == NO_SPOT).all()
 
 
+@pytest.mark.slow
 def test_far_end_of_a_hall_is_out_of_range(build):
     world = build.world(build.shell((0, 0, 0), (20, 3, 2.5)), [(2, 1.5, 1.5)], scan=build.scanner(range_max_m=6.0))
     why = world.explain()
@@ -192,6 +194,7 @@ def test_patches_out_of_scope_have_no_reason(build):
     assert sum(why.area_by_reason_m2) == pytest.approx(world.survey.patches.area_m2[scope].sum(), abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_areas_add_up_whatever_is_in_the_room(build, seed):
     rng = np.random.default_rng(seed)

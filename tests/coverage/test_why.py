@@ -32,6 +32,7 @@ def seen_by(world, stations):
     return out
 
 
+@pytest.mark.slow
 def test_own_area_is_what_goes_when_the_station_goes(flat):
     stations = (0, 3, 6)
     why, seen = flat.explain(stations), seen_by(flat, stations)
@@ -135,6 +136,7 @@ def curve_by_looking_at_all(rows, area_m2, seen_from):
     return out
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(observations(), st.integers(1, 3))
 def test_curve_is_that_of_looking_at_every_station_again(drawn, seen_from):

@@ -182,6 +182,7 @@ def test_a_launch_takes_the_arguments_of_its_call_whatever_those_before_were(dev
             out.release()
 
 
+@pytest.mark.slow
 def test_a_program_that_does_not_build_names_the_error_and_the_log(device: Device) -> None:
     with pytest.raises(DeviceError) as caught:
         device.program_from_source("kernel void broken(global float *x) { x[0] = nonsense; }", title="b.cl", defines={})

@@ -167,6 +167,7 @@ def test_a_damaged_verdict_counts_as_none(device: Device, child, cache: Path, te
     assert child.asked() == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["processor", "driver", "name"])
 def test_another_processor_driver_or_device_is_asked_anew(
     device: Device, child, monkeypatch: pytest.MonkeyPatch, what: str

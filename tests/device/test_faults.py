@@ -104,6 +104,7 @@ def test_a_kernel_that_is_aborted_on_the_way_is_never_read_as_a_result(
     assert_equal(call(engine), expected)
 
 
+@pytest.mark.slow
 def test_a_kernel_aborted_while_the_tree_is_built_gives_no_tree(
     room: tuple[Scene, Patches], faults: SimpleNamespace
 ) -> None:
@@ -254,6 +255,7 @@ def test_thousands_of_launches_without_reading_are_all_looked_at(device: Device,
     device.finish("test")  # told once
 
 
+@pytest.mark.slow
 def test_who_opens_the_device_again_builds_nothing_again(room: tuple[Scene, Patches], faults: SimpleNamespace) -> None:
     expected = scan(OpenCLEngine(*room, open_device()))
     with faults.refuse(pyopencl.Program, "build", "BUILD_PROGRAM_FAILURE"):

@@ -28,6 +28,7 @@ def sort_on(device: Device, keys: np.ndarray, n_bits: int) -> tuple[np.ndarray, 
     return got
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1), n=st.integers(1, 3000), n_bits=st.integers(1, 64), n_different=st.integers(1, 5000)

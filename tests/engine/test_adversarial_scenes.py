@@ -243,6 +243,7 @@ def test_bits_do_not_depend_on_the_way(device: Device, shapes: SimpleNamespace, 
             np.testing.assert_array_equal(hits.triangle, scans.triangle.ravel(), str(ways))
 
 
+@pytest.mark.slow
 @settings(max_examples=5, deadline=None)
 @given(case=cases)
 def test_memory_asked_for_ahead_changes_nothing(device: Device, shapes: SimpleNamespace, case: Case) -> None:
@@ -259,6 +260,7 @@ def test_memory_asked_for_ahead_changes_nothing(device: Device, shapes: SimpleNa
     np.testing.assert_array_equal(one.triangle, other.triangle)
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), width_m=st.sampled_from([0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3]))
 def test_needles_are_hit_where_they_are(device: Device, shapes: SimpleNamespace, seed: int, width_m: float) -> None:

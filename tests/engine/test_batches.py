@@ -107,6 +107,7 @@ def engine_parts(shapes: SimpleNamespace) -> tuple[Scene, Patches]:
     return scene, make_patches(scene, max_area_m2=0.04)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_batches_hold_no_more_than_the_memory_they_are_given(
     own_device: Device, shapes: SimpleNamespace, positions: np.ndarray, question: str
@@ -170,6 +171,7 @@ def test_tiles_of_a_template_in_bands_are_made_once(
     assert made == [0, 7, 14]
 
 
+@pytest.mark.slow
 def test_progress_of_bands_counts_up_to_all_positions(
     device: Device, shapes: SimpleNamespace, positions: np.ndarray
 ) -> None:

@@ -112,6 +112,7 @@ def test_what_a_beam_truly_meets_comes_before_as_near_a_margin_of_another_part(
     check_same(got, OpenCLEngine(*both, device).scan(beams, positions))
 
 
+@pytest.mark.slow
 def test_bands_and_batches_leave_no_trace(
     parted: PartedEngine, whole: OpenCLEngine, shapes: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
 ) -> None:

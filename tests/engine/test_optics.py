@@ -80,6 +80,7 @@ def test_scan_is_first_hit_beyond_glass_and_nothing_in_mirrors(shapes: SimpleNam
     assert np.isnan(batch.cos_incidence[np.isnan(batch.range_m)]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ENGINES)
 def test_visible_patches_and_returns_are_those_of_the_scan(shapes: SimpleNamespace, name: str) -> None:
     scene = glazed(shapes, 5)
@@ -96,6 +97,7 @@ def test_visible_patches_and_returns_are_those_of_the_scan(shapes: SimpleNamespa
         np.testing.assert_array_equal(returns.n_returns[row], np.unique(patch, return_counts=True)[1])
 
 
+@pytest.mark.slow
 @pytest.mark.opencl
 def test_engines_agree_on_patch_mode_behind_glass(shapes: SimpleNamespace) -> None:
     scene = glazed(shapes, 7)

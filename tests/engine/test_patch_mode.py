@@ -59,6 +59,7 @@ def joined(*parts: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarra
 
 
 # --------------------------------------------------------------------------------------- analytic scenes
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ENGINES)
 def test_all_of_a_box_room_is_seen_with_exact_range_incidence_and_spacing(shapes: SimpleNamespace, name: str) -> None:
     low, high = np.array([-3.0, -2.0, 0.0]), np.array([4.0, 5.0, 2.5])
@@ -303,6 +304,7 @@ def test_a_fence_of_more_triangles_than_are_remembered_hides_what_it_hides(
 
 
 # -------------------------------------------------------------------------------------------- invariance
+@pytest.mark.slow
 def test_results_do_not_depend_on_the_batch_and_progress_tells_every_position(
     open_both: Callable, shapes: SimpleNamespace
 ) -> None:
@@ -374,6 +376,7 @@ def test_one_patch_at_a_time_or_eight_side_by_side_mark_the_same(
     np.testing.assert_array_equal(one, eight)
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_order_of_triangles_changes_no_mark(device: Device, shapes: SimpleNamespace, seed: int) -> None:

@@ -286,6 +286,7 @@ def test_bands_and_batches_leave_no_trace(
         assert (found.starts.tolist(), found.patch.tolist()) == (seen.starts.tolist(), seen.patch.tolist())
 
 
+@pytest.mark.slow
 def test_bands_of_the_oracle_change_its_sums_by_rounding_alone(
     monkeypatch: pytest.MonkeyPatch, open_both: Callable, shapes: SimpleNamespace, positions: np.ndarray
 ) -> None:

@@ -66,6 +66,7 @@ def test_the_samples_seen_estimate_the_share_that_a_straight_edge_leaves() -> No
     assert np.abs(gap).mean() < 0.05
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 60), area=st.floats(1e-3, 10.0))
 def test_groups_hold_every_patch_once_and_bound_it(shapes: SimpleNamespace, seed: int, n: int, area: float) -> None:

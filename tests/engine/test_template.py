@@ -61,6 +61,7 @@ def beams_by_the_book(scanner: Scanner) -> list[list[tuple[float, float, float]]
     return channels
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(scanner=scanners())
 def test_directions_are_the_scanners_beams_in_the_scene(scanner: Scanner) -> None:

@@ -99,6 +99,7 @@ def test_the_pyramid_of_a_tile_holds_its_beams(template: BeamTemplate, shape: tu
     assert (ahead <= 1 + 1e-6).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(template=templates(), shape=st.sampled_from(SHAPES))
 def test_the_rectangle_of_a_packet_holds_its_beams(template: BeamTemplate, shape: tuple[int, int, int]) -> None:

@@ -108,6 +108,7 @@ def binned_sah() -> ModuleType:
     return module
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
@@ -122,6 +123,7 @@ def test_a_tree_holds_every_triangle_once_in_tight_boxes(
     check_tree(build_tree(scene, device), scene)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 2, 8, 9, 64, 65, 5000])
 def test_a_tree_of_triangles_in_one_place_is_shallow(device: Device, scene_of_corners, count: int) -> None:
     scene = scene_of_corners(soup(1, count, "one place"))
@@ -150,6 +152,7 @@ def test_a_row_in_which_each_is_nearest_to_the_one_before_takes_few_rounds(
     assert tree.n_levels <= 20
 
 
+@pytest.mark.slow
 def test_a_tree_of_many_treelets_is_right(device: Device, shapes: SimpleNamespace) -> None:
     scene = shapes.scene_of(*shapes.sphere_of(1.0, 60, 120))
     check_tree(build_tree(scene, device), scene)

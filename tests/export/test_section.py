@@ -154,6 +154,7 @@ def test_section_has_the_length_and_area_that_trimesh_finds(mesh, cut_m):
     assert area_of(lines).area == pytest.approx(_even_odd_area(linework), abs=1e-4 * linework.length)
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 10_000), turn_rad=st.floats(0, 6.2), shift=st.tuples(*[st.floats(-9, 9)] * 2))
 def test_turned_boxes_keep_their_area_in_any_order_of_triangles(seed, turn_rad, shift):
@@ -182,6 +183,7 @@ def test_section_far_from_the_origin_keeps_its_digits():
 
 
 # ------------------------------------------------------------------------------------------------- outlines
+@pytest.mark.slow
 @settings(max_examples=80, deadline=None)
 @given(seed=st.integers(0, 10_000), n=st.integers(1, 14), n_taken=st.integers(0, 4), grid=st.booleans())
 def test_border_of_triangles_bounds_their_union_less_what_is_taken_away(seed, n, n_taken, grid):

@@ -53,6 +53,7 @@ def test_links_and_parts_are_those_of_all_pairs_looked_at_one_by_one(make_view, 
     assert [set(np.flatnonzero(links.part == k).tolist()) for k in range(links.n_parts)] == parts
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10**6))
 @settings(max_examples=15, deadline=None)
 def test_order_of_candidates_changes_no_bit(make_view, seed):

@@ -123,6 +123,7 @@ def test_what_is_not_required_decides_nothing(threshold, min_strength, expected)
     assert margin_of(0.6, 0.4, threshold, min_strength) == expected
 
 
+@pytest.mark.slow
 @given(survey=surveys())
 @settings(max_examples=40, deadline=None)
 def test_floors_have_networks_of_their_own_and_links_that_join_them(survey):
@@ -153,6 +154,7 @@ def test_gaps_are_the_best_links_between_networks_that_do_not_count(survey):
         assert not found.counts(gap.best)
 
 
+@pytest.mark.slow
 @given(survey=surveys(), seed=st.randoms(use_true_random=False))
 @settings(max_examples=40, deadline=None)
 def test_order_of_stations_and_links_changes_no_finding(survey, seed):
@@ -199,6 +201,7 @@ def test_ring_survives_the_failure_of_a_link_and_a_chain_does_not():
     assert pair.bridges
 
 
+@pytest.mark.slow
 def test_long_chains_are_walked_without_recursion():
     ids = [f"S{number}" for number in range(3000)]
     links = [Link(a, b, 0.5, 0.1) for a, b in pairwise(ids)]

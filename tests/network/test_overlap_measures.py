@@ -83,6 +83,7 @@ def test_what_is_not_said_is_the_smaller_share() -> None:
     assert pairs.overlap.tolist() == [link.overlap] == [2 / 13]
 
 
+@pytest.mark.slow
 @given(seen=positions())
 @settings(max_examples=40, deadline=None)
 def test_measures_are_those_of_plain_loops(seen: tuple[list[set[int]], Any]) -> None:
@@ -95,6 +96,7 @@ def test_measures_are_those_of_plain_loops(seen: tuple[list[set[int]], Any]) -> 
     assert jaccard == {pair: float(exact) for pair, _, exact in expected}
 
 
+@pytest.mark.slow
 @given(seen=positions())
 @settings(max_examples=40, deadline=None)
 def test_jaccard_is_never_more_and_both_are_symmetric_and_one_for_the_same_view(

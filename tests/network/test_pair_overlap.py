@@ -37,6 +37,7 @@ def all_pairs(view, **options):
     return tuple(np.concatenate([getattr(one, name) for one in blocks]) for name in ("first", "second", "overlap"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_overlaps_of_pairs_are_those_of_sets_of_patches_in_order(make_view, seed):
     view = make_view(seed)
@@ -57,6 +58,7 @@ def test_pair_that_shares_exactly_the_threshold_is_listed_however_its_areas_are_
     assert pairs.overlap.tolist() == [0.3]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_normal_matrices_are_those_of_differentiated_residuals(make_view, seed):
     view = make_view(seed)

@@ -258,6 +258,7 @@ def test_nothing_is_added_to_stations_that_overlap_enough() -> None:
     assert (none.added.size, none.sets, none.is_joined) == (0, (), True)
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),

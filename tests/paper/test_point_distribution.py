@@ -166,6 +166,7 @@ def test_figures_do_not_depend_on_the_batch(
     np.testing.assert_array_equal(alone.f2_m2[:3], alone.f2_m2[3:6])
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 30))
 def test_moments_give_the_sum_over_all_pairs(seed: int, n: int) -> None:

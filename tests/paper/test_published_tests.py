@@ -68,6 +68,7 @@ def test_feet_count_one_by_one(engine) -> None:
     assert stands(room(block), [(3.0, 2.0, 1.5)], engine, replace(SETTINGS, n_ground_ring_rays=4)) == [True]
 
 
+@pytest.mark.slow
 def test_four_rays_miss_what_stands_diagonally_and_ours_do_not(engine) -> None:
     column = ((3.22, 2.22, 0.0), (3.3, 2.3, 2.6))  # 0.31 m away, to the north-east
     assert stands(room(column), [(3.0, 2.0, 1.5)], engine) == [True]

@@ -48,6 +48,7 @@ def test_they_are_spread_evenly_over_free_ground_and_heights(box) -> None:
     np.testing.assert_allclose(found.position_m[:, 2], found.instrument_height_m, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_tripod_can_stand_at_all_of_them(house) -> None:
     survey, engine = house
     found = sample_at_random(tripods_of(survey, SETTINGS, engine), n_each=150, seed=3)

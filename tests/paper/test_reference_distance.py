@@ -116,6 +116,7 @@ def test_reference_grows_with_the_square_of_the_size_and_not_with_a_turn(seed: i
     assert turned == pytest.approx(one, rel=1e-9)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(seed=seeds)
 def test_reference_goes_from_that_of_vertices_to_that_of_the_whole_triangle(seed: int) -> None:

@@ -69,6 +69,7 @@ def test_files_of_people_outlive_overwriting(small: Plan, engine: ScanEngine, fo
     assert [path.name for path in folder.parent.iterdir()] == ["plan"]
 
 
+@pytest.mark.slow
 def test_files_of_stations_that_are_no_more_go(
     small: Plan, engine: ScanEngine, plan_folder: Path, tmp_path: Path
 ) -> None:

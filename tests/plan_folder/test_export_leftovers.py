@@ -70,6 +70,7 @@ def test_what_a_killed_writer_left_goes_though_the_next_one_fails(tmp_path: Path
     assert names(tmp_path) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["staged_file", "scratch_folder"])
 def test_what_a_live_writer_has_there_stays(tmp_path: Path, how: str) -> None:
     target = tmp_path / "cloud.ply"
@@ -81,6 +82,7 @@ def test_what_a_live_writer_has_there_stays(tmp_path: Path, how: str) -> None:
         assert other.poll() is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("next_name", ["cloud.las", "cloud", "a.cloud.ply", "cloud.ply.gz"])
 def test_what_writers_of_other_targets_left_stays(tmp_path: Path, next_name: str) -> None:
     kill("staged_file", tmp_path / "cloud.ply")
@@ -90,6 +92,7 @@ def test_what_writers_of_other_targets_left_stays(tmp_path: Path, next_name: str
     assert names(tmp_path) == sorted([*before, next_name])
 
 
+@pytest.mark.slow
 def test_a_folder_and_a_file_of_one_name_leave_nothing_of_each_other(tmp_path: Path) -> None:
     kill("staged_file", tmp_path / "cloud")
     with staged_folder(tmp_path / "cloud", replace=False) as staging:

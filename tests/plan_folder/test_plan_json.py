@@ -38,6 +38,7 @@ def validator() -> jsonschema.Draft202012Validator:
     return jsonschema.Draft202012Validator(strict(schema))
 
 
+@pytest.mark.slow
 def test_plan_json_matches_its_schema_key_by_key(plan: Plan, validator: jsonschema.Draft202012Validator) -> None:
     assert [error.message for error in validator.iter_errors(json.loads(plan_text(plan)))] == []
 

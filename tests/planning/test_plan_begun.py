@@ -78,6 +78,7 @@ def test_nothing_keeps_the_stations_that_a_search_begins_with(
     assert len(again.stations) <= len(best.stations)
 
 
+@pytest.mark.slow
 def test_stations_to_begin_with_that_nobody_may_stand_at_are_left_out(
     rooms: Scene, settings: PlanSettings, searched: tuple[Plan, list[ProgressEvent]]
 ) -> None:

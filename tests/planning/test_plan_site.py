@@ -66,6 +66,7 @@ def test_a_sealed_room_with_a_station_in_it_is_not_without_one(free: PlanSetting
     assert sum("so no station is planned there" in line for line in lines) == 1
 
 
+@pytest.mark.slow
 def test_an_entrance_into_each_room_has_them_all_planned(free: PlanSettings, planned: Planned) -> None:
     plan = planned("closed-rooms", replace(free, site=Site(entrances_m=ROOMS)))
     assert rooms_of(plan) == {0, 1, 2}

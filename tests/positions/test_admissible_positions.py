@@ -53,6 +53,7 @@ def test_empty_room_has_the_grid_points_clear_of_its_walls(engine):
     assert found.n_tried == found.floor.size + sum(found.rejected.values())
 
 
+@pytest.mark.slow
 def test_spots_by_a_table_keep_clear_of_it(engine):
     table = ((2.0, 1.0, 0.75), (4.0, 3.0, 0.75))
     room = scenes_synthetic.build("box").scene
@@ -72,6 +73,7 @@ def test_what_is_flush_with_the_ground_is_no_obstacle(engine):
         assert places(candidates_of(flush, SETTINGS, engine)) == places(candidates_of(room, SETTINGS, engine))
 
 
+@pytest.mark.slow
 def test_sensor_under_something_needs_headroom(engine):
     room = scenes_synthetic.build("box").scene
     for height_m, expected in ((1.6, 0), (1.75, 1)):
@@ -86,6 +88,7 @@ def test_heights_default_to_the_scanners_range_in_steps(engine):
     assert replace(SETTINGS, instrument_heights_m=(1.6, 1.2, 1.6)).heights.to_try_m == (1.2, 1.6)
 
 
+@pytest.mark.slow
 def test_grid_moves_and_turns_with_the_building(engine):
     room = scenes_synthetic.build("two-rooms").scene
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])

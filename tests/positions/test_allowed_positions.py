@@ -90,6 +90,7 @@ def test_a_middle_at_which_the_grid_has_a_candidate_is_not_there_twice() -> None
     assert not plan_of(places, "centre").size
 
 
+@pytest.mark.slow
 def test_candidates_are_in_order_counted_and_the_same_twice(rooms: tuple[Survey, ScanEngine]) -> None:
     site = Site(prior=(station("A", 1.0, 1.0, 1.6, "scanned"),), keep_out=(KeepOut(((0, 0), (2, 0), (2, 2), (0, 2))),))
     one, two = places_of(rooms, site), places_of(rooms, site)
@@ -144,6 +145,7 @@ def test_candidates_are_outside_keep_outs_and_inside_access(
     assert places.candidates.rejected["in a keep-out"] == (~within if access else within).sum()
 
 
+@pytest.mark.slow
 def test_an_area_of_one_floor_leaves_the_others_alone(stairwell: tuple[Survey, ScanEngine]) -> None:
     of = stairwell
     everywhere = ((-1.0, -1.0), (9.0, -1.0), (9.0, 2.0), (-1.0, 2.0))
@@ -202,6 +204,7 @@ def test_only_the_room_of_the_entrance_is_planned_and_the_others_are_sealed() ->
     assert len(places.reach.sealed) == 2
 
 
+@pytest.mark.slow
 def test_far_from_the_origin_a_site_is_told_in_the_frame_of_the_scene(
     boxes_scene: Callable[..., Scene], two_rooms: Callable[..., list]
 ) -> None:
@@ -231,6 +234,7 @@ def test_far_from_the_origin_a_site_is_told_in_the_frame_of_the_scene(
         places_of(of, Site(entrances_m=((at[0] + 50.0, at[1], at[2]),)))
 
 
+@pytest.mark.slow
 def test_a_robot_that_is_too_wide_for_the_door_stays_in_its_room(rooms: tuple[Survey, ScanEngine]) -> None:
     wide = Site(entrances_m=((2.0, 3.0, 0.0),), mover_radius_m=0.55, step_m=0.03, mover_height_m=0.6)
     plan = places_of(rooms, wide).candidates.position_m
@@ -274,6 +278,7 @@ def test_settled_stations_are_the_last_rows_at_their_exact_places(rooms: tuple[S
     assert places.warnings == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("x", "z", "height_m", "remarks"),
     [

@@ -104,6 +104,7 @@ def clipped_heights(triangle: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
 coordinate = st.floats(-0.5, 2.5, width=32)
 
 
+@pytest.mark.slow
 @settings(max_examples=50, deadline=None)
 @given(hnp.arrays(np.float64, (3, 3), elements=coordinate), st.booleans())
 def test_footprints_equal_the_triangle_clipped_to_each_cell(triangle: np.ndarray, upright: bool) -> None:
@@ -230,6 +231,7 @@ def test_a_sheet_that_no_plumb_line_meets_is_an_obstacle() -> None:
     assert not joined(free_space(room_with(sheet)), (1.0, 2.0, 0.0), (5.0, 2.0, 0.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("gap_m", "walks"), [(0.4, False), (0.6, True)])
 def test_a_gap_is_walked_where_the_body_fits(gap_m: float, walks: bool) -> None:
     space = free_space(room_with(((2.9, 0.0, 0.0), (3.1, 2.0, 2.6)), ((2.9, 2.0 + gap_m, 0.0), (3.1, 4.0, 2.6))))
@@ -239,6 +241,7 @@ def test_a_gap_is_walked_where_the_body_fits(gap_m: float, walks: bool) -> None:
     assert joined(small, (1.0, 2.0, 0.0), (5.0, 2.0, 0.0))
 
 
+@pytest.mark.slow
 def test_a_robot_drives_under_a_table_and_stops_at_a_threshold() -> None:
     robot = Mover(radius_m=0.2, step_m=0.03, height_m=0.6, opens_doors=False)
     table = ((2.5, 0.0, 0.7), (3.5, 4.0, 0.75))
@@ -452,6 +455,7 @@ def test_a_map_of_every_so_many_cells_shows_the_middle_ones() -> None:
             assert np.array_equal(getattr(coarse, field.name), whole, equal_nan=whole.dtype != bool)
 
 
+@pytest.mark.slow
 def test_links_go_both_ways_and_climb_a_step_at_most() -> None:
     space = free_space(survey_of(build("double-height-hall").scene))
     node, direction = np.nonzero(space.links >= 0)

@@ -43,6 +43,7 @@ def given_at(
     return GivenStation(f"S{row}", at, height_m, floor)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("floor", [None, "F0"])
 def test_nothing_is_odd_about_any_place_where_a_plan_may_put_stations(
     stairs: tuple[Survey, ScanEngine, AllowedPositions], floor: str | None

@@ -301,6 +301,7 @@ def test_floor_whose_ground_is_unmarked_is_none_any_more_and_the_user_is_told(ha
     np.testing.assert_array_equal(report.floor_of_triangle, found.floor_of_triangle)
 
 
+@pytest.mark.slow
 def test_slab_that_is_unmarked_is_no_floor_of_a_building_with_storeys_any_more(house: Scene) -> None:
     found = find_floors(house)
     assert [f.id for f in found.floors] == ["F0", "F1"]
@@ -377,6 +378,7 @@ def test_tripods_stand_on_what_is_marked_and_no_longer_on_what_is_unmarked(hall:
     assert len(only) == len(on_podium(only)) > 0
 
 
+@pytest.mark.slow
 def test_floor_that_is_marked_is_planned_by_its_id(hall: Scene) -> None:
     ways = (point(1, 6.5, 3.5), point(5, 5, 0.0))
     at, floors = candidates_of(hall, Site(entrances_m=ways, ground_picks=(GroundPick(ways[0]),)))

@@ -73,6 +73,7 @@ def test_a_height_that_the_user_fixed_is_kept(box) -> None:
     assert found.floor.size == N_DIRECTIONS
 
 
+@pytest.mark.slow
 def test_on_several_floors_each_stays_on_its_own_and_the_order_is_that_of_the_stations() -> None:
     survey, engine = opened("house")
     places = []

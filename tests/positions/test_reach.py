@@ -100,6 +100,7 @@ def test_without_entrances_equal_rooms_are_all_entered_and_small_ones_are_not() 
     assert [round(region.area_m2) for region in basement.sealed] == [12]
 
 
+@pytest.mark.slow
 def test_shut_doors_seal_rooms_for_a_mover_that_opens_none_and_open_ones_do_not() -> None:
     shut, survey = build("doors-shut"), survey_of("doors-shut")
     corridor = (1.0, 0.8, 0.0)

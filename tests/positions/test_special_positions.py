@@ -110,6 +110,7 @@ def test_rooms_have_their_centres_in_the_middle(boxes_scene: MAKES, two_rooms: C
     assert centre.shape == (2, 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("doors", [[], [(2.0, 3.9)]])
 def test_walls_without_doors_and_openings_as_wide_as_the_room_have_no_doorways(
     boxes_scene: MAKES, two_rooms: Callable[..., list], doors: list

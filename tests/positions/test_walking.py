@@ -71,6 +71,7 @@ def test_in_an_empty_room_distances_are_straight_lines() -> None:
     assert (Walking(reach).distances_m(places) >= exact - 1e-9).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("a", "b"), [((1.0, 8.0), (8.0, 1.0)), ((0.5, 9.0), (6.0, 0.5)), ((2.5, 9.5), (9.5, 2.5))])
 def test_round_the_corner_of_an_l_the_walk_is_that_of_a_taut_string(a: tuple[float, ...], b: tuple[float, ...]) -> None:
     reach = reach_in("l-by-range")
@@ -99,6 +100,7 @@ def test_distances_lie_between_those_of_networkx_on_the_cells_and_their_least_po
     assert found.sum() < oracle.sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["corridor-comb", pytest.param("doors-open", marks=pytest.mark.slow), "stairwell"])
 def test_distances_on_the_largest_cells_are_those_on_small_ones(name: str) -> None:
     """Half a metre is two cells, of which either end may be half a cell off; stairs are where most is lost."""
@@ -145,6 +147,7 @@ def test_places_one_above_the_other_are_a_flight_of_stairs_apart() -> None:
     assert found[0, 2] > found[0, 1] + 5.0
 
 
+@pytest.mark.slow
 def test_a_small_robot_turns_corners_along_walkable_cells_only() -> None:
     robot = Mover(radius_m=0.08, step_m=0.03, height_m=0.4, stairs_height_m=0.4, opens_doors=False)
     reach = reach_in("doors-open", robot)
@@ -236,6 +239,7 @@ def test_the_graph_made_in_pieces_is_that_made_at_once(monkeypatch: pytest.Monke
         assert getattr(pieces, name).tobytes() == getattr(whole, name).tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["corridor-comb", "closed-rooms"])
 def test_ways_among_few_blocks_are_those_of_the_whole_graph(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     reach = reach_in(name, cell_m=0.1)

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -25,6 +26,7 @@ def test_a_place_is_the_same_once_plan_json_has_kept_it(place_m, offset_m):
         assert back_m.tobytes() == local_m.tobytes()
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(value_m=METRES)
 def test_rounded_places_stay_as_they_are_and_are_near(value_m):

@@ -272,6 +272,7 @@ def test_rows_of_further_positions_are_what_a_demand_of_them_has(mixed: SimpleNa
         assert one.n_patches == other.n_patches
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scan_mode", ["beams", "patches"])
 def test_sights_do_not_depend_on_how_positions_are_split(
     box: SimpleNamespace, settings_of, scan_mode: str, monkeypatch: pytest.MonkeyPatch

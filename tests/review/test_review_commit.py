@@ -112,6 +112,7 @@ def test_only_so_many_removed_objects_are_remembered(plan: PlanUnderReview, monk
     assert set(review.touched) == {"zone:Z2", "zone:Z3", "zone:Z4", "station:S001"}
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(batches=st.lists(st.lists(some_changes, min_size=1, max_size=4), max_size=6))
 def test_the_undo_of_a_commit_takes_all_of_it_back_and_counts_on(batches) -> None:

@@ -143,6 +143,7 @@ def test_same_seed_same_stations_and_few_rows_are_asked_for() -> None:
     assert least_time(problem, start, walks, LeastTimeSettings(90.0, n_kicks=0)) == first
 
 
+@pytest.mark.slow
 def test_no_time_is_saved_by_going_where_no_way_leads() -> None:
     """The second half of what is asked for is seen 30 m away, or in another building."""
     starts, patch = np.array([0, 1, 2, 3]), np.array([0, 1, 1], dtype=np.int32)
@@ -171,6 +172,7 @@ def test_bound_counts_the_way_to_what_must_be_seen() -> None:
     assert scanned == pytest.approx(100.0 + 2 * 5.0 / GRAPH_DETOUR / 2.0), "what is scanned is not walked to"
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 10**6), seen_from=st.integers(1, 3))
 def test_exchanges_are_allowed_where_all_targets_stay_met(seed: int, seen_from: int) -> None:

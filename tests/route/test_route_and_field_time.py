@@ -34,6 +34,7 @@ def walk(reach: Reach, foot_m: np.ndarray, floor: np.ndarray, ends: Ends = ANYWH
     return plan_route(reach, sensor_m, np.full(len(foot_m), 1.6), floor.astype(np.int32), ends=ends)
 
 
+@pytest.mark.slow
 def test_rooms_along_a_corridor_are_visited_in_a_row_from_the_entrance() -> None:
     """Rooms of 3 m, 0.15 m apart, their doorways to the corridor on the south; the entrance is at its west end."""
     x = np.array([1.5, 4.65, 7.8, 10.95])
@@ -119,6 +120,7 @@ def test_an_unknown_instrument_height_and_no_stations_raise_nothing() -> None:
     assert (nothing.order.size, nothing.legs, nothing.length_m) == (0, (), 0.0)
 
 
+@pytest.mark.slow
 def test_stations_that_are_scanned_already_are_not_walked_to() -> None:
     reach = reach_in("corridor-comb")
     x = np.array([7.8, 1.5, 10.95, 4.65])

@@ -245,6 +245,7 @@ def descended_by_the_whole_matrix(distance: np.ndarray, tour: np.ndarray, block_
         tour = after
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 10_000), st.lists(st.integers(1, 6), min_size=1, max_size=4))
 def test_blocks_looked_at_one_by_one_give_the_tour_of_the_whole_matrix(seed: int, sizes: list[int]) -> None:

@@ -36,6 +36,7 @@ def test_rows_are_the_walking_distances_of_single_places(name: str) -> None:
     assert (found[:12][both] <= 1.028 * whole[:12][both] + 1e-9).all()
 
 
+@pytest.mark.slow
 def test_least_time_walks_round_walls_and_not_through_them() -> None:
     """A room of the comb must be seen, and something that three spots see: one beyond the wall, one in the corridor.
 

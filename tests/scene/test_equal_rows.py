@@ -1,6 +1,7 @@
 """Equal rows, found by sorting keys: against a dictionary, and where keys collide."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -8,6 +9,7 @@ from hypothesis.extra.numpy import arrays
 from planner_core.scene.equal_rows import first_of_equal_rows, groups_of_equal_rows
 
 
+@pytest.mark.slow
 @given(arrays(np.float64, st.tuples(st.integers(0, 40), st.just(3)), elements=st.sampled_from([0.0, 1.0, -1.5, 1e300])))
 @settings(max_examples=100, deadline=None)
 def test_first_of_equal_rows_agrees_with_a_dictionary(rows):

@@ -344,6 +344,7 @@ def test_storeys_all_at_one_height_are_no_storeys():
     assert only == [("1e", 0.0), ("2e", 0.0)]
 
 
+@pytest.mark.slow
 def test_a_shift_in_height_common_to_all_storeys_is_refused_by_its_amount():
     with pytest.raises(SceneError) as caught:
         load_scene([reality("house_arch.ifc"), reality("house_struct_1m_up.ifc")])

@@ -21,6 +21,7 @@ def ground_names(scene, floor):
     return {scene.elements[i].name for i in scene.element_of_triangle[floor.ground_triangles]}
 
 
+@pytest.mark.slow
 def test_floors_of_the_house_are_its_two_storeys():
     scene = house.build().scene
     report = find_floors(scene)
@@ -47,6 +48,7 @@ def test_floors_of_the_house_without_storeys_come_from_its_surfaces():
         assert not {"Roof", "Living room table"} & names
 
 
+@pytest.mark.slow
 def test_floors_do_not_depend_on_windings():
     scene = house.build().scene
     turned = scene.triangles.copy()
@@ -67,6 +69,7 @@ def test_floors_move_and_turn_with_the_building():
         assert a.ground_area_m2 == pytest.approx(b.ground_area_m2, rel=0.01)
 
 
+@pytest.mark.slow
 def test_storey_without_slab_gets_its_elevation_and_a_warning():
     scene = keep_elements(house.build().scene, lambda e: "slab" not in e.name)
     report = find_floors(scene)
@@ -140,6 +143,7 @@ def test_desks_are_no_floor_where_storeys_are_unknown():
     assert not any(name.startswith("desk") for name in ground_names(scene, floor))
 
 
+@pytest.mark.slow
 def test_every_triangle_counts_for_the_level_it_belongs_to():
     scene = house.build().scene
     report = find_floors(scene)

@@ -134,6 +134,7 @@ def test_house_a_few_kilometres_from_a_stray_is_worked_on_near_the_house(plain):
     assert np.abs(house_m).max() < FAR_ORIGIN_M
 
 
+@pytest.mark.slow
 def test_heights_far_apart_need_no_memory_between_them(plain):
     """Scenes made in memory may hold what loading drops."""
     stray = moved(plain.vertices_m.max(axis=0), 0, 0, 5e8)
@@ -147,6 +148,7 @@ def test_heights_far_apart_need_no_memory_between_them(plain):
     assert_same_floors(scene, replace(plain, storeys=()))
 
 
+@pytest.mark.slow
 def test_ground_area_is_the_same_by_storeys_and_by_surfaces(plain):
     by_storeys, by_surfaces = find_floors(plain).floors, find_floors(without_storeys(plain)).floors
     assert [f.origin for f in by_storeys + by_surfaces] == ["slab", "slab", "surface", "surface"]

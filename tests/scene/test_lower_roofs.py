@@ -45,6 +45,7 @@ WINDOW = ("window", "IfcWindow", 1, (9.87, 3.5, 3.9), (9.93, 4.5, 5.6))
 DOOR = ("door", "IfcDoor", 1, (9.87, 3.5, 3.0), (9.93, 4.5, 4.7))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "wall", [[("east", "IfcWall", 1, (9.8, 0, 3), (10, 8, 5.8))], [*towards_wing(0.9), WINDOW], towards_wing(0.9)]
 )
@@ -55,6 +56,7 @@ def test_roof_of_a_lower_wing_behind_a_wall_is_no_ground(wall):
     assert "'Upper': 48 m2 in the open" in line or "'Upper': 47 m2 in the open" in line
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", [towards_wing(0.0), [*towards_wing(0.0), DOOR], [*towards_wing(0.2), DOOR]])
 def test_terrace_on_a_lower_wing_that_a_door_leads_to_is_ground(way):
     area_m2, east_m, told = upper([*way, WING])

@@ -47,6 +47,7 @@ def test_doubt_is_one_line(name: str, warning: str) -> None:
     assert sum(warning in line for line in lines) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "origin"), [("two_storeys_no_slabs.ifc", "storey-elevation"), ("two_storeys_slabs.ifc", "slab")]
 )

@@ -256,6 +256,7 @@ def test_ifc_relation_that_names_a_missing_instance_is_read(tmp_path, write_hous
     assert load_scene(path).n_triangles == 48
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "comment", ["/* it's a comment */", "/* not #77777 */", "/* several\nlines' with #77777 */", "/* ' */ /* */"]
 )

@@ -224,6 +224,7 @@ def kept(vertices, triangles):
     return found
 
 
+@pytest.mark.slow
 @given(meshes)
 @settings(max_examples=50, deadline=None)
 def test_repair_keeps_what_an_exact_oracle_keeps(mesh):
@@ -241,6 +242,7 @@ def test_repair_keeps_what_an_exact_oracle_keeps(mesh):
     assert np.unique(scene.triangles).tolist() == list(range(len(scene.vertices_m)))
 
 
+@pytest.mark.slow
 @given(meshes, st.integers(0, 2**32 - 1))
 @settings(max_examples=50, deadline=None)
 def test_faults_put_among_good_faces_never_change_what_is_kept(mesh, seed):
@@ -263,6 +265,7 @@ def test_faults_put_among_good_faces_never_change_what_is_kept(mesh, seed):
     assert dirty.report.n_faces_read == len(triangles) + len(faults)
 
 
+@pytest.mark.slow
 @given(meshes, st.floats(0.001, 1000.0), st.integers(-(10**7), 10**7))
 @settings(max_examples=50, deadline=None)
 def test_unit_and_distance_from_the_origin_never_change_the_shape(mesh, unit, shift_m):

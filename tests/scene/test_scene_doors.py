@@ -122,6 +122,7 @@ def test_a_word_that_is_neither_open_nor_shut_is_refused() -> None:
         LoadOptions(doors="ajar")
 
 
+@pytest.mark.slow
 def test_doors_of_a_file_are_shut_unless_open_is_asked_for(tmp_path: Path) -> None:
     synthetic = build("doors-shut")
     path = write(synthetic, tmp_path / "doors.ifc")

@@ -62,6 +62,7 @@ def test_a_house_in_millimetres_is_refused_before_its_floors_are_looked_for(monk
         make_survey(large, PlanSettings(scanner=load_scanner("hdl-64e")))
 
 
+@pytest.mark.slow
 def test_a_stray_face_makes_no_building_too_large():
     house = scenes_synthetic.build("house").scene
     n = house.vertices_m.shape[0]

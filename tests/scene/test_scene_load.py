@@ -61,6 +61,7 @@ def test_house_is_the_same_from_every_format(tmp_path, write_house, house, trian
     assert (again.elements, again.report) == (scene.elements, scene.report)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "file_format", "unit", "metres", "up", "schema"),
     [
@@ -87,6 +88,7 @@ def test_source_says_what_the_file_says(tmp_path, write_house, name, file_format
     assert source.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["house.obj", "house.glb", "house.usda", "four.ifc"])
 def test_unit_option_replaces_the_unit_of_the_file(tmp_path, write_house, name):
     path = write_house(tmp_path, name)

@@ -49,6 +49,7 @@ def test_level_to_draw_ceilings_at_is_no_floor():
     assert any("'Ceiling-East' is left out" in line for line in report.warnings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["Dachgeschoss", "Attic", "2nd floor", "Rooftop bar", "Tor 3", "1 - Piano Primo"])
 def test_storey_whose_name_only_resembles_a_roof_is_a_floor(name):
     report = find_floors(office("IfcCovering.CEILING", storeys=((name, 0.0), ("Level 2", 4.0), ("Roof", 8.0))))

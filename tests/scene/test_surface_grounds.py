@@ -38,6 +38,7 @@ def test_hall_without_ground_stands_on_the_foot_of_its_walls() -> None:
     assert "the foot of the walls, 0.000 m, is taken as the ground" in report.warnings[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "ground",
     [
@@ -132,6 +133,7 @@ def test_storeys_that_stairs_join_stay_two() -> None:
     assert [floor.elevation_m for floor in report.floors] == pytest.approx([0.0, 2.9])
 
 
+@pytest.mark.slow
 def test_decks_of_a_car_park_over_each_other_stay_two() -> None:
     deck, up = strip([(0, 0), (40, 0)], 16.0, 6.0), strip([(0, 3.0), (10, 3.0), (40, 3.0)], 13.0, 0.1)
     ramp = strip([(10, 0.0), (37, 3.0)], 3.0, 0.05, roof=False)

@@ -112,6 +112,7 @@ def test_up_axis_of_a_building_on_its_side_is_the_other(name, way, read_as):
     assert doubt.other_m2 > doubt.read_m2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["box", "closed-rooms", "doors-shut", "cells"])
 def test_up_axis_of_small_rooms_on_their_side_is_doubted(name):
     """Rooms as high as they are wide: not enough to turn the model over, and never nothing."""

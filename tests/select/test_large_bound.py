@@ -130,6 +130,7 @@ def test_steps_that_begin_out_of_balance_find_it(monkeypatch, factor):
     assert 0.99 * value <= bound.value <= value + 1e-6
 
 
+@pytest.mark.slow
 def test_bound_fixes_most_candidates_out_where_it_lies_near_the_plan():
     # One row a candidate, and one candidate that sees all but one row: two stations, and nobody else is of use.
     n = 30

@@ -1,6 +1,7 @@
 """More targets than an integer has bits."""
 
 import numpy as np
+import pytest
 from oracles import floor_constraints
 
 from planner_core.model import Visibility
@@ -8,6 +9,7 @@ from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import cover_problem
 
 
+@pytest.mark.slow
 def test_every_one_of_a_hundred_floors_is_covered() -> None:
     n_floors = 100
     floor = np.arange(n_floors, dtype=np.int32)  # one patch a floor, one position a patch

@@ -32,6 +32,7 @@ def test_network_cuts_hold_for_every_solution_that_hangs_together(seed, n_parts,
             assert (found @ cut.coefficient >= cut.right).all(), f"seed {seed}: {cut}"
 
 
+@pytest.mark.slow
 def test_all_kinds_of_cuts_turn_up_in_such_checks():
     kinds = set()
     for seed in range(60):

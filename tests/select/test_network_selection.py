@@ -69,6 +69,7 @@ def test_selection_of_several_looks_finds_what_exhaustive_search_finds(seed, see
     assert len(result.chosen) == fewest(problem, problem.required), f"seed {seed}"
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.sampled_from([(2, 2), (3, 1)]))
 def test_greedy_selection_of_several_looks_meets_the_targets_and_needs_every_station(seed, seen_from):
@@ -188,6 +189,7 @@ def test_any_set_can_be_joined_and_nothing_spare_stays(seed, loops, share):
         assert not (hangs_together(network, rest) and meets(problem, rest, problem.required)), f"seed {seed}"
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.sampled_from([0.03, 0.06, 0.1]))
 def test_two_stations_are_joined_by_as_few_as_a_shortest_path_has(seed, share):

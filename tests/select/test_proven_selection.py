@@ -96,6 +96,7 @@ def test_given_candidates_are_in_the_set_and_count(seed):
     assert result.lower_bound <= len(result.chosen) == fewest(problem, problem.required, given_ones), f"seed {seed}"
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_order_of_candidates_and_rows_does_not_change_the_number(seed):

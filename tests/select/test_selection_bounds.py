@@ -229,6 +229,7 @@ def test_prices_that_whole_numbers_cannot_hold_are_refused():
         )
 
 
+@pytest.mark.slow
 def test_relaxation_by_cuts_reaches_the_linear_relaxation_at_least():
     from scipy.optimize import linprog
 

@@ -40,6 +40,7 @@ def test_device_and_host_walk_the_way_of_numpy(walks_on, shape, size):
         assert np.array_equal(a, b)
 
 
+@pytest.mark.slow
 def test_more_classes_of_rows_than_a_kernel_takes_and_a_byte_counts():
     # Every row is counted by a target of its own, and all by one.
     n_rows = 300
@@ -103,6 +104,7 @@ def test_walks_of_one_call_differ_and_other_rounds_and_seeds_go_elsewhere(walks_
     assert len(set(ends)) == len(ends)
 
 
+@pytest.mark.slow
 def test_annealing_finds_a_hidden_cover_that_greedy_does_not(walks_on):
     # Eight candidates part the rows among them; decoys see a little of several, and greedy selection takes them.
     rng = np.random.default_rng(0)

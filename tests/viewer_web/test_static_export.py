@@ -153,6 +153,7 @@ def test_stations_that_the_review_moved_are_remarked_on(plan_folder: Path, app_f
     assert "1 station" in remark
 
 
+@pytest.mark.slow
 def test_scripts_of_the_export_are_ones_that_a_browser_can_read(
     plan_folder: Path, app_folder: Path, tmp_path: Path
 ) -> None:

@@ -24,6 +24,7 @@ from .conftest import TOKEN, send
 SERVED = ["/", "/plan/plan.json", "/plan/viewer/clouds/S001.u16", "/plan/report/index.html"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", SERVED)
 def test_server_gives_the_app_and_the_known_parts_of_the_plan(ask, path) -> None:
     assert ask(path).status_code == 200

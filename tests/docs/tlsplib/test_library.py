@@ -82,6 +82,7 @@ def test_instances_of_the_art_gallery_set_come_out_of_its_files():
             assert library.instance(entry).sha256 == library.listed()[entry.name]["sha256"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("raw", [b"", b"\xfd7zXZ\x00", b"<a/>", b"<!DOCTYPE a><a/>", b"<graphml/>"])
 def test_files_that_are_not_of_the_set_are_refused(tmp_path, raw):
     path = tmp_path / "simple_40_5.graphml.xz"

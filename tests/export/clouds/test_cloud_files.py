@@ -340,6 +340,7 @@ def test_exr_folder_has_a_preview_a_station_and_nothing_else(source: PlanSource,
 
 
 # ----------------------------------------------------------------------------------- what holds for all
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("grid", "expected"),
     [
@@ -396,6 +397,7 @@ def test_one_file_a_station_holds_the_points_of_the_one_file_of_all(
     np.testing.assert_allclose(apart, READ[suffix](files[name]), atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TOGETHER)
 def test_a_cloud_of_one_station_thinned_has_no_more_points_than_asked_for(
     source: PlanSource, tmp_path: Path, name: str
@@ -408,6 +410,7 @@ def test_a_cloud_of_one_station_thinned_has_no_more_points_than_asked_for(
     np.testing.assert_allclose(points, expected, atol=STEP_M + (2e-3 if name == "e57" else 0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TOGETHER)
 def test_a_station_that_sees_nothing_leaves_a_file_that_can_be_read(
     plan_folder: Path, tmp_path: Path, name: str

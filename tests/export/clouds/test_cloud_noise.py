@@ -67,6 +67,7 @@ def test_deviates_do_not_depend_on_how_beams_are_cut(seed: int, first: int, n_on
     np.testing.assert_array_equal(together, np.concatenate(apart))
 
 
+@pytest.mark.slow
 def test_deviates_are_normal_and_independent() -> None:
     drawn = deviates(0, "S001", first_beam=0, n_beams=200_000)
     for column in drawn.T:
@@ -196,6 +197,7 @@ def test_without_noise_clouds_are_exact_and_have_no_seed(source: PlanSource) -> 
     np.testing.assert_allclose(one, expected_scan("S001").range_m, atol=2e-5)
 
 
+@pytest.mark.slow
 def test_a_seed_gives_the_same_noise_again_and_another_seed_another(source: PlanSource) -> None:
     np.testing.assert_array_equal(of_first(noisy(source, 4)), of_first(noisy(source, 4)))
     assert (of_first(noisy(source, 4)) != of_first(noisy(source, 5))).mean() > 0.99

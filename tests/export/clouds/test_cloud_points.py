@@ -105,6 +105,7 @@ def test_beams_of_several_blocks_are_cast_at_once_and_never_more(source: PlanSou
     np.testing.assert_array_equal(counted["range_m"], whole(clouds)["range_m"])
 
 
+@pytest.mark.slow
 def test_noisy_points_are_the_same_whatever_the_blocks(source: PlanSource) -> None:
     clouds = open_clouds(source, Options(noise=True))
     (one,) = clouds.points(clouds.stations[0])
@@ -132,6 +133,7 @@ def test_an_unthinned_cloud_makes_no_remark(source: PlanSource) -> None:
     assert clouds.remarks() == clouds.engine.warnings
 
 
+@pytest.mark.slow
 @given(st.integers(1, 400), st.integers(1, 400), st.integers(1, 200_000))
 @settings(max_examples=300, deadline=None)
 def test_the_step_of_thinning_is_the_least_that_does(n_rows: int, n_columns: int, most: int) -> None:

@@ -216,6 +216,7 @@ def test_scene_that_is_no_ifc_file_is_refused(house, tmp_path):
         write_ifc_model(replace(house, document=document), tmp_path / "no.ifc", Options(), silent)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("schema", ["IFC2X3", "IFC4X3", pytest.param("IFC4", marks=pytest.mark.slow)])
 def test_file_in_millimetres_with_turned_storeys_takes_stations_where_they_are(schema, house, tmp_path):
     path = tmp_path / "old.ifc"

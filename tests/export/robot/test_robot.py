@@ -45,6 +45,7 @@ def along(points: Any, step_m: float = 0.01) -> Any:
     return np.concatenate(parts)
 
 
+@pytest.mark.slow
 def test_waypoints_are_the_stations_of_the_walk_on_free_ground(house_plan: PlanSource, mission: Mission) -> None:
     folder, _ = mission(house_plan)
     waypoints = document_of(folder)["waypoints"]
@@ -273,6 +274,7 @@ def test_one_floor_has_its_map_and_waypoints_only(house_plan: PlanSource, missio
     assert [piece["map"] for piece in document["paths"][0]["pieces"]] == [None, "F1"]
 
 
+@pytest.mark.slow
 def test_the_same_plan_gives_the_same_bytes(house_plan: PlanSource, mission: Mission) -> None:
     folders = [mission(house_plan)[0], mission(house_plan, again=True)[0]]
     first, again = ({path.relative_to(folder): path.read_bytes() for path in folder.rglob("*.*")} for folder in folders)
@@ -314,6 +316,7 @@ def test_a_station_of_unknown_height_is_not_visited(house_plan: PlanSource, miss
     assert {"id": "S2", "reason": "its instrument height is not known"} in document["not_visited"]
 
 
+@pytest.mark.slow
 def test_a_walk_that_returns_comes_back_to_the_first_stop(house_plan: PlanSource, mission: Mission) -> None:
     legs = house_plan.document["route"]["legs"]
     home = {**legs[0], "from": "S2", "to": "S1", "points": legs[0]["points"][::-1]}

@@ -65,6 +65,7 @@ def test_what_does_not_register_is_the_first_warning_of_the_cover(
 
 
 # ---------------------------------------------------------------------------------------------- some floors
+@pytest.mark.slow
 def test_cover_of_one_floor_says_so_and_has_its_figures(site_plan: PlanSource, pdf_of: Callable[..., Any]) -> None:
     sheets = pdf_of(site_plan, floors=("Level 2",))
     cover = " ".join(sheets.texts[0].split())
@@ -79,6 +80,7 @@ def test_cover_of_one_floor_says_so_and_has_its_figures(site_plan: PlanSource, p
     assert title == "Scan plan of house.obj: Level 2"
 
 
+@pytest.mark.slow
 def test_what_is_of_all_floors_says_so_where_the_sheets_are_not(
     site_plan: PlanSource, site_sheets: Any, pdf_of: Callable[..., Any]
 ) -> None:

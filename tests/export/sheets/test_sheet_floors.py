@@ -91,6 +91,7 @@ def test_walk_goes_over_to_the_upper_floor_where_its_ground_begins(site_plan: Pl
     np.testing.assert_array_equal(on.points_m[-1], leg["points"][-1][:2])
 
 
+@pytest.mark.slow
 def test_walk_down_leaves_the_upper_floor_where_it_came_up(
     site_plan: PlanSource, edited: Callable[..., PlanSource]
 ) -> None:

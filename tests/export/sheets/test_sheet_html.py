@@ -112,6 +112,7 @@ def test_page_says_what_the_pdf_says(page: str) -> None:
         assert expected in words
 
 
+@pytest.mark.slow
 def test_names_that_are_markup_stay_words(
     edited: Callable[..., PlanSource], html_of: Callable[..., str], rename_station: Callable[..., None]
 ) -> None:

@@ -18,6 +18,7 @@ from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.progress import silent
 
 
+@pytest.mark.slow
 def test_plan_folder_without_stage_has_sheets_without_walls(
     bare: Callable[..., Path], pdf_of: Callable[..., Any]
 ) -> None:
@@ -107,6 +108,7 @@ def test_options_that_make_no_sense_are_refused(
         pdf_of(site_plan, **options)
 
 
+@pytest.mark.slow
 def test_same_plan_gives_the_same_bytes(site_plan: PlanSource, site_sheets: Any, tmp_path: Path) -> None:
     write_pdf(site_plan, tmp_path / "again.pdf", Options(paper="A4"), silent)
     assert (tmp_path / "again.pdf").read_bytes() == site_sheets.path.read_bytes()

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -35,6 +36,7 @@ def _length(lines: np.ndarray) -> float:
     return float(np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1).sum())
 
 
+@pytest.mark.slow
 @_FEW
 @given(triangles=_TRIANGLES, family=_FAMILY)
 def test_hatching_is_as_long_as_the_lines_in_the_union(triangles: list, family: Family) -> None:
@@ -42,6 +44,7 @@ def test_hatching_is_as_long_as_the_lines_in_the_union(triangles: list, family: 
     assert abs(_length(made) - _hatched(_area(triangles), family)) <= 1e-3
 
 
+@pytest.mark.slow
 @_FEW
 @given(triangles=_TRIANGLES, others=_TRIANGLES, family=_FAMILY)
 def test_what_is_taken_off_is_what_both_have(triangles: list, others: list, family: Family) -> None:

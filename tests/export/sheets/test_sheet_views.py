@@ -66,6 +66,7 @@ def test_feet_of_walls_are_drawn_and_of_furniture_are_not(scene_plan: PlanSource
     assert times((1.0, 1.0), (2.0, 2.0)) == 1  # the table's top alone
 
 
+@pytest.mark.slow
 def test_walls_are_cut_where_told(scene_plan: PlanSource) -> None:
     building = read_building(scene_plan.folder)
     assert isinstance(building, Building)

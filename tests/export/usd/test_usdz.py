@@ -90,6 +90,7 @@ def test_folder_without_clouds_loaded_opens_no_cloud(stage_folder: Path) -> None
     assert not any("clouds" in layer.identifier for layer in bare.GetUsedLayers())
 
 
+@pytest.mark.slow
 def test_same_plan_gives_the_same_bytes(stage_folder: Path, tmp_path: Path) -> None:
     folder = Path(shutil.copytree(stage_folder, tmp_path / "plan"))
     for number, name in enumerate(("a.usdz", "b.usdz")):

@@ -82,6 +82,7 @@ def without_mutation(**changes):
     return settings(population=250, individual_mutation_rate=0.0, **changes)
 
 
+@pytest.mark.slow
 def test_crossover_mates_two_different_places_of_the_pool_evenly(operators):
     n = 6
     made = operators(settings(population=n, n_parents=n, crossover_rate=0.0, individual_mutation_rate=0.0), n)
@@ -161,6 +162,7 @@ def test_two_point_crossover_exchanges_every_segment_equally_often(operators):
     assert stats.chisquare(list(segments.values())).pvalue > P_LEAST
 
 
+@pytest.mark.slow
 def test_uniform_crossover_exchanges_every_gene_half_of_the_time_independently(operators):
     swaps = exchanged_genes(operators, "uniform", 70, 300)
     assert stats.chisquare([swaps.sum(), (~swaps).sum()]).pvalue > P_LEAST

@@ -54,6 +54,7 @@ def test_device_and_host_agree_for_any_number_of_candidates(make_problem, device
         same(select_genetic(problem, chosen, device=device), select_genetic(problem, chosen, engine="host"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "shape",
     [DEFAULT_SHAPE, Shape(4, 4, 2, 5, 3), Shape(8, 1, 1, 1, 1), Shape(1, 3, 5, 0, 2)],
@@ -74,6 +75,7 @@ def test_trajectory_is_the_same_in_the_form_for_gpus(make_problem, device):
     same(select_genetic(problem, chosen, device=device), select_genetic(problem, chosen, device=as_gpu))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_threads", [1, 3])
 def test_trajectory_does_not_depend_on_the_number_of_threads(make_problem, n_threads):
     problem, chosen = make_problem(4), GeneticSettings(**BASE)

@@ -91,6 +91,7 @@ def test_agents_stand_at_valid_positions_inside_the_bounds_only(
     assert (np.isfinite(history.f2[1:]) | ~np.isfinite(history.f2[:-1])).all()
 
 
+@pytest.mark.slow
 @METHODS
 def test_the_result_is_the_best_of_each_agents_way(method, make_rugged) -> None:
     found = search(method, starts_of(3, 20), make_rugged((0, 0, 1)), OPTIONS, bounds_m=BOUNDS)

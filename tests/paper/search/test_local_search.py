@@ -10,6 +10,7 @@ from planner_core.paper.search import SearchSettings, search
 BOUNDS = np.array([[-2.0, -2.0, 0.0], [2.0, 2.0, 2.0]])
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(
     centre=st.tuples(st.floats(-0.9, 0.9), st.floats(-0.9, 0.9), st.floats(0.6, 1.4)),

@@ -153,6 +153,7 @@ def test_committing_what_a_preview_answered_needs_no_other_scan(far: tuple[Path,
     assert desk.live.n_scans == before > len(desk.plan.stations)
 
 
+@pytest.mark.slow
 def test_removed_and_added_stations_are_in_the_draft(desk: Desk) -> None:
     gone, beside = desk.plan.stations[0], desk.plan.stations[1]
     added = StationEdit(beside.position_m, beside.instrument_height_m, beside.floor, added=True)
@@ -165,6 +166,7 @@ def test_removed_and_added_stations_are_in_the_draft(desk: Desk) -> None:
     assert desk.client.get(f"/api/live/stations/{gone.id}/seen").status_code == 404
 
 
+@pytest.mark.slow
 def test_ground_is_framed_and_shows_what_the_review_keeps_free(desk: Desk) -> None:
     head, body = unframed(desk.client.get("/api/live/ground/F0").content)
     values = np.frombuffer(body, "u1").reshape(head["height"], head["width"])
@@ -219,6 +221,7 @@ def test_clouds_of_stations_that_stay_and_maps_of_ground_are_not_sent_again(desk
         assert desk.client.get(f"/api/live/{path}", headers=tag).status_code == 200
 
 
+@pytest.mark.slow
 def test_files_of_the_plan_are_what_the_routes_give_of_the_unchanged_draft(desk: Desk, house_plan: SharedPlan) -> None:
     viewer = house_plan.folder / "viewer"
     assert desk.client.get("/api/live/layers/times_seen").content == (viewer / "patches.u8").read_bytes()

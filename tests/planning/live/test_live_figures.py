@@ -118,6 +118,7 @@ def test_what_is_left_unseen_is_what_the_plan_holds_not_worth_a_station(
         np.testing.assert_array_equal(same.pieces[0].box_m, surface.pieces[0].box_m)
 
 
+@pytest.mark.slow
 def test_station_taken_away_leaves_what_it_alone_saw(house: LivePlan) -> None:
     live = house
     whole = live.figures(live.draft).plan

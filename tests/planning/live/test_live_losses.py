@@ -121,6 +121,7 @@ def test_patches_are_lost_that_others_see_too_coarsely_or_too_noisily(
             np.testing.assert_array_equal(loss.patch, expected_loss.patch)
 
 
+@pytest.mark.slow
 def test_documents_name_what_is_lost_by_requirement_and_count_surface_once(live: LivePlan) -> None:
     plan = live.figures(live.draft).plan
     area_m2 = plan.survey.patches.area_m2

@@ -147,6 +147,7 @@ def test_station_dragged_to_and_fro_is_scanned_once_a_place(house: LivePlan) -> 
     assert house.n_scans == before
 
 
+@pytest.mark.slow
 def test_draft_without_stations_covers_nothing(house: LivePlan) -> None:
     figures = house.figures(Draft(()))
     assert figures.plan.coverage.covered_area_m2 == 0
@@ -244,6 +245,7 @@ def test_rows_of_both_engines_agree(asking_house: LivePlan, asking_folder: Path)
     assert ours.coverage.fraction_of_achievable == pytest.approx(theirs.coverage.fraction_of_achievable, abs=2e-3)
 
 
+@pytest.mark.slow
 def test_requirements_of_limits_are_counted_by_station(asking_house: LivePlan) -> None:
     live = asking_house
     survey = live.survey

@@ -52,6 +52,7 @@ def test_every_candidate_of_a_plan_is_a_spot(
         np.testing.assert_allclose(spot.position_m, at, atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["house", "far_plan"])
 def test_every_station_of_a_plan_stands_at_a_spot(name: str, request: pytest.FixtureRequest) -> None:
     live: LivePlan = request.getfixturevalue(name)
@@ -88,6 +89,7 @@ def test_dragged_stations_stay_where_tripods_can_stand(house: LivePlan) -> None:
     assert 10 < n_moved < 60
 
 
+@pytest.mark.slow
 def test_map_shows_what_the_tests_say_of_its_cells(house: LivePlan) -> None:
     survey, settings = house.survey, house.settings
     engine = open_engine(survey.scene, survey.patches)
@@ -105,6 +107,7 @@ def test_map_shows_what_the_tests_say_of_its_cells(house: LivePlan) -> None:
         np.testing.assert_array_equal(value == ADMISSIBLE, kept)
 
 
+@pytest.mark.slow
 def test_cells_are_walkable_where_the_crew_gets_to(house: LivePlan) -> None:
     space = free_space(house.survey)
     reach = reachability(house.survey, space)
