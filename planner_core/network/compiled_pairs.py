@@ -7,9 +7,16 @@ those of `planner_core.network.pair_overlap`.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner_core.compiled import compiled
-from planner_core.model import FloatArray, Int32Array, Int64Array, UInt8Array
+from planner_core.model import FloatArray, Int32Array, Int64Array
+
+UInt64Array = NDArray[np.uint64]
+
+#: Patches that are summed up together: the bits of a word.
+BLOCK = 64
+_ONE = np.uint64(1)
 
 
 @compiled
@@ -74,39 +81,38 @@ def add_common(
 
 
 @compiled
-def add_over_common(
-    starts: Int64Array,
-    patch: Int32Array,
-    place: Int32Array,
-    first: Int32Array,
-    second: Int32Array,
-    surface: FloatArray,
-    is_mine: UInt8Array,
-    total: FloatArray,
-) -> None:
-    """Total (K, 24) of `pair_overlap.patch_sums` over the patches that pairs of rows (K,), sorted by first, share.
+def count_blocks(starts: Int64Array, patch: Int32Array, n_blocks: Int64Array) -> None:
+    """Blocks of 64 patches that each row has patches of, (N,)."""
+    for row in range(starts.size - 1):
+        n_blocks[row] = 0
+        for entry in range(starts[row], starts[row + 1]):
+            is_new = entry == starts[row] or patch[entry] // BLOCK != patch[entry - 1] // BLOCK
+            n_blocks[row] += is_new
 
-    The patches are taken in rising order. place : (P,) where in `surface` each is, (S, 7): centroid, normal, area. Sums
-    are made as they are added up: those of all patches would take more memory than all else about links. is_mine : (P,)
-    zeros, and zeros again in the end.
-    """
-    turn = np.empty(3)
-    both = np.empty(patch.size and np.max(np.diff(starts)) + 1, dtype=np.int32)
-    for pair in range(first.size):
-        if pair == 0 or first[pair] != first[pair - 1]:
-            if pair > 0:
-                for entry in range(starts[first[pair - 1]], starts[first[pair - 1] + 1]):
-                    is_mine[patch[entry]] = 0
-            for entry in range(starts[first[pair]], starts[first[pair] + 1]):
-                is_mine[patch[entry]] = 1
-        n_both = 0
-        for entry in range(starts[second[pair]], starts[second[pair] + 1]):
-            both[n_both] = patch[entry]
-            n_both += is_mine[patch[entry]]
-        mine = total[pair]
-        mine[:] = 0.0
-        for k in range(n_both):
-            one = surface[place[both[k]]]
+
+@compiled
+def find_blocks(starts: Int64Array, patch: Int32Array, block: Int32Array, seen: UInt64Array) -> None:
+    """Rows as blocks, one behind the other: their numbers, and bit p % 64 of `seen` for each patch p of the row."""
+    at = -1
+    for row in range(starts.size - 1):
+        for entry in range(starts[row], starts[row + 1]):
+            number = patch[entry] // BLOCK
+            if entry == starts[row] or block[at] != number:
+                at += 1
+                block[at] = number
+                seen[at] = 0
+            seen[at] |= _ONE << np.uint64(patch[entry] % BLOCK)
+
+
+@compiled
+def add_block(
+    number: int, seen: np.uint64, place: Int32Array, surface: FloatArray, turn: FloatArray, total: FloatArray
+) -> None:
+    """Total (24,) of `pair_overlap.patch_sums` over the patches of a block, in rising order. turn : (3,), room."""
+    total[:] = 0.0
+    for bit in range(BLOCK):
+        if (seen >> np.uint64(bit)) & _ONE:
+            one = surface[place[number * BLOCK + bit]]
             area = one[6]
             turn[0] = one[1] * one[5] - one[2] * one[4]
             turn[1] = one[2] * one[3] - one[0] * one[5]
@@ -114,16 +120,66 @@ def add_over_common(
             column = 0
             for i in range(3):
                 for j in range(i, 3):
-                    mine[column] += one[3 + i] * one[3 + j] * area
-                    mine[14 + column] += turn[i] * turn[j] * area
+                    total[column] += one[3 + i] * one[3 + j] * area
+                    total[14 + column] += turn[i] * turn[j] * area
                     column += 1
             for i in range(3):
                 for j in range(3):
                     if column < 14:
-                        mine[column] += one[3 + i] * turn[j] * area
+                        total[column] += one[3 + i] * turn[j] * area
                         column += 1
-                mine[20 + i] += one[i] * area
-            mine[23] += (one[0] * one[0] + one[1] * one[1] + one[2] * one[2]) * area
-    if first.size > 0:
-        for entry in range(starts[first[-1]], starts[first[-1] + 1]):
-            is_mine[patch[entry]] = 0
+                total[20 + i] += one[i] * area
+            total[23] += (one[0] * one[0] + one[1] * one[1] + one[2] * one[2]) * area
+
+
+@compiled
+def add_over_common(
+    starts: Int64Array,
+    block: Int32Array,
+    seen: UInt64Array,
+    place: Int32Array,
+    first: Int32Array,
+    second: Int32Array,
+    surface: FloatArray,
+    total: FloatArray,
+) -> None:
+    """Total (K, 24) of `pair_overlap.patch_sums` over the patches that pairs of rows (K,), sorted by first, share.
+
+    A block's patches are added up in rising order, then blocks in theirs. Positions see nearly the same from near by:
+    where the second sees all of a block that the first sees, its sum is the one that an earlier pair needed. Others are
+    made as they are added up: the sums of all patches would take more memory than all else about links.
+
+    starts, block, seen : of `find_blocks`, those of row i from starts[i]. place : (P,) where in `surface`, (S, 7)
+    centroid, normal and area, each patch is.
+    """
+    n_blocks = place.size // BLOCK + 1
+    mine, own_at = np.zeros(n_blocks, dtype=np.uint64), np.zeros(n_blocks, dtype=np.int64)
+    turn, sums = np.empty(3), np.empty(24)
+    most = 0
+    for row in range(starts.size - 1):
+        most = max(most, starts[row + 1] - starts[row])
+    own, is_known = np.empty((most, 24)), np.zeros(most, dtype=np.bool_)
+    for pair in range(first.size):
+        begin, end = starts[first[pair]], starts[first[pair] + 1]
+        if pair == 0 or first[pair] != first[pair - 1]:
+            if pair > 0:
+                for at in range(starts[first[pair - 1]], starts[first[pair - 1] + 1]):
+                    mine[block[at]] = 0
+            for at in range(begin, end):
+                mine[block[at]], own_at[block[at]] = seen[at], at - begin
+            is_known[: end - begin] = False
+        total[pair] = 0.0
+        for at in range(starts[second[pair]], starts[second[pair] + 1]):
+            number = block[at]
+            common = mine[number] & seen[at]
+            if common == 0:
+                continue
+            if common == mine[number]:
+                k = own_at[number]
+                if not is_known[k]:
+                    add_block(number, common, place, surface, turn, own[k])
+                    is_known[k] = True
+                total[pair] += own[k]
+            else:
+                add_block(number, common, place, surface, turn, sums)
+                total[pair] += sums

@@ -187,8 +187,16 @@ class PairMatrices:
         *,
         seen: tuple[Int64Array, Int32Array] | None = None,
     ) -> None:
-        self._starts, self._patch = visibility.starts, visibility.patch
-        at, self._place = _seen(_counts(self._patch, visibility.n_patches) > 0) if seen is None else seen
+        from planner_core.network.compiled_pairs import count_blocks, find_blocks
+
+        rows = visibility.starts, visibility.patch
+        at, place = _seen(_counts(visibility.patch, visibility.n_patches) > 0) if seen is None else seen
+        starts = np.zeros(visibility.starts.size, dtype=np.int64)
+        count_blocks(*rows, starts[1:])
+        np.cumsum(starts, out=starts)
+        block, words = np.empty(starts[-1], dtype=np.int32), np.empty(starts[-1], dtype=np.uint64)
+        find_blocks(*rows, block, words)
+        self._rows = starts, block, words, place
         self._surface = np.column_stack([surface.centroid_m[at], surface.normal[at], patch_area_m2[at]])
 
     def of(self, first: Int32Array, second: Int32Array) -> FloatArray:
@@ -201,9 +209,8 @@ class PairMatrices:
 
         def work(number: int) -> None:
             pairs = order[number * _PAIRS_A_CHUNK : (number + 1) * _PAIRS_A_CHUNK]
-            sums, is_mine = np.empty((pairs.size, N_SUMS)), np.zeros(self._place.size, dtype=np.uint8)
-            rows = self._starts, self._patch, self._place
-            add_over_common(*rows, first[pairs], second[pairs], self._surface, is_mine, sums)
+            sums = np.empty((pairs.size, N_SUMS))
+            add_over_common(*self._rows, first[pairs], second[pairs], self._surface, sums)
             matrix[pairs] = _matrices(sums)
 
         in_threads(work, -(-first.size // _PAIRS_A_CHUNK))
@@ -215,10 +222,15 @@ def common_matrices(common: Sequence[Int32Array], sums: FloatArray) -> FloatArra
 
     sums : (P, 24), of each patch, see `patch_sums`.
     """
-    starts = np.cumsum([0, *(patch.size for patch in common)])
+    from planner_core.network.compiled_pairs import BLOCK
+
+    row = np.repeat(np.arange(len(common)), [patch.size for patch in common])
     patch = np.concatenate([np.zeros(0, dtype=np.int32), *common])
-    rows = _csr(np.ones(patch.size), patch, starts, (len(common), sums.shape[0]))
-    return _matrices(rows @ sums)
+    begins = np.flatnonzero((np.diff(row, prepend=-1) != 0) | (np.diff(patch // BLOCK, prepend=-1) != 0))
+    of_block = _csr(np.ones(patch.size), patch, np.append(begins, patch.size), (begins.size, sums.shape[0])) @ sums
+    starts = np.searchsorted(row[begins], np.arange(len(common) + 1))
+    rows = _csr(np.ones(begins.size), np.arange(begins.size), starts, (len(common), begins.size))
+    return _matrices(rows @ of_block)
 
 
 def strengths_of(matrix: FloatArray) -> FloatArray:

@@ -1,11 +1,12 @@
 """Normal matrices of very many pairs against residuals that are differentiated by hand, and errors they bound."""
 
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from planner_core.network.compiled_pairs import BLOCK
 from planner_core.network.pair_overlap import (
     PairMatrices,
     SharedSurface,
@@ -149,3 +150,18 @@ def test_matrices_of_common_patches_are_those_of_pairs_bit_by_bit(make_view):
     expected = PairMatrices(view.visibility, view.area_m2, view.surface).of(first, second)
     assert first.size > 10 and common_matrices(common, sums).tobytes() == expected.tobytes()
     assert common_matrices([], sums).shape == (0, 6, 6)
+
+
+def test_pairs_that_see_whole_blocks_have_the_matrix_of_their_common_patches(make_view):
+    view = make_view(1)
+    n = view.area_m2.size
+    rows = [np.arange(n), np.arange(n // 2), np.arange(n // 4, n), np.array([0, n - 1])]
+    first, second = (np.array(each, dtype=np.int32) for each in zip(*combinations(range(len(rows)), 2), strict=True))
+    common = [np.intersect1d(rows[a], rows[b]) for a, b in zip(first, second, strict=True)]
+    found = PairMatrices(view.with_rows(rows).visibility, view.area_m2, view.surface).of(first, second)
+    sums = patch_sums(view.area_m2, view.surface.centroid_m, view.surface.normal)
+    assert n > 3 * BLOCK and found.tobytes() == common_matrices(common, sums).tobytes()
+    for matrix, both in zip(found, common, strict=True):
+        if both.size > 2:
+            expected = differentiated(view.area_m2[both], view.surface.centroid_m[both], view.surface.normal[both])
+            np.testing.assert_allclose(matrix, expected, atol=1e-8)
