@@ -24,7 +24,7 @@ from planner_core import child_process
 from planner_core.errors import MissingPackageError, SceneError
 from planner_core.model import Element, FloatArray, Georeference, Int64Array, LoadReport, Room, UInt8Array
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.scene.ifc_faults import check_ids, check_openings, check_places, check_references
+from planner_core.scene.ifc_faults import check_ids, check_openings, check_places, check_references, unplaced
 from planner_core.scene.ifc_georeference import told_georeference
 from planner_core.scene.ifc_materials import IfcOptics, told_optics
 from planner_core.scene.ifc_shapes import FACES_KERNEL, SHAPES, SOLID_KERNEL, Shape, contents_asked, shapes_by
@@ -98,6 +98,10 @@ def read_ifc(path: Path, *, progress: Progress, left_out: Collection[int] = ()) 
     optics, optics_warnings = _optics(path, model)
     shapes, shape_warnings = _triangulate_products(path, model, told_products, n_elements, optics, progress)
     storeys, storey_warnings = storeys_of(path, storeys_told, unit_m)
+    with contents_asked(path, model):
+        unseen = [e for name in (_OPENINGS, "IfcSpace") for e in _of_class(model, name) if e.id() not in left_out]
+        placed = [*(p.entity for p in shapes.products), *(e for e in unseen if e.Representation is not None)]
+        placement_warnings = unplaced(path, placed)
     rooms, room_warnings = _rooms(path, model, {told.id: i for i, told in enumerate(storeys_told)}, left_out)
     georeference, map_warnings = _georeference(path, model, unit_m)
     warnings = (
@@ -105,6 +109,7 @@ def read_ifc(path: Path, *, progress: Progress, left_out: Collection[int] = ()) 
         *_code_page(path, code_page),
         *optics_warnings,
         *shape_warnings,
+        *placement_warnings,
         *storey_warnings,
         *room_warnings,
         *map_warnings,
@@ -261,7 +266,6 @@ class _ToldProduct:
     """It has a representation that is meant to be solid or surface (not an axis or a footprint)."""
     is_triangles: bool
     """It has nothing but triangulated face sets, and no opening is to be cut out."""
-    is_placed: bool
 
 
 def _length_unit(path: Path, model: Any) -> tuple[float, str]:
@@ -338,7 +342,6 @@ def _told_product(product: Any, storey_of_id: dict[int, int]) -> _ToldProduct:
         title=f"{product.is_a()} {product.Name or product.GlobalId}",
         has_body=_has_body(product),
         is_triangles=_is_triangles(product),
-        is_placed=product.ObjectPlacement is not None,
     )
 
 
@@ -420,7 +423,7 @@ def _triangulate_products(
         has = f"none of its {grouped(n_elements)} elements has a surface" if n_elements else _without_elements(model)
         raise SceneError(f"{path.name}: {has}, expected at least one; export the model with its 3D geometry.")
     without = [p for p in products if not any(len(shape.triangles) for shape in by_id[p.id]) and p.has_body]
-    return _joined(shaped, by_id), (*_without_shape(path, without), *_without_placement(path, shaped))
+    return _joined(shaped, by_id), _without_shape(path, without)
 
 
 def _without_elements(model: Any) -> str:
@@ -490,20 +493,6 @@ def _without_shape(path: Path, products: list[_ToldProduct]) -> tuple[str, ...]:
     more = f" and {grouped(len(products) - 3)} more" if len(products) > 3 else ""
     noun = "product has" if len(products) == 1 else "products have"
     return (f"{path.name}: {grouped(len(products))} {noun} a body that gives no surface: {names}{more}.",)
-
-
-def _without_placement(path: Path, products: list[_ToldProduct]) -> tuple[str, ...]:
-    """A line for the user about products that nothing places, in a file that places others."""
-    lacking = [p for p in products if not p.is_placed]
-    if not lacking or len(lacking) == len(products):
-        return ()
-    names = ", ".join(p.title for p in lacking[:_NAMED_KINDS])
-    more = f" and {grouped(len(lacking) - _NAMED_KINDS)} more" if len(lacking) > _NAMED_KINDS else ""
-    some = "1 product has" if len(lacking) == 1 else f"{grouped(len(lacking))} products have"
-    return (
-        f"{path.name}: {some} no placement (ObjectPlacement) and are taken as drawn from the file's origin: "
-        f"{names}{more}; correct the file if they belong elsewhere.",
-    )
 
 
 def _element(product: Any, storey_of_id: dict[int, int]) -> Element:

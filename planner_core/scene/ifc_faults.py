@@ -1,6 +1,6 @@
-"""Faults of an IFC file that end the process which asks IfcOpenShell for shapes, found before it is asked.
+"""Faults of an IFC file that IfcOpenShell does not report, found before it is asked for shapes.
 
-It hangs or crashes on an element whose GlobalId is no text, on a shape that is a part of itself, and on chains so long
+Some end the process which asks it: it hangs or crashes on an element whose GlobalId is no text, on a shape that is a part of itself, and on chains so long
 that its stack runs out; a few shapes placed in each other a few times each take it years. References are followed in
 the file's text: an instance names those that it is made of, so that no valid file has a way back.
 """
@@ -25,6 +25,7 @@ MOST_IN_A_SHAPE = 1e8
 _HEAD = re.compile(rb"\s*=\s*(\w+)\s*\(\s*(''|[^,)]{0,20})")
 _NO_LOCATION = re.compile(rb"#(\d+)\s*=\s*(IFCAXIS2PLACEMENT[23]D)\s*\(\s*[$*]", re.IGNORECASE)
 _MOST_DIGITS = 18
+_NAMED = 3
 
 
 def check_ids(path: Path, bare: bytes, ids: set[int]) -> None:
@@ -53,7 +54,7 @@ def check_ids(path: Path, bare: bytes, ids: set[int]) -> None:
 
 
 def check_openings(path: Path, relations: list[Any]) -> None:
-    """Refuse an IfcRelVoidsElement whose opening is none."""
+    """Refuse an IfcRelVoidsElement whose opening is none, or is placed nowhere: IfcOpenShell leaves that one uncut."""
     for relation in relations:
         opening = relation.RelatedOpeningElement
         if opening is not None and not opening.is_a("IfcFeatureElementSubtraction"):
@@ -61,6 +62,26 @@ def check_openings(path: Path, relations: list[Any]) -> None:
                 f"{path.name}: #{relation.id()} ({relation.is_a()}) cuts #{opening.id()} ({opening.is_a()}) out of an "
                 "element, expected an opening; repair it, or export the file again."
             )
+        placement = None if opening is None else opening.ObjectPlacement
+        if placement is not None and placement.is_a("IfcLocalPlacement") and placement.RelativePlacement is None:
+            raise SceneError(
+                f"{path.name}: #{placement.id()} (IfcLocalPlacement) of opening #{opening.id()} lacks RelativePlacement, "
+                "which its schema requires; repair it, or export the file again."
+            )
+
+
+def unplaced(path: Path, products: list[Any]) -> tuple[str, ...]:
+    """A line about products that nothing places, in a file that places others; none where there are none."""
+    lacking = [product for product in products if product.ObjectPlacement is None]
+    if not lacking or len(lacking) == len(products):
+        return ()
+    names = ", ".join(f"{product.is_a()} {product.Name or product.GlobalId}" for product in lacking[:_NAMED])
+    more = f" and {grouped(len(lacking) - _NAMED)} more" if len(lacking) > _NAMED else ""
+    some = "1 product has" if len(lacking) == 1 else f"{grouped(len(lacking))} products have"
+    return (
+        f"{path.name}: {some} no placement (ObjectPlacement), so each is taken as drawn from the file's origin: "
+        f"{names}{more}; correct the file if they belong elsewhere.",
+    )
 
 
 def check_places(path: Path, bare: bytes) -> None:

@@ -69,6 +69,28 @@ def test_fault_of_contents_names_the_entity_and_no_type_of_python(
     assert message.endswith("correct it, or check the file with an IFC validator and export it again.")
 
 
+@pytest.mark.parametrize(("slot", "expected"), [(1, "lacks RelativePlacement"), (None, "no placement .*: IfcOpening")])
+def test_opening_that_nothing_places_is_named(tmp_path, building_text, slot, expected):
+    path, opening = tmp_path / "uncut.ifc", broken_ifc.instance(building_text, "IfcOpeningElement")
+    if slot is None:
+        path.write_text(broken_ifc.changed(building_text, opening, 5, "$"))
+        (message,) = load_scene(path).report.warnings
+    else:
+        placement = broken_ifc.slots(building_text, opening)[5]
+        path.write_text(broken_ifc.changed(building_text, placement, slot, "$"))
+        with pytest.raises(SceneError, match=rf"of opening {opening} ") as caught:
+            load_scene(path)
+        message = str(caught.value)
+    assert re.search(expected, message), message
+
+
+def test_room_that_nothing_places_is_named(tmp_path, building_text):
+    path = tmp_path / "unplaced.ifc"
+    path.write_text(broken_ifc.changed(building_text, broken_ifc.instance(building_text, "IfcSpace"), 5, "$"))
+    (line,) = (line for line in load_scene(path).report.warnings if "placement" in line)
+    assert "1 product has no placement" in line and "IfcSpace Room" in line
+
+
 def test_placement_without_axes_is_named():
     with pytest.raises(SceneError, match=r"#23 \(IfcLocalPlacement\) lacks RelativePlacement"):
         load_scene(reality("placement_without_axis.ifc"))
