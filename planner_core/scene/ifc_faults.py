@@ -1,8 +1,9 @@
 """Faults of an IFC file that IfcOpenShell does not report, found before it is asked for shapes.
 
-Some end the process which asks it: it hangs or crashes on an element whose GlobalId is no text, on a shape that is a part of itself, and on chains so long
-that its stack runs out; a few shapes placed in each other a few times each take it years. References are followed in
-the file's text: an instance names those that it is made of, so that no valid file has a way back.
+Some end the process which asks it: it hangs or crashes on an element whose GlobalId is no text, on a shape that is a
+part of itself, and on chains so long that its stack runs out; a few shapes placed in each other a few times each take
+it years. References are followed in the file's text: an instance names those that it is made of, so that no valid file
+has a way back.
 """
 
 from __future__ import annotations
@@ -65,8 +66,8 @@ def check_openings(path: Path, relations: list[Any]) -> None:
         placement = None if opening is None else opening.ObjectPlacement
         if placement is not None and placement.is_a("IfcLocalPlacement") and placement.RelativePlacement is None:
             raise SceneError(
-                f"{path.name}: #{placement.id()} (IfcLocalPlacement) of opening #{opening.id()} lacks RelativePlacement, "
-                "which its schema requires; repair it, or export the file again."
+                f"{path.name}: #{placement.id()} (IfcLocalPlacement) of opening #{opening.id()} lacks "
+                "RelativePlacement, which its schema requires; repair it, or export the file again."
             )
 
 
