@@ -7,6 +7,7 @@ Local frame, metres. Windings are not trusted: what is a top side follows from p
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -37,7 +38,7 @@ _THIN_M = 0.05
 
 @dataclass(frozen=True)
 class Ground:
-    """A level before it has a number. `triangles` empty: the plane at `elevation_m`, in the pieces `plane_m`."""
+    """A level before it has a number: `triangles`, and the plane at `elevation_m` in the pieces `plane_m`."""
 
     name: str
     origin: str
@@ -70,6 +71,17 @@ class LevelSurvey:
         self.columns, self.step_m = _plumb_lines(scene, np.flatnonzero(~self.stray).astype(np.int32), fence)
         self.clear_m = self.columns.clear_height_m()
         self.storey_of_element = np.array([e.storey for e in scene.elements], dtype=np.int64)
+
+    @cached_property
+    def spans_m(self) -> FloatArray:
+        """(2, E) lowest and highest point of each element; inf and -inf where it has no faces."""
+        low, high = (np.full(len(self.scene.elements), sign * np.inf) for sign in (1, -1))
+        for some in portions(self.scene.n_triangles):
+            z_m = self.scene.vertices_m[:, 2][self.scene.triangles[some]]
+            element = self.scene.element_of_triangle[some]
+            np.minimum.at(low, element, z_m.min(axis=1))
+            np.maximum.at(high, element, z_m.max(axis=1))
+        return np.stack([low, high])
 
     @property
     def cell_m2(self) -> float:

@@ -51,6 +51,8 @@ _RAISED_M = 0.6
 #: A storey's ground is the lowest of its surfaces that has this share of the largest: a suspended ceiling may be larger
 #: than the ground under it, where that is on two heights.
 _LOWEST_SHARE = 0.4
+#: What begins no further below a storey's elevation is of that storey: floors are built up, and walls stand on slabs.
+_FOOT_M = 0.5
 #: Walls of a storey without slab are as long, at the cut, as three quarters of both sides of a wall around its bounds.
 _ENCLOSED = 1.5
 #: Slabs that lie higher above their storey than a split level, and make less of it than this share, are landings and
@@ -162,7 +164,7 @@ def _storey_of_samples(survey: LevelSurvey, source_storey: Int64Array) -> Int64A
     """Storey of each crossing: the source's where its elevation is within 1.5 m, else the highest one below."""
     elevation = np.array([s.elevation_m for s in survey.scene.storeys])
     z_m = survey.columns.z_m
-    by_height = np.maximum(np.searchsorted(elevation, z_m + 0.5, side="right") - 1, 0)
+    by_height = np.maximum(np.searchsorted(elevation, z_m + _FOOT_M, side="right") - 1, 0)
     named = source_storey >= 0
     near = named & (np.abs(z_m - elevation[np.where(named, source_storey, 0)]) <= 1.5)
     return np.where(near, source_storey, by_height)
@@ -239,18 +241,28 @@ def _same_level(plane: Ground, other: Ground) -> bool:
     return bool((high > low).all()) and abs(plane.elevation_m - other.elevation_m) < MIN_LEVEL_DISTANCE_M
 
 
+def _storey_of_walls(survey: LevelSurvey) -> Int64Array:
+    """(E,) storey that each wall encloses: the source's where it reaches the cut of it, else the one at its foot.
+
+    Programs contain walls in the storey that was open when they were drawn, in the building, or nowhere.
+    """
+    low_m, high_m = survey.spans_m
+    elevation_m = np.array([s.elevation_m for s in survey.scene.storeys])
+    named = survey.storey_of_element
+    cut_m = elevation_m[np.maximum(named, 0)] + WALL_CUT_M
+    reaches = (named >= 0) & (low_m < cut_m) & (high_m > cut_m)
+    at_foot = np.maximum(np.searchsorted(elevation_m, low_m + _FOOT_M, side="right") - 1, 0)
+    return np.where(reaches, named, at_foot)
+
+
 def _plane_of_storey(survey: LevelSurvey, index: int) -> tuple[_Plane | None, str]:
     """Ground of a storey without slabs: the plane at its elevation, between its walls."""
     scene, columns = survey.scene, survey.columns
     storey = scene.storeys[index]
     if _NO_STOREY.search(storey.name):
         return None, "no floor slab, and its name is that of a roof, a ceiling, a foundation or a height to draw at"
-    own = (
-        _is_wall(scene)[scene.element_of_triangle]
-        & (survey.storey_of_element[scene.element_of_triangle] == index)
-        & ~survey.level
-        & ~survey.stray
-    )
+    own_walls = _is_wall(scene) & (_storey_of_walls(survey) == index)
+    own = own_walls[scene.element_of_triangle] & ~survey.level & ~survey.stray
     wall_m, segments = survey.cut_of(own, storey.elevation_m + WALL_CUT_M)
     if segments.shape[0] == 0:
         return None, f"no floor slab, and none of its walls reaches {WALL_CUT_M} m above its elevation"
@@ -296,7 +308,7 @@ def _is_upper_part_of_hall(survey: LevelSurvey, plane: _Plane, grounds: list[Gro
     (x0, y0), (x1, y1) = plane.ground.bounds_m
     open_up &= (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
     open_m2 = np.unique(columns.column[open_up]).size * survey.cell_m2
-    if open_m2 < _HALL_SHARE * plane.ground.area_m2 or _is_used_at(scene, elevation_m):
+    if open_m2 < _HALL_SHARE * plane.ground.area_m2 or _is_used_at(survey, elevation_m):
         return False
     walls = _is_wall(scene)[scene.element_of_triangle] & ~survey.level & ~survey.stray
     _, under_m = survey.cut_of(walls, elevation_m - _SLAB_GAP_M)
@@ -306,13 +318,9 @@ def _is_upper_part_of_hall(survey: LevelSurvey, plane: _Plane, grounds: list[Gro
     return float((away_m <= _WALL_OVER_WALL_M).mean()) >= _HALL_SHARE
 
 
-def _is_used_at(scene: Scene, elevation_m: float) -> bool:
+def _is_used_at(survey: LevelSurvey, elevation_m: float) -> bool:
     """Tell whether something stands at a height, or ends there, that only people on a floor use."""
-    z_m = scene.vertices_m[:, 2][scene.triangles]
-    low, high = np.full(len(scene.elements), np.inf), np.full(len(scene.elements), -np.inf)
-    np.minimum.at(low, scene.element_of_triangle, z_m.min(axis=1))
-    np.maximum.at(high, scene.element_of_triangle, z_m.max(axis=1))
-    for element, foot_m, top_m in zip(scene.elements, low.tolist(), high.tolist(), strict=True):
+    for element, (foot_m, top_m) in zip(survey.scene.elements, survey.spans_m.T.tolist(), strict=True):
         classes = {element.kind, *element.parents}
         at_m = top_m if classes & STAIR_KINDS else foot_m if classes & _USED_KINDS else np.inf
         if abs(at_m - elevation_m) <= _RAISED_M:

@@ -56,6 +56,24 @@ def test_storey_whose_name_only_resembles_a_roof_is_a_floor(name):
     assert [f.name for f in report.floors] == [name, "Level 2"]
 
 
+@pytest.mark.parametrize("contained_in", [-1, 1, 2])
+def test_walls_without_slab_enclose_the_storey_that_they_stand_on_wherever_they_are_contained(contained_in):
+    sound = office("IfcCovering.CEILING")
+    walls = [i for i, e in enumerate(sound.elements) if e.name.startswith("wall 0.0")]
+    for moved in (walls[:2], walls):
+        elements = [replace(e, storey=contained_in) if i in moved else e for i, e in enumerate(sound.elements)]
+        report = find_floors(replace(sound, elements=tuple(elements)))
+        assert [(f.name, f.ground_area_m2) for f in report.floors] == [
+            (f.name, f.ground_area_m2) for f in find_floors(sound).floors
+        ]
+
+
+def test_walls_from_the_footing_up_enclose_the_storey_that_names_them():
+    parts = [*four_walls(12, 9, -1.2, 3.0, 1), ("roof", "IfcSlab", 2, (0, 0, 3.0), (12, 9, 3.2))]
+    report = find_floors(scene_of(parts, [("Fundament", -1.2), ("Level 1", 0.0), ("Dach", 3.2)]))
+    assert [(f.name, f.elevation_m) for f in report.floors] == [("Level 1", 0.0)]
+
+
 @pytest.mark.parametrize(
     ("sill_m", "words"),
     [
