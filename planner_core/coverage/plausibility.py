@@ -31,8 +31,8 @@ from planner_core.model import (
 from planner_core.positions.reach import Reach
 from planner_core.positions.rooms import find_rooms
 from planner_core.scene.extent import LONGEST_M, UNITS_M, extent_m, likely_unit
-from planner_core.scene.floors import SITE_KINDS
-from planner_core.scene.level_surfaces import WALL_CUT_M, cut_length
+from planner_core.scene.ground_planes import SITE_KINDS
+from planner_core.scene.level_surfaces import DOORWAY_M, WALL_CUT_M, closed_walls, cut_length
 from planner_core.scene.portions import portions
 from planner_core.scene.rooms import room_of_points
 
@@ -58,8 +58,6 @@ _LEAST_ROOM_M2 = 2.0
 _LEAST_ROOMS = 3
 #: Ground of other floors accounts for what is enclosed at a floor's height if it lies below this, above the floor.
 _BESIDE_M = 2.0
-#: Openings up to this in the walls, such as doors, are bridged in looking for what they enclose.
-_GAP_M = 1.2
 _CELL_M, _MAX_CELLS = 0.2, 1_000_000
 #: Walls around a ledge or dock are nearer; what is further off is another building, or a stray face.
 _AROUND_M = 100.0
@@ -457,22 +455,13 @@ def _enclosed_m2(f: Figures, index: int) -> float:
     if not len(own_m) or not len(segments_m):
         return 0.0
     ends_m = segments_m.reshape(-1, 2)
-    low_m, high_m = ends_m.min(axis=0) - 2 * _GAP_M, ends_m.max(axis=0) + 2 * _GAP_M
+    low_m, high_m = ends_m.min(axis=0) - 2 * DOORWAY_M, ends_m.max(axis=0) + 2 * DOORWAY_M
     cell_m = max(_CELL_M, math.sqrt(float(np.prod(high_m - low_m)) / _MAX_CELLS))
-    shape = tuple((np.floor((high_m - low_m) / cell_m).astype(np.int64) + 1).tolist())
-    length_m = np.linalg.norm(segments_m[:, 1] - segments_m[:, 0], axis=1)
-    n_points = np.ceil(2 * length_m / cell_m).astype(np.int64) + 1
-    which = np.repeat(np.arange(n_points.size), n_points)
-    step = np.arange(which.size) - np.repeat(np.cumsum(n_points) - n_points, n_points)
-    along = (step / np.maximum(n_points[which] - 1, 1))[:, None]
-    point_m = segments_m[which, 0] * (1 - along) + segments_m[which, 1] * along
-    walls = np.zeros(shape, dtype=np.bool_)
-    walls[tuple(((point_m - low_m) / cell_m).astype(np.int64).T)] = True
-    reach = max(1, round(0.5 * _GAP_M / cell_m))
-    closed = ndimage.binary_closing(walls, np.ones((2 * reach + 1, 2 * reach + 1)))
+    n_x, n_y = (np.floor((high_m - low_m) / cell_m).astype(np.int64) + 1).tolist()
+    closed = closed_walls(segments_m, low_m, cell_m, (n_x, n_y))
     label, _ = ndimage.label(ndimage.binary_fill_holes(closed))
     at_own = ((own_m - low_m) / cell_m).astype(np.int64)
-    inside = ((at_own >= 0) & (at_own < shape)).all(axis=1)
+    inside = ((at_own >= 0) & (at_own < (n_x, n_y))).all(axis=1)
     around = np.unique(label[tuple(at_own[inside].T)])
     return float(np.isin(label, around[around > 0]).sum()) * cell_m * cell_m
 

@@ -200,9 +200,9 @@ class Floor:
 
     Floors that people marked have the numbers behind these, whatever their height.
 
-    ground_triangles : (G,) int32, sorted triangle ids. Empty where the storey has no slab, and `origin` is
-    `storey-elevation` or `wall-foot`: then the ground is the plane z = elevation_m in the rectangles `plane_m`, which a
-    `Survey` adds to its scene as triangles.
+    ground_triangles : (G,) int32, sorted triangle ids. Where the storey, or a part of it, has no slab, the plane
+    z = elevation_m in the rectangles `plane_m` is ground, too, which a `Survey` adds to its scene as triangles; where
+    most of the ground is such a plane, `origin` is `storey-elevation` or `wall-foot`.
     bounds_m : (2, 2) float64, local [[x_min, y_min], [x_max, y_max]] of the ground.
     """
 
@@ -216,7 +216,7 @@ class Floor:
     origin: str
     """`slab`, `surface`, `storey-elevation` or `wall-foot`: how the ground was found; `marked`: see `GroundPick`."""
     plane_m: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
-    """(R, 2, 2) local [[x_min, y_min], [x_max, y_max]] of the ground's pieces where it is a plane; else none."""
+    """(R, 2, 2) local [[x_min, y_min], [x_max, y_max]] of the ground's pieces that are a plane."""
 
 
 @dataclass(frozen=True)

@@ -108,7 +108,7 @@ class TripodTests:
         self._reach_m = float(np.linalg.norm(extent_m)) + 1.0  # longer than any line through the scene
         self._is_ground = np.zeros(scene.n_triangles + 1, dtype=bool)  # the last entry is the miss, -1
         self._is_ground[floor.ground_triangles] = True
-        self._has_slab = not floor.plane_m.size
+        self._has_slab = floor.origin == "slab" or not floor.plane_m.size
         self._mostly_covered = self._has_slab and self._is_mostly_covered()
 
     def with_ground(self, floor: Floor) -> TripodTests:

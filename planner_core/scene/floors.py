@@ -20,6 +20,7 @@ import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Scene
 from planner_core.scene.extent import check_extent
+from planner_core.scene.ground_planes import SITE_KINDS
 from planner_core.scene.level_surfaces import MIN_CLEAR_M, Ground, LevelSurvey, strays_named
 from planner_core.scene.portions import portions
 from planner_core.scene.storey_grounds import WALL_KINDS, grounds_of_storeys
@@ -33,7 +34,6 @@ _LEVELS_APART_M, _LEAST_LEVEL = 0.5, 0.1
 #: A floor that slopes is drawn in bands: a cut 1.2 m above the middle of one is still above its ground, and below the
 #: heads of doors. Each costs a look at the whole floor.
 _BAND_M, _MAX_BANDS = 0.8, 12
-SITE_KINDS = frozenset({"IfcSite", "IfcGeographicElement", "IfcCivilElement"})
 
 
 @dataclass(frozen=True)

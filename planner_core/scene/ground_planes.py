@@ -1,4 +1,4 @@
-"""Surfaces for the ground of storeys without slabs: the plane at a storey's elevation, as triangles of the scene.
+"""Surfaces for ground that the file has no slab for: the plane at a storey's elevation, as triangles of the scene.
 
 Local frame, metres. Where a building's slabs are in another file, people still stand on them: the plane ends beams as
 a slab does, so that a storey is neither seen nor scanned from the next one, and it is the floor of maps. It lies where
@@ -14,10 +14,35 @@ from scipy import ndimage
 
 from planner_core.model import BoolArray, Element, FloatArray, Floor, Int32Array, Int64Array, Scene, Storey, UInt8Array
 from planner_core.scene.equal_rows import first_of_equal_rows
-from planner_core.scene.level_surfaces import MIN_AREA_M2, MIN_CLEAR_M, LevelSurvey
+from planner_core.scene.inside import ROOM_WIDTH_M
+from planner_core.scene.level_surfaces import (
+    MIN_AREA_M2,
+    MIN_CLEAR_M,
+    MIN_LEVEL_DISTANCE_M,
+    WALL_CUT_M,
+    Ground,
+    LevelSurvey,
+    closed_walls,
+    wall_cells,
+)
 
 #: IFC classes that people climb from one storey to the next on; moving stairs are transport elements.
 STAIR_KINDS = frozenset({"IfcStair", "IfcStairFlight", "IfcRamp", "IfcRampFlight", "IfcTransportElement"})
+#: IFC classes of doors, and of all that stands on a floor.
+_DOOR_KINDS = frozenset({"IfcDoor", "IfcDoorStandardCase"})
+USED_KINDS = _DOOR_KINDS | {"IfcFurnishingElement", "IfcFurniture", "IfcSanitaryTerminal"}
+#: IFC classes of what lies around and under a building.
+SITE_KINDS = frozenset({"IfcSite", "IfcGeographicElement", "IfcCivilElement"})
+#: A covering is a floor's finish this far above its slab or its storey's elevation at most: a raised floor's height.
+RAISED_M = 0.6
+#: Rooms without a slab are this large, among others that have one: bare spots that are smaller are shafts and niches.
+_LEAST_ROOM_M2 = 4.0
+#: A room has no ground where slabs beside it reach into less of it. Holes in slabs, docks and ledges leave more.
+_JOINT_SHARE = 0.1
+#: A door leads to what begins this near beside its leaf: a thick wall's depth.
+_BESIDE_DOOR_M = 0.5
+#: Doorways are looked for at this height, below window sills, with this much room on both sides of a person's middle.
+_KNEE_M, _HALF_PERSON_M = 0.5, 0.3
 #: Slabs are open wherever a person on a flight below has less than this over the head: headroom of building codes.
 _STAIR_HEADROOM_M = 2.1
 #: What has nothing overhead is outdoors if it is wider than a person; joints between ceiling panels are narrower.
@@ -57,8 +82,76 @@ def plane_pieces(survey: LevelSurvey, bounds_m: FloatArray, elevation_m: float, 
     return np.stack([x_m[corner[:, :, 0]], y_m[corner[:, :, 1]]], axis=2)
 
 
+def with_missing_slabs(
+    survey: LevelSurvey, index: int, ground: Ground, slabs: BoolArray, warnings: list[str]
+) -> Ground:
+    """The ground of a storey, with the plane at its height in rooms whose slab the file lacks: others have theirs.
+
+    Such a room has nothing of the ground between its walls, nothing else at that height, and no slab less than a storey
+    above or below; and people use it: a doorway or a door leads to it, or it has furniture or an IfcSpace. With
+    something further below it may be the upper part of a hall, or a shaft whose doors open on a lift: there furniture
+    alone makes it a room. Terrain is no floor. What nothing leads to may be earth between foundations: it only gets a
+    warning.
+
+    Parameters
+    ----------
+    index : of the storey. slabs : (N,) bool, the plumb lines' crossings with slabs and coverings to stand on.
+    """
+    columns, elevation_m, step_m = survey.columns, ground.elevation_m, survey.step_m
+    shape = (columns.y_m.size, columns.x_m.size)
+    site = np.array([e.kind in SITE_KINDS for e in survey.scene.elements], dtype=bool)
+    built = ~site[survey.scene.element_of_triangle]
+    above_m = np.where(built[columns.triangle], columns.z_m - elevation_m, np.nan)
+    walls = ~survey.level & ~survey.stray & built
+    (_, walls_m), (_, knees_m) = (survey.cut_of(walls, elevation_m + height_m) for height_m in (WALL_CUT_M, _KNEE_M))
+    grid = (np.array([columns.x_m[0], columns.y_m[0]]) - 0.5 * step_m, step_m, shape[::-1])
+    closed = closed_walls(walls_m, *grid).T
+    inside = ndimage.binary_fill_holes(closed)
+    on_level = (np.abs(above_m) <= RAISED_M) | (slabs & (np.abs(above_m) < MIN_LEVEL_DISTANCE_M))
+    bare = inside & _met(survey, above_m > MIN_CLEAR_M) & ~_met(survey, on_level)
+    width = max(1, round(ROOM_WIDTH_M / step_m))
+    label, count = ndimage.label(ndimage.binary_opening(bare, np.ones((width, width))))
+
+    way = inside & (ndimage.distance_transform_edt(~wall_cells(knees_m, *grid).T) > _HALF_PERSON_M / step_m)
+    part, _ = ndimage.label(way)
+    on_ground = _met(survey, np.isin(columns.triangle, ground.triangles))
+    led_to = np.isin(part, np.setdiff1d(part[on_ground], 0))
+    is_room, is_furnished = _used(survey, index, elevation_m, label, grid[0])
+    is_room[label[led_to]] = True
+    n_cells = np.bincount(label.ravel(), minlength=count + 1)
+    n_over = np.bincount(label[_met(survey, above_m < -RAISED_M)], minlength=count + 1)
+    is_room &= n_over <= 0.5 * n_cells
+    room, _ = ndimage.label(inside & ~closed)
+    lacks_ground = np.bincount(room.ravel(), weights=on_ground.ravel()) < _JOINT_SHARE * np.bincount(room.ravel())
+    lacks_ground[0] = False
+    n_lacking = np.bincount(label[lacks_ground[room]], minlength=count + 1)
+    is_whole = (n_cells * survey.cell_m2 >= _LEAST_ROOM_M2) & (n_lacking > 0.5 * n_cells)
+    is_whole[0] = False
+    shut_m2 = float(n_cells[is_whole & (n_over == 0) & ~is_room & ~is_furnished].sum()) * survey.cell_m2
+    if shut_m2:
+        warnings.append(
+            f"storey {ground.name!r}: {shut_m2:.0f} m2 between its walls have no floor slab and no door, and are not "
+            "planned; if people walk there, load the file that has the slabs"
+        )
+    missing = (is_whole & (is_room | is_furnished))[label]
+    if not missing.any():
+        return ground
+    cell = np.argwhere(missing)[:, ::-1]
+    bounds_m = grid[0] + step_m * np.stack([cell.min(axis=0), cell.max(axis=0) + 1])
+    pieces = plane_pieces(survey, bounds_m, elevation_m, np.flatnonzero(missing))
+    area_m2 = float(np.prod(pieces[:, 1] - pieces[:, 0], axis=1).sum())
+    warnings.append(
+        f"storey {ground.name!r}: {area_m2:.0f} m2 between its walls have no floor slab; the height of its other "
+        f"slabs, {elevation_m + float(survey.scene.offset_m[2]):.3f} m, is taken as the ground there: the slabs may be "
+        "in another discipline's file"
+    )
+    corners_m = np.concatenate([pieces.reshape(-1, 2), ground.bounds_m])
+    bounds_m = np.stack([corners_m.min(axis=0), corners_m.max(axis=0)])
+    return replace(ground, area_m2=ground.area_m2 + area_m2, bounds_m=bounds_m, plane_m=pieces)
+
+
 def with_ground_planes(scene: Scene, floors: tuple[Floor, ...]) -> tuple[Scene, tuple[Floor, ...]]:
-    """Add the planes of `floors` to the scene as slabs, behind all that it has; they become their floors' ground."""
+    """Add the planes of `floors` to the scene as slabs, behind all that it has; they join their floors' ground."""
     corners, owners, elements, grounds = [np.empty((0, 3, 3))], [np.empty(0, np.int32)], list(scene.elements), []
     n_triangles = scene.n_triangles
     for floor in floors:
@@ -73,8 +166,8 @@ def with_ground_planes(scene: Scene, floors: tuple[Floor, ...]) -> tuple[Scene, 
         owners.append(np.full(len(triangles), len(elements), dtype=np.int32))
         storey = next((i for i, s in enumerate(scene.storeys) if _is_of(floor, s)), -1)
         elements.append(Element(f"{floor.name}: ground at its elevation", "IfcSlab", "", storey, None, "FLOOR"))
-        ground = np.arange(n_triangles, n_triangles + len(triangles), dtype=np.int32)
-        grounds.append(replace(floor, ground_triangles=ground))
+        plane = np.arange(n_triangles, n_triangles + len(triangles), dtype=np.int32)
+        grounds.append(replace(floor, ground_triangles=np.concatenate([floor.ground_triangles, plane])))
         n_triangles += len(triangles)
     more = _with_triangles(replace(scene, elements=tuple(elements)), np.concatenate(corners), np.concatenate(owners))
     return more, tuple(grounds)
@@ -126,6 +219,38 @@ def _with_triangles(
         element_of_triangle=np.concatenate([scene.element_of_triangle, element]),
         optics_of_triangle=of_all,
     )
+
+
+def _met(survey: LevelSurvey, crossings: BoolArray) -> BoolArray:
+    """(ny, nx) bool: plumb lines with one of some crossings (N,)."""
+    columns = survey.columns
+    met = np.zeros((columns.y_m.size, columns.x_m.size), dtype=np.bool_)
+    met.ravel()[columns.column[crossings]] = True
+    return met
+
+
+def _used(
+    survey: LevelSurvey, index: int, elevation_m: float, label: Int64Array, low_m: FloatArray
+) -> tuple[BoolArray, BoolArray]:
+    """(L,) bool each, by label (ny, nx) of cells: a door or a room of the storey is there; furniture stands there."""
+    is_room, is_furnished = (np.zeros(int(label.max()) + 1, dtype=np.bool_) for _ in range(2))
+
+    def mark(used: BoolArray, box_m: FloatArray, beside_m: float) -> None:
+        (x0, y0), end = np.maximum(np.floor((box_m - low_m + np.array([[-beside_m], [beside_m]])) / survey.step_m), 0)
+        used[label[int(y0) : int(end[1]) + 1, int(x0) : int(end[0]) + 1]] = True
+
+    scene = survey.scene
+    for number in np.flatnonzero(np.abs(survey.spans_m[0] - elevation_m) <= RAISED_M).tolist():
+        if scene.elements[number].kind in USED_KINDS:
+            box_m = survey.bounds_of(np.flatnonzero(scene.element_of_triangle == number).astype(np.int32))
+            if scene.elements[number].kind in _DOOR_KINDS:
+                mark(is_room, box_m, _BESIDE_DOOR_M)
+            else:
+                mark(is_furnished, box_m, 0.0)
+    for room in scene.rooms:
+        if room.storey == index and abs(room.box_m[0, 2] - elevation_m) <= RAISED_M:
+            mark(is_room, np.stack([room.box_m[:, :2].mean(axis=0)] * 2), 0.0)
+    return is_room, is_furnished
 
 
 def _is_of(floor: Floor, storey: Storey) -> bool:

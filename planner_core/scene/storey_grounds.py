@@ -7,13 +7,13 @@ its top side looks like, and a level called `T.O. Steel` or `Ceiling-East` is a 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
-from planner_core.scene.ground_planes import STAIR_KINDS, plane_pieces
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene, Storey
+from planner_core.scene.ground_planes import RAISED_M, STAIR_KINDS, USED_KINDS, plane_pieces, with_missing_slabs
 from planner_core.scene.level_surfaces import (
     MIN_AREA_M2,
     MIN_CLEAR_M,
@@ -46,8 +46,6 @@ _NOT_TO_STAND_ON = frozenset(
     {"CEILING", "CLADDING", "COPING", "INSULATION", "LANDING", "MEMBRANE", "MOLDING", "ROOFING"}
     | {"SKIRTINGBOARD", "SLEEVING", "WRAPPING"}
 )
-#: A covering is a floor's finish this far above its slab or its storey's elevation at most: a raised floor's height.
-_RAISED_M = 0.6
 #: A storey's ground is the lowest of its surfaces that has this share of the largest: a suspended ceiling may be larger
 #: than the ground under it, where that is on two heights.
 _LOWEST_SHARE = 0.4
@@ -58,6 +56,8 @@ _ENCLOSED = 1.5
 #: Slabs that lie higher above their storey than a split level, and make less of it than this share, are landings and
 #: shelves over a ground that the file does not have.
 _SPLIT_LEVEL_M, _SHELF_SHARE = 1.0, 0.2
+#: What covers more of a storey's ground than this is its ceiling; a gallery or mezzanine covers less.
+_CEILING_SHARE = 0.6
 #: With less of its bounds under cover, a storey has no roof in the model: lintels and wall heads are no cover.
 _ROOFED = 0.25
 #: A hall is open over most of the storey that holds its upper walls, and most of these stand on walls.
@@ -66,10 +66,6 @@ _HALL_SHARE = 0.5
 _SLAB_GAP_M = 0.05
 #: A wall stands on another one where their faces are within a thick wall's half of each other.
 _WALL_OVER_WALL_M = 0.3
-#: IFC classes that stand on a floor.
-_USED_KINDS = frozenset(
-    {"IfcDoor", "IfcDoorStandardCase", "IfcFurnishingElement", "IfcFurniture", "IfcSanitaryTerminal"}
-)
 #: Names of levels that are no storeys to stand in, in the languages that models come in. Whole words: `Dachgeschoss`
 #: and `attic` are storeys.
 _NO_STOREY = re.compile(
@@ -88,19 +84,20 @@ def grounds_of_storeys(survey: LevelSurvey, warnings: list[str]) -> list[Ground]
     storey = _storey_of_samples(survey, survey.storey_of_element[element])
     is_floor = survey.level[columns.triangle] & _may_be_ground(survey, element, storey)
     # The top of a slab: no other slab or covering within a raised floor's height above it.
-    top = is_floor & (columns.clear_height_m(is_floor) > _RAISED_M)
+    top = is_floor & (columns.clear_height_m(is_floor) > RAISED_M)
     clear = top & (survey.clear_m >= MIN_CLEAR_M)
     grounds, planes = [], []
     for index, named in enumerate(scene.storeys):
-        ground, reason = _storey_ground(survey, named.name, top & (storey == index), clear & (storey == index))
+        ground, reason = _storey_ground(survey, named, top & (storey == index), clear & (storey == index))
         shelf = ground is not None and ground.elevation_m - named.elevation_m > _SPLIT_LEVEL_M
         if shelf or (ground is None and not reason):
-            plane, reason = _plane_of_storey(survey, index)
-            if plane is not None and (ground is None or ground.area_m2 < _SHELF_SHARE * plane.ground.area_m2):
-                planes.append(plane)
+            plane, why_none = _plane_of_storey(survey, index)
+            if plane is not None and (ground is None or _hangs_over(ground, plane.ground)):
+                planes.append(plane if ground is None else _with_mezzanine(plane, ground))
                 continue
+            reason = reason if ground is not None else why_none
         if ground is not None:
-            grounds.append(ground)
+            grounds.append(with_missing_slabs(survey, index, ground, is_floor, warnings))
             warnings += [reason] if reason else []
         else:
             warnings.append(f"storey {named.name!r} is left out: {reason}")
@@ -149,7 +146,7 @@ def _may_be_ground(survey: LevelSurvey, element: Int32Array, storey: Int64Array)
     slab = (ground & ~covering)[element]
     elevation_m = np.array([s.elevation_m for s in survey.scene.storeys])[storey]
     above_m = columns.z_m - elevation_m
-    lies = (columns.depth_to_m(slab) <= _RAISED_M) | ((above_m >= -SAME_HEIGHT_M) & (above_m <= _RAISED_M))
+    lies = (columns.depth_to_m(slab) <= RAISED_M) | ((above_m >= -SAME_HEIGHT_M) & (above_m <= RAISED_M))
     found: BoolArray = slab | ((ground & covering)[element] & (lies | flooring[element]))
     return found
 
@@ -170,7 +167,7 @@ def _storey_of_samples(survey: LevelSurvey, source_storey: Int64Array) -> Int64A
     return np.where(near, source_storey, by_height)
 
 
-def _storey_ground(survey: LevelSurvey, name: str, top: BoolArray, clear: BoolArray) -> tuple[Ground | None, str]:
+def _storey_ground(survey: LevelSurvey, storey: Storey, top: BoolArray, clear: BoolArray) -> tuple[Ground | None, str]:
     """Ground of a storey from its slabs and what was left out; or None and why not; or None and nothing: no slabs."""
     columns = survey.columns
     if clear.sum() * survey.cell_m2 < MIN_AREA_M2:
@@ -182,6 +179,8 @@ def _storey_ground(survey: LevelSurvey, name: str, top: BoolArray, clear: BoolAr
     under_cover = float(np.isfinite(survey.clear_m[main]).mean())
     bounds = survey.bounds_of(np.unique(columns.triangle[main]))
     if under_cover < 0.5 and not survey.walls_around(bounds, main_m):
+        if main_m - storey.elevation_m > _SPLIT_LEVEL_M:  # its roof; the file has no slab below
+            return None, ""
         return None, f"its slabs are in the open ({100 * under_cover:.0f} % covered) and no walls stand on them"
     clear = clear & ~_decks_above(survey, clear, main, main_m)
     # Open-air parts stay where they continue the floor (balcony, terrace), not where they are another roof.
@@ -194,24 +193,37 @@ def _storey_ground(survey: LevelSurvey, name: str, top: BoolArray, clear: BoolAr
     shown = np.isin(columns.triangle, triangles)
     left_m2 = np.unique(columns.column[roofs & ~shown]).size * survey.cell_m2
     told = (
-        f"storey {name!r}: {left_m2:.0f} m2 in the open are left out, the roof of a lower wing: no door leads there; "
-        "if people walk on it, mark it as ground"
+        f"storey {storey.name!r}: {left_m2:.0f} m2 in the open are left out, the roof of a lower wing: no door leads "
+        "there; if people walk on it, mark it as ground"
     )
-    return ground_of(survey, name, "slab", triangles, top & shown, clear), told if left_m2 >= MIN_AREA_M2 else ""
+    return ground_of(survey, storey.name, "slab", triangles, top & shown, clear), told if left_m2 >= MIN_AREA_M2 else ""
+
+
+def _hangs_over(ground: Ground, plane: Ground) -> bool:
+    """Tell whether what a storey has of slabs, above a split level, hangs over ground that the file does not have."""
+    is_shelf = ground.area_m2 < _SHELF_SHARE * plane.area_m2
+    return is_shelf or ground.elevation_m - plane.elevation_m >= MIN_LEVEL_DISTANCE_M
+
+
+def _with_mezzanine(plane: _Plane, ground: Ground) -> _Plane:
+    """The plane of a storey with the mezzanine over it; with what hangs over it otherwise, the plane alone."""
+    over = ground.area_m2 / plane.ground.area_m2
+    if not _SHELF_SHARE <= over <= _CEILING_SHARE:
+        return plane
+    return replace(plane, ground=replace(plane.ground, triangles=ground.triangles))
 
 
 def _decks_above(survey: LevelSurvey, clear: BoolArray, main: BoolArray, main_m: float) -> BoolArray:
     """Crossings of the storey that are its ceiling's top side: a level higher, over ground of the same storey.
 
-    A gallery is smaller than the ground below it; what covers more than 60 % of it is a ceiling. Coverings are
-    never galleries.
+    A gallery is smaller than the ground below it; what covers more of it is a ceiling. Coverings are never galleries.
     """
     columns = survey.columns
     above = clear & (columns.z_m > main_m + MIN_LEVEL_DISTANCE_M)
     has_ground = np.zeros(columns.x_m.size * columns.y_m.size, dtype=bool)
     has_ground[columns.column[main]] = True
     over = above & has_ground[columns.column]
-    if over.sum() > 0.6 * main.sum():
+    if over.sum() > _CEILING_SHARE * main.sum():
         return above
     kinds: BoolArray = np.array([e.kind == "IfcCovering" for e in survey.scene.elements], dtype=bool)
     covering: BoolArray = kinds[survey.scene.element_of_triangle[columns.triangle]]
@@ -322,8 +334,8 @@ def _is_used_at(survey: LevelSurvey, elevation_m: float) -> bool:
     """Tell whether something stands at a height, or ends there, that only people on a floor use."""
     for element, (foot_m, top_m) in zip(survey.scene.elements, survey.spans_m.T.tolist(), strict=True):
         classes = {element.kind, *element.parents}
-        at_m = top_m if classes & STAIR_KINDS else foot_m if classes & _USED_KINDS else np.inf
-        if abs(at_m - elevation_m) <= _RAISED_M:
+        at_m = top_m if classes & STAIR_KINDS else foot_m if classes & USED_KINDS else np.inf
+        if abs(at_m - elevation_m) <= RAISED_M:
             return True
     return False
 

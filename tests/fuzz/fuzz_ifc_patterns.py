@@ -510,7 +510,7 @@ def two_units_of_length(model: Any, rng: random.Random) -> bool:
     return True
 
 
-@_pattern("slabs lost", "has no floor slab|no floor found|is left out", changes_surfaces=True)
+@_pattern("slabs lost", "no floor slab|no floor found|is left out", changes_surfaces=True)
 def slabs_lost(model: Any, rng: random.Random) -> bool:
     """The slabs of a storey, as where they are in another file."""
     relations = [

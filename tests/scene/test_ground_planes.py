@@ -1,14 +1,17 @@
 """The ground of storeys without slabs: where the plane at a storey's elevation lies, and that it ends beams."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import PlanSettings
+from planner_core.model import PlanSettings, Room
 from planner_core.positions.free_space import free_space
 from planner_core.scanner.load_scanner import load_scanner
-from tests.scene.floor_scenes import four_walls, scene_of
+from planner_core.scene.floors import find_floors
+from tests.scene.floor_scenes import box, four_walls, scene_of
 
 SETTINGS = PlanSettings(scanner=load_scanner("rtc360"), max_patch_area_m2=1.0)
 UPPER_M = 3.0
@@ -115,3 +118,118 @@ def test_plane_is_open_above_a_flight_so_that_it_joins_the_storeys(kind):
         reached |= near
         front = list(near)
     assert upper in reached
+
+
+# ------------------------------------------------------------------------------------ rooms without their slab
+WITH_SLAB_M2, WITHOUT_M2 = 5.1 * 6, 4.6 * 5.6
+DOOR = ("door", "IfcDoor", 0, (5.0, 2.0, 0.0), (5.2, 2.9, 2.1))
+
+
+def flat(*parts, doorway=True, slabs=((0, 0, 5.1, 6),), storeys=(("Level 1", 0.0),)):
+    """A flat of 10 x 6 m in two rooms, with a partition at x = 5 to 5.2 that has a doorway, and slabs in plan."""
+    span = (2.0, 2.9) if doorway else (2.0, 2.0)
+    partition = [
+        ("partition south", "IfcWall", 0, (5.0, 0.2, 0.0), (5.2, span[0], 3.0)),
+        ("partition north", "IfcWall", 0, (5.0, span[1], 0.0), (5.2, 5.8, 3.0)),
+        ("lintel", "IfcWall", 0, (5.0, span[0], 2.1), (5.2, span[1] + 0.01, 3.0)),
+    ]
+    return scene_of(
+        [
+            *four_walls(10, 6, 0.0, 3.0, 0),
+            *partition,
+            *(("slab", "IfcSlab", 0, (x0, y0, -0.2), (x1, y1, 0.0)) for x0, y0, x1, y1 in slabs),
+            ("roof", "IfcRoof", 0, (0, 0, 3.0), (10, 6, 3.2)),
+            *parts,
+        ],
+        storeys,
+    )
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        flat(),
+        flat(DOOR),
+        flat(("leaf", "IfcDoorStandardCase", 0, (5.3, 2.0, 0.0), (5.35, 2.9, 2.1)), doorway=False),
+        flat(("cupboard", "IfcFurniture", 0, (7, 5, 0.0), (8, 5.6, 1.0)), doorway=False),
+        flat(("terrain", "IfcSite", -1, (-20, -20, -0.6), (30, 30, -0.3))),
+        flat(("terrain", "IfcGeographicElement", -1, (-20, -20, -3.0), (30, 30, -1.0)), DOOR),
+    ],
+    ids=["doorway", "shut door", "leaf beside the wall", "furniture", "terrain", "terrain below"],
+)
+def test_room_whose_slab_is_lost_has_the_ground_of_its_storey(scene):
+    report = find_floors(scene)
+    assert [floor.origin for floor in report.floors] == ["slab"]
+    assert report.floors[0].ground_area_m2 == pytest.approx(WITH_SLAB_M2 + WITHOUT_M2, rel=0.02)
+    (line,) = (line for line in report.warnings if "no floor slab" in line)
+    assert line.startswith("storey 'Level 1': ") and "0.000 m, is taken as the ground there" in line
+    survey = make_survey(scene, SETTINGS)
+    space = free_space(survey)
+    nodes = [space.node_below(np.array([x, 3.0, 0.5])) for x in (2.0, 6.5)]
+    assert min(nodes) >= 0
+    area_m2 = survey.patches.triangle_area_m2[survey.floors[0].ground_triangles].sum()
+    assert area_m2 == pytest.approx(WITH_SLAB_M2 + WITHOUT_M2, rel=0.02)
+
+
+def test_room_of_the_file_without_a_slab_has_the_ground_of_its_storey():
+    corners, faces = box((5.2, 0.2, 0.0), (9.8, 5.8, 2.5))
+    scene = replace(flat(doorway=False), rooms=(Room("Bath", "", "guid", 0, corners, faces),))
+    assert find_floors(scene).floors[0].ground_area_m2 == pytest.approx(WITH_SLAB_M2 + WITHOUT_M2, rel=0.02)
+
+
+def test_room_without_slab_that_nothing_leads_to_only_gets_a_warning():
+    report = find_floors(flat(doorway=False))
+    assert report.floors[0].ground_area_m2 == pytest.approx(WITH_SLAB_M2, rel=0.02)
+    assert any("26 m2 between its walls have no floor slab and no door" in line for line in report.warnings)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        flat(slabs=((0, 0, 10, 6),)),
+        flat(slabs=((0, 0, 10, 2), (0, 4.5, 10, 6), (0, 2, 6, 4.5), (9, 2, 10, 4.5))),
+        flat(("split level", "IfcSlab", 0, (5.1, 0, 1.1), (10, 6, 1.3))),
+        flat(("bottom of a shaft", "IfcSlab", -1, (5.1, 0, -2.5), (10, 6, -2.3)), DOOR),
+    ],
+    ids=["none is lost", "hole in a slab", "split level", "shaft"],
+)
+def test_what_is_no_lost_slab_gets_no_plane_and_no_warning(scene):
+    report = find_floors(scene)
+    assert not report.floors[0].plane_m.size
+    assert not any("no floor slab" in line for line in report.warnings)
+
+
+def test_furnished_room_over_another_storey_is_no_upper_part_of_a_hall():
+    cellar = [("cellar", "IfcSlab", 1, (0, 0, -3.2), (10, 6, -3.0)), *four_walls(10, 6, -3.0, -0.2, 1)]
+    bed = ("bed", "IfcFurniture", 0, (7, 3, 0.0), (9, 5, 0.4))
+    for parts, area_m2 in (
+        ((DOOR,), WITH_SLAB_M2),
+        ((DOOR, bed), WITH_SLAB_M2 + WITHOUT_M2 - 2 * 2),
+    ):  # but for the bed
+        report = find_floors(flat(*cellar, *parts, storeys=[("Level 1", 0.0), ("Cellar", -3.0)]))
+        assert [floor.ground_area_m2 for floor in report.floors] == pytest.approx([10 * 6, area_m2], rel=0.02)
+
+
+def hall(*parts):
+    """A hall of 12 x 8 m and 6 m height without its floor slab."""
+    return scene_of([*four_walls(12, 8, 0.0, 6.0, 0), *parts], [("EG", 0.0)])
+
+
+def test_mezzanine_over_ground_that_the_file_lacks_is_not_the_only_floor():
+    mezzanine = ("mezzanine", "IfcSlab", 0, (0, 0, 2.6), (4.5, 8, 2.8))
+    roof = ("roof", "IfcRoof", 0, (0, 0, 6.0), (12, 8, 6.2))
+    (floor,) = make_survey(hall(mezzanine, roof), SETTINGS).floors
+    assert (floor.elevation_m, floor.origin) == (0.0, "storey-elevation")
+    assert floor.ground_area_m2 == pytest.approx(12 * 8)
+    scene = make_survey(hall(mezzanine, roof), SETTINGS).scene
+    assert {float(z) for z in scene.vertices_m[scene.triangles[floor.ground_triangles], 2].ravel()} == {0.0, 2.8}
+
+
+@pytest.mark.parametrize("top", [6.0, 3.0])
+def test_roof_slab_in_the_storey_that_lacks_its_floor_slab_is_no_floor(top):
+    """Under the open sky, or under a roof of its own: the ceiling of the storey, not its ground."""
+    over = [("gable", "IfcRoof", 0, (0, 0, 5.8), (12, 8, 6.0))] if top < 6 else []
+    scene = hall(("deck", "IfcSlab", 0, (0, 0, top), (12, 8, top + 0.2)), *over)
+    (floor,) = find_floors(scene).floors
+    assert (floor.elevation_m, floor.origin) == (0.0, "storey-elevation")
+    assert floor.ground_area_m2 == pytest.approx(12 * 8)
