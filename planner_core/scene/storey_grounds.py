@@ -253,18 +253,19 @@ def _same_level(plane: Ground, other: Ground) -> bool:
     return bool((high > low).all()) and abs(plane.elevation_m - other.elevation_m) < MIN_LEVEL_DISTANCE_M
 
 
-def _storey_of_walls(survey: LevelSurvey) -> Int64Array:
-    """(E,) storey that each wall encloses: the source's where it reaches the cut of it, else the one at its foot.
+def _walls_of_storey(survey: LevelSurvey, index: int) -> BoolArray:
+    """(E,) bool: walls that enclose a storey: those that it contains, and those of others that stand on it.
 
     Programs contain walls in the storey that was open when they were drawn, in the building, or nowhere.
     """
     low_m, high_m = survey.spans_m
     elevation_m = np.array([s.elevation_m for s in survey.scene.storeys])
     named = survey.storey_of_element
-    cut_m = elevation_m[np.maximum(named, 0)] + WALL_CUT_M
-    reaches = (named >= 0) & (low_m < cut_m) & (high_m > cut_m)
+    above_m = np.where(named >= 0, elevation_m[np.maximum(named, 0)], np.inf)
+    stands_on_its_own = (low_m > above_m - MIN_LEVEL_DISTANCE_M) & (high_m > above_m + WALL_CUT_M)
     at_foot = np.maximum(np.searchsorted(elevation_m, low_m + _FOOT_M, side="right") - 1, 0)
-    return np.where(reaches, named, at_foot)
+    walls: BoolArray = _is_wall(survey.scene) & ((named == index) | (~stands_on_its_own & (at_foot == index)))
+    return walls
 
 
 def _plane_of_storey(survey: LevelSurvey, index: int) -> tuple[_Plane | None, str]:
@@ -273,8 +274,7 @@ def _plane_of_storey(survey: LevelSurvey, index: int) -> tuple[_Plane | None, st
     storey = scene.storeys[index]
     if _NO_STOREY.search(storey.name):
         return None, "no floor slab, and its name is that of a roof, a ceiling, a foundation or a height to draw at"
-    own_walls = _is_wall(scene) & (_storey_of_walls(survey) == index)
-    own = own_walls[scene.element_of_triangle] & ~survey.level & ~survey.stray
+    own = _walls_of_storey(survey, index)[scene.element_of_triangle] & ~survey.level & ~survey.stray
     wall_m, segments = survey.cut_of(own, storey.elevation_m + WALL_CUT_M)
     if segments.shape[0] == 0:
         return None, f"no floor slab, and none of its walls reaches {WALL_CUT_M} m above its elevation"

@@ -68,6 +68,12 @@ def test_walls_without_slab_enclose_the_storey_that_they_stand_on_wherever_they_
         ]
 
 
+def test_walls_through_two_storeys_enclose_the_lower_one_where_the_upper_one_contains_them():
+    parts = [*four_walls(12, 9, 0.0, 6.0, 1), ("roof", "IfcRoof", 2, (0, 0, 6.0), (12, 9, 6.2))]
+    report = find_floors(scene_of(parts, [("Ground", 0.0), ("Upper", 3.0), ("Roof", 6.2)]))
+    assert [(f.name, f.ground_area_m2) for f in report.floors] == [("Ground", 12 * 9), ("Upper", 12 * 9)]
+
+
 def test_walls_from_the_footing_up_enclose_the_storey_that_names_them():
     parts = [*four_walls(12, 9, -1.2, 3.0, 1), ("roof", "IfcSlab", 2, (0, 0, 3.0), (12, 9, 3.2))]
     report = find_floors(scene_of(parts, [("Fundament", -1.2), ("Level 1", 0.0), ("Dach", 3.2)]))
