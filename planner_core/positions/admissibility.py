@@ -6,7 +6,7 @@ Local frame, metres. The tests run in order of cost, each on what the ones befor
     below      the first surface straight down is ground of the floor (no slab: nothing above its elevation)
     ring       so it is for the tripod's feet, on a ring around
     clearance  nothing nearer than `clearance_m` in eight directions, at three heights from shins to sensor
-    open air   not under open sky, where most of the floor is covered and the exterior is not what is surveyed
+    open air   not under open sky, where most of the floor is covered and the interior is surveyed
 
 References
 ----------
@@ -198,7 +198,7 @@ class TripodTests:
             ends = np.isfinite(hits.range_m).reshape(-1, _ENCLOSURE_DIRECTIONS)
             return np.asarray(ends.mean(axis=1) < _ENCLOSED_SHARE)
         scope = self._tripods.survey.scope
-        if not self._mostly_covered or (scope is not None and scope.kind == Scope.EXTERIOR):
+        if not self._mostly_covered or (scope is not None and scope.kind != Scope.INTERIOR):
             return np.zeros(position_m.shape[0], dtype=bool)
         return ~self._hits_any(position_m, _UP, self._reach_m)
 

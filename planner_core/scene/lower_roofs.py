@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray
+from planner_core.scene.between_walls import cut_cells
 from planner_core.scene.level_surfaces import (
     MIN_AREA_M2,
     MIN_CLEAR_M,
@@ -106,14 +107,5 @@ def _cut(survey: LevelSurvey, triangles: BoolArray, z_m: float) -> BoolArray:
     """(ny, nx) bool, with the margin: cells that the cut of triangles (T,) bool at the height z_m runs through."""
     columns, step_m = survey.columns, survey.step_m
     _, segments = survey.cut_of(triangles, z_m)
-    along = segments[:, 1] - segments[:, 0]
-    n_points = np.ceil(2.0 * np.sqrt((along * along).sum(axis=1)) / step_m).astype(np.int64) + 1
-    row = np.repeat(np.arange(n_points.size), n_points)
-    within = np.arange(row.size) - np.repeat(np.cumsum(n_points) - n_points, n_points)
-    at_m = segments[row, 0] + along[row] * (within / np.maximum(n_points[row] - 1, 1))[:, None]
-    cell = np.rint((at_m - [columns.x_m[0], columns.y_m[0]]) / step_m).astype(np.int64) + _MARGIN
-    shape = (columns.y_m.size + 2 * _MARGIN, columns.x_m.size + 2 * _MARGIN)
-    cell = cell[((cell >= 0) & (cell < [shape[1], shape[0]])).all(axis=1)]
-    cut = np.zeros(shape, dtype=np.bool_)
-    cut[cell[:, 1], cell[:, 0]] = True
-    return cut
+    low_m = np.array([columns.x_m[0], columns.y_m[0]]) - _MARGIN * step_m
+    return cut_cells(segments, low_m, step_m, (columns.y_m.size + 2 * _MARGIN, columns.x_m.size + 2 * _MARGIN))

@@ -25,6 +25,7 @@ from planner_core.scene.level_surfaces import (
     mostly,
 )
 from planner_core.scene.portions import portions
+from planner_core.scene.roofless_rooms import roofless_rooms
 
 #: A surface of a scene without storeys is a level's ground if it has this share of the largest one. Desks in an office
 #: take about a tenth of the floor.
@@ -40,6 +41,8 @@ _BARE = 0.5
 _NEAR_FOOT_M = 1.0
 #: The foot of the walls is the lowest height from which this share of the most walls rises: as for slabs of storeys.
 _LOWEST_SHARE = 0.4
+#: Places in a line about ground that may be a room's.
+_MOST_PLACES = 3
 #: Less roofed area than this is no hall or house.
 _LEAST_ROOFED_M2 = 4.0
 
@@ -48,7 +51,7 @@ def grounds_of_surfaces(survey: LevelSurvey, warnings: list[str]) -> list[Ground
     """Levels of a scene that names no storeys: heights with much level, head-high area, largest first."""
     columns = survey.columns
     clear = survey.level[columns.triangle] & (survey.clear_m >= MIN_LEVEL_DISTANCE_M)
-    plane = _plane_at_foot(survey)
+    plane = _plane_at_foot(survey, clear)
     if plane is not None:
         return _with_plane(survey, plane, clear, warnings)
     levels = _levels(survey, clear & np.isfinite(survey.clear_m))
@@ -57,11 +60,32 @@ def grounds_of_surfaces(survey: LevelSurvey, warnings: list[str]) -> list[Ground
         apart = all(abs(main_m - other) >= MIN_LEVEL_DISTANCE_M for other, _ in levels)
         if apart and _walled(survey, main_m, samples):
             levels.append((main_m, samples))
+    levels = _with_roofless_rooms(survey, levels, clear & ~np.isfinite(survey.clear_m), warnings)
     if not levels:
         levels = _levels(survey, clear)[:1]
         if levels:
             warnings.append("nothing is covered and no walls stand on the ground; the largest level surface is planned")
     return _grounds(survey, levels, clear, first=1)
+
+
+def _with_roofless_rooms(
+    survey: LevelSurvey, levels: list[tuple[float, BoolArray]], is_open: BoolArray, warnings: list[str]
+) -> list[tuple[float, BoolArray]]:
+    """Add to each of the levels the rooms without a ceiling beside it; `warnings` takes a line for what may be one."""
+    z_m, more = survey.columns.z_m, []
+    for main_m, samples in levels:
+        is_open &= ~samples & (np.abs(z_m - main_m) > SAME_HEIGHT_M)
+    for number, (main_m, samples) in enumerate(sorted(levels, key=lambda level: level[0]), start=1):
+        rooms, unsure = roofless_rooms(survey, _surfaces(survey, is_open), main_m, samples)
+        is_open = is_open & ~rooms
+        more.append((main_m, samples | rooms))
+        if unsure:
+            warnings.append(
+                f"ground in the open is left out beside 'Level {number}', with walls along a part of its outline: "
+                f"{'; '.join(unsure[:_MOST_PLACES])}{' ...' if len(unsure) > _MOST_PLACES else ''}; if these are rooms "
+                "whose ceiling is not in the model, mark them as ground (docs/howto/pick-ground.md)"
+            )
+    return more
 
 
 def _walled(survey: LevelSurvey, main_m: float, samples: BoolArray) -> bool:
@@ -110,8 +134,8 @@ def _with_plane(survey: LevelSurvey, plane: Ground, clear: BoolArray, warnings: 
     return [plane, *_grounds(survey, above, clear, first=2)]
 
 
-def _plane_at_foot(survey: LevelSurvey) -> Ground | None:
-    """The plane at the foot of the walls of a building without ground; None where it has some.
+def _plane_at_foot(survey: LevelSurvey, clear: BoolArray) -> Ground | None:
+    """The plane at the foot of the walls of a building without ground; None where it has some, of crossings `clear`.
 
     ______________________  roof
     |                    |
@@ -134,7 +158,9 @@ def _plane_at_foot(survey: LevelSurvey) -> Ground | None:
     roofed = np.unique(columns.column[inside & (columns.z_m > foot_m + WALL_CUT_M)])
     lower = np.unique(columns.column[inside & (columns.z_m <= foot_m + _NEAR_FOOT_M)])
     bare = np.setdiff1d(roofed, lower, assume_unique=True)
-    area_m2 = bare.size * survey.cell_m2
+    # A storey half a flight above the lowest foot has its own ground.
+    split = clear & (columns.z_m > foot_m) & (columns.z_m < foot_m + MIN_LEVEL_DISTANCE_M)
+    area_m2 = np.setdiff1d(bare, columns.column[split]).size * survey.cell_m2
     if area_m2 < max(_LEAST_ROOFED_M2, _BARE * roofed.size * survey.cell_m2) or not survey.walls_around(bounds, foot_m):
         return None
     pieces = plane_pieces(survey, bounds, foot_m, bare)

@@ -9,8 +9,9 @@ from stages import find_candidates
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import Element, PlanSettings, Scene
+from planner_core.model import Element, PlanSettings, Scene, Scope, SurveyScope
 from planner_core.scanner.load_scanner import load_scanner
+from tests.scene.floor_scenes import scene_of
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), grid_step_m=0.5, instrument_heights_m=(1.5,))
 pytestmark = pytest.mark.parametrize("engine", ["open3d", "auto"])
@@ -97,3 +98,22 @@ def test_grid_moves_and_turns_with_the_building(engine):
     one, other = (candidates_of(scene, SETTINGS, engine).position_m for scene in (room, moved))
     key = lambda p: sorted(p.round(5).tolist())  # noqa: E731
     np.testing.assert_allclose(key(one @ turn.T + shift), key(other), atol=1e-5)
+
+
+@pytest.mark.parametrize("kind", [Scope.ALL, Scope.INTERIOR])
+def test_room_without_ceiling_has_positions_where_all_is_in_scope(engine, kind):
+    # A room of 6 x 4 m with a ceiling, and one of 4 x 4 m without beside it, joined by a doorway.
+    walls = [
+        ("w", "Mesh", 0, (-0.2, -0.2, -0.2), (0, 4.2, 2.7)), ("e", "Mesh", 0, (10, -0.2, -0.2), (10.2, 4.2, 2.7)),
+        ("s", "Mesh", 0, (0, -0.2, -0.2), (10, 0, 2.7)), ("n", "Mesh", 0, (0, 4, -0.2), (10, 4.2, 2.7)),
+        ("m", "Mesh", 0, (6, 0, -0.2), (6.1, 2.8, 2.7)),
+    ]  # fmt: skip
+    floor, ceiling = ("floor", "Mesh", 0, (0, 0, -0.2), (10, 4, 0)), ("top", "Mesh", 0, (0, 0, 2.5), (6, 4, 2.7))
+    survey = make_survey(scene_of([*walls, floor, ceiling]), SETTINGS)
+    scope = SurveyScope(kind, np.ones(survey.patches.n_patches, bool), np.empty((0, 3)), np.empty(0, bool))
+    scan_engine = open_engine(survey.scene, survey.patches, engine=engine)
+    found = find_candidates(replace(survey, scope=scope), SETTINGS, scan_engine, floors=(0,))
+    assert {"covered": any(x < 6 for x, _ in places(found)), "open": any(x > 6.1 for x, _ in places(found))} == {
+        "covered": True,
+        "open": kind == Scope.ALL,
+    }
