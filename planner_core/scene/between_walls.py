@@ -14,7 +14,10 @@ import numpy as np
 from scipy import ndimage
 
 from planner_core.model import BoolArray, FloatArray
+from planner_core.scene.level_surfaces import LevelSurvey
 
+#: Cells around the grid of plumb lines, so that what ends with the scene has an outline and walls.
+MARGIN = 4
 #: Openings up to this in the walls, such as doors, are bridged in looking for what they enclose.
 GAP_M = 1.2
 
@@ -40,3 +43,15 @@ def between_walls(cut: BoolArray, step_m: float) -> BoolArray:
     closed = ndimage.binary_closing(np.pad(cut, reach), square)  # cells beyond the grid count as open
     filled: BoolArray = ndimage.binary_fill_holes(closed)[reach:-reach, reach:-reach]
     return filled
+
+
+def cut_around_lines(survey: LevelSurvey, segments_m: FloatArray) -> BoolArray:
+    """(ny, nx) bool, cells of the plumb lines of `survey` and `MARGIN` more on each side: where segments run."""
+    columns, step_m = survey.columns, survey.step_m
+    low_m = np.array([columns.x_m[0], columns.y_m[0]]) - MARGIN * step_m
+    return cut_cells(segments_m, low_m, step_m, (columns.y_m.size + 2 * MARGIN, columns.x_m.size + 2 * MARGIN))
+
+
+def lines_of(cells: BoolArray) -> BoolArray:
+    """Take the margin off."""
+    return cells[MARGIN:-MARGIN, MARGIN:-MARGIN]

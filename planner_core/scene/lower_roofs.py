@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray
-from planner_core.scene.between_walls import cut_cells
+from planner_core.scene.between_walls import MARGIN, cut_around_lines, lines_of
 from planner_core.scene.level_surfaces import (
     MIN_AREA_M2,
     MIN_CLEAR_M,
@@ -36,8 +36,6 @@ _HALF = 0.5
 _ALONG_M = 0.3
 #: Plumb lines farther apart than this miss doorways.
 _WIDEST_STEP_M = 0.3
-#: Cells around the grid, so that what ends with the scene has an outline.
-_MARGIN = 4
 
 
 def lower_roofs(survey: LevelSurvey, ground: BoolArray, main_m: float, walls: BoolArray) -> BoolArray:
@@ -87,7 +85,7 @@ def lower_roofs(survey: LevelSurvey, ground: BoolArray, main_m: float, walls: Bo
         return none
     is_roof = ~is_floor & (share(is_open, bare) >= _HALF) & (share(over_rooms, bare) >= _HALF)
     is_roof &= share(along, outline > 0, outline) < _HALF
-    roof = is_roof[part][_MARGIN:-_MARGIN, _MARGIN:-_MARGIN]
+    roof = lines_of(is_roof[part])
     found = ground & roof.ravel()[columns.column]
     # What is under the walls that stand on a roof goes with the rest of its triangle.
     n_all, n_found = (np.bincount(columns.triangle[each], minlength=survey.level.size) for each in (ground, found))
@@ -100,12 +98,9 @@ def _plan(survey: LevelSurvey, crossings: BoolArray) -> BoolArray:
     columns = survey.columns
     seen = np.zeros(columns.x_m.size * columns.y_m.size, dtype=np.bool_)
     seen[columns.column[crossings]] = True
-    return np.pad(seen.reshape(columns.y_m.size, columns.x_m.size), _MARGIN)
+    return np.pad(seen.reshape(columns.y_m.size, columns.x_m.size), MARGIN)
 
 
 def _cut(survey: LevelSurvey, triangles: BoolArray, z_m: float) -> BoolArray:
     """(ny, nx) bool, with the margin: cells that the cut of triangles (T,) bool at the height z_m runs through."""
-    columns, step_m = survey.columns, survey.step_m
-    _, segments = survey.cut_of(triangles, z_m)
-    low_m = np.array([columns.x_m[0], columns.y_m[0]]) - _MARGIN * step_m
-    return cut_cells(segments, low_m, step_m, (columns.y_m.size + 2 * _MARGIN, columns.x_m.size + 2 * _MARGIN))
+    return cut_around_lines(survey, survey.cut_of(triangles, z_m)[1])

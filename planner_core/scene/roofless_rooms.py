@@ -15,7 +15,7 @@ import numpy as np
 from scipy import ndimage
 
 from planner_core.model import BoolArray, FloatArray, Int64Array
-from planner_core.scene.between_walls import between_walls, cut_cells
+from planner_core.scene.between_walls import MARGIN, between_walls, cut_around_lines, lines_of
 from planner_core.scene.inside import ROOM_WIDTH_M
 from planner_core.scene.level_surfaces import MIN_AREA_M2, MIN_LEVEL_DISTANCE_M, SAME_HEIGHT_M, WALL_CUT_M, LevelSurvey
 
@@ -63,9 +63,12 @@ def roofless_rooms(
         if _stands_on(survey, whole, heights_m):
             continue
         step = round(height_m / SAME_HEIGHT_M)
-        walls = walls_at.setdefault(step, _walls(survey, step * SAME_HEIGHT_M + WALL_CUT_M))
+        if step not in walls_at:
+            _, segments = survey.cut_of(~survey.level & ~survey.stray, step * SAME_HEIGHT_M + WALL_CUT_M)
+            walls_at[step] = cut_around_lines(survey, segments)
+        walls = walls_at[step]
         # A room and the garden that its open door leads to are one surface.
-        inside = between_walls(walls, survey.step_m).ravel()[columns.column]
+        inside = lines_of(between_walls(walls, survey.step_m)).ravel()[columns.column]
         for part, enclosed in ((whole & inside, True), (whole & ~inside, False)):
             area_m2 = float(part.sum()) * cell_m2
             if area_m2 < MIN_AREA_M2 or not _is_wide(survey, part):
@@ -77,14 +80,6 @@ def roofless_rooms(
             elif area_m2 >= _FURNITURE_M2 and (enclosed or closed >= _OUTDOORS):
                 unsure.append(_place(survey, part, height_m - main_m))
     return found, unsure
-
-
-def _walls(survey: LevelSurvey, z_m: float) -> BoolArray:
-    """(ny, nx) bool: cells with a wall at a height."""
-    columns = survey.columns
-    _, segments = survey.cut_of(~survey.level & ~survey.stray, z_m)
-    low_m = np.array([columns.x_m[0], columns.y_m[0]])
-    return cut_cells(segments, low_m, survey.step_m, (columns.y_m.size, columns.x_m.size))
 
 
 def _plan(survey: LevelSurvey, crossings: BoolArray) -> BoolArray:
@@ -112,14 +107,14 @@ def _is_wide(survey: LevelSurvey, part: BoolArray) -> bool:
 
 
 def _closed_share(survey: LevelSurvey, part: BoolArray, walls: BoolArray, height_m: float) -> float:
-    """Share of the outline of `part` along which walls (ny, nx), or anything higher than it, stand."""
-    plan = np.pad(_plan(survey, part), 1)
+    """Share of the outline of `part` along which `walls`, with the margin, or anything higher than it, stand."""
+    plan = np.pad(_plan(survey, part), MARGIN)
     outline = ndimage.binary_dilation(plan) & ~plan
     reach = max(1, round(_ALONG_M / survey.step_m))
     width = max(1, round(_STEP_UP_M / survey.step_m))
     higher = _plan(survey, survey.columns.z_m > height_m + SAME_HEIGHT_M)
     higher = ndimage.binary_opening(higher, np.ones((width, width)))
-    closed = np.pad(ndimage.binary_dilation(walls, iterations=reach) | higher, 1, mode="edge")
+    closed = ndimage.binary_dilation(walls, iterations=reach) | np.pad(higher, MARGIN, mode="edge")
     return float(closed[outline].mean()) if outline.any() else 1.0
 
 

@@ -6,12 +6,15 @@ Local frame, metres.
 from __future__ import annotations
 
 import numpy as np
+from scipy import ndimage
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from planner_core.model import BoolArray, Int64Array
+from planner_core.scene.between_walls import between_walls, cut_around_lines, lines_of
 from planner_core.scene.columns import SAME_SURFACE_M, Columns
 from planner_core.scene.ground_planes import plane_pieces
+from planner_core.scene.inside import ROOM_WIDTH_M
 from planner_core.scene.level_surfaces import (
     MAX_SLOPE_RAD,
     MIN_AREA_M2,
@@ -37,10 +40,15 @@ _OVER_ITSELF = 0.05
 #: Ground is missing where more of the roofed area between the walls has nothing to stand on: halls are drawn as walls
 #: and roof, with the slab in another model. Less is a pit, a shaft or a room that lacks its floor.
 _BARE = 0.5
+#: Without a roof, as in maps of robots and drawings whose walls were raised, ground is missing where the walls enclose
+#: more without any: courtyards take less of a house, and so do undersides of walls.
+_BARE_UNROOFED = 2 / 3
 #: Surfaces within this of the foot of the walls are its ground, however uneven: earth, ramps, docks.
 _NEAR_FOOT_M = 1.0
 #: The foot of the walls is the lowest height from which this share of the most walls rises: as for slabs of storeys.
 _LOWEST_SHARE = 0.4
+#: A floor is as wide as a room over this share of it: corridors and galleries are, walls are not.
+_WIDE_SHARE = 0.5
 #: Places in a line about ground that may be a room's.
 _MOST_PLACES = 3
 #: Less roofed area than this is no hall or house.
@@ -53,7 +61,7 @@ def grounds_of_surfaces(survey: LevelSurvey, warnings: list[str]) -> list[Ground
     clear = survey.level[columns.triangle] & (survey.clear_m >= MIN_LEVEL_DISTANCE_M)
     plane = _plane_at_foot(survey, clear)
     if plane is not None:
-        return _with_plane(survey, plane, clear, warnings)
+        return _with_plane(survey, *plane, clear, warnings)
     levels = _levels(survey, clear & np.isfinite(survey.clear_m))
     # Storeys without a roof in the model: open ground between walls, further than a storey from what was found.
     for main_m, samples in _levels(survey, clear & ~np.isfinite(survey.clear_m)):
@@ -61,8 +69,9 @@ def grounds_of_surfaces(survey: LevelSurvey, warnings: list[str]) -> list[Ground
         if apart and _walled(survey, main_m, samples):
             levels.append((main_m, samples))
     levels = _with_roofless_rooms(survey, levels, clear & ~np.isfinite(survey.clear_m), warnings)
+    levels = _without_walls(survey, levels, warnings)
     if not levels:
-        levels = _levels(survey, clear)[:1]
+        levels = _without_walls(survey, _levels(survey, clear)[:1], warnings)
         if levels:
             warnings.append("nothing is covered and no walls stand on the ground; the largest level surface is planned")
     return _grounds(survey, levels, clear, first=1)
@@ -86,6 +95,29 @@ def _with_roofless_rooms(
                 "whose ceiling is not in the model, mark them as ground (docs/howto/pick-ground.md)"
             )
     return more
+
+
+def _without_walls(
+    survey: LevelSurvey, levels: list[tuple[float, BoolArray]], warnings: list[str]
+) -> list[tuple[float, BoolArray]]:
+    """Leave out levels that are undersides or tops of walls: hardly any of them is as wide as a room."""
+    columns, kept = survey.columns, []
+    width = max(1, round(ROOM_WIDTH_M / survey.step_m))
+    for main_m, samples in levels:
+        # What furniture stands on is as wide as the floor.
+        flat = survey.level[columns.triangle] & (np.abs(columns.z_m - main_m) <= SAME_HEIGHT_M)
+        plan = np.zeros((columns.y_m.size, columns.x_m.size), dtype=np.bool_)
+        plan.ravel()[columns.column[samples | flat]] = True
+        wide = ndimage.binary_opening(plan, np.ones((width, width)))
+        if wide.sum() >= _WIDE_SHARE * plan.sum():
+            kept.append((main_m, samples))
+        else:
+            z_m, area_m2 = main_m + float(survey.scene.offset_m[2]), float(plan.sum()) * survey.cell_m2
+            warnings.append(
+                f"{area_m2:.0f} m2 of level surface at {z_m:.3f} m are no floor: most of them are narrower than "
+                f"{ROOM_WIDTH_M:g} m, as undersides and tops of walls are; load the file with the slabs"
+            )
+    return kept
 
 
 def _walled(survey: LevelSurvey, main_m: float, samples: BoolArray) -> bool:
@@ -120,22 +152,24 @@ def _grounds(
     return grounds
 
 
-def _with_plane(survey: LevelSurvey, plane: Ground, clear: BoolArray, warnings: list[str]) -> list[Ground]:
-    """The plane, and the levels a storey above it that are no ledges."""
+def _with_plane(survey: LevelSurvey, plane: Ground, what: str, clear: BoolArray, warnings: list[str]) -> list[Ground]:
+    """The plane, and the levels a storey above it that are no ledges; `what` the plane stands in for."""
     covered = clear & np.isfinite(survey.clear_m)
     covered &= survey.columns.z_m > plane.elevation_m + MIN_LEVEL_DISTANCE_M
     least = max(MIN_AREA_M2, _MIN_AREA_SHARE * plane.area_m2) / survey.cell_m2
     above = [(main_m, samples) for main_m, samples in _levels(survey, covered) if samples.sum() >= least]
     elevation_m = plane.elevation_m + float(survey.scene.offset_m[2])
     warnings.append(
-        f"{plane.name!r}: most of what is under the roof has no ground; the foot of the walls, {elevation_m:.3f} m, is "
+        f"{plane.name!r}: {what}; the foot of the walls, {elevation_m:.3f} m, is "
         "taken as the ground: the floor slab may be in another file"
     )
     return [plane, *_grounds(survey, above, clear, first=2)]
 
 
-def _plane_at_foot(survey: LevelSurvey, clear: BoolArray) -> Ground | None:
-    """The plane at the foot of the walls of a building without ground; None where it has some, of crossings `clear`.
+def _plane_at_foot(survey: LevelSurvey, clear: BoolArray) -> tuple[Ground, str] | None:
+    """The plane at the foot of the walls of a building without ground, and what it stands in for.
+
+    None where some of the crossings `clear` are ground.
 
     ______________________  roof
     |                    |
@@ -152,20 +186,28 @@ def _plane_at_foot(survey: LevelSurvey, clear: BoolArray) -> Ground | None:
         return None
     plan = segments.reshape(-1, 2)
     bounds = np.stack([plan.min(axis=0), plan.max(axis=0)])
+    if not survey.walls_around(bounds, foot_m):
+        return None
     n_x = columns.x_m.size
     x, y = columns.x_m[columns.column % n_x], columns.y_m[columns.column // n_x]
     inside = (x > bounds[0, 0]) & (x < bounds[1, 0]) & (y > bounds[0, 1]) & (y < bounds[1, 1])
     roofed = np.unique(columns.column[inside & (columns.z_m > foot_m + WALL_CUT_M)])
-    lower = np.unique(columns.column[inside & (columns.z_m <= foot_m + _NEAR_FOOT_M)])
-    bare = np.setdiff1d(roofed, lower, assume_unique=True)
+    lower = columns.column[inside & (columns.z_m <= foot_m + _NEAR_FOOT_M)]
     # A storey half a flight above the lowest foot has its own ground.
-    split = clear & (columns.z_m > foot_m) & (columns.z_m < foot_m + MIN_LEVEL_DISTANCE_M)
-    area_m2 = np.setdiff1d(bare, columns.column[split]).size * survey.cell_m2
-    if area_m2 < max(_LEAST_ROOFED_M2, _BARE * roofed.size * survey.cell_m2) or not survey.walls_around(bounds, foot_m):
-        return None
-    pieces = plane_pieces(survey, bounds, foot_m, bare)
-    area_m2 = float(np.prod(pieces[:, 1] - pieces[:, 0], axis=1).sum())
-    return Ground("Level 1", "wall-foot", foot_m, np.empty(0, dtype=np.int32), area_m2, bounds, pieces)
+    split = columns.column[clear & (columns.z_m > foot_m) & (columns.z_m < foot_m + MIN_LEVEL_DISTANCE_M)]
+    covers = [("most of what is under the roof has no ground", _BARE, roofed)]
+    if not survey.scene.storeys:
+        enclosed = np.flatnonzero(lines_of(between_walls(cut_around_lines(survey, segments), survey.step_m)))
+        covers.append(("the walls have neither ground nor roof", _BARE_UNROOFED, enclosed))
+    for what, share, cover in covers:
+        bare = np.setdiff1d(cover, lower)
+        area_m2 = np.setdiff1d(bare, split).size * survey.cell_m2
+        if area_m2 >= max(_LEAST_ROOFED_M2, share * cover.size * survey.cell_m2):
+            pieces = plane_pieces(survey, bounds, foot_m, bare)
+            area_m2 = float(np.prod(pieces[:, 1] - pieces[:, 0], axis=1).sum())
+            none = np.empty(0, dtype=np.int32)
+            return Ground("Level 1", "wall-foot", foot_m, none, area_m2, bounds, pieces), what
+    return None
 
 
 def _foot_of_walls_m(survey: LevelSurvey) -> float | None:

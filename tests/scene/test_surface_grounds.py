@@ -80,14 +80,78 @@ def test_hall_without_ground_in_an_obj_of_other_units(metres_per_unit: float, tm
 
 
 def test_hall_without_ground_in_an_stl(tmp_path: Path) -> None:
-    scene = scene_of([*WALLS, ROOF, DOCK])
-    facets = ["solid hall"]
-    for corners in (scene.vertices_m + scene.offset_m)[scene.triangles]:
-        rows = "".join(" vertex {:g} {:g} {:g}".format(*row) for row in corners)
-        facets.append(f"facet normal 0 0 0 outer loop{rows} endloop endfacet")
     file = tmp_path / "hall.stl"
-    file.write_text("\n".join([*facets, "endsolid hall"]))
+    stl_of(scene_of([*WALLS, ROOF, DOCK]), file, 1.0)
     assert foot_of(find_floors(load_scene(file))) == [(0.0, "wall-foot")]
+
+
+# ------------------------------------------------------------------------------------- walls and nothing else
+#: Rooms of a robot's map, its walls raised to 2.5 m: two doorways, and a shaft that is filled.
+RAISED = [
+    *four_walls(9.0, 7.0, 0.0, 2.5, 0),
+    ("across", "Mesh", 0, (0.2, 3.4, 0), (3.5, 3.6, 2.5)),
+    ("across 2", "Mesh", 0, (4.5, 3.4, 0), (8.8, 3.6, 2.5)),
+    ("along", "Mesh", 0, (5, 0.2, 0), (5.2, 2.4, 2.5)),
+    ("shaft", "Mesh", 0, (7, 5, 0), (8.8, 6.8, 2.5)),
+]
+
+
+def stl_of(scene: Scene, file: Path, metres_per_unit: float) -> None:
+    facets = ["solid scene"]
+    for corners in (scene.vertices_m + scene.offset_m)[scene.triangles] / metres_per_unit:
+        rows = "".join(" vertex {:.4f} {:.4f} {:.4f}".format(*row) for row in corners)
+        facets.append(f"facet normal 0 0 0 outer loop{rows} endloop endfacet")
+    file.write_text("\n".join([*facets, "endsolid scene"]))
+
+
+@pytest.mark.parametrize("metres_per_unit", [1.0, 0.001, 0.0254])
+def test_undersides_of_walls_in_an_stl_are_no_ground(metres_per_unit: float, tmp_path: Path) -> None:
+    file = tmp_path / "map.stl"
+    stl_of(scene_of(RAISED), file, metres_per_unit)
+    report = find_floors(load_scene(file, options=LoadOptions(metres_per_unit=metres_per_unit)))
+    assert foot_of(report) == [(0.0, "wall-foot")]
+    assert report.floors[0].ground_area_m2 == pytest.approx(9 * 7 - 1.8 * 1.8, rel=0.05)
+    (line,) = report.warnings
+    assert "the walls have neither ground nor roof; the foot of the walls, 0.000 m, is taken as the ground" in line
+
+
+@pytest.mark.parametrize("thickness_m", [0.1, 0.5], ids=["partitions", "of a castle"])
+def test_walls_of_any_thickness_are_no_ground(thickness_m: float) -> None:
+    walls = [
+        ("w", "Mesh", 0, (0, 0, 0), (thickness_m, 8, 3)), ("e", "Mesh", 0, (10 - thickness_m, 0, 0), (10, 8, 3)),
+        ("s", "Mesh", 0, (0, 0, 0), (10, thickness_m, 3)), ("n", "Mesh", 0, (0, 8 - thickness_m, 0), (10, 8, 3)),
+    ]  # fmt: skip
+    assert foot_of(find_floors(scene_of(walls))) == [(0.0, "wall-foot")]
+
+
+def test_walls_drawn_as_single_sheets_enclose_ground() -> None:
+    plan = [(0, 0), (8, 0), (8, 6), (0, 6), (0, 0)]
+    rows = np.array([(x, y, z) for x, y in plan for z in (0.0, 2.6)], dtype=float)
+    triangles = [t for k in range(4) for t in ((2 * k, 2 * k + 2, 2 * k + 3), (2 * k, 2 * k + 3, 2 * k + 1))]
+    report = find_floors(scene_from_arrays(rows, triangles))
+    assert foot_of(report) == [(0.0, "wall-foot")]
+    assert report.floors[0].ground_area_m2 == pytest.approx(48.0, rel=0.05)
+
+
+def test_walls_that_enclose_nothing_have_one_line_and_no_floor() -> None:
+    walls = [("a", "Mesh", 0, (0, 0, 0), (8, 0.3, 3)), ("b", "Mesh", 0, (0, 6, 0), (8, 6.3, 3))]
+    report = find_floors(scene_of(walls))
+    assert report.floors == ()
+    assert any("5 m2 of level surface at 0.000 m are no floor: most of them are narrower" in w for w in report.warnings)
+
+
+def test_courtyard_without_ground_leaves_the_house_its_own() -> None:
+    wings = [((0, 0), (14, 3)), ((0, 11), (14, 14)), ((0, 3), (3, 11)), ((11, 3), (14, 11))]
+    slabs = [(f"slab {k}", "Mesh", 0, (*a, -0.2), (*b, 0)) for k, (a, b) in enumerate(wings)]
+    roofs = [(f"roof {k}", "Mesh", 0, (*a, 2.6), (*b, 2.8)) for k, (a, b) in enumerate(wings)]
+    court = [
+        (f"court {k}", "Mesh", 0, (*a, 0), (*b, 2.6))
+        for k, (a, b) in enumerate(
+            [((3, 2.8), (11, 3)), ((3, 11), (11, 11.2)), ((2.8, 3), (3, 11)), ((11, 3), (11.2, 11))]
+        )
+    ]
+    report = find_floors(scene_of([*slabs, *roofs, *court, *four_walls(14, 14, 0, 2.6, 0)]))
+    assert foot_of(report) == [(0.0, "surface")] and report.warnings == ()
 
 
 @pytest.mark.slow
