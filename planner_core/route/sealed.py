@@ -92,8 +92,19 @@ def _apart(survey: Survey, parts: Sequence[tuple[Region, list[str]]]) -> tuple[s
     more = f"; and {len(entered) - _MAX_LINES} more" if len(entered) > _MAX_LINES else ""
     return (
         f"{len(entered)} parts of the building that no route joins, such as dwellings: {'; '.join(words)}{more}; enter "
-        "each by itself, or check doors and stairs of the model",
+        f"each by itself, or check doors and stairs of the model{_without_roof(survey, [r for r, _ in entered])}",
     )
+
+
+def _without_roof(survey: Survey, entered: Sequence[Region]) -> str:
+    """How to leave the topmost floor out where no part of it has ground on another floor: it may be a roof."""
+    top = max(survey.planned, key=lambda index: survey.floors[index].elevation_m)
+    others = [index for index in survey.planned if index != top]
+    on_top = [np.flatnonzero(region.area_by_floor_m2).tolist() for region in entered if region.area_by_floor_m2[top]]
+    if not others or not on_top or any(floors != [top] for floors in on_top):
+        return ""
+    rest = " ".join(f"--floor {survey.floors[index].id}" for index in others)
+    return f"; if nobody can enter {survey.floors[top].name!r}, such as a roof, plan without it ({rest})"
 
 
 def _where(survey: Survey, region: Region) -> str:

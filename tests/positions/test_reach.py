@@ -10,16 +10,18 @@ from stages import find_candidates
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import Candidates, Element, PlanSettings, Scene, Survey
+from planner_core.model import Candidates, Element, PlanSettings, Scene, Station, Survey
 from planner_core.positions.carrier import Mover, Zone
 from planner_core.positions.free_space import free_space
 from planner_core.positions.outlines import over_polygon
 from planner_core.positions.reach import Reach, reachability, reachable, stand_nodes, triangles_over
+from planner_core.route.sealed import reach_warnings
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene import portions
 from planner_core.scene.build import scene_from_arrays
 from scenes_synthetic import SyntheticScene, build
 from scenes_synthetic.basement import ENCLOSED
+from tests.scene.floor_scenes import four_walls, scene_of
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0, instrument_heights_m=(1.5,))
 PERSON = Mover()
@@ -227,3 +229,21 @@ def test_triangles_over_places_are_those_whose_bounds_hold_them(portion: int, mo
         assert over.tolist() == np.flatnonzero(holds).tolist()
     assert any(over.size for over in found)
     assert not all(over.size for over in found)
+
+
+@pytest.mark.parametrize("stairs", [False, True], ids=["no way up", "stairs"])
+def test_top_floor_that_no_way_leads_to_has_the_option_that_leaves_it_out(stairs: bool) -> None:
+    # An attic ring above a hall, as the hollow upper walls of a church: rooms beneath it, and no stairs.
+    walls = [*four_walls(9, 9, 0.0, 3.0, 0), *four_walls(9, 9, 3.2, 6.2, 0)]
+    slabs = [("floor", "Mesh", 0, (0, 0, -0.2), (9, 9, 0)), ("upper", "Mesh", 0, (0, 1.6, 3.0), (9, 9, 3.2))]
+    roof = ("roof", "Mesh", 0, (0, 0, 6.2), (9, 9, 6.4))
+    steps = [(f"s{k}", "Mesh", 0, (0.6 + 0.28 * k, 0.4, 0), (0.88 + 0.28 * k, 1.6, 0.2 * (k + 1))) for k in range(16)]
+    survey = make_survey(
+        scene_of([*walls, *slabs, roof, *(steps if stairs else ())]),
+        PlanSettings(scanner=load_scanner("rtc360"), max_patch_area_m2=4.0),
+    )
+    reach = reachability(survey, free_space(survey))
+    given = [Station(f"S{k}", f"F{k}", k, np.array([7.0, 6.0, z + 1.5]), 1.5) for k, z in enumerate([0.0, 3.2])]
+    lines = [line for line in reach_warnings(survey, reach, given) if "no route joins" in line]
+    without = "if nobody can enter 'Level 2', such as a roof, plan without it (--floor F0)"
+    assert [without in line for line in lines] == ([] if stairs else [True])
