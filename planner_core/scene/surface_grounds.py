@@ -100,7 +100,12 @@ def _with_roofless_rooms(
 def _without_walls(
     survey: LevelSurvey, levels: list[tuple[float, BoolArray]], warnings: list[str]
 ) -> list[tuple[float, BoolArray]]:
-    """Leave out levels that are undersides or tops of walls: hardly any of them is as wide as a room."""
+    """Leave out levels that are undersides or tops of walls: hardly any of them is as wide as a room.
+
+    A file with storeys, none of which is a floor, is judged as one trade of a building, see `find_floors`.
+    """
+    if survey.scene.storeys:
+        return levels
     columns, kept = survey.columns, []
     width = max(1, round(ROOM_WIDTH_M / survey.step_m))
     for main_m, samples in levels:
