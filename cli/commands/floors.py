@@ -13,6 +13,7 @@ from ..options import FileOptions, apply, output_options, scene_argument, scene_
 @apply(scene_argument, scene_options, output_options)
 def command(scenes: tuple[Path, ...], reading: FileOptions, as_json: bool, quiet: bool) -> None:
     """List the floors of SCENE that stations can stand on, with area and elevation."""
+    from planner_core.coverage.plausibility import implausible_floors
     from planner_core.scene.floors import find_floors
 
     from .. import inputs, output
@@ -21,7 +22,8 @@ def command(scenes: tuple[Path, ...], reading: FileOptions, as_json: bool, quiet
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         loaded = inputs.load(scenes, reading, progress=reporter.show)
         report = find_floors(loaded)  # before warnings: a scene that is no building gets the one line of its refusal
-        reporter.warn((*output.repairs(loaded.report, listed_in="--json"), *loaded.report.warnings, *report.warnings))
+        warnings = (*loaded.report.warnings, *report.warnings, *implausible_floors(loaded, report.floors))
+        reporter.warn((*output.repairs(loaded.report, listed_in="--json"), *warnings))
     offset_z_m = float(loaded.offset_m[2])
     if as_json:
         output.as_json(
@@ -39,7 +41,7 @@ def command(scenes: tuple[Path, ...], reading: FileOptions, as_json: bool, quiet
                 "glass_area_m2": round(loaded.report.glass_area_m2, 3),
                 "mirror_area_m2": round(loaded.report.mirror_area_m2, 3),
                 "dropped_faces": list(loaded.report.dropped),
-                "warnings": [*loaded.report.warnings, *report.warnings],
+                "warnings": list(warnings),
             }
         )
         return

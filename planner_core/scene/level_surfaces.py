@@ -105,12 +105,7 @@ class LevelSurvey:
 
     def cut_of(self, triangles: BoolArray, z_m: float, bounds_m: FloatArray | None = None) -> tuple[float, FloatArray]:
         """`cut_length` of some triangles (T,)."""
-        z, ids = self.scene.vertices_m[:, 2], np.flatnonzero(triangles).astype(np.int32)
-        cut = [np.empty(0, dtype=np.int32)]
-        for some in portions(ids.size):
-            height_m = z[self.scene.triangles[ids[some]]] - z_m
-            cut.append(ids[some][(height_m.min(axis=1) < 0) & (height_m.max(axis=1) >= 0)])
-        return cut_length(self.corners_of(np.concatenate(cut)), z_m, bounds_m)
+        return cut_of_scene(self.scene, triangles, z_m, bounds_m)
 
     def walls_around(self, bounds_m: FloatArray, ground_m: float) -> bool:
         """Tell whether walls stand on ground: at `WALL_CUT_M` they are half as long as its bounds' perimeter."""
@@ -165,6 +160,18 @@ def _widen(bounds: FloatArray, points: FloatArray) -> None:
     """Let bounds (2, K) reach round points (N, K) as well."""
     np.minimum(bounds[0], points.min(axis=0, initial=np.inf), out=bounds[0])
     np.maximum(bounds[1], points.max(axis=0, initial=-np.inf), out=bounds[1])
+
+
+def cut_of_scene(
+    scene: Scene, triangles: BoolArray, z_m: float, bounds_m: FloatArray | None = None
+) -> tuple[float, FloatArray]:
+    """`cut_length` of some of a scene's triangles (T,), a portion at a time."""
+    z, ids = scene.vertices_m[:, 2], np.flatnonzero(triangles).astype(np.int32)
+    cut = [np.empty(0, dtype=np.int32)]
+    for some in portions(ids.size):
+        height_m = z[scene.triangles[ids[some]]] - z_m
+        cut.append(ids[some][(height_m.min(axis=1) < 0) & (height_m.max(axis=1) >= 0)])
+    return cut_length(scene.vertices_m[scene.triangles[np.concatenate(cut)]], z_m, bounds_m)
 
 
 def cut_length(corners_m: FloatArray, z_m: float, bounds_m: FloatArray | None = None) -> tuple[float, FloatArray]:

@@ -69,3 +69,12 @@ def test_floors_of_several_files(tlsplan, slabs: tuple[Path, Path]) -> None:
     refused = tlsplan("floors", *slabs, "--units", "high.obj=yards")
     assert refused.returncode != 0
     assert "yards" in refused.stderr and "Traceback" not in refused.stderr
+
+
+def test_floors_that_are_longer_than_any_building_have_a_line(tlsplan, tmp_path: Path) -> None:
+    # A deck of 470 m: a house of 12 m in inches that was read in metres has walls and ceiling as high as that.
+    site = tmp_path / "site.obj"
+    site.write_text(BOX.format(z=0, w=470) + BOX.format(z=9, w=470).replace("1 2 3", "5 6 7").replace("1 3 4", "5 7 8"))
+    done = tlsplan("floors", site, "--json")
+    assert done.returncode == 0, done.stderr
+    assert any("floors are 470 m long, expected 3 to 400 m" in line for line in json.loads(done.stdout)["warnings"])

@@ -10,12 +10,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner_core.coverage.plausibility import CHECKS, implausible
+from planner_core.coverage.plausibility import CHECKS, implausible, implausible_floors
 from planner_core.coverage.survey import make_survey
-from planner_core.model import Coverage, Plan, PlanSettings, PointLimits, Requirements, Room, Scene, Station, Survey
+from planner_core.model import (
+    Coverage,
+    Floor,
+    Plan,
+    PlanSettings,
+    PointLimits,
+    Requirements,
+    Room,
+    Scene,
+    Station,
+    Survey,
+)
 from planner_core.positions.free_space import free_space
 from planner_core.positions.reach import Reach, reachability
 from planner_core.scanner.load_scanner import load_scanner
+from planner_core.scene.floors import find_floors
 from tests.scene.floor_scenes import box, four_walls, scene_of
 
 SETTINGS = PlanSettings(scanner=load_scanner("rtc360"), max_patch_area_m2=4.0)
@@ -214,6 +226,32 @@ def test_floors_closer_than_a_storey_are_doubted(rise_m, is_doubted) -> None:
         assert lines[0].startswith("floors 'Ground' and 'Upper' lie 1.90 m over each other, expected 2 m or more")
 
 
+def test_floors_of_wings_half_a_storey_apart_are_as_high_as_where_they_lie_over_each_other() -> None:
+    # The ground has two heights, 0 and 1.2 m; the upper floor lies over the lower wing alone, 1.8 m above the other.
+    scene = scene_of(
+        [
+            ("slab", "IfcSlab", 0, (0, 0, -0.2), (6, 9, 0)),
+            ("slab, wing", "IfcSlab", 0, (6, 0, 1.0), (15, 9, 1.2)),
+            ("upper slab", "IfcSlab", 1, (0, 0, 2.8), (6, 9, 3.0)),
+            *four_walls(15, 9, 0.0, 6.0, 0),
+            ("roof", "IfcRoof", 1, (0, 0, 6.0), (15, 9, 6.2)),
+        ],
+        (("Ground", 0.0), ("Upper", 3.0)),
+    )
+    ground, upper = find_floors(scene).floors
+    assert upper.elevation_m - ground.elevation_m == pytest.approx(1.8)
+    assert implausible_floors(scene, (ground, upper)) == ()
+
+
+@pytest.mark.parametrize(("size_m", "is_doubted"), [(3.0, False), (9.0, True)], ids=["turret", "storeys"])
+def test_height_of_a_building_is_that_over_a_part_of_its_ground(size_m, is_doubted) -> None:
+    ceiling = ("ceiling", "IfcCovering.CEILING", 0, (0.2, 0.2, 2.6), (8.8, 8.8, 2.65))
+    above = [("top", "IfcRoof", 0, (0, 0, 14.0), (size_m, size_m, 14.2)), *four_walls(size_m, size_m, 3.2, 14.0, 0)]
+    scene = hall(9.0, 9.0, 3.0, ceiling, *above)
+    lines = implausible_floors(scene, find_floors(scene).floors)
+    assert ["the building ends 14.2 m above" in line for line in lines] == [True] * is_doubted
+
+
 # ----------------------------------------------------------------------------------------- rooms entered
 def room(name: str, low, high) -> Room:
     vertices, triangles = box(low, high)
@@ -284,7 +322,7 @@ def gallery() -> Scene:
 @pytest.mark.parametrize(
     ("scene", "words"),
     [
-        (dock(2.0), "ground of floor 'Ground' is 40 m2, and 210 m2 lie between the walls at its height, 19 %"),
+        (dock(2.0), "ground of floor 'Ground' is 40 m2, and 206 m2 lie between the walls at its height, 19 %"),
         (dock(5.0), ""),
         (gallery(), ""),
     ],
@@ -318,6 +356,21 @@ def test_length_in_a_unit_that_was_given_is_not_doubted() -> None:
     scene = hall(2.5, 2.0)
     given = replace(scene, source=replace(scene.source, told_metres_per_unit=1.0))
     assert doubts(given, [(1.2, 1.0)]) == []
+
+
+@pytest.mark.parametrize("scene", [dock(2.0), storeys(6.4, 10.0), hall(2.5, 2.0), hall(9.0, 9.0)])
+def test_floors_alone_have_the_lines_of_the_plan_on_them(scene) -> None:
+    lines = implausible_floors(scene, find_floors(scene).floors)
+    assert list(lines) == doubts(scene, [(1.2, 1.0)], covered_m2=50.0)
+    assert bool(lines) == (scene is not hall(9.0, 9.0))
+
+
+def test_undersides_of_walls_taken_for_ground_are_doubted() -> None:
+    scene = scene_of([*four_walls(12, 10, 0.0, 2.5, 0), ("between", "Mesh", 0, (0.2, 4, 0), (11.8, 4.2, 2.5))])
+    low = np.flatnonzero((scene.vertices_m[:, 2][scene.triangles] == 0).all(axis=1)).astype(np.int32)
+    floor = Floor("F0", "Level 1", 0.0, 11.0, low, np.array([[0.0, 0.0], [12.0, 10.0]]), "surface")
+    (line,) = implausible_floors(scene, (floor,))
+    assert line.startswith("ground of floor 'Level 1' is 11 m2, and 12") and "expected 33 % or more" in line
 
 
 # -------------------------------------------------------------------------------------- stations per room
