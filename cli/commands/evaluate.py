@@ -43,6 +43,7 @@ def command(
 ) -> None:
     """Compute coverage and network of a given station list in SCENE: your own plan, or stations as scanned."""
     from planner_core.plan_folder.folder import check_output, write_plan_folder
+    from planner_core.plan_folder.report import letter_warnings
     from planner_core.plan_folder.stations_csv import read_station_list
     from planner_core.planning.evaluate import evaluate_survey
     from planner_core.planning.judge import with_judgement
@@ -65,4 +66,5 @@ def command(
         reporter.warn(plan.warnings)
         if folder is not None:
             write_plan_folder(plan, folder, engine=scan_engine, overwrite=overwrite, progress=reporter.show)
+            reporter.warn(letter_warnings(plan))
     summary.finish(plan, folder, judge_in_full=n_judged is not None, as_json=as_json, quiet=quiet)

@@ -72,6 +72,7 @@ def run(
 ) -> None:
     """Plan, write the folder and print the summary; `demo` calls this too."""
     from planner_core.plan_folder.folder import check_output, write_plan_folder
+    from planner_core.plan_folder.report import letter_warnings
     from planner_core.planning.judge import with_judgement
     from planner_core.planning.plan import plan_survey
     from planner_core.spread import spread_over
@@ -95,6 +96,7 @@ def run(
         )
         reporter.warn(plan.warnings)
         write_plan_folder(plan, folder, engine=scan_engine, overwrite=overwrite, progress=reporter.show)
+        reporter.warn(letter_warnings(plan))
     summary.finish(plan, folder, judge_in_full=n_judged is not None, as_json=as_json, quiet=quiet)
 
 

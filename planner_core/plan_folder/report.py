@@ -17,6 +17,7 @@ from planner_core.model import Link, Plan, Scope
 from planner_core.network.network_report import groups_first, weakest_link
 from planner_core.network.weak_motion import motion_words, overlap_percent
 from planner_core.plan_folder.curve_drawing import write_coverage_curve
+from planner_core.plan_folder.drawing.fonts import lacking_letters
 from planner_core.plan_folder.maps import view_floor, write_floor_map, write_link_map, write_overview
 from planner_core.plan_folder.pictures import write_floor_picture
 from planner_core.plan_folder.report_tables import (
@@ -219,9 +220,17 @@ def _field(plan: Plan) -> Iterator[tuple[str, str]]:
         )
 
 
+def letter_warnings(plan: Plan) -> tuple[str, ...]:
+    """A line where maps and pictures draw letters of names as boxes, as no font of this machine has them."""
+    names = [plan.survey.scene.title, *(floor.name for floor in plan.survey.floors), *(s.id for s in plan.stations)]
+    line = lacking_letters(names)
+    return (line,) if line else ()
+
+
 def _warnings(plan: Plan, without_pictures: str) -> str:
     lines = [
         *groups_first(plan.warnings),
+        *letter_warnings(plan),
         *([f"coverage pictures are left out: {without_pictures}"] if without_pictures else []),
     ]
     return "\n".join(f'<p class="warning">{escape(line)}</p>' for line in lines)

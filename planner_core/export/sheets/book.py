@@ -31,7 +31,7 @@ from planner_core.export.sheets.words import (
     unseen_table,
     warnings_of,
 )
-from planner_core.plan_folder.drawing.fonts import has_letters
+from planner_core.plan_folder.drawing.fonts import lacking_letters
 from planner_core.plan_folder.drawing.ink import Box, Ink
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 
@@ -165,10 +165,8 @@ def _histograms(plan: PlanSource, building: Building | None, remarks: list[str])
 def _unprintable(plan: PlanSource) -> list[str]:
     names = [plan.title, *(floor.name for floor in plan.floors), *(station.id for station in plan.stations)]
     names += [str(row["name"]) for row in plan.document.get("unseen", ())]
-    bad = [name for name in dict.fromkeys(names) if not has_letters(name)]
-    if not bad:
-        return []
-    return [f"characters of {len(bad)} name{'s' if len(bad) > 1 else ''}, such as {bad[0]!r}, are not all in the font"]
+    line = lacking_letters(names)
+    return [line] if line else []
 
 
 def pages_of(contents: Contents, paper: str) -> list[Page]:

@@ -1,16 +1,24 @@
-"""The letters of sheets: DejaVu Sans, which matplotlib brings along, and how wide words are in it.
+"""The letters of maps and sheets: DejaVu Sans, which matplotlib brings along, and how wide words are in it.
 
-It has Latin, Greek and Cyrillic letters and what plans need besides; what it has not, such as Chinese, is told.
+It has Latin, Greek and Cyrillic letters and what plans need besides. What it lacks, such as Chinese, is drawn with a
+font of this machine that has it, in PDF as outlines; else `lacking_letters` names the package that brings one.
 """
 
 from __future__ import annotations
 
 import re
+import unicodedata
+from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cache, lru_cache
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from planner_core.errors import MissingPackageError
+from planner_core.model import FloatArray, UInt8Array
 from planner_core.plan_folder.drawing.ink import MM_PER_POINT, clean
 
 REGULAR, BOLD = "SheetSans", "SheetSans-Bold"
@@ -19,6 +27,31 @@ ELLIPSIS = "…"
 #: Blanks at which no line is broken: between a number and its unit, or what stands in brackets behind it.
 _KEPT = r"(?:%|m²?|mm|min)(?![\w²])|\(\d"
 _KEPT_BLANK, _BLANK = re.compile(rf"(?<=\d) (?={_KEPT})"), re.compile(rf" (?!{_KEPT})|(?<!\d) ")
+
+#: Fonts that hold the letters of East Asian scripts are looked at first, and fonts for signs without serifs of those.
+_EAST_ASIAN = re.compile(
+    r"cjk|fallback|wqy|hei|ming|song|sim(sun|hei)|msyh|gothic|meiryo|ipa[eg]|takao|nanum|malgun|pingfang|hiragino|unifont"
+    r"|arial unicode",
+    re.IGNORECASE,
+)
+_PLAIN = re.compile(r"bold|black|light|thin|italic|oblique|serif|mono|ming|song", re.IGNORECASE)
+#: Debian packages with the letters of a script, by how Unicode names them; all others are in the first.
+_PACKAGES = {"": "fonts-noto-core", "CJK": "fonts-noto-cjk", "HANGUL": "fonts-noto-cjk", "HIRAGANA": "fonts-noto-cjk",
+             "KATAKANA": "fonts-noto-cjk"}  # fmt: skip
+_OUTLINE_EM = 100.0
+
+
+@dataclass(frozen=True, eq=False)
+class Letter:
+    """A letter of another font than DejaVu Sans. In units of the font's size, from the letter's origin, y up.
+
+    advance : to the next letter. corner : (N, 2) of its outlines. code : (N,) of each, as matplotlib's paths have them.
+    """
+
+    file: Path
+    advance: float
+    corner: FloatArray
+    code: UInt8Array
 
 
 @cache
@@ -51,13 +84,93 @@ def width_mm(words: str, size_pt: float, *, bold: bool = False) -> float:
 
 @lru_cache(maxsize=4096)
 def _width_em(words: str, *, bold: bool) -> float:
-    return float(font(BOLD if bold else REGULAR).stringWidth(words, 1000.0)) / 1000.0
+    sheet = font(BOLD if bold else REGULAR)
+    width = 0.0
+    for part in runs(words):
+        width += float(sheet.stringWidth(part, 1000.0)) / 1000.0 if isinstance(part, str) else part.advance
+    return width
 
 
-def has_letters(words: str) -> bool:
-    """Whether the font has all letters of `words`."""
+def runs(words: str) -> list[str | Letter]:
+    """Words in parts: texts of DejaVu Sans, and single letters of other fonts; what no font has stays in the texts."""
     glyphs = font(REGULAR).face.charToGlyph
-    return all(ord(letter) in glyphs for letter in clean(words))
+    if all(ord(letter) in glyphs for letter in words):
+        return [words]
+    parts: list[str | Letter] = []
+    for found, letters in groupby(words, key=lambda each: None if ord(each) in glyphs else letter_of(each)):
+        text = "".join(letters)
+        parts += [text] if found is None else [found] * len(text)
+    return parts
+
+
+def families(words: str) -> list[str]:
+    """Names of the fonts that matplotlib draws words with, DejaVu Sans first."""
+    from matplotlib import font_manager
+
+    files = [part.file for part in runs(words) if isinstance(part, Letter)]
+    names = []
+    for file in dict.fromkeys(files):
+        font_manager.fontManager.addfont(file)
+        names.append(font_manager.FontProperties(fname=file).get_name())
+    return ["DejaVu Sans", *names]
+
+
+@cache
+def letter_of(letter: str) -> Letter | None:
+    """Find a letter in the other fonts of this machine; None where none has it."""
+    from matplotlib.ft2font import FT2Font, LoadFlags
+
+    for file in machine_fonts():
+        if ord(letter) not in _letters_in(file):
+            continue
+        face = FT2Font(str(file))
+        face.set_size(_OUTLINE_EM, 72)
+        advance = face.load_char(ord(letter), flags=LoadFlags.NO_HINTING).linearHoriAdvance / 65536.0
+        corner, code = face.get_path()
+        return Letter(file, advance / _OUTLINE_EM, corner / _OUTLINE_EM, np.asarray(code, dtype=np.uint8))
+    return None
+
+
+@cache
+def machine_fonts() -> tuple[Path, ...]:
+    """Fonts of this machine, those for East Asian scripts first, plain ones before bold ones and serifs."""
+    from matplotlib import font_manager
+
+    files = {Path(file) for file in font_manager.findSystemFonts()}
+    return tuple(
+        sorted(files, key=lambda f: (not _EAST_ASIAN.search(f.name), bool(_PLAIN.search(f.name)), f.name, str(f)))
+    )
+
+
+@cache
+def _letters_in(file: Path) -> frozenset[int]:
+    """Code points that a font has; none of a file that is no font."""
+    from matplotlib.ft2font import FT2Font
+
+    try:
+        return frozenset(FT2Font(str(file)).get_charmap())
+    except (OSError, RuntimeError):
+        return frozenset()
+
+
+def lacking_letters(names: Iterable[str]) -> str:
+    """A line on names with letters that no font of this machine has, and the package that brings one; else empty."""
+    glyphs = font(REGULAR).face.charToGlyph
+    lacking: dict[str, str] = {}
+    for name in names:
+        for letter in clean(name):
+            if ord(letter) not in glyphs and letter_of(letter) is None:
+                lacking.setdefault(name, letter)
+    if not lacking:
+        return ""
+    name, letter = next(iter(lacking.items()))
+    script = unicodedata.name(letter, "").split(" ")[0].split("-")[0]
+    package = _PACKAGES.get(script, _PACKAGES[""])
+    n = len(lacking)
+    return (
+        f"letters of {n} name{'' if n == 1 else 's'}, such as {name!r}, are drawn as boxes: no font of this machine "
+        f"has them; install one, such as Debian's package {package}, and write again"
+    )
 
 
 def fitted(words: str, size_pt: float, room_mm: float, *, bold: bool = False) -> str:

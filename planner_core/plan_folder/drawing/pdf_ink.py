@@ -8,12 +8,16 @@ from math import degrees
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from planner_core.model import FloatArray
-from planner_core.plan_folder.drawing.fonts import BOLD, REGULAR, font
+from planner_core.plan_folder.drawing.fonts import BOLD, REGULAR, Letter, font, runs, width_mm
 from planner_core.plan_folder.drawing.ink import INK, MM_PER_POINT, Box, Colour, Pen, clean
 
 _POINTS_PER_MM = 1.0 / MM_PER_POINT
-_EVEN_ODD = 0
+_EVEN_ODD, _NON_ZERO = 0, 1
+#: Codes of matplotlib's paths.
+_MOVE, _LINE, _QUADRATIC, _CUBIC = 1, 2, 3, 4
 
 
 class PdfBook:
@@ -95,19 +99,39 @@ class PdfInk:
         turn_rad: float = 0.0,
     ) -> None:
         """See `Ink`."""
-        canvas = self._canvas
+        canvas, words = self._canvas, clean(words)
         canvas.setFillColorRGB(*colour)
         canvas.setFont(BOLD if bold else REGULAR, size_pt)
         x, y = (value * _POINTS_PER_MM for value in at)
         draw = {"left": canvas.drawString, "middle": canvas.drawCentredString, "right": canvas.drawRightString}[align]
-        if turn_rad == 0.0:
-            draw(x, y, clean(words))
+        parts = runs(words)
+        if turn_rad == 0.0 and parts == [words]:
+            draw(x, y, words)
             return
         canvas.saveState()
         canvas.translate(x, y)
         canvas.rotate(degrees(turn_rad))
-        draw(0, 0, clean(words))
+        if parts == [words]:
+            draw(0, 0, words)
+        else:
+            self._draw_parts(parts, size_pt, bold=bold, align=align)
         canvas.restoreState()
+
+    def _draw_parts(self, parts: list[str | Letter], size_pt: float, *, bold: bool, align: str) -> None:
+        """Draw words at the origin, letters of other fonts than the sheet's as their outlines."""
+        widths = [
+            part.advance * size_pt if isinstance(part, Letter) else width_mm(part, size_pt, bold=bold) * _POINTS_PER_MM
+            for part in parts
+        ]
+        x = {"left": 0.0, "middle": -0.5 * sum(widths), "right": -sum(widths)}[align]
+        for part, width in zip(parts, widths, strict=True):
+            if isinstance(part, Letter):
+                path = self._canvas.beginPath()
+                _trace(path, part.corner * size_pt + (x, 0.0), part.code.tolist())
+                self._canvas.drawPath(path, stroke=0, fill=1, fillMode=_NON_ZERO)
+            else:
+                self._canvas.drawString(x, 0.0, part)
+            x += width
 
     def picture(self, path: Path, box: Box) -> None:
         """See `Ink`."""
@@ -143,3 +167,24 @@ class PdfInk:
             if closed:
                 path.close()
         return path
+
+
+def _trace(path: Any, corner: FloatArray, codes: list[int]) -> None:
+    """Draw a path of matplotlib's, corners (N, 2) in points and their codes, on one of reportlab's."""
+    row, last = 0, corner[:1][0] if len(corner) else corner
+    while row < len(codes):
+        code = codes[row]
+        if code == _MOVE:
+            path.moveTo(*corner[row].tolist())
+        elif code == _LINE:
+            path.lineTo(*corner[row].tolist())
+        elif code == _QUADRATIC:  # as a cubic one: its control points lie two thirds of the way to the one
+            control, end = corner[row], corner[row + 1]
+            points = (last + 2 * (control - last) / 3, end + 2 * (control - end) / 3, end)
+            path.curveTo(*np.concatenate(points).tolist())
+        elif code == _CUBIC:
+            path.curveTo(*corner[row : row + 3].ravel().tolist())
+        else:
+            path.close()
+        row += {_QUADRATIC: 2, _CUBIC: 3}.get(code, 1)
+        last = corner[row - 1]

@@ -12,6 +12,7 @@ import numpy as np
 
 from planner_core.errors import MissingPackageError
 from planner_core.model import FloatArray, UInt8Array
+from planner_core.plan_folder.drawing.fonts import families
 from planner_core.plan_folder.drawing.ink import INK, MM_PER_POINT, PAPER, Box, Colour, Pen, clean
 
 DPI = 144
@@ -102,8 +103,9 @@ class PngInk:
         turn_rad: float = 0.0,
     ) -> None:
         """See `Ink`."""
+        words = clean(words)
         written = self._axes.text(
-            *at, clean(words), fontsize=size_pt, color=colour, weight="bold" if bold else "normal",
+            *at, words, family=families(words), fontsize=size_pt, color=colour, weight="bold" if bold else "normal",
             ha="center" if align == "middle" else align, va="baseline", rotation=degrees(turn_rad),
             rotation_mode="anchor", parse_math=False,
         )  # fmt: skip
