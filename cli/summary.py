@@ -45,6 +45,7 @@ def show(document: dict[str, Any]) -> None:
         scope=document["scope"]["kind"],
         achievable_m2=coverage["achievable_area_m2"],
         total_m2=coverage["total_area_m2"],
+        area_by_reason_m2=(document.get("why") or {}).get("area_by_reason_m2", {}),
     ):
         output.alarm(f"              {line}")
     for line in _scope(document["scope"]):

@@ -6,12 +6,14 @@ The viewer has it in figures.ts and shortfalls.ts.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
-from planner_core.model import Scope
+from planner_core.model import NOT_AS_REQUIRED, Scope
 
 LARGE_SHARE = 1 / 3
 """Of the surface in scope: where more than this is left out, coverage of the rest says little of the building."""
+MISSED_SHARE = 0.1
+"""Of the surface that counts: where more than this is seen, but not as required, the coverage is not of all that is."""
 
 
 def reached_percent(share: float, required: float) -> str:
@@ -22,24 +24,38 @@ def reached_percent(share: float, required: float) -> str:
     return words
 
 
+def not_as_required_m2(area_by_reason_m2: Mapping[str, float], achievable_m2: float) -> float:
+    """Surface that valid positions see, and none as required, for beside its coverage; 0 where that is little."""
+    missed_m2 = sum(area_by_reason_m2.get(reason, 0.0) for reason in NOT_AS_REQUIRED)
+    return missed_m2 if missed_m2 > MISSED_SHARE * achievable_m2 else 0.0
+
+
 def not_planned(
     *,
     sealed_m2: Sequence[float],
     scope: str,
     achievable_m2: float,
     total_m2: float,
+    area_by_reason_m2: Mapping[str, float],
     area: Callable[[float], str] = "{:.0f} m2".format,
 ) -> tuple[str, ...]:
     """Lines on what the share of the scannable area does not count, for beside it; none where that is little.
 
     sealed_m2 : ground of each room that cannot be entered. achievable_m2, total_m2 : surface that valid positions see,
     and all that counts. With scope `all` the inside of walls is in the total, and no line is made of it.
+    area_by_reason_m2 : by `REASONS`; empty where no reasons were looked for.
     """
     lines = []
     if sealed_m2:
         where = "one area" if len(sealed_m2) == 1 else f"{len(sealed_m2)} areas"
         lines.append(f"Not planned: {area(sum(sealed_m2))} of floor that can't be reached on foot, in {where}")
-    hidden_m2 = total_m2 - achievable_m2
+    missed_m2 = not_as_required_m2(area_by_reason_m2, achievable_m2)
+    if missed_m2:
+        lines.append(
+            f"Not scannable as required: {area(missed_m2)} that valid positions see, beside the {area(achievable_m2)} "
+            "that count"
+        )
+    hidden_m2 = total_m2 - achievable_m2 - missed_m2
     if scope != Scope.ALL and hidden_m2 > LARGE_SHARE * total_m2:
         lines.append(f"Not scannable: {area(hidden_m2)} of {area(total_m2)} in scope, from no valid tripod position")
     return tuple(lines)

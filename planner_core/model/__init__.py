@@ -64,6 +64,7 @@ from planner_core.model.scope import SurveyScope
 from planner_core.model.site import GroundPick, KeepOut, PriorStation, Site
 from planner_core.model.site_frame import Georeference, SiteFrame
 from planner_core.model.unseen import (
+    NOT_AS_REQUIRED,
     REASONS,
     BestPosition,
     CurveStep,
@@ -79,6 +80,7 @@ __all__ = [
     "LENGTH_UNITS",
     "METHODS",
     "METRE",
+    "NOT_AS_REQUIRED",
     "REASONS",
     "US_SURVEY_FOOT",
     "BeamTemplate",

@@ -36,6 +36,8 @@ REASONS = (
     NO_SPOT,
     IN_SOLIDS,
 ) = range(len(REASONS))
+#: Of patches that valid positions see, but none within the limits that are required: range, incidence, spacing, noise.
+NOT_AS_REQUIRED = tuple(REASONS[k] for k in (TOO_FEW, OUT_OF_RANGE, TOO_OBLIQUE, TOO_SPARSE, TOO_NOISY))
 #: What people read where plan.json has another name; the viewer says the same (`src/heat/layers.ts`).
 _REASON_WORDS = {
     "not worth a station": "reachable, left out",

@@ -63,6 +63,7 @@ from planner_core.plan_folder.sheet import (
     coverage_legend,
     draw_footer,
     draw_header,
+    drawn_floors,
     floor_figures,
     floor_subtitle,
     new_sheet,
@@ -196,17 +197,17 @@ def _map_sheet(view: SectionView) -> tuple[PngInk, Placed]:
 
 
 def write_overview(plan: Plan, path: Path, *, engine: ScanEngine) -> None:
-    """Write the picture of all floors, cut open and looked at from a corner, the lowest first."""
-    floors = plan.survey.floors
-    windows = [_overview_window_m(plan, floor) for floor in floors]
+    """Write the picture of the floors that are drawn, cut open and looked at from a corner, the lowest first."""
+    floors = drawn_floors(plan)
+    windows = [_overview_window_m(plan, plan.survey.floors[index]) for index in floors]
     n_columns = min(2, len(floors))
     cell_mm = (WIDTH_MM - MARGIN_MM * (n_columns + 1)) / n_columns
     mm_per_m = cell_mm / max(float(window[1, 0] - window[0, 0]) for window in windows)
     heights_mm = [float(window[1, 1] - window[0, 1]) * mm_per_m + CAPTION_MM for window in windows]
     rows_mm = [max(heights_mm[start : start + n_columns]) for start in range(0, len(floors), n_columns)]
     ink = new_sheet(sum(rows_mm))
-    for index, window in enumerate(windows):
-        row, column = divmod(index, n_columns)
+    for number, (index, window) in enumerate(zip(floors, windows, strict=True)):
+        row, column = divmod(number, n_columns)
         width_mm, height_mm = ((window[1] - window[0]) * mm_per_m).tolist()
         top_mm = sum(rows_mm[row:]) + FOOTER_MM
         left_mm = MARGIN_MM + column * (cell_mm + MARGIN_MM)
@@ -236,8 +237,9 @@ def _draw_overview_cell(
         _draw_view(ink, plan, floor, at)
         draw_runs(ink, [at.on_paper(view.camera.project(run.points_m)) for run in runs_on(plan, index)])
         _draw_stations(Labels(ink, box, []), plan, floor, at, joined=plan.route is None)
-    share = 100 * plan.coverage_by_floor[index].fraction_of_achievable
-    ink.text((box.left, box.top + 2.5), f"{floor.name}   {share:.1f} %", 10.4, bold=True)
+    share = f"{100 * plan.coverage_by_floor[index].fraction_of_achievable:.1f} %"
+    words = share if index in plan.survey.planned else "not planned"
+    ink.text((box.left, box.top + 2.5), f"{floor.name}   {words}", 10.4, bold=True)
 
 
 def _overview_window_m(plan: Plan, floor: Floor) -> FloatArray:

@@ -13,7 +13,7 @@ from pathlib import Path
 from planner_core.coverage.percent import not_planned, reached_percent
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import MissingPackageError
-from planner_core.model import Link, Plan, Scope
+from planner_core.model import REASONS, Link, Plan, Scope
 from planner_core.network.network_report import groups_first, weakest_link
 from planner_core.network.weak_motion import motion_words, overlap_percent
 from planner_core.plan_folder.curve_drawing import write_coverage_curve
@@ -28,6 +28,7 @@ from planner_core.plan_folder.report_tables import (
     unseen_section,
     unseen_surfaces_csv,
 )
+from planner_core.plan_folder.sheet import drawn_floors
 from planner_core.requirements.wording import overlap_defined, overlap_noun
 
 
@@ -38,9 +39,9 @@ def report_files(plan: Plan, *, pictures: bool = True) -> tuple[str, ...]:
 
 
 def _picture_files(plan: Plan) -> tuple[str, ...]:
-    floors = range(len(plan.survey.floors))
+    floors = drawn_floors(plan)
     maps = [name(index) for index in floors for name in (map_name, link_map_name, picture_name)]
-    overview = ["overview.png"] if plan.survey.floors else []
+    overview = ["overview.png"] if floors else []
     return (*maps, *overview, "coverage_curve.png")
 
 
@@ -82,7 +83,8 @@ def write_report(plan: Plan, folder: Path, *, engine: ScanEngine, pictures: bool
 def _write_pictures(plan: Plan, folder: Path, engine: ScanEngine) -> Generator[str, None, str]:
     """Write the pictures, yielding their names; return why there are no coverage pictures, empty where there are."""
     missing = ""
-    for index in range(len(plan.survey.floors)):
+    floors = drawn_floors(plan)
+    for index in floors:
         view = view_floor(plan, index, engine=engine)
         write_floor_map(plan, index, folder / map_name(index), view=view)
         yield map_name(index)
@@ -94,7 +96,7 @@ def _write_pictures(plan: Plan, folder: Path, engine: ScanEngine) -> Generator[s
         except MissingPackageError as error:
             missing = str(error)
             yield f"{picture_name(index)} is left out: {missing}"
-    if plan.survey.floors:
+    if floors:
         write_overview(plan, folder / "overview.png", engine=engine)
         yield "overview.png"
     write_coverage_curve(plan, folder / "coverage_curve.png")
@@ -161,13 +163,13 @@ def _figures(plan: Plan) -> str:
         ("Patches", f"at most {plan.survey.patches.max_area_m2:g} m² each"),
     ]
     # The results begin with those of the planned floors, each by the name or id that the client wrote.
-    planned = (plan.survey.floors[index].id for index in plan.survey.planned)
+    planned = [plan.survey.floors[index].id for index in plan.survey.planned]
     required = {name: result.required for name, result in zip(planned, plan.requirements, strict=False)}
     for floor, figures in zip(plan.survey.floors, plan.coverage_by_floor, strict=True):
         n_stations = sum(station.floor == floor.id for station in plan.stations)
         reached = reached_percent(figures.fraction_of_achievable, required.get(floor.id, asked.coverage))
         share = f"{reached} % of {figures.achievable_area_m2:.0f} m²"
-        value = f"{n_stations} stations, {share}"
+        value = f"{n_stations} stations, {share if floor.id in planned else 'not planned'}"
         rows.append((escape(floor.name), value))
     return table((), ((f"<b>{label}</b>", value) for label, value in rows), numbers_from=9)
 
@@ -179,6 +181,7 @@ def _not_planned(plan: Plan) -> tuple[str, ...]:
         scope=Scope.ALL if scope is None else scope.kind,
         achievable_m2=plan.coverage.achievable_area_m2,
         total_m2=plan.coverage.total_area_m2,
+        area_by_reason_m2={} if plan.why is None else dict(zip(REASONS, plan.why.area_by_reason_m2, strict=True)),
         area="{:.0f} m²".format,
     )
 
@@ -237,10 +240,10 @@ def _warnings(plan: Plan, without_pictures: str) -> str:
 
 
 def _pictures(plan: Plan, *, with_coverage: bool) -> Iterator[str]:
-    if plan.survey.floors:
-        yield '<figure><img src="overview.png" alt="All floors, cut open"></figure>'
-    for index, floor in enumerate(plan.survey.floors):
-        name = escape(floor.name)
+    if drawn_floors(plan):
+        yield '<figure><img src="overview.png" alt="Floors, cut open"></figure>'
+    for index in drawn_floors(plan):
+        name = escape(plan.survey.floors[index].name)
         if with_coverage:
             yield f'<figure><img src="{picture_name(index)}" alt="Coverage of {name}"></figure>'
         yield f'<figure><img src="{map_name(index)}" alt="Map of {name}"></figure>'

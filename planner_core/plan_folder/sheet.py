@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from planner_core.coverage.percent import not_as_required_m2
 from planner_core.model import Floor, Plan
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.fonts import fitted, width_mm
@@ -75,17 +76,33 @@ def floor_subtitle(plan: Plan, floor: Floor) -> str:
     )
 
 
+def drawn_floors(plan: Plan) -> tuple[int, ...]:
+    """Floors that maps are drawn of: planned ones, and others with stations, such as given ones."""
+    with_stations = {station.floor for station in plan.stations}
+    return tuple(
+        index
+        for index, floor in enumerate(plan.survey.floors)
+        if index in plan.survey.planned or floor.id in with_stations
+    )
+
+
 def floor_figures(plan: Plan, floor_index: int) -> tuple[tuple[str, str], ...]:
     """Figures of one floor for `draw_header`: stations and coverage."""
     coverage = plan.coverage_by_floor[floor_index]
     n_stations = sum(station.floor == plan.survey.floors[floor_index].id for station in plan.stations)
     stations = (str(n_stations), "stations" if n_stations != 1 else "station")
+    if floor_index not in plan.survey.planned:
+        return (stations, ("not planned", "this floor"))
     if coverage.achievable_area_m2 <= 0:
         return (stations, ("none", "of it scannable"))
-    return (
-        stations,
-        (f"{100 * coverage.fraction_of_achievable:.1f} %", f"of {coverage.achievable_area_m2:.0f} m² scannable"),
-    )
+    label = f"of {coverage.achievable_area_m2:.0f} m² scannable"
+    by_reason: dict[str, float] = {}
+    for each in () if plan.why is None else plan.why.unseen:
+        if each.floor == plan.survey.floors[floor_index].id:
+            by_reason[each.reason] = by_reason.get(each.reason, 0.0) + each.area_m2
+    if missed_m2 := not_as_required_m2(by_reason, coverage.achievable_area_m2):
+        label += f"; {missed_m2:.0f} m² not as required"
+    return (stations, (f"{100 * coverage.fraction_of_achievable:.1f} %", label))
 
 
 def draw_footer(

@@ -18,5 +18,31 @@ from planner_core.coverage.percent import not_planned
 def test_what_the_coverage_leaves_out_is_named_from_a_third_of_the_scope_on(
     sealed_m2: list[float], scope: str, achievable_m2: float, expected: tuple[str, ...]
 ) -> None:
-    found = not_planned(sealed_m2=sealed_m2, scope=scope, achievable_m2=achievable_m2, total_m2=100.0)
+    found = not_planned(
+        sealed_m2=sealed_m2, scope=scope, achievable_m2=achievable_m2, total_m2=100.0, area_by_reason_m2={}
+    )
+    assert found == expected
+
+
+@pytest.mark.parametrize(
+    ("reasons", "scope", "expected"),
+    [
+        ({"too oblique": 5.0}, "interior", ()),
+        ({"too oblique": 40.0, "too sparse": 5.5, "occluded": 30.0}, "all",
+         ("Not scannable as required: 46 m2 that valid positions see, beside the 50 m2 that count",)),
+        ({"out of range": 6.0, "covered": 45.0, "not worth a station": 5.0}, "interior",
+         ("Not scannable as required: 6 m2 that valid positions see, beside the 50 m2 that count",
+          "Not scannable: 44 m2 of 100 m2 in scope, from no valid tripod position")),
+        ({"too few spots see it": 48.0, "occluded": 2.0}, "exterior",
+         ("Not scannable as required: 48 m2 that valid positions see, beside the 50 m2 that count",)),
+    ],
+)  # fmt: skip
+def test_what_is_seen_but_not_as_required_is_named_from_a_tenth_of_what_counts_on(
+    reasons: dict[str, float], scope: str, expected: tuple[str, ...]
+) -> None:
+    total_m2 = 90.0 if scope == "interior" and not expected else 100.0
+    achievable_m2 = 85.0 if not expected else 50.0
+    found = not_planned(
+        sealed_m2=[], scope=scope, achievable_m2=achievable_m2, total_m2=total_m2, area_by_reason_m2=reasons
+    )
     assert found == expected

@@ -12,7 +12,20 @@ from hypothesis import strategies as st
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
-from planner_core.model import KeepOut, Plan, PlanSettings, PriorStation, Role, Scene, SealedArea, Site
+from planner_core.model import (
+    REASONS,
+    Coverage,
+    KeepOut,
+    Plan,
+    PlanSettings,
+    PriorStation,
+    Role,
+    Scene,
+    SealedArea,
+    Site,
+    UnseenSurface,
+    Why,
+)
 from planner_core.plan_folder import maps, palette
 from planner_core.plan_folder.drawing.marks import nice_length_m, spread_apart
 from planner_core.plan_folder.maps import view_rgb
@@ -318,3 +331,15 @@ def test_station_on_a_mezzanine_has_its_height_at_the_marker_of_the_map(
     alone = dataclasses.replace(plan, stations=(raised,), links=(), route=None)
     maps.write_floor_map(alone, 0, tmp_path / "map.png", view=view)
     assert shown == words
+
+
+def test_headline_of_a_map_names_what_is_not_scanned_as_required(plan: Plan) -> None:
+    reasons = [("too oblique", 6.0, "F0"), ("occluded", 90.0, "F0"), ("too sparse", 0.1, "F1")]
+    unseen = tuple(UnseenSurface(0, -1, floor, reason, area, 1, ()) for reason, area, floor in reasons)
+    why = Why((), (), unseen, np.zeros(plan.survey.patches.n_patches, dtype=np.uint8), (0.0,) * len(REASONS))
+    small = dataclasses.replace(plan, why=why, coverage_by_floor=(Coverage(40.0, 140.0, 39.0),) * 2)
+    labels = [floor_figures(small, index)[1] for index in (0, 1)]
+    assert labels == [
+        ("97.5 %", "of 40 m² scannable; 6 m² not as required"),
+        ("97.5 %", "of 40 m² scannable"),
+    ]

@@ -46,6 +46,7 @@ def _left_out(plan: PlanSource) -> Iterator[tuple[str, str]]:
         scope=(document.get("scope") or {"kind": "all"})["kind"],
         achievable_m2=document["coverage"]["achievable_area_m2"],
         total_m2=document["coverage"]["total_area_m2"],
+        area_by_reason_m2=(document.get("why") or {}).get("area_by_reason_m2", {}),
         area=lambda area_m2: area_words(plan.frame.unit, area_m2),
     ):
         yield LEFT_OUT, line

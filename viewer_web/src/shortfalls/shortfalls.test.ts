@@ -44,6 +44,21 @@ test('surface in scope that no position sees stands beside the coverage from a t
   expect(words('all', 268)).toEqual([]);
 });
 
+test('surface that is seen but not as required stands beside the coverage from a tenth of what counts on', () => {
+  const plan = joined();
+  const totals = { ...planTotals(plan), requirements: [], nNetworks: 1 };
+  const words = (oblique: number): string[] => {
+    const area_by_reason_m2 = { covered: 110, 'too oblique': oblique, 'too sparse': 5, occluded: 300 };
+    const why = { stations: [], curve: [], area_by_reason_m2, unlisted_area_m2: {}, unseen_surfaces: [] };
+    const coverage = { ...plan.coverage, achievable_area_m2: 118, total_area_m2: 539 };
+    return shortfallsOf({ ...plan, scope: null, why, coverage, sealed: [] }, totals).map((each) => each.words);
+  };
+  expect(words(124)).toEqual([
+    'Not scannable as required: 129.0 m² that valid positions see, beside the 118.0 m² that count',
+  ]);
+  expect(words(6)).toEqual([]);
+});
+
 test('a plan that keeps all that is required falls short of nothing, and groups count only where they are to be joined', () => {
   const plan = joined();
   const totals = planTotals(plan);

@@ -15,8 +15,17 @@ export interface SealedPlace {
   readonly rectangles: readonly (readonly [readonly [number, number], readonly [number, number]])[];
 }
 
-/** Of the surface in scope: as in coverage/percent.py. */
+/** Of the surface in scope, and of the surface that counts: as in coverage/percent.py. */
 const LARGE_SHARE = 1 / 3;
+const MISSED_SHARE = 0.1;
+/** Of surface that valid positions see, but none as required. */
+const NOT_AS_REQUIRED = {
+  'too few spots see it': true,
+  'out of range': true,
+  'too oblique': true,
+  'too sparse': true,
+  'too noisy': true,
+} as const;
 
 export type Shortfall =
   | { readonly kind: 'unreachable'; readonly words: string; readonly places: readonly SealedPlace[] }
@@ -35,12 +44,22 @@ export function shortfallsOf(plan: PlanJson, { requirements, nNetworks }: Totals
   const { achievable_area_m2: scannableM2, total_area_m2: totalM2 } = plan.coverage;
   // The inside of walls is in the total where all of the model is in scope.
   const isScoped = plan.scope !== null && plan.scope.kind !== 'all';
-  if (isScoped && totalM2 - scannableM2 > LARGE_SHARE * totalM2)
+  const missedM2 = notAsRequiredM2(plan);
+  const hiddenM2 = totalM2 - scannableM2 - missedM2;
+  if (isScoped && hiddenM2 > LARGE_SHARE * totalM2)
     found.unshift({
       kind: 'unscannable',
       words: t('Not scannable: {area} of {total} in scope, from no valid tripod position', {
-        area: areaWords(totalM2 - scannableM2),
+        area: areaWords(hiddenM2),
         total: areaWords(totalM2),
+      }),
+    });
+  if (missedM2 > 0)
+    found.unshift({
+      kind: 'unscannable',
+      words: t('Not scannable as required: {area} that valid positions see, beside the {counted} that count', {
+        area: areaWords(missedM2),
+        counted: areaWords(scannableM2),
       }),
     });
   if (places.length > 0) {
@@ -58,6 +77,12 @@ export function shortfallsOf(plan: PlanJson, { requirements, nNetworks }: Totals
   if (nNetworks > 1 && isJoined(plan))
     found.push({ kind: 'groups', words: t('{n} unconnected groups', { n: nNetworks }) });
   return found;
+}
+
+/** 0 where it is little. */
+function notAsRequiredM2({ why, coverage }: PlanJson): number {
+  const missedM2 = Object.keys(NOT_AS_REQUIRED).reduce((sum, reason) => sum + (why?.area_by_reason_m2[reason] ?? 0), 0);
+  return missedM2 > MISSED_SHARE * coverage.achievable_area_m2 ? missedM2 : 0;
 }
 
 /** Largest first. */

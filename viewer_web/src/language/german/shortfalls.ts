@@ -9,6 +9,8 @@ export const SHORTFALLS = {
   'one area': 'einem Bereich',
   'Not scannable: {area} of {total} in scope, from no valid tripod position':
     'Nicht erfassbar: {area} von {total} im Umfang, von keiner gültigen Stativposition',
+  'Not scannable as required: {area} that valid positions see, beside the {counted} that count':
+    'Nicht wie gefordert erfassbar: {area}, von gültigen Positionen gesehen, neben den {counted}, die zählen',
   'Not planned: {area} of floor that can’t be reached on foot, in {where}':
     'Nicht geplant: {area} Boden, der zu Fuß nicht erreichbar ist, in {where}',
 } as const;
