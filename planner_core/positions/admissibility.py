@@ -34,6 +34,8 @@ MAX_STEP_M = 0.15
 NO_GROUND = "no ground of this floor below"
 #: The reason of positions below something that hangs too low.
 TOO_LOW = "too little headroom"
+#: The reason of positions under open sky, or with too few walls around where the ground is a plane.
+OUTSIDE = "outside the building"
 #: The lowest level of the clearance test: over thresholds and rugs.
 SHIN_M = 0.2
 #: A height counts as ground if it is this near; float32 ranges of tens of metres are good to micrometres.
@@ -148,7 +150,7 @@ class TripodTests:
             ("something between sensor and ground", self._lacks_ground),
             ("uneven or no ground around", self._lacks_ring),
             ("too close to something", self._lacks_clearance),
-            ("outside the building", self._is_outside),
+            (OUTSIDE, self._is_outside),
         )
         kept = np.ones(position_m.shape[0], dtype=bool)
         reasons: dict[str, int] = {}

@@ -89,6 +89,15 @@ def test_order_that_is_too_high_for_the_building_is_refused_with_the_remedy() ->
         make_plan(hall(1.9), asked)
 
 
+@pytest.mark.parametrize("height_m", [5.0, 30.0])
+def test_order_above_the_ceiling_is_refused_with_the_heights_of_a_tripod(height_m: float) -> None:
+    asked = PlanSettings(scanner=SCANNER, max_patch_area_m2=4.0, instrument_heights_m=(height_m,))
+    remedy = rf"give a lower instrument height \(--height\): {height_m:g} m may be above the ceiling, and tripods of"
+    with pytest.raises(RequirementError, match=remedy) as refused:
+        make_plan(hall(2.6), asked)
+    assert "finer grid" not in str(refused.value)
+
+
 def test_low_cellar_of_reality_has_lowered_positions_and_its_room_is_named() -> None:
     file = reality("low_cellar.ifc")
     places = found_in(load_scene(file))
