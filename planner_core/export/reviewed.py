@@ -22,9 +22,11 @@ from planner_core.export.options import Options
 from planner_core.export.write import export_plan
 from planner_core.model import Plan
 from planner_core.model.review import PlanUnderReview, Review, ReviewedStation, StationEdit
+from planner_core.plan_folder.plan_model.given import SiteSection
 from planner_core.plan_folder.plan_settings import ScenePaths, settings_of
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource, open_plan
 from planner_core.progress import Progress, silent
+from planner_core.review.again import site_with_areas
 from planner_core.review.stations import reviewed_stations
 from planner_core.review.store import ReviewStore
 
@@ -72,6 +74,8 @@ def export_reviewed(
     store = ReviewStore(folder)
     planned, review = store.plan(), store.current()
     plan = open_plan(folder, scene=scene)
+    if name in TELLS_FIGURES:
+        plan = _with_areas(plan, planned, review)
     edited = edited_stations(planned, review)
     if not (edited or (name in TELLS_FIGURES and review.entrances)):
         return export_plan(name, plan, target, OFFERED[name], progress=progress).remarks
@@ -142,6 +146,14 @@ def _what_no_longer_holds(name: str, edited: Sequence[str]) -> str:
     if name == "bcf":
         return f"{said}; unseen surface is that of the plan as it was made"
     return f"{said}: numbered as planned, added ones last; what depends on what edited ones see is left out"
+
+
+def _with_areas(plan: PlanSource, planned: PlanUnderReview, review: Review) -> PlanSource:
+    """The plan with the keep-outs and forbidden places of its reviewers, for drawings and routes."""
+    if not (review.forbidden or any(zone.kind == "keep_out" for zone in review.zones.values())):
+        return plan
+    site = site_with_areas(settings_of(plan.document).site, review, planned)
+    return replace(plan, document={**plan.document, "site": SiteSection.written(site)}, _made={})
 
 
 def _of_evaluated(

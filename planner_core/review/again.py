@@ -73,16 +73,23 @@ def load_options_with_review(options: LoadOptions, review: Review) -> LoadOption
 
 
 def _site(site: Site, review: Review, plan: PlanUnderReview) -> Site:
-    before = (station for station in site.prior if station.role in (Role.SCANNED, Role.FORBIDDEN))
-    keep_outs = (_keep_out(zone) for zone in _in_order(review) if zone.kind == "keep_out")
+    before = tuple(station for station in site.prior if station.role in (Role.SCANNED, Role.FORBIDDEN))
+    stations = (*before, *_prior(review, plan))
+    site = site_with_areas(dataclasses.replace(site, prior=stations), review, plan)
     return dataclasses.replace(
         site.entered_at(review.entrances_m),
-        prior=(*before, *_prior(review, plan), *_forbidden(review, plan)),
-        keep_out=(*site.keep_out, *keep_outs),
         ground_picks=(
             *site.ground_picks,
             *(pick for _, pick in sorted(review.ground_picks.items(), key=lambda item: (len(item[0]), item[0]))),
         ),
+    )
+
+
+def site_with_areas(site: Site, review: Review, plan: PlanUnderReview) -> Site:
+    """Return a site with the keep-outs and forbidden places of reviewers as well."""
+    keep_outs = (_keep_out(zone) for zone in _in_order(review) if zone.kind == "keep_out")
+    return dataclasses.replace(
+        site, prior=(*site.prior, *_forbidden(review, plan)), keep_out=(*site.keep_out, *keep_outs)
     )
 
 

@@ -15,12 +15,15 @@ from planner_core.export import reviewed
 from planner_core.export.reviewed import OFFERED, edited_stations, export_reviewed
 from planner_core.export.write import export_plan
 from planner_core.model import Entrance
+from planner_core.model.review import ForbiddenPlace, Zone
 from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.review.changes import (
     AddComment,
     AddEntrance,
     AddStation,
+    AddZone,
     Change,
+    Forbid,
     LockStation,
     MoveStation,
     RemoveStation,
@@ -123,6 +126,28 @@ def test_sheets_of_edited_stations_tell_figures_of_those(
     assert "N1" in page
     export_plan("html", folder, tmp_path / "planned.html")
     assert "N1" not in (tmp_path / "planned.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("is_edited", [False, True], ids=["as planned", "edited"])
+def test_sheets_have_the_keep_outs_and_forbidden_places_of_reviewers(
+    box_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_edited: bool
+) -> None:
+    draw_blank(monkeypatch)
+    folder = box_folder / "plan"
+    (station, *_) = read_plan_json(folder)["stations"]
+    x, y, z = station["position"]
+    outline = ((x - 1, y - 1), (x + 1, y - 1), (x + 1, y + 1), (x - 1, y + 1))  # around the station
+    asked = Zone("", "priority", outline, name="Priority", coverage=0.9)
+    change(folder, *(AddZone(zone) for zone in (Zone("", "keep_out", outline, name="Machine"), asked)))
+    change(folder, Forbid(ForbiddenPlace("", (x, y, z), 0.4, station["floor"])))
+    if is_edited:
+        change(folder, AddStation((x + 0.5, y + 0.5, z), station["floor"], 1.5, station="N1"))
+    export_reviewed("html", folder, tmp_path / "reviewed.html")
+    page = (tmp_path / "reviewed.html").read_text(encoding="utf-8")
+    assert page.count(">keep-out: Machine<") == page.count(">no station<") == 1
+    assert "Priority" not in page
+    export_plan("html", folder, tmp_path / "planned.html")
+    assert "Machine" not in (tmp_path / "planned.html").read_text(encoding="utf-8")
 
 
 def test_what_changes_no_station_leaves_figures_as_they_are(box_folder: Path) -> None:
