@@ -17,7 +17,7 @@ from scipy import ndimage
 from planner_core.model import FloatArray, Floor, Int32Array, Int64Array, Scene
 from planner_core.scene.between_walls import GAP_M, between_walls, cut_cells
 from planner_core.scene.columns import sample_scene
-from planner_core.scene.floors import SITE_KINDS
+from planner_core.scene.ground_planes import SITE_KINDS
 from planner_core.scene.level_surfaces import MIN_CLEAR_M, WALL_CUT_M, cut_of_scene
 
 #: Ground, rooms and stations are told apart by one place of each square of this side: the narrowest rooms have several.

@@ -36,12 +36,16 @@ def cut_cells(segments_m: FloatArray, low_m: FloatArray, step_m: float, shape: t
     return cut
 
 
+def closed_walls(cut: BoolArray, step_m: float) -> BoolArray:
+    """(ny, nx) bool: the walls' cells `cut`, with openings up to `GAP_M` bridged; cells beyond the grid are open."""
+    reach = max(1, round(0.5 * GAP_M / step_m))
+    closed: BoolArray = ndimage.binary_closing(np.pad(cut, reach), np.ones((2 * reach + 1, 2 * reach + 1)))
+    return closed[reach:-reach, reach:-reach]
+
+
 def between_walls(cut: BoolArray, step_m: float) -> BoolArray:
     """(ny, nx) bool: the walls' cells `cut` and those that they enclose, with openings up to `GAP_M` bridged."""
-    reach = max(1, round(0.5 * GAP_M / step_m))
-    square = np.ones((2 * reach + 1, 2 * reach + 1))
-    closed = ndimage.binary_closing(np.pad(cut, reach), square)  # cells beyond the grid count as open
-    filled: BoolArray = ndimage.binary_fill_holes(closed)[reach:-reach, reach:-reach]
+    filled: BoolArray = ndimage.binary_fill_holes(closed_walls(cut, step_m))
     return filled
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from scipy import ndimage
 
 from planner_core.model import BoolArray, Element, FloatArray, Floor, Int32Array, Int64Array, Scene, Storey, UInt8Array
+from planner_core.scene.between_walls import closed_walls, cut_cells
 from planner_core.scene.equal_rows import first_of_equal_rows
 from planner_core.scene.inside import ROOM_WIDTH_M
 from planner_core.scene.level_surfaces import (
@@ -22,8 +23,6 @@ from planner_core.scene.level_surfaces import (
     WALL_CUT_M,
     Ground,
     LevelSurvey,
-    closed_walls,
-    wall_cells,
 )
 
 #: IFC classes that people climb from one storey to the next on; moving stairs are transport elements.
@@ -104,19 +103,22 @@ def with_missing_slabs(
     above_m = np.where(built[columns.triangle], columns.z_m - elevation_m, np.nan)
     walls = ~survey.level & ~survey.stray & built
     (_, walls_m), (_, knees_m) = (survey.cut_of(walls, elevation_m + height_m) for height_m in (WALL_CUT_M, _KNEE_M))
-    grid = (np.array([columns.x_m[0], columns.y_m[0]]) - 0.5 * step_m, step_m, shape[::-1])
-    closed = closed_walls(walls_m, *grid).T
+    first_m = np.array([columns.x_m[0], columns.y_m[0]])
+    low_m = first_m - 0.5 * step_m
+    closed = closed_walls(cut_cells(walls_m, first_m, step_m, shape), step_m)
     inside = ndimage.binary_fill_holes(closed)
     on_level = (np.abs(above_m) <= RAISED_M) | (slabs & (np.abs(above_m) < MIN_LEVEL_DISTANCE_M))
     bare = inside & _met(survey, above_m > MIN_CLEAR_M) & ~_met(survey, on_level)
     width = max(1, round(ROOM_WIDTH_M / step_m))
     label, count = ndimage.label(ndimage.binary_opening(bare, np.ones((width, width))))
 
-    way = inside & (ndimage.distance_transform_edt(~wall_cells(knees_m, *grid).T) > _HALF_PERSON_M / step_m)
+    way = inside & (
+        ndimage.distance_transform_edt(~cut_cells(knees_m, first_m, step_m, shape)) > _HALF_PERSON_M / step_m
+    )
     part, _ = ndimage.label(way)
     on_ground = _met(survey, np.isin(columns.triangle, ground.triangles))
     led_to = np.isin(part, np.setdiff1d(part[on_ground], 0))
-    is_room, is_furnished = _used(survey, index, elevation_m, label, grid[0])
+    is_room, is_furnished = _used(survey, index, elevation_m, label, low_m)
     is_room[label[led_to]] = True
     n_cells = np.bincount(label.ravel(), minlength=count + 1)
     n_over = np.bincount(label[_met(survey, above_m < -RAISED_M)], minlength=count + 1)
@@ -137,7 +139,7 @@ def with_missing_slabs(
     if not missing.any():
         return ground
     cell = np.argwhere(missing)[:, ::-1]
-    bounds_m = grid[0] + step_m * np.stack([cell.min(axis=0), cell.max(axis=0) + 1])
+    bounds_m = low_m + step_m * np.stack([cell.min(axis=0), cell.max(axis=0) + 1])
     pieces = plane_pieces(survey, bounds_m, elevation_m, np.flatnonzero(missing))
     area_m2 = float(np.prod(pieces[:, 1] - pieces[:, 0], axis=1).sum())
     warnings.append(

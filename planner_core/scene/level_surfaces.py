@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from scipy import ndimage
 
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
 from planner_core.scene.bulk import fence_m, is_outside, named_few
@@ -25,8 +24,6 @@ MIN_CLEAR_M = 1.5
 MIN_LEVEL_DISTANCE_M = 1.8
 #: Walls are looked for at this height above the ground: over parapets and railings, below door heads.
 WALL_CUT_M = 1.5
-#: Openings up to this in the walls, such as doors, are bridged in looking for what they enclose.
-DOORWAY_M = 1.2
 #: Plumb lines are this far apart; further on large sites, so that their number stays below `_MAX_COLUMNS`.
 _STEP_M = 0.1
 _MAX_COLUMNS = 400_000
@@ -197,28 +194,6 @@ def cut_length(corners_m: FloatArray, z_m: float, bounds_m: FloatArray | None = 
         middle = segments.mean(axis=1)
         segments = segments[((middle >= bounds_m[0] - 0.5) & (middle <= bounds_m[1] + 0.5)).all(axis=1)]
     return float(np.sqrt(((segments[:, 1] - segments[:, 0]) ** 2).sum(axis=1)).sum()), segments
-
-
-def wall_cells(segments_m: FloatArray, low_m: FloatArray, cell_m: float, shape: tuple[int, int]) -> BoolArray:
-    """(nx, ny) bool: cells of a grid in plan that walls (S, 2, 2) cross, see `cut_length`; low_m : its corner (2,)."""
-    length_m = np.linalg.norm(segments_m[:, 1] - segments_m[:, 0], axis=1)
-    n_points = np.ceil(2 * length_m / cell_m).astype(np.int64) + 1
-    which = np.repeat(np.arange(n_points.size), n_points)
-    step = np.arange(which.size) - np.repeat(np.cumsum(n_points) - n_points, n_points)
-    along = (step / np.maximum(n_points[which] - 1, 1))[:, None]
-    point_m = segments_m[which, 0] * (1 - along) + segments_m[which, 1] * along
-    at = np.floor((point_m - low_m) / cell_m).astype(np.int64)
-    walls = np.zeros(shape, dtype=np.bool_)
-    walls[tuple(at[((at >= 0) & (at < shape)).all(axis=1)].T)] = True
-    return walls
-
-
-def closed_walls(segments_m: FloatArray, low_m: FloatArray, cell_m: float, shape: tuple[int, int]) -> BoolArray:
-    """(nx, ny) bool: cells of walls, as `wall_cells`, and of the openings of a door's width in them."""
-    reach = max(1, round(0.5 * DOORWAY_M / cell_m))
-    walls = np.pad(wall_cells(segments_m, low_m, cell_m, shape), reach)  # nothing is closed at a border
-    closed: BoolArray = ndimage.binary_closing(walls, np.ones((2 * reach + 1, 2 * reach + 1)))
-    return closed[reach:-reach, reach:-reach]
 
 
 def once_a_surface(columns: Columns, samples: BoolArray) -> FloatArray:
