@@ -37,10 +37,11 @@ from planner_core.planning.first_plan import as_memory_holds, looked_from_few, t
 from planner_core.planning.judge import with_judgement
 from planner_core.planning.pool import Choice, Pool, make_pool
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
-from planner_core.positions.admissibility import OUTSIDE, TOO_LOW, Tripods
+from planner_core.positions.admissibility import Tripods
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions, places_as_they_are
 from planner_core.positions.free_space import free_space
 from planner_core.positions.local_site import local_site
+from planner_core.positions.refusals import refusals_in_words
 from planner_core.progress import Progress, silent
 from planner_core.requirements.explain import explain
 from planner_core.requirements.goals import Goals, goals_of
@@ -106,7 +107,7 @@ def plan_survey(
             places = places_as_they_are(tripods, site, starts, space=space, progress=progress)
         else:
             places = find_positions(tripods, site, space=space, progress=progress)
-        remarks = _bare_floors(survey, goals, places.candidates, settings.heights)
+        remarks = _bare_floors(survey, goals, places, settings.heights)
     with clock.stage("first plan"):
         known = None if isinstance(method, Paper) else looked_from_few(survey, goals, scan_engine, places, progress)
         if known is not None and isinstance(method, Proven) and settings.objective != Objective.COVERAGE:
@@ -218,36 +219,19 @@ def _check_something_is_seen(pool: Pool) -> None:
         )
 
 
-def _remedy(candidates: Candidates, heights: InstrumentHeights) -> str:
-    """What to do about positions that are refused, by what refuses most of them."""
-    most = max(candidates.rejected, key=lambda reason: candidates.rejected[reason], default="")
-    if heights.is_ordered and heights.fixed_m[0] > heights.high_m:
-        return (
-            f"give a lower instrument height (--height): {heights.fixed_m[0]:g} m may be above the ceiling, and "
-            f"tripods of this scanner stand at {heights.low_m:g} to {heights.high_m:g} m"
-        )
-    if most == TOO_LOW:
-        return "give a lower instrument height (--height)"
-    if most == OUTSIDE and candidates.rejected[OUTSIDE] > 0.5 * candidates.n_tried:
-        return "walls enclose hardly any ground: load the file that has the other walls"
-    return "use a finer grid step or less clearance"
-
-
-def _bare_floors(survey: Survey, goals: Goals, candidates: Candidates, heights: InstrumentHeights) -> tuple[str, ...]:
+def _bare_floors(survey: Survey, goals: Goals, places: AllowedPositions, heights: InstrumentHeights) -> tuple[str, ...]:
     """Warnings about planned floors without candidates; where no floor has any, there is nothing to plan."""
+    candidates = places.candidates
     required = survey.floor_of_triangle[survey.patches.triangle_of_patch[goals.patches]]
     bare = [i for i in survey.planned if not (candidates.floor == i).any() and (required == i).any()]
-    if not bare and candidates.floor.size:
-        return ()
-    reasons = ", ".join(f"{reason}: {n}" for reason, n in sorted(candidates.rejected.items(), key=lambda r: -r[1]))
-    remedy = _remedy(candidates, heights)
     if not candidates.floor.size:
+        causes = refusals_in_words(candidates.rejected, [survey.floors[i] for i in survey.planned], heights)
         raise RequirementError(
-            f"candidates: none of {candidates.n_tried} grid points is a valid tripod position ({reasons}), expected at "
-            f"least one; {remedy}"
+            f"candidates: none of {candidates.n_tried} positions tried is valid for a tripod, expected at least one "
+            f"{causes}"
         )
     return tuple(
-        f"floor {survey.floors[i].name!r} has no valid tripod position, it is seen from other floors only (refused: "
-        f"{reasons}); {remedy}"
+        f"floor {survey.floors[i].name!r} has no valid tripod position, it is seen from other floors only "
+        f"{refusals_in_words(places.refused_on(i), [survey.floors[i]], heights)}"
         for i in bare
     )

@@ -17,25 +17,20 @@ directions at three heights, since a table or a railing is lower than the sensor
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, FloatArray, Floor, PlanSettings, RayHits, Scope, Survey
 from planner_core.positions.ground_surface import GroundSurface, grid_on_ground
+from planner_core.positions.refusals import BLOCKED, NO_GROUND, OUTSIDE, TOO_CLOSE, TOO_LOW, UNEVEN
 from planner_core.progress import Progress, ProgressEvent, silent
 
 #: Room for the hand and the instrument's carrying handle.
 HEADROOM_M = 0.2
 #: Ground under the feet may differ this much from that under the sensor; a ledge is deeper.
 MAX_STEP_M = 0.15
-#: The reason of positions that have no ground of their floor below them.
-NO_GROUND = "no ground of this floor below"
-#: The reason of positions below something that hangs too low.
-TOO_LOW = "too little headroom"
-#: The reason of positions under open sky, or with too few walls around where the ground is a plane.
-OUTSIDE = "outside the building"
 #: The lowest level of the clearance test: over thresholds and rugs.
 SHIN_M = 0.2
 #: A height counts as ground if it is this near; float32 ranges of tens of metres are good to micrometres.
@@ -81,6 +76,12 @@ class Tripods:
         self.ring_radius_m, self.n_ring_rays = settings.ground_ring_radius_m, settings.n_ground_ring_rays
         self._tests: dict[int, TripodTests] = {}
         self._ground: dict[int, GroundSurface] = {}
+
+    def on_floor(self, floor: int) -> Tripods:
+        """Return the tripods of one floor alone, by its index."""
+        alone = copy(self)
+        alone.survey = replace(self.survey, planned=(floor,))
+        return alone
 
     def tests(self, floor: int) -> TripodTests:
         """Return the tests on a floor, by its index."""
@@ -147,9 +148,9 @@ class TripodTests:
         """
         tests = (
             (TOO_LOW, self._lacks_headroom),
-            ("something between sensor and ground", self._lacks_ground),
-            ("uneven or no ground around", self._lacks_ring),
-            ("too close to something", self._lacks_clearance),
+            (BLOCKED, self._lacks_ground),
+            (UNEVEN, self._lacks_ring),
+            (TOO_CLOSE, self._lacks_clearance),
             (OUTSIDE, self._is_outside),
         )
         kept = np.ones(position_m.shape[0], dtype=bool)

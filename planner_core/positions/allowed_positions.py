@@ -22,6 +22,7 @@ from planner_core.positions.landings import find_landings
 from planner_core.positions.local_site import LocalSite
 from planner_core.positions.prior_stations import PriorPosition, place_prior, with_ground_around
 from planner_core.positions.reach import Reach, reachability, reachable
+from planner_core.positions.refusals import FORBIDDEN, IN_KEEP_OUT, OUT_OF_SCOPE, UNREACHABLE
 from planner_core.positions.rooms import find_rooms
 from planner_core.progress import Progress, silent
 from planner_core.scene.rooms import room_of_points
@@ -65,6 +66,13 @@ class AllowedPositions:
         bad = _ruled_out(self.site, self.reach, _of_grid(candidates))
         return np.asarray(~np.any(list(bad.values()), axis=0))
 
+    def refused_on(self, floor: int) -> dict[str, int]:
+        """Count the refused positions of a floor, by cause: its grid is tried again, by itself."""
+        grid = find_candidates(self.tripods.on_floor(floor))
+        tally = Tally(grid.n_tried, dict(grid.rejected))
+        _allowed(_of_grid(grid), self.site, self.reach, tally)
+        return tally.rejected
+
     def keeping(self, rows: Int64Array) -> AllowedPositions:
         """Keep candidates (K,), sorted rows with those of all prior stations among them."""
         prior = tuple(replace(each, row=int(np.searchsorted(rows, each.row))) for each in self.prior)
@@ -105,10 +113,10 @@ def _ruled_out(site: LocalSite, reach: Reach, found: _Found) -> dict[str, BoolAr
     plan_m, ground_m = found.position_m[:, :2], found.position_m.copy()
     ground_m[:, 2] -= found.height_m
     return {
-        "in a keep-out": site.in_zone(plan_m, found.floor),
-        "at a forbidden position": site.near_forbidden(plan_m, found.floor),
-        "out of scope": np.zeros(found.floor.size, bool) if site.scope is None else ~site.scope.admits(ground_m),
-        "not reachable on foot": ~reachable(reach, found.candidates(Tally())),
+        IN_KEEP_OUT: site.in_zone(plan_m, found.floor),
+        FORBIDDEN: site.near_forbidden(plan_m, found.floor),
+        OUT_OF_SCOPE: np.zeros(found.floor.size, bool) if site.scope is None else ~site.scope.admits(ground_m),
+        UNREACHABLE: ~reachable(reach, found.candidates(Tally())),
     }
 
 

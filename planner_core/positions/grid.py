@@ -19,8 +19,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from planner_core.model import BoolArray, Candidates, FloatArray
-from planner_core.positions.admissibility import NO_GROUND, Tally, Tripods
+from planner_core.positions.admissibility import Tally, Tripods
 from planner_core.positions.ground_surface import grid_on_ground
+from planner_core.positions.refusals import NO_GROUND
 from planner_core.positions.rounding import as_written_m
 from planner_core.progress import Progress, silent
 

@@ -26,5 +26,5 @@ def test_storeys_without_slabs_are_asked_for_what_they_are_with_slabs(small: Pla
 def test_walls_that_enclose_nothing_are_refused_with_what_to_load() -> None:
     walls = [("south", "IfcWall", 0, (0, 0, 0), (14, 0.2, 3)), ("north", "IfcWall", 0, (0, 9, 0), (14, 9.2, 3))]
     scene = scene_of(walls, (("Ground", 0.0),))
-    with pytest.raises(RequirementError, match="walls enclose hardly any ground: load the file that has the other"):
+    with pytest.raises(RequirementError, match="walls enclose nothing there: load the file that has all walls"):
         make_plan(scene, PlanSettings(scanner=load_scanner("rtc360"), max_patch_area_m2=4.0, grid_step_m=1.0))

@@ -19,9 +19,10 @@ from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Site
 from planner_core.planning.live.draft import Draft, Place, rounded_place
 from planner_core.planning.live.ground_cells import GroundCells
-from planner_core.positions.admissibility import NO_GROUND, Tripods, TripodTests
+from planner_core.positions.admissibility import Tripods, TripodTests
 from planner_core.positions.local_site import LocalSite, floor_named, local_site
 from planner_core.positions.reach import Reach
+from planner_core.positions.refusals import NO_GROUND, UNREACHABLE
 
 #: Values of `GroundMap.values`.
 NOTHING, WALKABLE, ADMISSIBLE, KEPT_OUT = range(4)
@@ -149,7 +150,7 @@ class TripodPositions:
             if where.near_forbidden(at_m[:, :2], of_floor)[0]:
                 return f"at a forbidden position {whose}"
         if self._footing.nodes(place_m)[0] < 0:
-            return "not reachable on foot"
+            return UNREACHABLE
         _, reasons = self._rejected(self._floor(index), place_m, np.array([on_floor]), height_m)
         return next(iter(reasons), "")
 
