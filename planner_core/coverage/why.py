@@ -244,7 +244,8 @@ def _largest_pieces(
 
 def _piece(unseen: Surfaces, rows: Int64Array) -> UnseenPiece:
     area_m2, at_m, corners_m = unseen.area_m2[rows], unseen.centroid_m[rows], unseen.corners_m[rows].reshape(-1, 3)
-    centroid_m = (area_m2[:, None] * at_m).sum(axis=0) / area_m2.sum()
+    weight = area_m2 if area_m2.any() else np.ones_like(area_m2)  # slivers have no area
+    centroid_m = (weight[:, None] * at_m).sum(axis=0) / weight.sum()
     nearest = int(((at_m - centroid_m) ** 2).sum(axis=1).argmin())
     return UnseenPiece(
         area_m2=float(area_m2.sum()),

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner_core.coverage.why import steepest_curve
+from planner_core.coverage.surfaces import surfaces_of
+from planner_core.coverage.why import _piece, steepest_curve
 from planner_core.model import REASONS, Link, Visibility
 from planner_core.model.unseen import NOT_WORTH
 from planner_core.scene.patches import patch_triangles
@@ -98,6 +101,13 @@ def test_pieces_lie_in_their_boxes_and_do_not_exceed_their_surface(flat):
             assert (piece.centroid_m <= high + 1e-9).all()
             assert (corners[piece.patch] >= low - 1e-5).all()
             assert (corners[piece.patch] <= high + 1e-5).all()
+
+
+def test_piece_of_slivers_without_area_lies_amid_them(flat):
+    unseen = surfaces_of(flat.survey, np.arange(8, dtype=np.int32))
+    piece = _piece(replace(unseen, area_m2=np.zeros(8)), np.arange(8))
+    np.testing.assert_allclose(piece.centroid_m, unseen.centroid_m.mean(axis=0))
+    assert piece.area_m2 == 0.0
 
 
 def test_patches_are_of_the_piece_that_is_told_of_them(flat):
