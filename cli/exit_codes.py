@@ -32,7 +32,6 @@ def exit_code_of(error: BaseException) -> int:
     if errors.is_of_full_disk(error):
         return FULL_DISK
     by_type: tuple[tuple[type[BaseException], int], ...] = (
-        (KeyboardInterrupt, 130),
         (errors.RequirementError, 4),
         (errors.OutputExistsError, 5),
         (errors.DeviceError, 6),

@@ -62,7 +62,8 @@ def show(document: dict[str, Any]) -> None:
         for figures in coverage["floors"]
         if not asked or asked & {figures["floor"].casefold(), floors[figures["floor"]].casefold()}
     ]
-    for figures, result in zip(planned, asks["results"], strict=False):  # these begin with the planned floors
+    of_floors = asks["results"][: len(planned)]  # requirements of the planned floors come first
+    for figures, result in zip(planned, of_floors, strict=True):
         n_stations = sum(station["floor"] == figures["floor"] for station in document["stations"])
         seen = "nothing scannable"
         if figures["achievable_area_m2"] > 0:
