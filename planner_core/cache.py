@@ -13,6 +13,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from planner_core.errors import RequirementError
+
 #: Names the folder, in place of `tlsplan` in the user's cache folder.
 CACHE_VARIABLE = "TLSPLAN_CACHE"
 
@@ -52,6 +54,35 @@ def read_kept(file: Path, schema: str) -> dict[str, Any]:
     if not isinstance(document, dict) or document.get("schema") != schema:
         raise ValueError(f"no document of {schema}")
     return document
+
+
+def no_folder() -> RequirementError:
+    """Return the refusal of an answer that has no place to be kept."""
+    return RequirementError(
+        f"cache folder: got none, expected HOME, XDG_CACHE_HOME or {CACHE_VARIABLE} to be set; set {CACHE_VARIABLE}"
+    )
+
+
+def check_keeps() -> None:
+    """Refuse, before any work, an answer that could not be kept: a file is written and removed.
+
+    Raises
+    ------
+    RequirementError
+        There is no cache folder, or it can't be written.
+    """
+    folder = cache_folder()
+    if folder is None:
+        raise no_folder()
+    trial = folder / f"trial-{os.getpid()}.json"
+    try:
+        keep(trial, {})
+        trial.unlink()
+    except OSError as error:
+        raise RequirementError(
+            f"{folder}: can't be written ({error.strerror}), expected a writable cache folder for the result; set "
+            f"{CACHE_VARIABLE} to one"
+        ) from error
 
 
 def keep(file: Path, document: Mapping[str, Any]) -> None:

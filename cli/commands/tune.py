@@ -36,7 +36,7 @@ def command(device: str | None, quick: bool, as_json: bool, quiet: bool) -> None
     most of it compiling. Without --device the fastest one becomes the default. Results of scans and plans do not depend
     on the shape. After an update of the driver or of tlsplan, run it again; until then the shipped shape is used.
     """
-    from planner_core.cache import CACHE_VARIABLE
+    from planner_core.cache import CACHE_VARIABLE, check_keeps
     from planner_core.device import keep_fastest, list_devices, open_device, problem_of_device
     from planner_core.errors import RequirementError
 
@@ -44,6 +44,7 @@ def command(device: str | None, quick: bool, as_json: bool, quiet: bool) -> None
     from ..progress import ProgressReporter
 
     environment.check_caches_are_kept(CACHE_VARIABLE)
+    check_keeps()
     infos = list_devices()
     problems = [problem_of_device(info) for info in infos] if device is None else []
     names = [str(index) for index, why in enumerate(problems) if not why] if device is None else [device]

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from planner_core.cache import CACHE_VARIABLE, keep, kept_file, read_kept
+from planner_core.cache import CACHE_VARIABLE, keep, kept_file, no_folder, read_kept
 from planner_core.device import Device
 from planner_core.errors import RequirementError
 
@@ -144,9 +144,7 @@ def keep_shape(device: Device, shape: Shape, milliseconds: dict[str, float]) -> 
         raise RequirementError(f"tile shape: got {shape}, expected one that kernels can be built for; measure again")
     file = shape_file(device)
     if file is None:
-        raise RequirementError(
-            f"cache folder: got none, expected HOME, XDG_CACHE_HOME or {CACHE_VARIABLE} to be set; set {CACHE_VARIABLE}"
-        )
+        raise no_folder()
     rows, columns, lanes = shape
     document = {
         "schema": _SCHEMA,

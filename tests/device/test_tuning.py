@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tlsplan import environment, start_time
-from tlsplan.commands import doctor
+from tlsplan.commands import doctor, tune
 
 from planner_core.cache import cache_folder
 from planner_core.device import Device, check, choice, list_devices, open_device, runtime, sources
@@ -291,6 +291,23 @@ def test_tune_refuses_to_measure_what_it_can_not_keep(
     assert code == 4
     assert "TLSPLAN_CACHE" in err
     assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("is_set", [True, False])
+def test_tune_refuses_a_cache_that_can_not_be_written_before_it_measures(
+    command: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, is_set: bool
+) -> None:
+    for name in ("TLSPLAN_CACHE", "XDG_CACHE_HOME", "HOME"):
+        monkeypatch.delenv(name, raising=False)
+    (tmp_path / "file").write_text("in the way")
+    if is_set:
+        monkeypatch.setenv("TLSPLAN_CACHE", str(tmp_path / "file" / "cache"))
+    monkeypatch.setattr(tune, "_tune", lambda *_: pytest.fail("it measured"))
+    code, _, err = command("tune", "-q")
+    assert code == 4
+    assert ("file/cache: can't be written" if is_set else "cache folder: got none") in err
+    assert "TLSPLAN_CACHE" in err and err.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
 @pytest.mark.opencl
