@@ -66,22 +66,30 @@ def check_extent(scene: Scene) -> None:
         Its size, and the unit to pass instead.
     """
     size_m = extent_m(scene)
-    longest_m, thinnest_m = float(size_m.max()), float(size_m.min())
-    is_size = SHORTEST_M <= longest_m <= MAX_LENGTH_M and thinnest_m <= MAX_WIDTH_M
-    if is_size and (longest_m <= LONGEST_M or _plan_m2(scene) <= MAX_PLAN_M2):
-        return
     source = scene.source
-    name = source.path.name or "scene"
     told = f"{source.unit_name}s" if source.metres_per_unit == 1.0 else f"units of {source.metres_per_unit:g} m"
-    sides = " x ".join(f"{side_m:.3g}" if not 10 <= side_m < 1e7 else f"{side_m:.0f}" for side_m in size_m)
-    if is_size:
+    read = f"{source.path.name or 'scene'}: read in {told} it measures"
+    check_size(read, size_m, source.metres_per_unit)
+    if size_m.max() > LONGEST_M and (plan_m2 := _plan_m2(scene)) > MAX_PLAN_M2:
         raise SceneError(
-            f"{name}: read in {told} it measures {sides} m and its surfaces cover {_plan_m2(scene) / 1e6:.0f} km2 seen "
-            f"from above, expected {MAX_PLAN_M2 / 1e6:.0f} km2 at most; {_remedy(longest_m, source.metres_per_unit)}."
+            f"{read} {_sides(size_m)} m and its surfaces cover {plan_m2 / 1e6:.0f} km2 seen from above, expected "
+            f"{MAX_PLAN_M2 / 1e6:.0f} km2 at most; {_remedy(float(size_m.max()), source.metres_per_unit)}."
         )
-    limits = f"{SHORTEST_M:g} m to {MAX_LENGTH_M / 1000:g} km, and less than {MAX_WIDTH_M / 1000:g} km in one direction"
-    remedy = _remedy(longest_m, source.metres_per_unit)
-    raise SceneError(f"{name}: read in {told} it measures {sides} m, expected {limits}; {remedy}.")
+
+
+def check_size(read: str, size_m: FloatArray, metres_per_unit: float) -> None:
+    """Refuse a size (3,) that no building has; `read` is what the line begins with, up to the size."""
+    longest_m = float(size_m.max())
+    if SHORTEST_M <= longest_m <= MAX_LENGTH_M and size_m.min() <= MAX_WIDTH_M:
+        return
+    raise SceneError(
+        f"{read} {_sides(size_m)} m, expected {SHORTEST_M:g} m to {MAX_LENGTH_M / 1000:g} km, and less than "
+        f"{MAX_WIDTH_M / 1000:g} km in one direction; {_remedy(longest_m, metres_per_unit)}."
+    )
+
+
+def _sides(size_m: FloatArray) -> str:
+    return " x ".join(f"{side_m:.3g}" if not 10 <= side_m < 1e7 else f"{side_m:.0f}" for side_m in size_m)
 
 
 def _remedy(longest_m: float, metres_per_unit: float) -> str:

@@ -38,6 +38,7 @@ from planner_core.scene.ifc_text import (
     with_doubled_backslashes,
     without_strings,
 )
+from planner_core.scene.ifc_units import assume_unit, check_spread, length_unit, no_unit
 from planner_core.scene.raw import Parts, RawScene
 from planner_core.scene.wording import grouped, is_text, reason_of
 
@@ -62,7 +63,6 @@ _NO_BEAM_NO_CUT = tuple(name for name in _NOT_PHYSICAL if name not in (_OPENINGS
 
 
 _NAMED_KINDS = 3
-_SHORTEST_UNIT_M, _LONGEST_UNIT_M = 1e-9, 1e6
 
 
 @dataclass(frozen=True)
@@ -77,8 +77,12 @@ class _Shapes:
     products: list[_ToldProduct]
 
 
-def read_ifc(path: Path, *, progress: Progress, left_out: Collection[int] = ()) -> RawScene:
+def read_ifc(
+    path: Path, *, progress: Progress, left_out: Collection[int] = (), told_unit_m: float | None = None
+) -> RawScene:
     """Read an IFC file, but for the elements and rooms that are left out, by number.
+
+    told_unit_m : of the user, for a file that names no unit.
 
     Raises
     ------
@@ -90,11 +94,14 @@ def read_ifc(path: Path, *, progress: Progress, left_out: Collection[int] = ()) 
     model, text, code_page = _opened(path)
     lost_warnings = _checked(path, model, text)
     with contents_asked(path, model):
-        unit_m, unit_name = _length_unit(path, model)
+        unit_m, unit_name = length_unit(path, model, told_unit_m)
         storeys_told = told_storeys(_of_class(model, "IfcBuildingStorey"))
         told_products = _told_products(model, {told.id: i for i, told in enumerate(storeys_told)}, left_out)
         n_elements = len(_of_class(model, "IfcElement"))
-        _assume_metres(model)
+        if not unit_name:
+            if told_unit_m is None:
+                check_spread(path, [product.entity for product in told_products])
+            assume_unit(model, unit_m)
     optics, optics_warnings = _optics(path, model)
     shapes, shape_warnings = _triangulate_products(path, model, told_products, n_elements, optics, progress)
     storeys, storey_warnings = storeys_of(path, storeys_told, unit_m)
@@ -125,7 +132,7 @@ def read_ifc(path: Path, *, progress: Progress, left_out: Collection[int] = ()) 
         unit_name=unit_name or "metre",
         metres_per_unit=unit_m,
         vertex_unit_m=1.0,
-        assumed_unit=_no_unit(path, unit_name),
+        assumed_unit=no_unit(path, unit_name),
         up_axis="Z",
         schema=str(model.schema_identifier),
         report=LoadReport(n_faces_read=0, warnings=warnings),
@@ -141,7 +148,7 @@ def make_one_by_one(path: str, made: tuple[int, ...]) -> None:
     done = set(made)
     with contents_asked(file, model):
         told = _told_products(model, {}, done)
-        _assume_metres(model)
+        assume_unit(model, 1.0)
         triangles = {p.id for p in told if p.is_triangles}
         entities = [p.entity for p in told]
         entities += [s for s in _of_class(model, "IfcSpace") if s.id() not in done and s.Representation is not None]
@@ -266,55 +273,6 @@ class _ToldProduct:
     """It has a representation that is meant to be solid or surface (not an axis or a footprint)."""
     is_triangles: bool
     """It has nothing but triangulated face sets, and no opening is to be cut out."""
-
-
-def _length_unit(path: Path, model: Any) -> tuple[float, str]:
-    """Metres per unit, and its name; 1 and empty where the file names none."""
-    from ifcopenshell.util import unit as units
-
-    unit = units.get_project_unit(model, "LENGTHUNIT")
-    if unit is None:
-        return 1.0, ""
-    if unit.is_a("IfcSIUnit") and unit.Name != "METRE":
-        raise SceneError(
-            f"{path.name}: its length unit #{unit.id()} is {unit.Name or 'none that IFC has'}, expected METRE with or "
-            "without a prefix, or a unit converted to it; repair it, or export the file again."
-        )
-    _check_one_length_unit(path, model)
-    unit_m = float(units.get_unit_scale(unit))  # that of the model is a power where the unit stands there twice
-    if not _SHORTEST_UNIT_M <= unit_m <= _LONGEST_UNIT_M:
-        raise SceneError(
-            f"{path.name}: its length unit #{unit.id()} is {unit_m:g} m long, expected one that buildings are drawn "
-            "in, such as MILLI METRE; repair it, or export the file again."
-        )
-    return unit_m, str(units.get_full_unit_name(unit)).lower()
-
-
-def _check_one_length_unit(path: Path, model: Any) -> None:
-    """Refuse a project with units of two lengths: shapes are made in one, and storeys would be in the other."""
-    from ifcopenshell.util import unit as units
-
-    of_project = _of_class(model, "IfcProject")[0].UnitsInContext.Units
-    lengths = [unit for unit in of_project if getattr(unit, "UnitType", None) == "LENGTHUNIT"]
-    if len({float(units.get_unit_scale(unit)) for unit in lengths}) > 1:
-        named = " and ".join(f"#{unit.id()} ({units.get_full_unit_name(unit)})" for unit in lengths[:2])
-        raise SceneError(
-            f"{path.name}: its project has {len(lengths)} units of length, {named}, expected one; take out the wrong "
-            "one, or export the file again."
-        )
-
-
-def _assume_metres(model: Any) -> None:
-    """Give a project without units metres: IfcOpenShell makes no shapes of IFC2X3 without."""
-    for project in _of_class(model, "IfcProject"):
-        if project.UnitsInContext is None:
-            metre = model.create_entity("IfcSIUnit", UnitType="LENGTHUNIT", Name="METRE")
-            project.UnitsInContext = model.create_entity("IfcUnitAssignment", Units=[metre])
-
-
-def _no_unit(path: Path, unit_name: str) -> str:
-    """A line for the user where the file names no unit; empty where it does."""
-    return "" if unit_name else f"{path.name} names no length unit: metres are assumed; pass --units if that is wrong."
 
 
 def _code_page(path: Path, title: str) -> tuple[str, ...]:

@@ -340,7 +340,13 @@ def _read(path: Path, file_format: str, options: LoadOptions, progress: Progress
     if file_format in ("ifc", "usd") or (file_format == "gltf" and names_draco(path)):
         from planner_core.scene.native import read_apart
 
-        return read_apart(path, file_format, skip_bad_faces=options.skip_bad_faces, progress=progress)
+        return read_apart(
+            path,
+            file_format,
+            skip_bad_faces=options.skip_bad_faces,
+            progress=progress,
+            told_unit_m=options.metres_per_unit,
+        )
     if file_format == "obj":
         from planner_core.scene.obj import read_obj
 

@@ -35,8 +35,12 @@ minute, and those that are a little slow go with them. Opening the file, which e
 _ELEMENT = re.compile(r"#(\d+) ")
 
 
-def read_apart(path: Path, file_format: str, *, skip_bad_faces: bool, progress: Progress) -> RawScene:
+def read_apart(
+    path: Path, file_format: str, *, skip_bad_faces: bool, progress: Progress, told_unit_m: float | None = None
+) -> RawScene:
     """Read a file of a format with a native library (`ifc`, `usd`, `gltf`) in a child process.
+
+    told_unit_m : of the user, for IFC that names no unit.
 
     Raises
     ------
@@ -45,7 +49,12 @@ def read_apart(path: Path, file_format: str, *, skip_bad_faces: bool, progress: 
     MissingPackageError
         The library is not installed.
     """
-    arguments = {"path": os.fspath(path), "file_format": file_format, "skip_bad_faces": skip_bad_faces}
+    arguments = {
+        "path": os.fspath(path),
+        "file_format": file_format,
+        "skip_bad_faces": skip_bad_faces,
+        "told_unit_m": told_unit_m,
+    }
     limits = limits_for(path.stat().st_size)
     try:
         try:
@@ -122,12 +131,18 @@ def _read_without(
     return replace(raw, report=replace(raw.report, warnings=(*raw.report.warnings, f"{path.name}: {line}")))
 
 
-def read(path: str, file_format: str, skip_bad_faces: bool, left_out: tuple[int, ...] = ()) -> RawScene:
+def read(
+    path: str,
+    file_format: str,
+    skip_bad_faces: bool,
+    told_unit_m: float | None = None,
+    left_out: tuple[int, ...] = (),
+) -> RawScene:
     """What the child does."""
     if file_format == "ifc":
         from planner_core.scene.ifc import read_ifc
 
-        return read_ifc(Path(path), progress=progress_of_child, left_out=left_out)
+        return read_ifc(Path(path), progress=progress_of_child, left_out=left_out, told_unit_m=told_unit_m)
     if file_format == "gltf":
         from planner_core.scene.gltf import read_gltf
 
