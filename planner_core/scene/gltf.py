@@ -24,7 +24,7 @@ from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Opti
 from planner_core.scene.gltf_bytes import embedded, file_beside, glb_chunks
 from planner_core.scene.gltf_draco import DRACO, decoded
 from planner_core.scene.gltf_json import JsonObject
-from planner_core.scene.materials import optics_of_material, optics_of_name
+from planner_core.scene.gltf_materials import material_optics, node_optics
 from planner_core.scene.raw import Parts, RawScene, chained, exact, is_mirrored, placed, turned_over, what_it_looks_like
 from planner_core.scene.wording import bad_index_error, grouped
 
@@ -74,7 +74,7 @@ class _Document:
         self.buffers = self.tree.objects("buffers")
         self.optics = []
         for material in self._of_materials(partial(self.tree.objects, "materials")) or ():
-            self.optics.append(self._of_materials(partial(_optics_of_material, material)))
+            self.optics.append(self._of_materials(partial(material_optics, material)))
 
     def optics_of(self, primitive: JsonObject) -> Optics | None:
         """What the material of a primitive says; None where it has none, or one that is not there."""
@@ -190,7 +190,7 @@ def _scene(document: _Document, *, skip_bad_faces: bool) -> RawScene:
             meshes[mesh] = list(_mesh_parts(document, mesh, skip_bad_faces=skip_bad_faces))
         name = node.text("name") or document.meshes[mesh].text("name") or f"node {number}"
         elements.append(Element(name, "Mesh", str(number)))
-        of_node = _optics_of_node(node)
+        of_node = node_optics(node)
         n_faces = 0
         for part in meshes[mesh]:
             triangles = turned_over(part.triangles) if is_mirrored(matrix) else part.triangles
@@ -316,37 +316,6 @@ def _instances(document: _Document, node: JsonObject, matrix: FloatArray) -> Ite
             columns[name][at].tolist() if name in columns else list(default) for name, default in still
         )
         yield chained(matrix, _matrix_of(translation, rotation, scale))
-
-
-# ------------------------------------------------------------------------------------------------ optics
-def _optics_of_material(material: JsonObject) -> Optics | None:
-    """What a material's name, transmission, blended opacity, metal and roughness say; textures say nothing."""
-    pbr = material.object("pbrMetallicRoughness") if material.has("pbrMetallicRoughness") else None
-    metallic: float | None = None
-    roughness: float | None = None
-    if pbr is not None and not pbr.has("metallicRoughnessTexture"):
-        metallic, roughness = pbr.number("metallicFactor", 1.0), pbr.number("roughnessFactor", 1.0)
-    return optics_of_material(
-        [material.text("name")], transparency=_transparency(material, pbr), metallic=metallic, roughness=roughness
-    )
-
-
-def _transparency(material: JsonObject, pbr: JsonObject | None) -> float | None:
-    """The share of light that goes through, by whichever way lets more through; None where neither is used."""
-    told = []
-    extensions = material.object("extensions") if material.has("extensions") else None
-    if extensions is not None and extensions.has("KHR_materials_transmission"):
-        told.append(extensions.object("KHR_materials_transmission").number("transmissionFactor", 0.0))
-    if material.text("alphaMode") == "BLEND" and pbr is not None:
-        told.append(1.0 - pbr.numbers("baseColorFactor", (1.0, 1.0, 1.0, 1.0))[3])
-    return max(told, default=None)
-
-
-def _optics_of_node(node: JsonObject) -> Optics | None:
-    """What `extras.material`, a text of our own that other tools keep, says of a node's mesh."""
-    extras = node.members.get("extras")
-    named = extras.get("material") if isinstance(extras, dict) else None
-    return optics_of_name(named) if isinstance(named, str) else None
 
 
 # ------------------------------------------------------------------------------------------------- mesh
