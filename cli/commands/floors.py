@@ -14,7 +14,7 @@ from ..options import FileOptions, apply, output_options, scene_argument, scene_
 def command(scenes: tuple[Path, ...], reading: FileOptions, as_json: bool, quiet: bool) -> None:
     """List the floors of SCENE that stations can stand on, with area and elevation."""
     from planner_core.coverage.plausibility import implausible_floors
-    from planner_core.scene.floors import find_floors
+    from planner_core.scene.floors import find_floors, other_levels
 
     from .. import inputs, output
     from ..progress import ProgressReporter
@@ -35,6 +35,10 @@ def command(scenes: tuple[Path, ...], reading: FileOptions, as_json: bool, quiet
                         "elevation_m": round(floor.elevation_m + offset_z_m, 4),
                         "ground_area_m2": round(floor.ground_area_m2, 3),
                         "origin": floor.origin,
+                        "other_levels": [
+                            {"elevation_m": round(height_m + offset_z_m, 4), "ground_area_m2": round(area_m2, 3)}
+                            for height_m, area_m2 in other_levels(loaded, floor)
+                        ],
                     }
                     for floor in report.floors
                 ],
@@ -52,5 +56,8 @@ def command(scenes: tuple[Path, ...], reading: FileOptions, as_json: bool, quiet
             for f in report.floors
         ],
     )
+    for floor in report.floors:
+        for height_m, area_m2 in other_levels(loaded, floor):
+            output.say(f"{floor.id}  {floor.name}: {area_m2:.1f} m2 of its ground at {height_m + offset_z_m:.3f} m")
     for line in output.materials(loaded.report.glass_area_m2, loaded.report.mirror_area_m2, glass=reading.glass):
         output.say(line)

@@ -70,7 +70,7 @@ from planner_core.plan_folder.sheet import (
     picture_box,
 )
 from planner_core.plan_folder.station_marks import foot_m
-from planner_core.scene.floors import ground_levels, ground_span_m
+from planner_core.scene.floors import ground_levels, ground_span_m, levels_of
 
 CAPTION_MM = 8.0
 PALE = (0.93, 0.93, 0.92)
@@ -79,6 +79,7 @@ OVERVIEW_CAMERA = camera_at(azimuth_rad=np.deg2rad(62.0), elevation_rad=np.deg2r
 _HATCH = Pen(0.2, palette.INK)
 _HATCH_MM = 1.3
 _SECTION = Pen(0.24, palette.WALL)
+_OVERHEAD = Pen(0.3, palette.WALL, dash_mm=(1.8, 1.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +133,7 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVi
     ink, at = _map_sheet(view)
     with ink.clip(at.box):
         _draw_view(ink, plan, floor, at)
+        ink.lines([at.on_paper(border) for border in _overhead_m(plan, floor)], _OVERHEAD)
         ink.lines([at.on_paper(line) for line in sealed_hatch_m(plan, floor_index, _HATCH_MM / at.mm_per_m)], _HATCH)
         draw_runs(ink, [at.on_paper(run.points_m[:, :2]) for run in runs_on(plan, floor_index)])
         zones = [Zone(at.on_paper(zone.outline), zone.words) for zone in zones_on(plan, floor_index)]
@@ -149,6 +151,24 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVi
     draw_header(ink, floor.name, floor_subtitle(plan, floor), _map_figures(plan, floor_index))
     draw_footer(ink, mm_per_m=at.mm_per_m, legend=coverage_legend(plan), lines=_route_legend(plan))
     ink.save(path)
+
+
+def _overhead_m(plan: Plan, floor: Floor) -> list[FloatArray]:
+    """(2, 2) borders in plan of levels that lie above the cut, such as mezzanines: drawn as what is overhead is."""
+    own_m = floor.elevation_m
+    cut_m = cut_above_m(plan, own_m)
+    borders = []
+    for height_m, corners_m in levels_of(plan.survey.scene, floor)[1:]:
+        if height_m <= own_m + cut_m:
+            continue
+        edge_mm = np.rint(1000.0 * corners_m[:, [[0, 1], [1, 2], [2, 0]], :2]).astype(np.int64).reshape(-1, 2, 2)
+        turned = (edge_mm[:, 0, 0] > edge_mm[:, 1, 0]) | (
+            (edge_mm[:, 0, 0] == edge_mm[:, 1, 0]) & (edge_mm[:, 0, 1] > edge_mm[:, 1, 1])
+        )
+        edge_mm[turned] = edge_mm[turned][:, ::-1]
+        edge_mm, count = np.unique(edge_mm, axis=0, return_counts=True)
+        borders += list(edge_mm[count == 1] / 1000.0)
+    return borders
 
 
 def write_link_map(plan: Plan, floor_index: int, path: Path, *, view: SectionView) -> None:

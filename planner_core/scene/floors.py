@@ -164,6 +164,17 @@ def ground_levels(scene: Scene, floor: Floor) -> list[tuple[float, FloatArray]]:
     Most floors have one. Wings half a storey apart have two: what no slope joins, and is a tenth of the ground or more.
     Ground that slopes is cut into bands, each with the height of its middle.
     """
+    return [band for each in levels_of(scene, floor) for band in _bands(*each)]
+
+
+def other_levels(scene: Scene, floor: Floor) -> list[tuple[float, float]]:
+    """Height and area in plan of each level of a floor's ground beside its own, such as a mezzanine, lowest first."""
+    _, *others = levels_of(scene, floor)
+    return sorted((height_m, float(_plan_area_m2(corners_m).sum())) for height_m, corners_m in others)
+
+
+def levels_of(scene: Scene, floor: Floor) -> list[tuple[float, FloatArray]]:
+    """The levels of a floor, the one with its elevation first: height and triangles (K, 3, 3) of each."""
     corners = scene.vertices_m[scene.triangles[floor.ground_triangles]]
     if not len(corners):
         return [(floor.elevation_m, corners)]
@@ -179,7 +190,7 @@ def ground_levels(scene: Scene, floor: Floor) -> list[tuple[float, FloatArray]]:
     own = int(np.argmin(np.abs(height - floor.elevation_m)))
     others = [number for number in np.flatnonzero(share >= _LEAST_LEVEL).tolist() if number != own]
     levels = [(float(height[number]), corners[level == number]) for number in others]
-    return [band for each in ((floor.elevation_m, corners[~np.isin(level, others)]), *levels) for band in _bands(*each)]
+    return [(floor.elevation_m, corners[~np.isin(level, others)]), *levels]
 
 
 def ground_span_m(scene: Scene, floor: Floor) -> tuple[float, float]:

@@ -217,12 +217,13 @@ def _decks_above(survey: LevelSurvey, clear: BoolArray, main: BoolArray, main_m:
     """Crossings of the storey that are its ceiling's top side: a level higher, over ground of the same storey.
 
     A gallery is smaller than the ground below it; what covers more of it is a ceiling. Coverings are never galleries.
+    The roof's top, in the open, is judged apart: it says nothing of a gallery below it.
     """
     columns = survey.columns
     above = clear & (columns.z_m > main_m + MIN_LEVEL_DISTANCE_M)
     has_ground = np.zeros(columns.x_m.size * columns.y_m.size, dtype=bool)
     has_ground[columns.column[main]] = True
-    over = above & has_ground[columns.column]
+    over = above & has_ground[columns.column] & np.isfinite(survey.clear_m)
     if over.sum() > _CEILING_SHARE * main.sum():
         return above
     kinds: BoolArray = np.array([e.kind == "IfcCovering" for e in survey.scene.elements], dtype=bool)

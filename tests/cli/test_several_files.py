@@ -12,6 +12,7 @@ from tlsplan.options import FileOptions
 
 from planner_core.errors import RequirementError
 from planner_core.progress import silent
+from tests.reality_files import reality
 
 BOX = """v 0 0 {z}
 v {w} 0 {z}
@@ -65,7 +66,8 @@ def test_single_doors_are_refused_where_the_scene_has_none(tlsplan, slabs: tuple
 def test_floors_of_several_files(tlsplan, slabs: tuple[Path, Path]) -> None:
     done = tlsplan("floors", *slabs, "--units", "high.obj=mm", "--json")
     assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["floors"][0]["ground_area_m2"] == pytest.approx(100.0)
+    (floor,) = json.loads(done.stdout)["floors"]
+    assert floor["ground_area_m2"] == pytest.approx(100.0) and floor["other_levels"] == []
     refused = tlsplan("floors", *slabs, "--units", "high.obj=yards")
     assert refused.returncode != 0
     assert "yards" in refused.stderr and "Traceback" not in refused.stderr
@@ -78,3 +80,9 @@ def test_floors_that_are_longer_than_any_building_have_a_line(tlsplan, tmp_path:
     done = tlsplan("floors", site, "--json")
     assert done.returncode == 0, done.stderr
     assert any("floors are 470 m long, expected 3 to 400 m" in line for line in json.loads(done.stdout)["warnings"])
+
+
+def test_levels_of_a_floor_beside_its_own_are_listed(tlsplan) -> None:
+    done = tlsplan("floors", reality("mezzanine.ifc"))
+    assert done.returncode == 0, done.stderr
+    assert "F0  EG: 34.8 m2 of its ground at 2.800 m" in done.stdout

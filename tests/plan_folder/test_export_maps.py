@@ -48,6 +48,7 @@ from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.floors import ground_levels
 from tests.coverage.conftest import BOX_FACES, box_corners
+from tests.scene.floor_scenes import four_walls, scene_of
 
 WINDOW_M = np.array([[-0.5, -0.5], [8.5, 4.5]])
 
@@ -343,3 +344,20 @@ def test_headline_of_a_map_names_what_is_not_scanned_as_required(plan: Plan) -> 
         ("97.5 %", "of 40 m² scannable; 6 m² not as required"),
         ("97.5 %", "of 40 m² scannable"),
     ]
+
+
+def test_border_of_a_level_above_the_cut_is_drawn_and_of_one_below_it_is_not(plan: Plan) -> None:
+    scene = scene_of(
+        [
+            ("slab", "IfcSlab", 0, (0, 0, -0.2), (12, 8, 0)),
+            *four_walls(12, 8, 0, 6, 0),
+            ("mezzanine", "IfcSlab", 0, (0, 0, 2.6), (5, 4, 2.8)),
+            ("stage", "IfcSlab", 0, (8, 0, 0), (12, 4, 0.9)),
+            ("roof", "IfcRoof", 0, (0, 0, 6), (12, 8, 6.2)),
+        ],
+        (("EG", 0.0),),
+    )
+    survey = make_survey(scene, plan.settings)
+    borders_m = maps._overhead_m(dataclasses.replace(plan, survey=survey), survey.floors[0])
+    ends = {tuple(map(tuple, np.round(border_m + scene.offset_m[:2], 3).tolist())) for border_m in borders_m}
+    assert ends == {((0, 0), (0, 4)), ((0, 0), (5, 0)), ((0, 4), (5, 4)), ((5, 0), (5, 4))}

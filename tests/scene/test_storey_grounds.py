@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner_core.model import Room
-from planner_core.scene.floors import find_floors
+from planner_core.scene.floors import find_floors, other_levels
 from planner_core.scene.load import load_scene
 from tests.reality_files import reality
 from tests.scene.floor_scenes import box, four_walls, scene_of
@@ -231,3 +231,28 @@ def test_storey_without_slab_that_has_a_room_is_a_floor():
     room = Room("101", "Office", "id", 1, corners_m, triangles.astype(np.int32))
     scene = replace(hall(storeys=HALL[:2]), rooms=(room,))
     assert [f.name for f in find_floors(scene).floors] == ["Ground", "Upper"]
+
+
+# ------------------------------------------------------------------------------------------------ mezzanines
+@pytest.mark.parametrize("roof", ["IfcSlab", "IfcSlab.ROOF", "IfcRoof", None])
+@pytest.mark.parametrize(("depth_m", "is_ground"), [(3.5, True), (7.0, False)], ids=["mezzanine", "deck over most"])
+def test_mezzanine_is_a_level_of_its_floor_whatever_the_roof_is(roof, depth_m, is_ground):
+    parts = [
+        ("slab", "IfcSlab", 0, (0, 0, -0.2), (12, 8, 0)),
+        *four_walls(12, 8, 0, 6, 0),
+        ("mezzanine", "IfcSlab", 0, (0, 0, 2.6), (12, depth_m, 2.8)),
+        ("lower roof", "IfcRoof", 0, (0, 0, 5.4), (12, depth_m, 5.6)),
+    ]
+    top = [("roof", roof, 0, (0, 0, 6), (12, 8, 6.2))] if roof else []
+    scene = scene_of([*parts, *top], (("EG", 0.0),))
+    (floor,) = find_floors(scene).floors
+    assert floor.elevation_m == pytest.approx(0.0)
+    expected = [(2.8, 12 * depth_m)] if is_ground else []
+    assert [pytest.approx(level, abs=0.01) for level in expected] == other_levels(scene, floor)
+
+
+def test_mezzanine_of_reality_is_a_level_of_its_floor():
+    scene = load_scene(reality("mezzanine.ifc"))
+    (floor,) = find_floors(scene).floors
+    ((height_m, area_m2),) = other_levels(scene, floor)
+    assert height_m == pytest.approx(2.8) and area_m2 == pytest.approx(34.8, abs=0.5)
