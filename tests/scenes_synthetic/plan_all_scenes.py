@@ -66,7 +66,6 @@ class Job:
 REFUSALS = (
     Job("georeferenced", "stl", refused_by="scene", exit=4),
     Job("broken-faces", "obj", refused_by="plan", exit=3),
-    Job("without-slabs", "glb", refused_by="plan", exit=4),
 )
 
 
@@ -99,8 +98,7 @@ def jobs() -> list[Job]:
     found: list[Job] = []
     small = [name for name in scenes_synthetic.names() if name not in LARGE]
     for index, name in enumerate(small):
-        others = ("ifc",) if name == "without-slabs" else ("ifc", OTHER_FORMATS[index % len(OTHER_FORMATS)])
-        for suffix in FORMATS.get(name, others):
+        for suffix in FORMATS.get(name, ("ifc", OTHER_FORMATS[index % len(OTHER_FORMATS)])):
             found.append(Job(name, suffix, plan_options=_told(name, suffix)))
         found += [job for job in REFUSALS if job.scene == name]
     found += [Job(name, "ifc", plan_options=options) for name, options in LARGE.items()]

@@ -379,8 +379,7 @@ OPTIONS = {
 
 @pytest.mark.parametrize("name", HARD)
 def test_hard_scene_loads_and_plans(name: str, tmp_path: Path) -> None:
-    suffix = ".ifc" if name == "without-slabs" else ".obj"  # only IFC has storeys, which stand in for slabs
-    path = scenes_synthetic.write(scenes_synthetic.build(name), tmp_path / f"{name}{suffix}")
+    path = scenes_synthetic.write(scenes_synthetic.build(name), tmp_path / f"{name}.obj")
     plan = make_plan(load_scene(path, options=OPTIONS.get(name, LoadOptions())), COARSE)
     assert plan.coverage.fraction_of_achievable >= 0.6
     assert 1 <= plan.lower_bound <= len(plan.stations)

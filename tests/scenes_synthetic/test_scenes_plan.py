@@ -57,6 +57,7 @@ def tlsplan(
         ("two-rooms", "rooms.glb", ()),
         ("closed-rooms", "rooms.usdc", ()),
         ("broken-faces", "rooms.obj", ("--skip-bad-faces",)),
+        ("without-slabs", "rooms.stl", ()),
     ],
 )
 def test_scene_is_written_and_planned(
@@ -82,15 +83,24 @@ def test_scene_is_written_and_planned(
 
 
 @pytest.mark.parametrize(
-    ("name", "file", "code", "said"),
-    [("broken-faces", "rooms.ply", 3, "Repair it or pass --skip-bad-faces."), ("without-slabs", "rooms.glb", 4, "")],
+    ("name", "file", "options", "code", "said"),
+    [
+        ("broken-faces", "rooms.ply", (), 3, "Repair it or pass --skip-bad-faces."),
+        ("box", "rooms.glb", ("--height", "30"), 4, "give a lower instrument height (--height)"),
+    ],
 )
 def test_scene_that_cannot_be_planned_is_refused_in_one_line(
-    tlsplan: Callable[..., tuple[Any, str, str]], tmp_path: Path, name: str, file: str, code: int, said: str
+    tlsplan: Callable[..., tuple[Any, str, str]],
+    tmp_path: Path,
+    name: str,
+    file: str,
+    options: tuple[str, ...],
+    code: int,
+    said: str,
 ) -> None:
     path, folder = tmp_path / file, tmp_path / "plan"
     assert tlsplan("scene", name, "-o", path)[0] == 0
-    ended, out, err = tlsplan("plan", path, "-o", folder, *COARSE)
+    ended, out, err = tlsplan("plan", path, "-o", folder, *(COARSE if not options else ("--json", *options)))
     assert (ended, out) == (code, "")
     lines = err.splitlines()
     assert lines[-1].startswith("tlsplan: ")
