@@ -143,8 +143,10 @@ def _rescan(live: LivePlan, found: AsScanned, reporter: ProgressReporter) -> Res
 
 def _write(rescan: Rescan, live: LivePlan, folder: Path, overwrite: bool, reporter: ProgressReporter) -> None:
     from planner_core.plan_folder.folder import write_plan_folder
+    from planner_core.plan_folder.report import letter_warnings
 
     write_plan_folder(rescan.plan, folder, engine=live.engine, overwrite=overwrite, progress=reporter.show)
+    reporter.warn(letter_warnings(rescan.plan))
 
 
 # ---------------------------------------------------------------------------------------------- words

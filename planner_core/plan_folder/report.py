@@ -115,7 +115,7 @@ def report_page(plan: Plan, *, pictures: bool = True, without_pictures: str = ""
         f"<h1>Scan plan of {name}</h1>",
         _figures(plan),
         *(("<h2>Requirements</h2>", requirements_table(plan)) if plan.requirements else ()),
-        _warnings(plan, without_pictures),
+        _warnings(plan, letter_warnings(plan) if pictures else (), without_pictures),
         *(_pictures(plan, with_coverage=not without_pictures) if pictures else ()),
         "<h2>Stations</h2>",
         stations_table(plan),
@@ -230,10 +230,10 @@ def letter_warnings(plan: Plan) -> tuple[str, ...]:
     return (line,) if line else ()
 
 
-def _warnings(plan: Plan, without_pictures: str) -> str:
+def _warnings(plan: Plan, of_letters: tuple[str, ...], without_pictures: str) -> str:
     lines = [
         *groups_first(plan.warnings),
-        *letter_warnings(plan),
+        *of_letters,
         *([f"coverage pictures are left out: {without_pictures}"] if without_pictures else []),
     ]
     return "\n".join(f'<p class="warning">{escape(line)}</p>' for line in lines)

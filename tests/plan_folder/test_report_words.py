@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from planner_core.model import Link, Plan, Registration, RegistrationNetwork, WeakMotion
+from planner_core.plan_folder.drawing import fonts
 from planner_core.plan_folder.report import report_page
 
 
@@ -53,3 +54,14 @@ def test_report_names_its_overlap(plan: Plan, measure: str, of: str, noun: str, 
     page = report_page(replace(plan, settings=replace(plan.settings, requirements=asked)))
     assert f"links with at least 30 {noun}" in page
     assert defined in page
+
+
+@pytest.mark.parametrize("pictures", [True, False])
+def test_letters_that_pictures_draw_as_boxes_are_named_where_there_are_pictures(
+    plan: Plan, monkeypatch: pytest.MonkeyPatch, pictures: bool
+) -> None:
+    monkeypatch.setattr(fonts, "letter_of", lambda letter: None)
+    first, *others = plan.survey.floors
+    named = replace(plan, survey=replace(plan.survey, floors=(replace(first, name="标高 1"), *others)))
+    page = report_page(named, pictures=pictures)
+    assert ("letters of 1 name, such as &#x27;标高 1&#x27;, are drawn as boxes" in page) == pictures
