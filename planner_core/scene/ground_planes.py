@@ -96,51 +96,23 @@ def with_missing_slabs(
     ----------
     index : of the storey. slabs : (N,) bool, the plumb lines' crossings with slabs and coverings to stand on.
     """
-    columns, elevation_m, step_m = survey.columns, ground.elevation_m, survey.step_m
-    shape = (columns.y_m.size, columns.x_m.size)
-    site = np.array([e.kind in SITE_KINDS for e in survey.scene.elements], dtype=bool)
-    built = ~site[survey.scene.element_of_triangle]
-    above_m = np.where(built[columns.triangle], columns.z_m - elevation_m, np.nan)
-    walls = ~survey.level & ~survey.stray & built
-    (_, walls_m), (_, knees_m) = (survey.cut_of(walls, elevation_m + height_m) for height_m in (WALL_CUT_M, _KNEE_M))
-    first_m = np.array([columns.x_m[0], columns.y_m[0]])
-    low_m = first_m - 0.5 * step_m
-    closed = closed_walls(cut_cells(walls_m, first_m, step_m, shape), step_m)
-    inside = ndimage.binary_fill_holes(closed)
-    on_level = (np.abs(above_m) <= RAISED_M) | (slabs & (np.abs(above_m) < MIN_LEVEL_DISTANCE_M))
-    bare = inside & _met(survey, above_m > MIN_CLEAR_M) & ~_met(survey, on_level)
-    width = max(1, round(ROOM_WIDTH_M / step_m))
-    label, count = ndimage.label(ndimage.binary_opening(bare, np.ones((width, width))))
-
-    way = inside & (
-        ndimage.distance_transform_edt(~cut_cells(knees_m, first_m, step_m, shape)) > _HALF_PERSON_M / step_m
-    )
-    part, _ = ndimage.label(way)
-    on_ground = _met(survey, np.isin(columns.triangle, ground.triangles))
-    led_to = np.isin(part, np.setdiff1d(part[on_ground], 0))
-    is_room, is_furnished = _used(survey, index, elevation_m, label, low_m)
-    is_room[label[led_to]] = True
-    n_cells = np.bincount(label.ravel(), minlength=count + 1)
-    n_over = np.bincount(label[_met(survey, above_m < -RAISED_M)], minlength=count + 1)
-    is_room &= n_over <= 0.5 * n_cells
-    room, _ = ndimage.label(inside & ~closed)
-    lacks_ground = np.bincount(room.ravel(), weights=on_ground.ravel()) < _JOINT_SHARE * np.bincount(room.ravel())
-    lacks_ground[0] = False
-    n_lacking = np.bincount(label[lacks_ground[room]], minlength=count + 1)
-    is_whole = (n_cells * survey.cell_m2 >= _LEAST_ROOM_M2) & (n_lacking > 0.5 * n_cells)
-    is_whole[0] = False
-    shut_m2 = float(n_cells[is_whole & (n_over == 0) & ~is_room & ~is_furnished].sum()) * survey.cell_m2
-    if shut_m2:
+    step_m, elevation_m = survey.step_m, ground.elevation_m
+    label, is_room, is_shut = _rooms_without_slab(survey, index, ground, slabs)
+    if is_shut.any():
+        shut_m2 = np.count_nonzero(is_shut[label]) * survey.cell_m2
         warnings.append(
             f"storey {ground.name!r}: {shut_m2:.0f} m2 between its walls have no floor slab and no door, and are not "
             "planned; if people walk there, load the file that has the slabs"
         )
-    missing = (is_whole & (is_room | is_furnished))[label]
+    missing = is_room[label]
     if not missing.any():
         return ground
+    low_m = np.array([survey.columns.x_m[0], survey.columns.y_m[0]]) - 0.5 * step_m
     cell = np.argwhere(missing)[:, ::-1]
     bounds_m = low_m + step_m * np.stack([cell.min(axis=0), cell.max(axis=0) + 1])
     pieces = plane_pieces(survey, bounds_m, elevation_m, np.flatnonzero(missing))
+    if not pieces.size:  # above stairs
+        return ground
     area_m2 = float(np.prod(pieces[:, 1] - pieces[:, 0], axis=1).sum())
     warnings.append(
         f"storey {ground.name!r}: {area_m2:.0f} m2 between its walls have no floor slab; the height of its other "
@@ -166,7 +138,7 @@ def with_ground_planes(scene: Scene, floors: tuple[Floor, ...]) -> tuple[Scene, 
         triangles = ring[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
         corners.append(triangles)
         owners.append(np.full(len(triangles), len(elements), dtype=np.int32))
-        storey = next((i for i, s in enumerate(scene.storeys) if _is_of(floor, s)), -1)
+        storey = _storey_of(floor, scene.storeys)
         elements.append(Element(f"{floor.name}: ground at its elevation", "IfcSlab", "", storey, None, "FLOOR"))
         plane = np.arange(n_triangles, n_triangles + len(triangles), dtype=np.int32)
         grounds.append(replace(floor, ground_triangles=np.concatenate([floor.ground_triangles, plane])))
@@ -223,6 +195,45 @@ def _with_triangles(
     )
 
 
+def _rooms_without_slab(
+    survey: LevelSurvey, index: int, ground: Ground, slabs: BoolArray
+) -> tuple[Int64Array, BoolArray, BoolArray]:
+    """(ny, nx) label of bare places; (L,) bool each, by label: rooms that people use; what nothing leads to."""
+    columns, elevation_m, step_m = survey.columns, ground.elevation_m, survey.step_m
+    shape = (columns.y_m.size, columns.x_m.size)
+    site = np.array([e.kind in SITE_KINDS for e in survey.scene.elements], dtype=bool)
+    built = ~site[survey.scene.element_of_triangle]
+    above_m = np.where(built[columns.triangle], columns.z_m - elevation_m, np.nan)
+    walls = ~survey.level & ~survey.stray & built
+    (_, walls_m), (_, knees_m) = (survey.cut_of(walls, elevation_m + height_m) for height_m in (WALL_CUT_M, _KNEE_M))
+    first_m = np.array([columns.x_m[0], columns.y_m[0]])
+    closed = closed_walls(cut_cells(walls_m, first_m, step_m, shape), step_m)
+    inside = ndimage.binary_fill_holes(closed)
+    on_level = (np.abs(above_m) <= RAISED_M) | (slabs & (np.abs(above_m) < MIN_LEVEL_DISTANCE_M))
+    bare = inside & _met(survey, above_m > MIN_CLEAR_M) & ~_met(survey, on_level)
+    width = max(1, round(ROOM_WIDTH_M / step_m))
+    label, count = ndimage.label(ndimage.binary_opening(bare, np.ones((width, width))))
+
+    away_m = step_m * ndimage.distance_transform_edt(~cut_cells(knees_m, first_m, step_m, shape))
+    way = inside & (away_m > _HALF_PERSON_M)
+    part, _ = ndimage.label(way)
+    on_ground = _met(survey, np.isin(columns.triangle, ground.triangles))
+    led_to = np.isin(part, np.setdiff1d(part[on_ground], 0))
+    is_room, is_furnished = _used(survey, index, elevation_m, label, first_m - 0.5 * step_m)
+    is_room[label[led_to]] = True
+    n_cells = np.bincount(label.ravel(), minlength=count + 1)
+    n_over = np.bincount(label[_met(survey, above_m < -RAISED_M)], minlength=count + 1)
+    is_room &= n_over <= 0.5 * n_cells
+    room, _ = ndimage.label(inside & ~closed)
+    lacks_ground = np.bincount(room.ravel(), weights=on_ground.ravel()) < _JOINT_SHARE * np.bincount(room.ravel())
+    lacks_ground[0] = False
+    n_lacking = np.bincount(label[lacks_ground[room]], minlength=count + 1)
+    is_whole = (n_cells * survey.cell_m2 >= _LEAST_ROOM_M2) & (n_lacking > 0.5 * n_cells)
+    is_whole[0] = False
+    used = is_room | is_furnished
+    return label, is_whole & used, is_whole & ~used & (n_over == 0)
+
+
 def _met(survey: LevelSurvey, crossings: BoolArray) -> BoolArray:
     """(ny, nx) bool: plumb lines with one of some crossings (N,)."""
     columns = survey.columns
@@ -255,8 +266,10 @@ def _used(
     return is_room, is_furnished
 
 
-def _is_of(floor: Floor, storey: Storey) -> bool:
-    return (floor.name, floor.elevation_m) == (storey.name, storey.elevation_m)
+def _storey_of(floor: Floor, storeys: tuple[Storey, ...]) -> int:
+    """Index of the storey that a floor is of: of those with its name the nearest in height; -1: none."""
+    named = [index for index, storey in enumerate(storeys) if storey.name == floor.name]
+    return min(named, key=lambda index: abs(storeys[index].elevation_m - floor.elevation_m), default=-1)
 
 
 def _over_stairs(survey: LevelSurvey, elevation_m: float) -> BoolArray:

@@ -78,11 +78,11 @@ class _Shapes:
 
 
 def read_ifc(
-    path: Path, *, progress: Progress, left_out: Collection[int] = (), told_unit_m: float | None = None
+    path: Path, *, progress: Progress, left_out: Collection[int] = (), user_unit_m: float | None = None
 ) -> RawScene:
     """Read an IFC file, but for the elements and rooms that are left out, by number.
 
-    told_unit_m : of the user, for a file that names no unit.
+    user_unit_m : of the user, for a file that names no unit.
 
     Raises
     ------
@@ -94,12 +94,12 @@ def read_ifc(
     model, text, code_page = _opened(path)
     lost_warnings = _checked(path, model, text)
     with contents_asked(path, model):
-        unit_m, unit_name = length_unit(path, model, told_unit_m)
+        unit_m, unit_name = length_unit(path, model, user_unit_m)
         storeys_told = told_storeys(_of_class(model, "IfcBuildingStorey"))
         told_products = _told_products(model, {told.id: i for i, told in enumerate(storeys_told)}, left_out)
         n_elements = len(_of_class(model, "IfcElement"))
         if not unit_name:
-            if told_unit_m is None:
+            if user_unit_m is None:
                 check_spread(path, [product.entity for product in told_products])
             assume_unit(model, unit_m)
     optics, optics_warnings = _optics(path, model)

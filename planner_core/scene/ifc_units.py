@@ -15,7 +15,7 @@ _FAR_OUT = 0.1
 _SHORTEST_UNIT_M, _LONGEST_UNIT_M = 1e-9, 1e6
 
 
-def length_unit(path: Path, model: Any, told_m: float | None) -> tuple[float, str]:
+def length_unit(path: Path, model: Any, user_unit_m: float | None) -> tuple[float, str]:
     """Metres per unit, and its name; that of the user or 1, and empty, where the file names none.
 
     Raises
@@ -27,7 +27,7 @@ def length_unit(path: Path, model: Any, told_m: float | None) -> tuple[float, st
 
     unit = units.get_project_unit(model, "LENGTHUNIT")
     if unit is None:
-        return told_m or 1.0, ""
+        return user_unit_m or 1.0, ""
     if unit.is_a("IfcSIUnit") and unit.Name != "METRE":
         raise SceneError(
             f"{path.name}: its length unit #{unit.id()} is {unit.Name or 'none that IFC has'}, expected METRE with or "

@@ -345,7 +345,7 @@ def _read(path: Path, file_format: str, options: LoadOptions, progress: Progress
             file_format,
             skip_bad_faces=options.skip_bad_faces,
             progress=progress,
-            told_unit_m=options.metres_per_unit,
+            user_unit_m=options.metres_per_unit,
         )
     if file_format == "obj":
         from planner_core.scene.obj import read_obj

@@ -36,11 +36,11 @@ _ELEMENT = re.compile(r"#(\d+) ")
 
 
 def read_apart(
-    path: Path, file_format: str, *, skip_bad_faces: bool, progress: Progress, told_unit_m: float | None = None
+    path: Path, file_format: str, *, skip_bad_faces: bool, progress: Progress, user_unit_m: float | None = None
 ) -> RawScene:
     """Read a file of a format with a native library (`ifc`, `usd`, `gltf`) in a child process.
 
-    told_unit_m : of the user, for IFC that names no unit.
+    user_unit_m : of the user, for IFC that names no unit.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def read_apart(
         "path": os.fspath(path),
         "file_format": file_format,
         "skip_bad_faces": skip_bad_faces,
-        "told_unit_m": told_unit_m,
+        "user_unit_m": user_unit_m,
     }
     limits = limits_for(path.stat().st_size)
     try:
@@ -135,14 +135,14 @@ def read(
     path: str,
     file_format: str,
     skip_bad_faces: bool,
-    told_unit_m: float | None = None,
+    user_unit_m: float | None = None,
     left_out: tuple[int, ...] = (),
 ) -> RawScene:
     """What the child does."""
     if file_format == "ifc":
         from planner_core.scene.ifc import read_ifc
 
-        return read_ifc(Path(path), progress=progress_of_child, left_out=left_out, told_unit_m=told_unit_m)
+        return read_ifc(Path(path), progress=progress_of_child, left_out=left_out, user_unit_m=user_unit_m)
     if file_format == "gltf":
         from planner_core.scene.gltf import read_gltf
 

@@ -154,8 +154,17 @@ def flat(*parts, doorway=True, slabs=((0, 0, 5.1, 6),), storeys=(("Level 1", 0.0
         flat(("cupboard", "IfcFurniture", 0, (7, 5, 0.0), (8, 5.6, 1.0)), doorway=False),
         flat(("terrain", "IfcSite", -1, (-20, -20, -0.6), (30, 30, -0.3))),
         flat(("terrain", "IfcGeographicElement", -1, (-20, -20, -3.0), (30, 30, -1.0)), DOOR),
+        flat(storeys=(("Level 1", -0.02),)),
     ],
-    ids=["doorway", "shut door", "leaf beside the wall", "furniture", "terrain", "terrain below"],
+    ids=[
+        "doorway",
+        "shut door",
+        "leaf beside the wall",
+        "furniture",
+        "terrain",
+        "terrain below",
+        "slabs above the elevation",
+    ],
 )
 def test_room_whose_slab_is_lost_has_the_ground_of_its_storey(scene):
     report = find_floors(scene)
@@ -164,6 +173,7 @@ def test_room_whose_slab_is_lost_has_the_ground_of_its_storey(scene):
     (line,) = (line for line in report.warnings if "no floor slab" in line)
     assert line.startswith("storey 'Level 1': ") and "0.000 m, is taken as the ground there" in line
     survey = make_survey(scene, SETTINGS)
+    assert [e.storey for e in survey.scene.elements if e.name == "Level 1: ground at its elevation"] == [0]
     space = free_space(survey)
     nodes = [space.node_below(np.array([x, 3.0, 0.5])) for x in (2.0, 6.5)]
     assert min(nodes) >= 0
