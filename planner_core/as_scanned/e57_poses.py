@@ -64,10 +64,12 @@ def _of_file(path: Path) -> list[Pose]:
         file = libe57.ImageFile(str(path), "r")
         try:
             root = file.root()
-            if not root.isDefined("data3D"):
-                return []
-            scans = root["data3D"]
-            return [_pose(path, scans[k], k) for k in range(scans.childCount())]
+            n_scans = root["data3D"].childCount() if root.isDefined("data3D") else 0
+            if not n_scans:
+                raise StationListError(
+                    f"{path}: got no scans, expected some with their poses; export it with its scans"
+                )
+            return [_pose(path, root["data3D"][k], k) for k in range(n_scans)]
         finally:
             file.close()
     except libe57.E57Exception as error:

@@ -151,6 +151,14 @@ def test_a_file_that_is_no_e57_is_refused_in_one_line(source: PlanSource, tmp_pa
         read_actual([tmp_path / "none.e57"], source)
 
 
+def test_an_e57_without_scans_is_refused(source: PlanSource, tmp_path: Path) -> None:
+    from pye57 import libe57
+
+    libe57.ImageFile(str(tmp_path / "images.e57"), "w").close()
+    with pytest.raises(StationListError, match=r"images\.e57: got no scans, expected some"):
+        read_actual([tmp_path / "images.e57"], source)
+
+
 def test_an_e57_that_ends_its_library_is_refused_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*args: Any, **options: Any) -> None:
         raise LostChildError("crashed (segmentation fault)", str(tmp_path / "b.e57"), ())

@@ -102,7 +102,6 @@ def test_bad_input_is_refused_before_anything_is_loaded(house_plan: Path, tmp_pa
     assert isinstance(result.exception, OutputExistsError)
 
 
-@pytest.mark.slow
 def test_a_list_of_ground_points_is_refused_unless_it_is_told(
     house_plan: Path, source: PlanSource, tmp_path: Path
 ) -> None:

@@ -96,6 +96,22 @@ def test_the_view_command_that_is_printed_names_the_folder_in_any_shell(
     assert not path.startswith("-")
 
 
+@pytest.mark.parametrize("is_found", [True, False])
+def test_the_view_command_is_a_path_where_the_shell_does_not_find_its_name(
+    is_found: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ours, other = tmp_path / "ours" / "tlsplan", tmp_path / "other" / "tlsplan"
+    for each in (ours, other):
+        each.parent.mkdir()
+        each.touch(mode=0o755)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", [str(ours)])
+    monkeypatch.setenv("PATH", str((ours if is_found else other).parent))
+    where_to_look(Path("plan"))
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("view ")]
+    assert line.split() == ["view", "tlsplan" if is_found else "ours/tlsplan", "view", "plan"]
+
+
 def test_notes_of_bars_are_no_markup(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     with ProgressReporter(quiet=False, stream=sys.stderr) as reporter:
