@@ -108,7 +108,7 @@ def _is_wide(survey: LevelSurvey, part: BoolArray) -> bool:
 
 def _closed_share(survey: LevelSurvey, part: BoolArray, walls: BoolArray, height_m: float) -> float:
     """Share of the outline of `part` along which `walls`, with the margin, or anything higher than it, stand."""
-    plan = np.pad(_plan(survey, part), MARGIN)
+    plan = ndimage.binary_fill_holes(np.pad(_plan(survey, part), MARGIN))  # what stands around it, not in it
     outline = ndimage.binary_dilation(plan) & ~plan
     reach = max(1, round(_ALONG_M / survey.step_m))
     width = max(1, round(_STEP_UP_M / survey.step_m))

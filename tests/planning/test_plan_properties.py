@@ -11,7 +11,7 @@ import numpy as np
 import open3d as o3d
 import pytest
 from shared_plans import SharedPlan
-from stages import find_candidates
+from stages import find_positions
 
 import scenes_synthetic
 from planner_core.engine.scan_engine import open_engine
@@ -64,8 +64,8 @@ def recomputed_fraction(plan: Plan) -> float:
     """
     survey = plan.survey
     engine = open_engine(survey.scene, survey.patches)
-    candidates = find_candidates(survey, plan.settings, engine, floors=tuple(range(len(survey.floors))))
-    achievable = seen_by_open3d(plan, candidates.position_m)
+    places = find_positions(survey, plan.settings, engine, floors=tuple(range(len(survey.floors))))
+    achievable = seen_by_open3d(plan, places.candidates.position_m)
     covered = seen_by_open3d(plan, np.stack([s.position_m for s in plan.stations]))
     area_m2 = survey.patches.area_m2
     return float(area_m2[covered & achievable].sum() / area_m2[achievable].sum())
