@@ -46,7 +46,7 @@ LIMITS_S = {"check": 150, "kernels": 60, "tune": 110, "scale": 60, "scans": 130,
 ALL_S = 470.0
 #: Below tests/: those of kernels that need neither Open3D nor files of buildings.
 TESTS = ("engine", "kernels/test_patch_header.py", "device/test_sort.py", "paper/genetic")
-GOAL_CANDIDATES, GOAL_S = 10_000, 60.0
+GOAL_CANDIDATES = 10_000
 OFFICES = {"synthetic office": (36, 3), "finely tessellated office": (16, 20)}
 Rows = list[dict[str, Any]]
 
@@ -405,115 +405,6 @@ def tests(folder: Path, *, quick: bool) -> None:
 STEPS = {each.__name__: each for each in (check, kernels, tune, scale, scans, genetic, tests)}
 
 
-# ------------------------------------------------------------------------------------------------- page
-def page(found: dict[str, Any]) -> str:
-    """The results as Markdown."""
-    rows = {step: found["steps"].get(step, {}).get("rows", []) for step in LIMITS_S}
-    first = (rows["check"] or [{"device": "no device", "platform": "", "version": ""}])[0]
-    lines = [
-        "# Kernels on a GPU",
-        "Written by `make bench-gpu` (tests/benchmarks/bench_gpu.py, which has what is measured and how). "
-        f"Measured on {found['date']}; times by the clock, transfers included.",
-        "",
-        f"{first['device']} ({first['platform']}, {first['version']}), {first.get('units')} compute units, "
-        f"{first.get('memory_gib', 0):.0f} GiB; host {first.get('processor')}, {first.get('n_cores')} cores, Python "
-        f"{first.get('python')}, NumPy {first.get('numpy')}.",
-        "",
-        "| step | seconds | outcome |",
-        "|---|---|---|",
-    ]
-    for step, each in found["steps"].items():
-        lines.append(f"| {step} | {each['seconds']:.0f} | {each['ended'] or 'done'} |")
-    lines.append("")
-    for each in rows["check"]:
-        lines.append(f"- {each['device']}: {each['problem'] or 'its kernels compute rightly'}, {each['seconds']:.0f} s")
-    for each in rows["kernels"]:
-        bits = "to the bit what a processor computes" if each["same_bits"] else f"not to the bit: {each['others']}"
-        lines.append(f"- all {each['n_kernels']} kernels on small scenes: {bits}")
-    for each in rows["tests"]:
-        lines += [f"- tests of kernels: {each['counts']}", *(f"  - `{line}`" for line in each["failed"])]
-    if rows["scale"]:
-        lines += ["", "## 10 000 candidates of an HDL-64E", "Goal: 60 s, tree included.", ""]
-        lines += [
-            "| triangles | range | candidates | tree | visibility | together | goal |",
-            "|---|---|---|---|---|---|---|",
-        ]
-    for each in rows["scale"]:
-        together_s = each["tree_s"] + each["visibility_s"]
-        met = "" if each["n_candidates"] < GOAL_CANDIDATES else "met" if together_s <= GOAL_S else "missed"
-        range_m = "no limit" if each["range_m"] == 1e9 else f"{each['range_m']:g} m"
-        lines.append(
-            f"| {each['n_triangles']} | {range_m} | {each['n_candidates']} | {each['tree_s']:.2f} s | "
-            f"{each['visibility_s']:.1f} s | {together_s:.1f} s | {met} |"
-        )
-    shapes = [each for each in rows["tune"] if "shape" in each]
-    if shapes:
-        lines += [
-            "",
-            "## Shapes of tiles",
-            "Rows x columns of beams x beams a packet; visibility of an HDL-64E, ms a position.",
-            "",
-        ]
-        lines += ["| shape | ms | |", "|---|---|---|"]
-        lines += [
-            f"| {each['shape']} | {each['milliseconds']:.3f} | {'shipped' if each['is_shipped'] else ''} |"
-            for each in shapes
-        ]
-    grouped = [each for each in rows["tune"] if "groups_of_patches" in each]
-    if grouped:
-        lines += [
-            "",
-            "Patch mode, RTC360 6 mm, by groups of patches a work-item:",
-            "",
-            "| groups | ms a position |",
-            "|---|---|",
-        ]
-        lines += [f"| {each['groups_of_patches']} | {each['milliseconds']:.1f} |" for each in grouped]
-    scanned = [each for each in rows["scans"] if "n_beams" in each]
-    if scanned:
-        lines += [
-            "",
-            "## Scans",
-            "Milliseconds a position: all results of one position, of eight together, and visibility of many.",
-            "",
-        ]
-        lines += [
-            "| scene | beams | one | of eight | visibility | million beams a second |",
-            "|---|---|---|---|---|---|",
-        ]
-        lines += [
-            f"| {each['scene']} | {each['what']} | {each['scan_ms']:.2f} | {each['of_eight_ms']:.2f} | "
-            f"{each['visibility_ms']:.3f} | {each['n_beams'] / each['visibility_ms'] / 1e3:.0f} |"
-            for each in scanned
-        ]
-        lines += ["", "| scene | what | |", "|---|---|---|"]
-        for each in (each for each in rows["scans"] if "n_beams" not in each):
-            value = (
-                f"{each['ms']:.2f} ms"
-                if "ms" in each
-                else f"{each['share']:.1e}; ranges within {each['range_apart_mm']:.3f} mm"
-            )
-            lines.append(f"| {each['scene']} | {each['what']} | {value} |")
-    if rows["genetic"]:
-        lines += [
-            "",
-            "## Genetic selection",
-            "The method paper's figure 16: the whole loop on the GPU against the host's cores.",
-            "",
-        ]
-        lines += [
-            "| problem | population | evaluations a second | host | ratio | same set |",
-            "|---|---|---|---|---|---|",
-        ]
-        lines += [
-            f"| {each['problem']} | {each['population']} | {each['n_evaluations'] / each['device_s']:,.0f} | "
-            f"{each['n_evaluations'] / each['host_s']:,.0f} | {each['host_s'] / each['device_s']:.1f} | "
-            f"{'yes' if each['same_set'] else 'no'} |"
-            for each in rows["genetic"]
-        ]
-    return "\n".join([*lines, ""])
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", choices=["pack", "run", "page", "step"])
@@ -536,6 +427,8 @@ def main() -> None:
                 found["steps"] = {**before["steps"], **found["steps"]}
             text = json.dumps(found, indent=1) + "\n"
         else:
+            from tests.benchmarks.gpu_page import page
+
             text = page(json.loads(options.path.read_text(encoding="utf-8")))
         if options.write is None:
             print(text)
