@@ -68,6 +68,9 @@ def main() -> None:
         click.echo(line_of(error), err=True)
         code = exit_code_of(error)
     status = code if isinstance(code, int) else 0
+    # An interrupt that leaves an `exec` of text (dataclasses and compilers have these) is remembered even where it is
+    # caught: `python -m` would end by the signal and not by the status. The next `exec` forgets it.
+    exec("")
     _take_signals(lambda *_: leave_at_once(status))  # all is done: Python's own way out is what is left to interrupt
     sys.exit(status)
 

@@ -29,7 +29,12 @@ class Interrupting:
     def find_spec(name, path=None, target=None):
         if name == module:
             try:
-                ByTheWay() if how == "by the way" else strike()
+                if how == "by the way":
+                    ByTheWay()
+                elif how == "inside exec":  # dataclasses and compilers run text
+                    exec("strike()")
+                else:
+                    strike()
             except KeyboardInterrupt:
                 raise OSError("it is not there") if how == "error" else KeyboardInterrupt
 sys.meta_path.insert(0, Interrupting)
@@ -132,6 +137,14 @@ def test_an_interrupt_of_an_import_by_compiled_code_waits_until_that_is_loaded(m
 @pytest.mark.parametrize("module", ["numpy", *some_slow("click.decorators", "planner_core.export.formats")])
 def test_an_interrupt_of_what_python_calls_by_the_way_is_neither_lost_nor_a_traceback(module: str) -> None:
     done = interrupted_at(module, how="by the way")
+    assert (done.returncode, done.stderr.strip(), done.stdout) == (130, INTERRUPTED, "")
+
+
+def test_an_interrupt_of_text_that_python_runs_ends_by_the_exit_code_and_not_by_a_signal(tmp_path: Path) -> None:
+    (tmp_path / "begun.py").write_text(AT_IMPORT)  # `-m` alone asks Python how it ends
+    arguments = ("planner_core.export.formats", "SIGINT", "inside exec", "export", "plan", "--list")
+    command = [sys.executable, "-m", "begun", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=240, check=False, cwd=tmp_path)
     assert (done.returncode, done.stderr.strip(), done.stdout) == (130, INTERRUPTED, "")
 
 
