@@ -6,6 +6,7 @@ settings and engine are the same, apart from its timings.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import count
 
@@ -38,7 +39,7 @@ from planner_core.planning.judge import with_judgement
 from planner_core.planning.pool import Choice, Pool, make_pool
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.positions.admissibility import Tripods
-from planner_core.positions.allowed_positions import AllowedPositions, find_positions, places_as_they_are
+from planner_core.positions.allowed_positions import KINDS, AllowedPositions, find_positions, places_as_they_are
 from planner_core.positions.free_space import free_space
 from planner_core.positions.local_site import local_site
 from planner_core.positions.refusals import refusals_in_words
@@ -156,13 +157,14 @@ def _described(
     pool = choice.pool
     route, scanned = route_through(pool, choice.chosen, places, seed=settings.seed, progress=progress)
     rows, scanned = np.array(choice.chosen, dtype=np.int64)[route.order], scanned[route.order]
+    names = _names(places, rows, settings.site)
     # The engine's warnings after scanning, which may add to them.
     warnings = (*pool.survey.warnings, *scan_engine.warnings, *remarks)
     plan = describe_plan(
         pool.survey,
         settings,
         scan_engine,
-        stations=_stations(pool.survey, pool.take(rows), _names(places, rows, settings.site), scanned),
+        stations=_stations(pool.survey, pool.take(rows), names, scanned),
         demand=pool.demand,
         rows=pool.rows.take(rows),
         surroundings=Surroundings(pool.candidates.position_m, pool.rows, places.reach),
@@ -170,7 +172,7 @@ def _described(
         route=in_visiting_order(route),
         n_scans=int((~scanned).sum()),
         lower_bound=choice.lower_bound,
-        warnings=(*warnings, *explain(pool.survey, pool.demand), *choice.warnings),
+        warnings=(*warnings, *explain(pool.survey, pool.demand), *choice.warnings, *_on_flights(places, rows, names)),
         progress=progress,
     )
     return replace(
@@ -192,6 +194,19 @@ def _names(places: AllowedPositions, rows: Int64Array, site: Site) -> list[str]:
     taken = {station.id for station in site.prior if station.role not in (Role.BEGUN, Role.FORBIDDEN)}
     free = (name for name in (f"S{number:03d}" for number in count(1)) if name not in taken)
     return [told[int(row)] if int(row) in told else next(free) for row in rows]
+
+
+def _on_flights(places: AllowedPositions, rows: Int64Array, names: list[str]) -> Iterator[str]:
+    """A line about stations on flights of stairs: setting up there takes a tripod with legs of three lengths."""
+    on_grid = rows < places.kind.size  # places around stations, found later, are on no flight
+    is_flight = on_grid & (places.kind[np.where(on_grid, rows, 0)] == KINDS.index("flight"))
+    stairs = sorted(name for name, one in zip(names, is_flight.tolist(), strict=True) if one)
+    if stairs:
+        one = len(stairs) == 1
+        yield (
+            f"{'station' if one else 'stations'} {', '.join(stairs)} {'stands' if one else 'stand'} on a flight of "
+            "stairs, each leg of the tripod on a tread of its own, to register storeys with each other"
+        )
 
 
 def _stations(survey: Survey, at: Candidates, names: list[str], scanned: BoolArray) -> tuple[Station, ...]:

@@ -5,8 +5,11 @@ Local frame, metres. The tests run in order of cost, each on what the ones befor
     headroom   nothing within 0.2 m above the sensor
     below      the first surface straight down is ground of the floor (no slab: nothing above its elevation)
     ring       so it is for the tripod's feet, on a ring around
-    clearance  nothing nearer than `clearance_m` in eight directions, at three heights from shins to sensor
+    clearance  nothing nearer than `clearance_m` in eight directions, at three heights from shins to sensor; between
+               jambs, and in passages, three quarters of it
     open air   not under open sky, where most of the floor is covered and the interior is surveyed
+
+On a flight of stairs the legs have different lengths: feet stand further apart (`TREADS`), each on a tread of its own.
 
 References
 ----------
@@ -18,11 +21,13 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import BoolArray, FloatArray, Floor, PlanSettings, RayHits, Scope, Survey
+from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, PlanSettings, RayHits, Scope, Survey
+from planner_core.positions.carrier import PERSON
 from planner_core.positions.ground_surface import GroundSurface, grid_on_ground
 from planner_core.positions.refusals import BLOCKED, NO_GROUND, OUTSIDE, TOO_CLOSE, TOO_LOW, UNEVEN
 from planner_core.progress import Progress, ProgressEvent, silent
@@ -33,21 +38,48 @@ HEADROOM_M = 0.2
 MAX_STEP_M = 0.15
 #: The lowest level of the clearance test: over thresholds and rugs.
 SHIN_M = 0.2
+#: Triangles within these of a place on ground that is no floor's are what a tripod there stands on.
+_LEVEL_M, _AROUND_M = 0.02, 0.6
 #: A height counts as ground if it is this near; float32 ranges of tens of metres are good to micrometres.
 _SLACK_M = 0.01
 #: Nearer to the ground's plane than any object is high.
 _FLUSH_M = 0.002
+#: What people climb in one step, and a little more: a cell of free space lies over two treads at most.
+_CELL_RISE_M = 0.25
 #: Free rays a batch; bounds memory on devices.
 _RAYS = 400_000
 #: Of 16 horizontal directions, this share has to end at something for a place without slab to be indoors. Outside a
 #: corner of an L-shaped house three quarters do at most.
 _ENCLOSED_SHARE = 0.8
 _BODY_DIRECTIONS = 8
+#: Of the clearance, in passages that are no wider than twice of it: crews set up in a door of 0.7 m.
+_PASSAGE_SHARE = 0.75
 #: Directions are turned this much off the axes and diagonals of the grid: a ray in the plane of a wall or a mitre meets
 #: it or not by rounding, and Embree has been seen to report such a plane at range 0. At 0.4 m it is 3 mm.
 _OFF_AXIS_RAD = 0.0071
 _ENCLOSURE_DIRECTIONS = 16
 _UP, _DOWN = np.array([[0.0, 0.0, 1.0]]), np.array([[0.0, 0.0, -1.0]])
+
+
+@dataclass(frozen=True)
+class Feet:
+    """How a tripod stands.
+
+    ring_radius_m : of its feet. rise_m : of the ground of a foot, at most, over or under that below the sensor.
+    n_rays, apart : directions in which ground is looked for; it has to be in all that are so many directions apart,
+    for one turn of the tripod. clear_from_m : above the ground; what lies lower is no obstacle.
+    """
+
+    ring_radius_m: float
+    rise_m: float
+    n_rays: int
+    apart: int
+    clear_from_m: float
+
+
+#: On a flight: the legs of survey tripods extend by 0.6 m and more, and spread to 0.35 m at eye height. At 0.35 m the
+#: treads of 45 degrees rise by 0.35 m and one riser at most. The upper treads are no obstacle to the legs beside them.
+TREADS = Feet(ring_radius_m=0.35, rise_m=0.5, n_rays=12, apart=4, clear_from_m=0.7)
 
 
 @dataclass
@@ -61,6 +93,32 @@ class Tally:
         """Count positions refused for `reason`."""
         if number:
             self.rejected[reason] = self.rejected.get(reason, 0) + number
+
+
+@dataclass(frozen=True)
+class _Tops:
+    """Some triangles by their highest point. number : (K,) int32. low_m, high_m : (K, 3) of their bounds."""
+
+    number: Int32Array
+    low_m: FloatArray
+    high_m: FloatArray
+
+    @classmethod
+    def of(cls, corners_m: FloatArray, which: BoolArray) -> _Tops:
+        """Take those `which`, (N,) bool, of triangles (N, 3, 3)."""
+        number = np.flatnonzero(which)
+        high_m = corners_m[number].max(axis=1)
+        order = np.argsort(high_m[:, 2], kind="stable")
+        number = number[order]
+        return cls(number.astype(np.int32), corners_m[number].min(axis=1), high_m[order])
+
+    def around(self, place_m: FloatArray, rise_m: float) -> Int32Array:
+        """Triangles at a place (3,) on the ground whose tops are `rise_m` higher or lower at most."""
+        first = int(np.searchsorted(self.high_m[:, 2], place_m[2] - rise_m))
+        end = int(np.searchsorted(self.high_m[:, 2], place_m[2] + rise_m, side="right"))
+        low_m, high_m = self.low_m[first:end, :2], self.high_m[first:end, :2]
+        near = ((low_m <= place_m[:2] + _AROUND_M) & (high_m >= place_m[:2] - _AROUND_M)).all(axis=1)
+        return self.number[first:end][near]
 
 
 class Tripods:
@@ -95,6 +153,64 @@ class Tripods:
             self._ground[floor] = GroundSurface(self.survey, self.survey.floors[floor])
         return self._ground[floor]
 
+    def climbed_ground_m(self, place_m: FloatArray) -> FloatArray:
+        """(K,) heights of what is walked on at places (K, 3) that are true to a cell of free space: treads, ramps."""
+        above_m = place_m + np.array([0.0, 0.0, _CELL_RISE_M])
+        down = np.broadcast_to(_DOWN, above_m.shape)
+        found_m = self.engine.cast_rays(above_m, down, range_max_m=2.0 * _CELL_RISE_M).range_m
+        return np.where(np.isfinite(found_m), above_m[:, 2] - found_m, place_m[:, 2])
+
+    @cached_property
+    def level_tops(self) -> _Tops:
+        """Triangles that lie level."""
+        corners_m = self._corners_m()
+        return _Tops.of(corners_m, np.ptp(corners_m[:, :, 2], axis=1) <= _LEVEL_M)
+
+    @cached_property
+    def walked_tops(self) -> _Tops:
+        """Triangles that are no steeper than what people walk up."""
+        corners_m = self._corners_m()
+        cross = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+        length = np.sqrt((cross * cross).sum(axis=1))
+        return _Tops.of(corners_m, (length > 0) & (np.abs(cross[:, 2]) >= np.cos(PERSON.max_slope_rad) * length))
+
+    def _corners_m(self) -> FloatArray:
+        corners_m: FloatArray = self.survey.scene.vertices_m[self.survey.scene.triangles]
+        return corners_m
+
+    def reject(
+        self,
+        floor: int,
+        position_m: FloatArray,
+        ground_m: FloatArray,
+        on_floor: BoolArray,
+        *,
+        treads: bool = True,
+    ) -> tuple[BoolArray, dict[str, int]]:
+        """Test positions (N, 3) over ground at heights (N,), also where it is not the floor's own.
+
+        Thresholds between slabs, landings and treads of stairs are ground of no floor: around places that are not
+        `on_floor`, (N,) bool, what is level is ground, and where that is not enough, and `treads` is set, so is what
+        is climbed to.
+
+        Returns
+        -------
+        As `TripodTests.reject`.
+        """
+        place_m = np.column_stack([position_m[:, :2], ground_m])
+        tests = self.tests(floor)
+        level = tests.with_ground_around(place_m[~on_floor])
+        kept, reasons = level.reject(position_m, ground_m)
+        on_stairs = np.flatnonzero(~kept & ~on_floor)
+        if treads and on_stairs.size:
+            stand, _ = tests.with_ground_around(place_m[on_stairs], TREADS).reject(
+                position_m[on_stairs], ground_m[on_stairs]
+            )
+            if stand.any():
+                kept[on_stairs[stand]] = True
+                _, reasons = level.reject(position_m[~kept], ground_m[~kept])
+        return kept, reasons
+
 
 class TripodTests:
     """The tests on one floor of a survey.
@@ -112,13 +228,24 @@ class TripodTests:
         self._is_ground = np.zeros(scene.n_triangles + 1, dtype=bool)  # the last entry is the miss, -1
         self._is_ground[floor.ground_triangles] = True
         self._has_slab = floor.origin == "slab" or not floor.plane_m.size
+        self._feet = Feet(tripods.ring_radius_m, MAX_STEP_M, tripods.n_ring_rays, 1, SHIN_M)
         self._mostly_covered = self._has_slab and self._is_mostly_covered()
 
-    def with_ground(self, floor: Floor) -> TripodTests:
-        """Return the same tests where the ground triangles of `floor` are the ground."""
+    def with_ground_around(self, place_m: FloatArray, feet: Feet | None = None) -> TripodTests:
+        """Return the tests where what places on the ground (K, 3) lie in is ground of the floor, too.
+
+        Without `feet` it is what is level with them; on `feet` of unequal height, what these can stand on.
+        """
         other = copy(self)
-        other._is_ground = np.zeros_like(self._is_ground)
-        other._is_ground[floor.ground_triangles] = True
+        if feet is not None:
+            other._feet = feet
+        if not place_m.shape[0]:
+            return other
+        tops = self._tripods.level_tops if feet is None else self._tripods.walked_tops
+        rise_m = _LEVEL_M if feet is None else feet.rise_m
+        other._is_ground = self._is_ground.copy()
+        for place in place_m:
+            other._is_ground[tops.around(place, rise_m)] = True
         return other
 
     def keep(
@@ -177,22 +304,30 @@ class TripodTests:
         return ~self._stands(position_m, position_m[:, 2] - ground_m, _SLACK_M)
 
     def _lacks_ring(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
-        ring = _circle(self._tripods.n_ring_rays) * self._tripods.ring_radius_m
+        ring = _circle(self._feet.n_rays) * self._feet.ring_radius_m
         feet = (position_m[:, None, :] + ring).reshape(-1, 3)
         height = np.repeat(position_m[:, 2] - ground_m, ring.shape[0])
-        stands = self._stands(feet, height, MAX_STEP_M)
-        return np.asarray((~stands).reshape(-1, ring.shape[0]).any(axis=1))
+        stands = self._stands(feet, height, self._feet.rise_m)
+        # Axes: position, leg, turn. On level ground there is one turn with as many legs as directions.
+        apart = self._feet.apart
+        lacks = np.any((~stands).reshape(-1, ring.shape[0] // apart, apart), axis=1)
+        return np.asarray(np.all(lacks, axis=1))
 
     def _lacks_clearance(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
-        bad = np.zeros(position_m.shape[0], dtype=bool)
+        clearance_m = self._tripods.clearance_m
+        narrow_m = _PASSAGE_SHARE * clearance_m
+        nearest_m = np.full((position_m.shape[0], _BODY_DIRECTIONS), np.inf)
         height = position_m[:, 2] - ground_m
         for share in (0.0, 0.5, 1.0):  # of the way from the shins up to the sensor
             level = position_m.copy()
-            low = np.minimum(SHIN_M, height)
+            low = np.minimum(self._feet.clear_from_m, height)
             level[:, 2] = ground_m + low + share * (height - low)
-            left = np.flatnonzero(~bad)
-            bad[left] = self._hits_any(level[left], _circle(_BODY_DIRECTIONS), self._tripods.clearance_m)
-        return bad
+            left = np.flatnonzero((nearest_m > narrow_m).all(axis=1))
+            hits = self._cast(level[left], _circle(_BODY_DIRECTIONS), clearance_m)
+            range_m = hits.range_m.astype(np.float64).reshape(-1, _BODY_DIRECTIONS)
+            nearest_m[left] = np.fmin(nearest_m[left], range_m)
+        near = np.isfinite(nearest_m)
+        return np.asarray(near.any(axis=1) & ~(_in_passage(near) & (nearest_m > narrow_m).all(axis=1)))
 
     def _is_outside(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
         del ground_m
@@ -239,6 +374,15 @@ class TripodTests:
             ranges.append(hits.range_m)
             triangles.append(hits.triangle)
         return RayHits(range_m=np.concatenate(ranges), triangle=np.concatenate(triangles))
+
+
+def _in_passage(near: BoolArray) -> BoolArray:
+    """(N,) bool: where something is near, (N, 8) by direction, on both sides of a line that is free."""
+    found = np.zeros(near.shape[0], dtype=bool)
+    for along in range(_BODY_DIRECTIONS // 2):
+        ahead, left, behind, right = np.roll(near, -along, axis=1)[:, :: _BODY_DIRECTIONS // 4].T
+        found |= ~ahead & ~behind & left & right
+    return found
 
 
 def _circle(n: int) -> FloatArray:

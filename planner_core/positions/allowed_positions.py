@@ -3,8 +3,8 @@
 Input the `Tripods` of a survey (local frame, metres) and its site, output `AllowedPositions`: candidates that a tripod
 can be carried to, as rows of one array, and which of these rows are given.
 
-Besides the grid there are candidates where surveyors like to stand: in doorways, in the middle of rooms and on the
-landings of stairs. They pass the same tests, see `planner_core.positions.admissibility`.
+Besides the grid there are candidates where surveyors like to stand: in doorways, in the middle of rooms, on landings
+and flights of stairs. They pass the same tests, see `planner_core.positions.admissibility`.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from planner_core.positions.admissibility import Tally, Tripods
 from planner_core.positions.doorways import centre_in_doorways
 from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.grid import at_heights, find_candidates, is_near
-from planner_core.positions.landings import find_landings
+from planner_core.positions.landings import find_flights, find_landings
 from planner_core.positions.local_site import LocalSite
-from planner_core.positions.prior_stations import PriorPosition, place_prior, with_ground_around
+from planner_core.positions.prior_stations import PriorPosition, place_prior
 from planner_core.positions.reach import Reach, reachability, reachable
 from planner_core.positions.refusals import FORBIDDEN, IN_KEEP_OUT, OUT_OF_SCOPE, UNREACHABLE
 from planner_core.positions.rooms import find_rooms
@@ -28,8 +28,8 @@ from planner_core.progress import Progress, silent
 from planner_core.scene.rooms import room_of_points
 
 #: What a candidate is, by its number in `AllowedPositions.kind`.
-KINDS = ("grid", "doorway", "centre", "landing", "prior")
-_SPECIAL = np.array([KINDS.index(kind) for kind in ("doorway", "centre", "landing")], dtype=np.int64)
+KINDS = ("grid", "doorway", "centre", "landing", "flight", "prior")
+_SPECIAL = np.array([KINDS.index(kind) for kind in ("doorway", "centre", "landing", "flight")], dtype=np.int64)
 #: A special place this near to a candidate of the grid offers nothing new.
 _NEAR_M = 0.1
 #: Moving a place into the middle of its doorway changes the ground below by this much at most: a threshold.
@@ -215,25 +215,31 @@ def _allowed(found: _Found, site: LocalSite, reach: Reach, tally: Tally) -> _Fou
 
 # ------------------------------------------------------------------------------------------ special places
 def _special(tripods: Tripods, space: FreeSpace, grid: Candidates, tally: Tally) -> list[_Found]:
-    """Doorways, middles of rooms and landings at which a tripod can stand and no candidate of the grid does."""
+    """Doorways, middles of rooms, landings and flights where a tripod can stand and no candidate of the grid does."""
     landing = find_landings(space, ring_radius_m=tripods.ring_radius_m, apart_m=tripods.grid_step_m)
+    flight = find_flights(space, landing, apart_m=tripods.grid_step_m)
     parts = []
     for index in tripods.survey.planned:
         rooms = find_rooms(space, index)
-        doorway_m = _on_ground(space, centre_in_doorways(tripods.engine, space.position_m(rooms.doorway)))
-        ground_m = np.concatenate(
-            [doorway_m, space.position_m(rooms.centre), space.position_m(landing[space.floor[landing] == index])]
+        places = (
+            _on_ground(space, centre_in_doorways(tripods.engine, space.position_m(rooms.doorway))),
+            space.position_m(rooms.centre),
+            space.position_m(landing[space.floor[landing] == index]),
+            space.position_m(flight[space.floor[flight] == index]),
         )
-        n_landings = len(ground_m) - len(doorway_m) - rooms.centre.size
-        kind = np.repeat(_SPECIAL, [len(doorway_m), rooms.centre.size, n_landings])
-        new = ~is_near(ground_m[:, :2], grid.position_m[grid.floor == index][:, :2], _NEAR_M)
-        ground_m, kind = ground_m[new], kind[new]
-        floor = with_ground_around(tripods.survey, tripods.survey.floors[index], ground_m)
-        tests = tripods.tests(index).with_ground(floor)
-        for number in np.unique(kind).tolist():
-            at = ground_m[kind == number]
+        on_grid = grid.position_m[grid.floor == index]
+        on_grid[:, 2] -= grid.instrument_height_m[grid.floor == index]
+        for number, place_m in zip(_SPECIAL.tolist(), places, strict=True):
+            on_stairs = KINDS[number] in ("landing", "flight")
+            at = place_m[~is_near(place_m, on_grid, _NEAR_M)]
+            if on_stairs:
+                at[:, 2] = tripods.climbed_ground_m(at)
             position, ground, height = at_heights(tripods.heights.to_try_m, at[:, :2], at[:, 2])
-            kept = tests.keep(position, ground, tally)
+            off_floor = np.zeros(ground.size, dtype=bool)
+            kept, reasons = tripods.reject(index, position, ground, off_floor, treads=on_stairs)
+            tally.n_tried += kept.size
+            for reason, refused in reasons.items():
+                tally.refuse(reason, refused)
             n = np.count_nonzero(kept)
             parts.append(
                 _Found(position[kept], np.full(n, index, np.int32), height[kept], np.full(n, number, np.int32))

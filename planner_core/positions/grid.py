@@ -124,9 +124,9 @@ def at_heights(
     return position, ground, height
 
 
-def is_near(plan_m: FloatArray, taken_m: FloatArray, reach_m: float) -> BoolArray:
-    """(N,) bool: whether a place (N, 2) has a taken one (M, 2) within reach."""
+def is_near(place_m: FloatArray, taken_m: FloatArray, reach_m: float) -> BoolArray:
+    """(N,) bool: whether a place (N, D) has a taken one (M, D) within reach."""
     if not taken_m.size:
-        return np.zeros(plan_m.shape[0], dtype=bool)
-    distance_m, _ = cKDTree(taken_m).query(plan_m, distance_upper_bound=reach_m)
+        return np.zeros(place_m.shape[0], dtype=bool)
+    distance_m, _ = cKDTree(taken_m).query(place_m, distance_upper_bound=reach_m)
     return np.asarray(np.isfinite(distance_m), dtype=bool)

@@ -6,11 +6,11 @@ moves or refuses it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import FloatArray, Floor, Int32Array, PriorStation, Survey
+from planner_core.model import FloatArray, PriorStation, Survey
 from planner_core.positions.admissibility import Tripods
 from planner_core.positions.free_space import FreeSpace
 from planner_core.positions.local_site import floors_in_words, index_of_floor
@@ -18,8 +18,6 @@ from planner_core.positions.rounding import local_of_written_m
 
 #: Heights that differ by less are the same: stations are staked out to centimetres.
 _SAME_HEIGHT_M = 0.05
-#: Ground within these of a place is what a tripod there stands on.
-_LEVEL_M, _AROUND_M = 0.02, 0.6
 
 
 @dataclass(frozen=True)
@@ -42,9 +40,9 @@ def place_prior(tripods: Tripods, station: PriorStation, space: FreeSpace) -> Pr
     below_m = tripods.ground(index).below(position_m[None])[0]
     ground_m = floor.elevation_m if np.isnan(below_m) else float(below_m)
     landing_m = _landing_below(space, position_m)
-    if landing_m is not None and landing_m > ground_m:
-        ground_m = landing_m
-        floor = with_ground_around(survey, floor, np.array([[*position_m[:2], ground_m]]))
+    on_stairs = landing_m is not None and landing_m > ground_m
+    if landing_m is not None and on_stairs:
+        ground_m = float(tripods.climbed_ground_m(np.array([[*position_m[:2], landing_m]]))[0])
     height_m = float(position_m[2] - ground_m)
     told_m = station.instrument_height_m
     if told_m is not None:
@@ -54,30 +52,9 @@ def place_prior(tripods: Tripods, station: PriorStation, space: FreeSpace) -> Pr
                 f"{height_m:.3f} m above the ground of {floor.name!r}"
             )
         height_m = float(told_m)
-    _, reasons = tripods.tests(index).with_ground(floor).reject(position_m[None], np.array([ground_m]))
+    _, reasons = tripods.reject(index, position_m[None], np.array([ground_m]), np.array([not on_stairs]))
     remarks += [f"station {station.id}: no valid tripod position on {floor.name!r} ({reason})" for reason in reasons]
     return PriorPosition(station, position_m, index, height_m, tuple(remarks))
-
-
-def with_ground_around(survey: Survey, floor: Floor, ground_m: FloatArray) -> Floor:
-    """Return `floor` whose ground is also what is level with, and near to, places on the ground (K, 3).
-
-    Thresholds between slabs and landings of stairs are ground of no floor.
-    """
-    if not ground_m.shape[0]:
-        return floor
-    corners_m = survey.scene.vertices_m[survey.scene.triangles]
-    low, high = corners_m.min(axis=1), corners_m.max(axis=1)
-    level = np.flatnonzero(high[:, 2] - low[:, 2] <= _LEVEL_M).astype(np.int32)
-    level = level[np.argsort(high[level, 2], kind="stable")]
-    top_m = high[level, 2]
-    found: list[Int32Array] = [floor.ground_triangles]
-    for x, y, z in ground_m.tolist():
-        at = level[np.searchsorted(top_m, z - _LEVEL_M) : np.searchsorted(top_m, z + _LEVEL_M, side="right")]
-        near = (low[at, 0] <= x + _AROUND_M) & (high[at, 0] >= x - _AROUND_M)
-        near &= (low[at, 1] <= y + _AROUND_M) & (high[at, 1] >= y - _AROUND_M)
-        found.append(at[near])
-    return replace(floor, ground_triangles=np.unique(np.concatenate(found)))
 
 
 def _floor_of(survey: Survey, station: PriorStation, position_m: FloatArray) -> tuple[int, list[str]]:

@@ -5,15 +5,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from real_buildings import RealScene
 from stages import find_positions
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import PlanSettings, PointLimits, Requirements, Scene, Survey
-from planner_core.plan_folder.stations_csv import GivenStation
+from planner_core.plan_folder.stations_csv import GivenStation, read_station_list
 from planner_core.planning.evaluate import evaluate_survey, place_stations
+from planner_core.positions.admissibility import Tripods
 from planner_core.positions.allowed_positions import KINDS, AllowedPositions
+from planner_core.positions.free_space import free_space
 from planner_core.scanner.load_scanner import load_scanner
+from planner_core.scene.doors import without_door_leaves
+from scenes_synthetic import build
+from tests.reality_files import reality
 
 SETTINGS = PlanSettings(
     scanner=replace(load_scanner("hdl-64e"), n_azimuths=360),
@@ -96,3 +102,23 @@ def test_an_evaluation_says_what_can_not_be_had_as_a_plan_does(
     assert lines
     assert lines[0].startswith("requirement ")
     assert not any("no valid tripod position" in line or "instrument height" in line for line in plan.warnings)
+
+
+@pytest.mark.parametrize(
+    ("building", "name"), [("house", "demo_stair_station.csv"), ("duplex", "duplex_joining_stations.csv")]
+)
+def test_stations_that_crews_set_up_on_stairs_and_in_doors_are_in_valid_places(
+    building: str, name: str, real_scene: RealScene
+) -> None:
+    given = read_station_list(reality(name))
+    scene = real_scene(building) if building == "duplex" else build(building).scene
+    settings = PlanSettings(scanner=load_scanner("rtc360"), max_patch_area_m2=4.0)
+    survey = make_survey(without_door_leaves(scene), settings)
+    tripods = Tripods(survey, settings, open_engine(survey.scene, survey.patches))
+    stations, remarks = place_stations(tripods, given, free_space(survey))
+    assert remarks == ()
+    assert [station.id for station in stations] == [station.id for station in given]
+    on_stairs = [station for station in stations if station.id.startswith("T")]
+    ground_m = [station.position_m[2] - station.instrument_height_m for station in on_stairs]
+    assert on_stairs
+    assert all(0.5 < height_m < 1.5 for height_m in ground_m)

@@ -1,4 +1,4 @@
-"""Doorways, room centres and landings: against plans that are known exactly."""
+"""Doorways, room centres, landings and flights: against plans that are known exactly."""
 
 from collections.abc import Callable
 
@@ -8,13 +8,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from scipy import ndimage
+from stages import find_positions
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Doors, PlanSettings, Scene, Survey
+from planner_core.positions.allowed_positions import KINDS
 from planner_core.positions.doorways import centre_in_doorways
 from planner_core.positions.free_space import FreeSpace, free_space
-from planner_core.positions.landings import find_landings
+from planner_core.positions.landings import find_flights, find_landings
 from planner_core.positions.rooms import _AROUND, _Cells, _distance_cells, find_rooms
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.doors import without_door_leaves
@@ -200,3 +202,76 @@ def test_a_large_landing_has_a_lattice_of_places_with_room_for_the_feet_each(
     assert apart.min() >= 0.25 - 1e-9
     room = np.minimum(place[:, :2] - low, high - place[:, :2]).min(axis=1)
     assert (room >= 0.2 - 0.5 * space.grid.cell_m).all()
+
+
+# -------------------------------------------------------------------------------------------------- flights
+def flight_boxes(width_m: float, *, going_m: float = 0.3, riser_m: float = 0.2, top_m: float = 1.4) -> list:
+    """Boxes of steps that climb from x = 3.4 towards x = 0, about y = 2, up to a landing of 0.8 m at `top_m`."""
+    n = round(top_m / riser_m)
+    low_y, high_y = 2.0 - width_m / 2, 2.0 + width_m / 2
+    steps = [
+        ((3.4 - going_m * (k + 1), low_y, 0.0), (3.4 - going_m * k, high_y, riser_m * (k + 1))) for k in range(n - 1)
+    ]
+    end = 3.4 - going_m * (n - 1)
+    return [*steps, ((end - 0.8, low_y, 0.0), (end, high_y, top_m))]
+
+
+def tread_below(x_m: np.ndarray, y_m: np.ndarray, width_m: float) -> np.ndarray:
+    """Height of the steps of `flight_boxes` with their default sizes; 0 beside them."""
+    tread = np.clip(np.floor((3.4 - x_m) / 0.3) + 1.0, 0.0, 7.0) * 0.2
+    return np.where((np.abs(y_m - 2.0) < width_m / 2) & (x_m > 0.8), tread, 0.0)
+
+
+@pytest.mark.parametrize("width_m", [0.7, 1.2])
+def test_a_tripod_stands_on_a_flight_with_each_leg_on_a_tread(
+    boxes_scene: MAKES, two_rooms: Callable[..., list], width_m: float
+) -> None:
+    survey = survey_of(boxes_scene([*two_rooms([], high_m=4.5), *flight_boxes(width_m)]))
+    engine = open_engine(survey.scene, survey.patches, engine="open3d")
+    places = find_positions(survey, SETTINGS, engine, floors=(0,))
+    at = places.candidates.position_m[places.kind == KINDS.index("flight")]
+    assert len(at) >= 3
+    tread_m = tread_below(at[:, 0], at[:, 1], width_m)
+    np.testing.assert_allclose(at[:, 2], tread_m + 1.5, atol=1e-4)
+    assert tread_m.min() >= 0.4 - 1e-9  # lower ones are hardly above the floor
+    apart_m = np.linalg.norm(at[:, None] - at[None], axis=-1)[~np.eye(len(at), dtype=bool)]
+    assert apart_m.min() >= SETTINGS.grid_step_m - 1e-9
+    angle = np.arange(360)[:, None] * np.pi / 180 + np.arange(3) * 2 * np.pi / 3
+    for (x, y, _), below_m in zip(at.tolist(), tread_m.tolist(), strict=True):
+        foot_m = tread_below(x + 0.35 * np.cos(angle), y + 0.35 * np.sin(angle), width_m)
+        assert (np.abs(foot_m - below_m) <= 0.5).all(axis=1).any()
+
+
+@pytest.mark.parametrize(
+    "boxes",
+    [
+        pytest.param(flight_boxes(0.5), id="narrower than a tripod"),
+        pytest.param(flight_boxes(1.2, top_m=0.8), id="hardly higher than the floor"),
+    ],
+)
+def test_a_flight_on_which_no_tripod_stands_has_no_places(
+    boxes_scene: MAKES, two_rooms: Callable[..., list], boxes: list
+) -> None:
+    space = free_space(survey_of(boxes_scene([*two_rooms([], high_m=4.5), *boxes])))
+    assert find_flights(space, np.empty(0, np.int64), apart_m=0.5).size == 0
+
+
+def test_steps_as_wide_as_terrain_are_no_flight(boxes_scene: MAKES) -> None:
+    slab = ((-8.0, -8.0, -0.2), (8.0, 8.0, 0.0))
+    for half_m, is_flight in ((0.6, True), (3.0, False)):
+        steps = [((0.3 * k, -half_m, 0.0), (0.3 * (k + 1), half_m, 0.16 * (k + 1))) for k in range(10)]
+        space = free_space(survey_of(boxes_scene([slab, *steps])))
+        place_m = space.position_m(find_flights(space, np.empty(0, np.int64), apart_m=0.5))
+        assert (len(place_m) >= 4) == is_flight
+        assert (np.abs(place_m[:, 1]) <= 0.35).all()
+
+
+@pytest.mark.parametrize(("width_m", "stands"), [(0.9, True), (0.7, True), (0.58, False)])
+def test_a_tripod_stands_in_a_door_that_leaves_three_quarters_of_its_clearance(
+    boxes_scene: MAKES, two_rooms: Callable[..., list], width_m: float, stands: bool
+) -> None:
+    survey = survey_of(boxes_scene(two_rooms([(1.3, width_m)])))
+    engine = open_engine(survey.scene, survey.patches, engine="open3d")
+    places = find_positions(survey, SETTINGS, engine, floors=(0,))
+    in_wall = np.abs(places.candidates.position_m[:, 0] - 4.1) < 0.1
+    assert in_wall.any() == stands

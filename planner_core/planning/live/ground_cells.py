@@ -1,16 +1,15 @@
 """The ground of one floor as cells of a map: where it is walked on, and how high it is at any place.
 
-Input a `Survey` and its `Reach` (local frame, metres). Cells are every so many of the free space's. Heights come from
-the floor's own triangles; on landings and stairs, which are no floor's ground, from the walkable cells.
+Input the `Tripods` of a survey and its `Reach` (local frame, metres). Cells are every so many of the free space's.
+Heights come from the floor's own triangles; on landings and stairs, ground of no floor, from what is walked on there.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Floor, Int64Array, Survey
-from planner_core.positions.ground_surface import GroundSurface
-from planner_core.positions.prior_stations import with_ground_around
+from planner_core.model import BoolArray, FloatArray, Int64Array
+from planner_core.positions.admissibility import Tripods
 from planner_core.positions.reach import Reach
 
 #: Cells of a map are about this wide, more where a floor would have more cells than `_MOST_CELLS`: each costs 42 rays.
@@ -28,10 +27,10 @@ class GroundCells:
     ground of the floor itself.
     """
 
-    def __init__(self, survey: Survey, reach: Reach, index: int) -> None:
-        self.index, self.floor = index, survey.floors[index]
-        self._survey, self._space = survey, reach.space
-        self._surface = GroundSurface(survey, self.floor)
+    def __init__(self, tripods: Tripods, reach: Reach, index: int) -> None:
+        self.index, self.floor = index, tripods.survey.floors[index]
+        self._tripods, self._space = tripods, reach.space
+        self._surface = tripods.ground(index)
         grid = reach.space.grid
         n_fine = max(1, round(MAP_CELL_M / grid.cell_m))
         while (grid.nx // n_fine) * (grid.ny // n_fine) > _MOST_CELLS:
@@ -59,10 +58,6 @@ class GroundCells:
         place_m, on_floor = self._on_ground(at, walked_m[nearest : nearest + 1])
         return place_m[0], bool(on_floor[0])
 
-    def floor_with(self, place_m: FloatArray, on_floor: BoolArray) -> Floor:
-        """Return the floor, with what is level around those of places (K, 3) that are not on its own ground."""
-        return with_ground_around(self._survey, self.floor, place_m[~on_floor])
-
     def _walked_m(self, plan_m: FloatArray) -> FloatArray:
         """(N,) heights of walkable ground of this floor in the cell of a place (2,), rising."""
         space = self._space
@@ -79,4 +74,6 @@ class GroundCells:
         above_m = np.column_stack([plan_m, walked_m + _SAME_GROUND_M])
         exact_m = self._surface.below(above_m)
         on_floor = np.abs(exact_m - walked_m) <= _SAME_GROUND_M  # NaN: there is none
-        return np.column_stack([plan_m, np.where(on_floor, exact_m, walked_m)]), np.asarray(on_floor)
+        off = ~on_floor
+        exact_m[off] = self._tripods.climbed_ground_m(np.column_stack([plan_m, walked_m])[off])
+        return np.column_stack([plan_m, exact_m]), np.asarray(on_floor)

@@ -19,7 +19,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Site
 from planner_core.planning.live.draft import Draft, Place, rounded_place
 from planner_core.planning.live.ground_cells import GroundCells
-from planner_core.positions.admissibility import Tripods, TripodTests
+from planner_core.positions.admissibility import Tripods
 from planner_core.positions.local_site import LocalSite, floor_named, local_site
 from planner_core.positions.reach import Reach
 from planner_core.positions.refusals import NO_GROUND, UNREACHABLE
@@ -63,7 +63,6 @@ class _Floor:
     """A floor whose cells are tested. value : (K,) uint8, as in `GroundMap`, as far as the plan's own site goes."""
 
     cells: GroundCells
-    tests: TripodTests
     value: NDArray[np.uint8]
 
 
@@ -151,7 +150,7 @@ class TripodPositions:
                 return f"at a forbidden position {whose}"
         if self._footing.nodes(place_m)[0] < 0:
             return UNREACHABLE
-        _, reasons = self._rejected(self._floor(index), place_m, np.array([on_floor]), height_m)
+        _, reasons = self._rejected(index, place_m, np.array([on_floor]), height_m)
         return next(iter(reasons), "")
 
     def _beside(
@@ -169,27 +168,25 @@ class TripodPositions:
         _, near = tree.query(plan_m, k=np.arange(1, min(_N_NEAREST, place_m.shape[0]) + 1))
         positions = [self._above(place, height_m) for place in place_m[near]]
         at_m = np.array(positions)
-        kept, _ = self._rejected(self._floor(index), at_m - _up(height_m), on_floor[near], height_m)
+        kept, _ = self._rejected(index, at_m - _up(height_m), on_floor[near], height_m)
         # Rounding may have moved one over the rim of what is kept free.
         kept &= ~self._is_barred(self._site, index, at_m) & ~self._is_barred(site, index, at_m)
         return positions[int(np.argmax(kept))] if kept.any() else None
 
     def _rejected(
-        self, floor: _Floor, place_m: FloatArray, on_floor: BoolArray, height_m: float
+        self, index: int, place_m: FloatArray, on_floor: BoolArray, height_m: float
     ) -> tuple[BoolArray, dict[str, int]]:
         """Which places (N, 3) on the ground pass the tests of candidates, and the reasons of the others."""
-        tests = floor.tests.with_ground(floor.cells.floor_with(place_m, on_floor))
-        return tests.reject(place_m + _up(height_m), place_m[:, 2])
+        return self._tripods.reject(index, place_m + _up(height_m), place_m[:, 2], on_floor)
 
     def _floor(self, index: int) -> _Floor:
         """Return a floor, tested."""
         if index not in self._floors:
-            tests = self._tripods.tests(index)
-            cells = GroundCells(self._survey, self._reach, index)
-            floor = _Floor(cells, tests, np.full(cells.number.size, NOTHING, dtype=np.uint8))
+            cells = GroundCells(self._tripods, self._reach, index)
+            floor = _Floor(cells, np.full(cells.number.size, NOTHING, dtype=np.uint8))
             floor.value[self._footing.nodes(cells.place_m) >= 0] = WALKABLE
             free = np.flatnonzero((floor.value == WALKABLE) & ~self._is_barred(self._site, index, cells.place_m))
-            kept, _ = self._rejected(floor, cells.place_m[free], cells.on_floor[free], self._height_m)
+            kept, _ = self._rejected(index, cells.place_m[free], cells.on_floor[free], self._height_m)
             floor.value[free[kept]] = ADMISSIBLE
             self._floors[index] = floor
         return self._floors[index]

@@ -198,7 +198,6 @@ def test_stations_on_landings_can_be_dragged_on_them(house_plan: SharedPlan) -> 
         assert z == pytest.approx(2.5)
         spot = spots.nearest("F0", (x + 0.03, y - 0.03), Draft(()), height_m=1.5, sensor_z_m=z)
         assert spot == TripodPosition((pytest.approx(x + 0.03), pytest.approx(y - 0.03), pytest.approx(2.5)), True, "")
-    # Beyond its edge the steps and the floor begin: a tripod does not stand on treads.
-    spot = spots.nearest("F0", (2.4, 2.0), Draft(()), height_m=1.5, sensor_z_m=2.5)
-    assert spot.admissible
-    assert spot.reason
+    # Beyond its edge the steps begin, where the legs stand on several: the lowest tread is at 0.2 m.
+    spot = spots.nearest("F0", (2.35, 2.0), Draft(()), height_m=1.5, sensor_z_m=2.5)
+    assert spot == TripodPosition((pytest.approx(2.35), pytest.approx(2.0), pytest.approx(2.3)), True, "")
