@@ -106,6 +106,7 @@ def settings(
     scan_mode: str,
     seconds_per_scan: float | None,
     set_up_s: float,
+    set_up_tolerance_m: float,
     seed: int,
 ) -> PlanSettings:
     """Return the settings of a plan from the values of `options.problem_options`."""
@@ -137,6 +138,7 @@ def settings(
         site=site,
         seconds_per_scan=seconds_per_scan,
         set_up_s=set_up_s,
+        set_up_tolerance_m=set_up_tolerance_m,
     )
 
 

@@ -272,6 +272,11 @@ set_up_option = click.option(
     "--set-up", "set_up_s", type=click.FloatRange(min=0), default=60.0, show_default=True, metavar="SECONDS",
     help="Set-up time per station, without scanning.",
 )  # fmt: skip
+set_up_tolerance_option = click.option(
+    "--set-up-tolerance", "set_up_tolerance_m", type=Length(least=0.0), default=0.1, show_default=True,
+    metavar="LENGTH", help="Set-up tolerance in plan, half of it in height: the network of stations holds within it. "
+    "0: exactly on the mark.",
+)  # fmt: skip
 objective_option = click.option(
     "--objective", type=click.Choice(["fewest", "coverage", "time"]), default="fewest", show_default=True,
     help="What is optimised. fewest: fewest stations; coverage: most coverage with --max-stations; time: least field "
@@ -470,7 +475,7 @@ method_choice = apply(
 )  # fmt: skip
 problem_options = apply(
     scanner_option, preset_option, requirement_options, grid_option, height_option, clearance_option, patch_area_option,
-    scan_mode_option, scan_seconds_option, set_up_option, seed_option,
+    scan_mode_option, scan_seconds_option, set_up_option, set_up_tolerance_option, seed_option,
 )  # fmt: skip
 engine_options = apply(engine_option, device_option)
 output_options = apply(json_option, quiet_option)

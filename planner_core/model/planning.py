@@ -121,6 +121,8 @@ class PlanSettings:
     """None: as the scanner's mode says."""
     set_up_s: float = 60.0
     """Levelling a tripod, checking the battery, starting the scan."""
+    set_up_tolerance_m: float = 0.1
+    """Crews set up within this of a mark in plan, and half of it in height: links hold wherever they do. 0: exactly."""
     walking_m_per_s: float = 1.0
     """At a stroll, with a tripod over the shoulder."""
 
@@ -179,7 +181,7 @@ class PlanSettings:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
                 raise RequirementError(f"{name}: got {value:g}, expected more than 0; leave it out for the default")
-        for name in ("clearance_m", "ground_ring_radius_m"):
+        for name in ("clearance_m", "ground_ring_radius_m", "set_up_tolerance_m"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
                 raise RequirementError(f"{name}: got {value:g}, expected 0 or more; leave it out for the default")

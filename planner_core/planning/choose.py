@@ -25,6 +25,7 @@ from planner_core.model import BoolArray, Crew, FloatArray, Objective, Paper, Pl
 from planner_core.paper.pipeline import repair, select_by_genes, shortfall
 from planner_core.planning.pool import Choice, Pool
 from planner_core.planning.refine import WORK_SHARE, refine
+from planner_core.planning.set_up import decisive, fragile_links, without_fragile
 from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.positions.walking import Walking
 from planner_core.progress import Progress, ProgressEvent, silent
@@ -39,6 +40,10 @@ from planner_core.select.quick_bound import lower_bound
 
 #: `Choice.why_stopped` of a plan that takes more stations than it had to, for the sake of an earlier one.
 KEPT = "earlier stations kept"
+#: The same, for the sake of links that hold as stations are set up.
+HELD = "links hold as set up"
+#: A plan is chosen anew so often at most, until its network holds as it is set up: twice in the duplex.
+_ROUNDS = 6
 #: What becomes of an interrupt, for whoever made it.
 _HEARD = "interrupted: keeping the best plan so far; interrupt again to discard it"
 
@@ -78,14 +83,17 @@ def choose(
     """Choose by `method` for the objective of the settings."""
     budget = _Budget(method, time.monotonic())
     begun = (*pool.given, *(int(row) for row in places.rows_of(Role.BEGUN)))
+    tolerance_m = settings.set_up_tolerance_m
     if settings.max_stations is not None:
-        return _most_covered(pool, settings.max_stations, budget, engine, progress, begun=begun)
+        choice = _most_covered(pool, settings.max_stations, budget, engine, progress, begun=begun)
+        return _as_set_up(choice, places, tolerance_m, engine, progress)
     choice = _fewest(pool, budget, engine, progress, begun=begun)
     try:  # from here on there is a plan, whoever interrupts what
         if pool.kept:
             choice = _replanned(choice, budget, engine, progress)
         elif settings.refine and _goes_on(choice, budget):
             choice = _refined(choice, places, engine, budget, progress)
+        choice = _as_set_up(choice, places, tolerance_m, engine, progress, budget=None if pool.kept else budget)
         if settings.objective == Objective.TIME:
             choice = _quickest(choice, places, settings.crew, settings.seed, budget, progress)
     except KeyboardInterrupt:
@@ -205,6 +213,52 @@ def _refined(
         why_stopped=INTERRUPTED if better.interrupted else again.why_stopped,
         n_bounded=better.pool.n_free,
     )
+
+
+def _as_set_up(
+    choice: Choice,
+    places: AllowedPositions,
+    tolerance_m: float,
+    engine: ScanEngine,
+    progress: Progress,
+    *,
+    budget: _Budget | None = None,
+) -> Choice:
+    """Choose stations whose network holds wherever within the tolerance each is set up; without a budget, only check.
+
+    Links that do not hold are left out, and stations chosen from what is left; in the next round so are those of these.
+    Where that comes to no end the first choice stays. The bound is that of all links: it holds for fewer, too.
+    """
+    if choice.pool.links is None or not tolerance_m or len(choice.chosen) < 2:
+        return choice
+    scanned = tuple(int(row) for row in places.rows_of(Role.SCANNED))
+    pool, chosen = choice.pool, choice.chosen
+    first = None
+    for left in reversed(range(_ROUNDS)):
+        fragile = fragile_links(pool, chosen, engine, tolerance_m, scanned=scanned, progress=progress)
+        first = first or decisive(pool, chosen, fragile)
+        holding = without_fragile(pool, fragile)
+        assert holding.network is not None
+        if not holding.network.faults(chosen):
+            why_stopped = choice.why_stopped
+            if why_stopped == PROVEN and len(chosen) > choice.lower_bound:
+                why_stopped = HELD
+            return replace(
+                choice,
+                pool=holding,
+                chosen=chosen,
+                why_stopped=why_stopped,
+                fragile=decisive(pool, chosen, fragile),
+            )
+        if budget is None or not left or not _goes_on(choice, budget):
+            break
+        pool = holding
+        work = replace(budget.left, prove=False)
+        found = _select(pool, work, engine, progress)
+        chosen = polish(pool.problem, found.chosen, network=pool.network, given=pool.given)
+        if found.why_stopped == INTERRUPTED:
+            break
+    return replace(choice, fragile=first)
 
 
 # ------------------------------------------------------------------------------------------ other objectives

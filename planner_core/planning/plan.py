@@ -32,6 +32,7 @@ from planner_core.model import (
     Station,
     Survey,
 )
+from planner_core.network.weak_motion import overlap_percent
 from planner_core.paper.pipeline import find_pool
 from planner_core.planning.choose import choose, choose_by_paper, choose_greedily, route_through
 from planner_core.planning.first_plan import as_memory_holds, looked_from_few, tell_first_plan
@@ -172,7 +173,13 @@ def _described(
         route=in_visiting_order(route),
         n_scans=int((~scanned).sum()),
         lower_bound=choice.lower_bound,
-        warnings=(*warnings, *explain(pool.survey, pool.demand), *choice.warnings, *_on_flights(places, rows, names)),
+        warnings=(
+            *warnings,
+            *explain(pool.survey, pool.demand),
+            *choice.warnings,
+            *_on_flights(places, rows, names),
+            *_not_held(settings, choice, rows, names),
+        ),
         progress=progress,
     )
     return replace(
@@ -207,6 +214,29 @@ def _on_flights(places: AllowedPositions, rows: Int64Array, names: list[str]) ->
             f"{'station' if one else 'stations'} {', '.join(stairs)} {'stands' if one else 'stand'} on a flight of "
             "stairs, each leg of the tripod on a tread of its own, to register storeys with each other"
         )
+
+
+def _not_held(settings: PlanSettings, choice: Choice, rows: Int64Array, names: list[str]) -> Iterator[str]:
+    """A line about links without which stations are in more groups, and which do not hold as these are set up."""
+    if choice.fragile is None or not choice.fragile.first.size:
+        return
+    name = dict(zip(rows.tolist(), names, strict=True))
+    links = [
+        f"{' to '.join(sorted((name[one], name[other])))} (down to {overlap_percent(overlap)} % overlap, strength "
+        f"{strength:.3f})"
+        for one, other, overlap, strength in zip(
+            choice.fragile.first.tolist(),
+            choice.fragile.second.tolist(),
+            choice.fragile.overlap.tolist(),
+            choice.fragile.strength.tolist(),
+            strict=True,
+        )
+    ]
+    yield (
+        f"the network falls apart where stations are set up {settings.set_up_tolerance_m:g} m beside their marks: "
+        f"{'link' if len(links) == 1 else 'links'} {', '.join(links)}; set these up to the centimetre, add a station "
+        "between them, or register with targets"
+    )
 
 
 def _stations(survey: Survey, at: Candidates, names: list[str], scanned: BoolArray) -> tuple[Station, ...]:

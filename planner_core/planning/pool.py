@@ -15,6 +15,7 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
     BoolArray,
     Candidates,
+    FloatArray,
     Int32Array,
     Int64Array,
     NetworkKind,
@@ -101,12 +102,26 @@ class Pool:
 
 
 @dataclass(frozen=True)
+class FragileLinks:
+    """Links (K,) between rows `first` < `second` of a pool that fall below what is required.
+
+    overlap : (K,) float64, the least as set up. strength : (K,) float64, the least.
+    """
+
+    first: Int32Array
+    second: Int32Array
+    overlap: FloatArray
+    strength: FloatArray
+
+
+@dataclass(frozen=True)
 class Choice:
     """chosen : rows of `pool.candidates`, in the order of choice. lower_bound : stations that any plan on them needs.
 
     value, bound : of the objective where that is not the number of stations: seconds, or the fraction of achievable
     area that is covered and the most that so many stations can cover. n_greedy : stations that greedy selection takes.
     n_bounded : candidates that the bound holds for: those that were not barred when it was proven.
+    fragile : links without which there are more groups, and which do not hold as stations are set up.
     """
 
     pool: Pool
@@ -118,6 +133,7 @@ class Choice:
     n_greedy: int | None = None
     n_bounded: int | None = None
     warnings: tuple[str, ...] = ()
+    fragile: FragileLinks | None = None
 
 
 def make_pool(
@@ -227,7 +243,7 @@ def narrowed(pool: Pool, rows: Int64Array) -> Pool:
         pool,
         candidates=pool.take(rows),
         rows=pool.rows.take(rows),
-        links=None if pool.links is None else _links_among(pool.links, rows, place),
+        links=None if pool.links is None else links_among(pool.links, rows, place),
         given=tuple(place[list(pool.given)].tolist()),
         kept=tuple(int(p) for p in place[list(pool.kept)] if p >= 0),
         barred=pool.barred[rows],
@@ -273,19 +289,20 @@ def _within_parts(links: CandidateLinks, part: Int32Array, barred: BoolArray) ->
     np.minimum.at(of_part, owner[to_old], part[links.neighbour[to_old]])
     lone = of_part == n
     of_part[lone] = int(part.max(initial=-1)) + 1 + np.arange(int(lone.sum()))
-    return _kept(links, of_part[owner] == of_part[links.neighbour], owner, of_part.astype(np.int32))
+    return kept_links(links, of_part[owner] == of_part[links.neighbour], owner, of_part.astype(np.int32))
 
 
-def _links_among(links: CandidateLinks, rows: Int64Array, place: Int64Array) -> CandidateLinks:
+def links_among(links: CandidateLinks, rows: Int64Array, place: Int64Array) -> CandidateLinks:
+    """Keep the links between some candidates, (K,) sorted rows; place : (N,) their new numbers, -1 for the others."""
     owner = np.repeat(np.arange(links.n_candidates), np.diff(links.starts))
     keep = (place[owner] >= 0) & (place[links.neighbour] >= 0)
     left = replace(links, neighbour=place[links.neighbour].astype(np.int32))
-    left = _kept(left, keep, place[owner], links.part[rows])
+    left = kept_links(left, keep, place[owner], links.part[rows])
     return replace(left, part=parts_of(left.starts, left.neighbour))
 
 
-def _kept(links: CandidateLinks, keep: BoolArray, owner: Int64Array, part: Int32Array) -> CandidateLinks:
-    """Links (L,) to keep, of owners (L,); as many candidates as `part` has."""
+def kept_links(links: CandidateLinks, keep: BoolArray, owner: Int64Array, part: Int32Array) -> CandidateLinks:
+    """Keep links (L,), of owners (L,); as many candidates as `part` has."""
     size = np.bincount(owner[keep], minlength=part.size)
     return replace(
         links,

@@ -6,7 +6,7 @@ Local frame, metres. The tests run in order of cost, each on what the ones befor
     below      the first surface straight down is ground of the floor (no slab: nothing above its elevation)
     ring       so it is for the tripod's feet, on a ring around
     clearance  nothing nearer than `clearance_m` in eight directions, at three heights from shins to sensor; between
-               jambs, and in passages, three quarters of it
+               jambs, and in passages, 0.1 m less
     open air   not under open sky, where most of the floor is covered and the interior is surveyed
 
 On a flight of stairs the legs have different lengths: feet stand further apart (`TREADS`), each on a tread of its own.
@@ -52,8 +52,8 @@ _RAYS = 400_000
 #: corner of an L-shaped house three quarters do at most.
 _ENCLOSED_SHARE = 0.8
 _BODY_DIRECTIONS = 8
-#: Of the clearance, in passages that are no wider than twice of it: crews set up in a door of 0.7 m.
-_PASSAGE_SHARE = 0.75
+#: Less than the clearance, in passages that are no wider than twice of it: crews set up in a door of 0.7 m.
+_PASSAGE_LESS_M = 0.1
 #: Directions are turned this much off the axes and diagonals of the grid: a ray in the plane of a wall or a mitre meets
 #: it or not by rounding, and Embree has been seen to report such a plane at range 0. At 0.4 m it is 3 mm.
 _OFF_AXIS_RAD = 0.0071
@@ -315,7 +315,7 @@ class TripodTests:
 
     def _lacks_clearance(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
         clearance_m = self._tripods.clearance_m
-        narrow_m = _PASSAGE_SHARE * clearance_m
+        narrow_m = clearance_m - _PASSAGE_LESS_M
         nearest_m = np.full((position_m.shape[0], _BODY_DIRECTIONS), np.inf)
         height = position_m[:, 2] - ground_m
         for share in (0.0, 0.5, 1.0):  # of the way from the shins up to the sensor

@@ -157,6 +157,7 @@ ANY_SETTINGS = {
     "refine": st.booleans(),
     "seconds_per_scan": st.none() | above_0,
     "set_up_s": at_least_0,
+    "set_up_tolerance_m": at_least_0,
     "walking_m_per_s": above_0,
 }
 

@@ -267,7 +267,7 @@ def test_steps_as_wide_as_terrain_are_no_flight(boxes_scene: MAKES) -> None:
 
 
 @pytest.mark.parametrize(("width_m", "stands"), [(0.9, True), (0.7, True), (0.58, False)])
-def test_a_tripod_stands_in_a_door_that_leaves_three_quarters_of_its_clearance(
+def test_a_tripod_stands_in_a_door_that_leaves_nearly_its_clearance(
     boxes_scene: MAKES, two_rooms: Callable[..., list], width_m: float, stands: bool
 ) -> None:
     survey = survey_of(boxes_scene(two_rooms([(1.3, width_m)])))

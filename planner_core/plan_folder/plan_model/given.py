@@ -303,6 +303,8 @@ class SettingsSection(Mirror):
     seconds_per_scan: Number | None = None
     """As told; null: by the scanner's mode."""
     set_up_s: Number = 60.0
+    set_up_tolerance_m: Number = 0.0
+    """Links hold wherever within this of its mark, and half of it in height, each station is set up."""
     walking_m_per_s: Number = 1.0
     n_candidates: Count
     n_patches: Count

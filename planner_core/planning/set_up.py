@@ -1,0 +1,151 @@
+"""Links as stations are set up: what registers on the marks alone does not register beside them, where crews stand.
+
+Input a `Pool` and chosen rows of it; output which links between these fall below what is required when both stations
+stand anywhere within the set-up tolerance, and pools without such links.
+
+Each station is scanned at eight places around its mark as well, at the tolerance in plan, half of it higher and lower
+by turns. The worst of all pairs of places of two stations counts: they are set up independently.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from planner_core.coverage.coverage import stacked_rows, times_seen
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Visibility
+from planner_core.network.candidate_links import CandidateLinks, parts_of
+from planner_core.network.links import surface_of_patches
+from planner_core.network.pair_overlap import PairMatrices, PairOverlaps, strengths_of
+from planner_core.planning.pool import FragileLinks, Pool, kept_links, links_among
+from planner_core.progress import Progress, silent
+from planner_core.requirements.demand import rows_from
+from planner_core.requirements.figures import rows_of_overlap
+
+#: A link holds as set up with this share of the overlap that is required on the marks, but as strong as this at least:
+#: docs/method/registration.md has the figures.
+LEAST_SHARE, LEAST_STRENGTH = 5.0 / 6.0, 0.03
+#: Places around a mark.
+_N_AROUND = 8
+
+
+def fragile_links(
+    pool: Pool,
+    chosen: tuple[int, ...],
+    engine: ScanEngine,
+    tolerance_m: float,
+    *,
+    scanned: tuple[int, ...] = (),
+    progress: Progress = silent,
+) -> FragileLinks:
+    """Find the links of chosen rows that do not hold wherever within `tolerance_m` the stations stand.
+
+    Links to other candidates are among them that do not hold even where these stand on their marks.
+    scanned : rows of stations that stand where they were scanned.
+    """
+    assert pool.links is not None
+    required, links, n = pool.demand.goals.requirements, pool.links, pool.n_candidates
+    rows = np.array(sorted(chosen), dtype=np.int64)
+    shift_m = _around_m(tolerance_m)
+    at_m = (pool.candidates.position_m[rows][:, None] + shift_m).reshape(-1, 3)
+    around = rows_from(pool.survey, engine, at_m, pool.demand, progress=progress)
+    neighbours = [links.neighbour[links.row(row)] for row in rows.tolist()]
+    near = np.setdiff1d(np.concatenate(neighbours), rows)
+    counted = stacked_rows(
+        rows_of_overlap(pool.demand, around, required.overlap_of),
+        rows_of_overlap(pool.demand, pool.rows.take(near), required.overlap_of),
+    )
+    # Where somebody stands, by row of `counted`: places around marks, then other candidates.
+    row = np.concatenate([np.repeat(rows, shift_m.shape[0]), near])
+    stands = np.ones((rows.size, shift_m.shape[0]), dtype=bool)
+    stands[np.isin(rows, scanned), 1:] = False
+    n_places = np.ones(n, dtype=np.int64)
+    n_places[rows] = stands.sum(axis=1)
+    stands = np.concatenate([stands.ravel(), np.ones(near.size, dtype=bool)])
+    own = np.repeat(rows, [len(each) for each in neighbours])
+    key = np.unique(_key(own, np.concatenate(neighbours), n))
+    least, weakest = _least_of_links(pool, counted, at_m.shape[0], row, stands, key, n_places)
+    low = least < required.overlap
+    falls = (least < LEAST_SHARE * required.overlap) | (weakest < np.where(low, LEAST_STRENGTH, required.min_strength))
+    first, second = np.divmod(key[falls], n)
+    return FragileLinks(first.astype(np.int32), second.astype(np.int32), least[falls], weakest[falls])
+
+
+def _least_of_links(
+    pool: Pool,
+    counted: Visibility,
+    n_around: int,
+    row: Int64Array,
+    stands: BoolArray,
+    key: Int64Array,
+    n_places: Int64Array,
+) -> tuple[FloatArray, FloatArray]:
+    """(K,) least overlap and least strength of links by their keys, over all pairs of places of their stations."""
+    required, area_m2 = pool.demand.goals.requirements, pool.survey.patches.area_m2
+    overlaps = PairOverlaps(counted, area_m2, min_overlap=0.0, measure=required.overlap_measure)
+    pairs = overlaps.of_rows(0, n_around)
+    of_pair = _key(row[pairs.first], row[pairs.second], pool.n_candidates)
+    link = np.minimum(np.searchsorted(key, of_pair), key.size - 1)
+    counts = (key[link] == of_pair) & stands[pairs.first] & stands[pairs.second]
+    link, first, second, overlap = (each[counts] for each in (link, pairs.first, pairs.second, pairs.overlap))
+    surface = surface_of_patches(pool.survey.scene, pool.survey.patches, times_seen(counted) > 0)
+    held = strengths_of(PairMatrices(counted, area_m2, surface, seen=overlaps.seen).of(first, second))
+    least, weakest = np.full((2, key.size), np.inf)
+    np.minimum.at(least, link, overlap)
+    np.minimum.at(weakest, link, held)
+    # Where some two places have nothing in common, they make no pair.
+    one, other = np.divmod(key, pool.n_candidates)
+    apart = np.bincount(link, minlength=key.size) < n_places[one] * n_places[other]
+    return np.where(apart, 0.0, least), np.where(apart, 0.0, weakest)
+
+
+def _key(one: Int64Array | Int32Array, other: Int64Array | Int32Array, n: int) -> Int64Array:
+    """(K,) number of pairs of rows, (K,) each, of n."""
+    return np.minimum(one, other).astype(np.int64) * n + np.maximum(one, other)
+
+
+def without_fragile(pool: Pool, fragile: FragileLinks) -> Pool:
+    """Leave out links that do not hold as set up, but for those without which candidates are in more parts."""
+    assert pool.links is not None
+    links = pool.links
+    owner, n = _owner(links), links.n_candidates
+    gone = np.isin(_key(owner, links.neighbour, n), _key(fragile.first, fragile.second, n))
+    left = kept_links(links, ~gone, owner, links.part)
+    part = parts_of(left.starts, left.neighbour)
+    keep = ~gone | (part[owner] != part[links.neighbour])
+    return replace(pool, links=kept_links(links, keep, owner, links.part))
+
+
+def _owner(links: CandidateLinks) -> Int64Array:
+    """(L,) the candidate whose link each entry of `neighbour` is."""
+    return np.repeat(np.arange(links.n_candidates, dtype=np.int64), np.diff(links.starts))
+
+
+def _around_m(tolerance_m: float) -> FloatArray:
+    """(9, 3) from a mark: itself, and places around it."""
+    angle = 2.0 * np.pi / _N_AROUND * np.arange(_N_AROUND)
+    rise = 0.5 * np.where(np.arange(_N_AROUND) % 2, 1.0, -1.0)
+    around = np.column_stack([np.cos(angle), np.sin(angle), rise])
+    return tolerance_m * np.concatenate([np.zeros((1, 3)), around])
+
+
+def decisive(pool: Pool, chosen: tuple[int, ...], fragile: FragileLinks) -> FragileLinks:
+    """Those of the fragile links between chosen rows without which these are in more groups."""
+    assert pool.links is not None
+    rows, n = np.array(sorted(chosen), dtype=np.int64), len(chosen)
+    place = np.full(pool.n_candidates, -1, dtype=np.int64)
+    place[rows] = np.arange(n)
+    among = links_among(pool.links, rows, place)
+    owner = _owner(among)
+    both = (place[fragile.first] >= 0) & (place[fragile.second] >= 0)
+    fragile = FragileLinks(fragile.first[both], fragile.second[both], fragile.overlap[both], fragile.strength[both])
+    one, other = place[fragile.first], place[fragile.second]
+    gone = np.isin(owner * n + among.neighbour, np.concatenate([one * n + other, other * n + one]))
+    rest = kept_links(among, ~gone, owner, among.part)
+    part = parts_of(rest.starts, rest.neighbour)
+    matter = part[one] != part[other]
+    return FragileLinks(
+        fragile.first[matter], fragile.second[matter], fragile.overlap[matter], fragile.strength[matter]
+    )
