@@ -17,7 +17,7 @@ from planner_core.model import FloatArray, Plan, PlanSettings
 from planner_core.planning import choose
 from planner_core.planning.plan import make_plan
 from planner_core.planning.pool import FragileLinks, Pool
-from planner_core.planning.set_up import LEAST_SHARE, LEAST_STRENGTH, fragile_links, without_fragile
+from planner_core.planning.set_up import LEAST_SHARE, LEAST_STRENGTH, decisive, fragile_links, without_fragile
 
 Planned = Callable[[str, PlanSettings], Plan]
 SCENE, TOLERANCE_M = "corridor-comb", 0.1
