@@ -29,7 +29,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-firefox system-kernel-check lint typecheck \
   imports pytest pytest-slow pytest-campaign web web-check web-main e2e e2e-firefox e2e-scenes bench bench-roofline bench-patch-mode bench-genetic bench-selection bench-selection-large \
   bench-drivers bench-planning bench-channels bench-truth bench-live bench-clouds bench-cluster bench-area bench-scale bench-paper-scale bench-gpu bench-gpu-pack reproduce plan-scenes \
-  campaigns test-repeatedly mutants soak soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
+  campaigns golden test-repeatedly mutants soak soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -111,6 +111,9 @@ test-repeatedly: $(DEV) $(VIEWER) system-tests ## the quick Python tests in ten 
 	  $(PYTEST) --no-loadscope-reorder -m "not slow" --exitfirst --random-order $$seed $(PYTEST_ARGS) || \
 	    { echo "test-repeatedly: failed; make test-repeatedly TIMES=1 SEED=$$seed has the same order"; exit 1; }; \
 	done
+
+golden: $(DEV) $(VIEWER) ## which files differ from tests/golden/digests.txt: plans, exports, help, schemas; ACCEPT=1 records them as they are
+	$(BIN)/pytest -q tests/golden $(PYTEST_ARGS)
 
 mutants: $(DEV) $(VIEWER) ## how many of sixty random faults in product code the quick Python tests notice; an hour; goes on where it was interrupted
 	[ -d build/mutants/rows ] || $(BIN)/python -m tests.mutants record build/mutants
