@@ -6,7 +6,7 @@
 import os
 import re
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -24,6 +24,12 @@ CheckPage = Callable[[str, Callable[[Block], bool]], None]
 TOPS = "planner_core|cli|docs|tests|kernels|viewer_web|scenes_synthetic|requirements"
 MADE = r"node_modules|test-results|/dist\b"
 """Folders that only runs of something make."""
+OF_OTHERS = {
+    "CHANGELOG.md", "Drawing.saveas", "KilledWorker", "CorrespondenceRejectorTrimmed", "Runtime.getHeapUsage",
+    "pandarGeneral_internal.cc", "angle_correction_Pandar64.csv", "summary.seen_area", "File_0_architecture_ifc",
+    "Flatten", "gps_time", "links_F0.png", "easting_ftUS", "db.xml", "HesaiLidar_General_SDK",
+}  # fmt: skip
+"""Names that pages give and no source has: of other programs, of examples, of what was decided against."""
 RUN = sorted({*FIRST, *(name for name in BY_NAME if name.startswith("docs/howto/"))})
 
 
@@ -128,6 +134,77 @@ def test_names_in_backticks_are_files_and_targets_of_the_repository(name: str) -
             path = re.escape(word.rstrip("/")).replace(r"\*", "[^\n]*")
             missing += [] if re.search(rf"/{path}\n", _paths_of_the_repository()) else [word]
     assert missing == []
+
+
+@cache
+def _words_of_the_code() -> frozenset[str]:
+    """What sources outside docstrings and comments name, and the names of files: modules, classes, functions, keys."""
+    folders = (
+        "planner_core",
+        "cli",
+        "viewer_web/server",
+        "viewer_web/src",
+        "scenes_synthetic",
+        "kernels",
+        "docs",
+        "tests",
+    )
+    files = [
+        file for folder in folders for file in (ROOT / folder).rglob("*") if file.suffix in {".py", ".ts", ".cl", ".h"}
+    ]
+    source = "\n".join(file.read_text(encoding="utf-8") for file in [*files, ROOT / "Makefile"])
+    code = re.sub(r'"""[\s\S]*?"""|(#|//) .*', "", source)
+    stems = {name for file in files for name in (file.stem, file.parent.name)}
+    words = {*re.findall(r"--[a-z][\w-]*|\w+", code), *stems}
+    return frozenset(words | {word[2:].replace("-", "_") for word in words if word.startswith("--")})  # in files
+
+
+@cache
+def _options_of(name: str) -> frozenset[str] | None:
+    """Options of a command of tlsplan, and of those in its group; None: there is no such command."""
+    context = click.Context(cli, info_name="tlsplan")
+    command = cli.get_command(context, name)
+    if command is None:
+        return None
+    commands = [command, *(command.commands.values() if isinstance(command, click.Group) else ())]
+    options = {opt for each in commands for param in each.params for opt in (*param.opts, *param.secondary_opts)}
+    return frozenset({*options, "--help"})
+
+
+def _unknown(text: str) -> list[str]:
+    """Names in a piece of code, such as `module.Class` or `tlsplan plan --seed 1`, that the sources do not have."""
+    options = re.findall(r"(?<![\w-])--[a-z][\w-]*", text)
+    if command := re.match(r"(?:\.venv/bin/)?tlsplan ([a-z]+)", text):
+        known = _options_of(command[1])
+        return [text] if known is None else [option for option in options if option not in known]
+    if re.match(r"--[a-z]", text):
+        return [opt for opt in options if not any(opt in (_options_of(each) or ()) for each in cli.list_commands(None))
+                and opt not in _words_of_the_code()]  # fmt: skip
+    name = text.partition("(")[0]
+    if not re.fullmatch(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)+|_?[A-Z][a-z]\w{2,}|[a-z]{2}\w*_\w+", name):
+        return []
+    return [name for word in name.split(".") if word not in _words_of_the_code()]
+
+
+def _docstrings() -> Iterator[tuple[str, str]]:
+    for folder in ("planner_core", "cli", "viewer_web/server", "scenes_synthetic", "docs"):
+        for file in sorted((ROOT / folder).rglob("*.py")):
+            yield (
+                file.relative_to(ROOT).as_posix(),
+                "\n".join(re.findall(r'"""[\s\S]*?"""|# .*', file.read_text(encoding="utf-8"))),
+            )
+
+
+def test_names_in_pages_and_docstrings_are_those_of_the_code() -> None:
+    """Modules, classes, functions, fields, commands and options in backticks; a path of the repository anywhere."""
+    pages = [(name, re.sub(r"```[\s\S]*?```|github\.com/.*\n.*", "", page.read_text(encoding="utf-8")))
+             for name, page in BY_NAME.items()]  # fmt: skip
+    missing = {(name, unknown) for name, text in [*pages, *_docstrings()] for code in re.findall(r"`([^`\n]+)`", text)
+               for unknown in _unknown(code)}  # fmt: skip
+    paths = {(name, path) for name, text in _docstrings()
+             for path in re.findall(rf"(?<![\w./-])(?:{TOPS})/[\w./-]*\.[a-z]+\b", text)}  # fmt: skip
+    missing |= {(name, path) for name, path in paths if not (ROOT / path).exists()}
+    assert sorted(each for each in missing if each[1] not in OF_OTHERS) == []
 
 
 def test_a_quotation_is_refreshed_line_by_line_and_keeps_its_gaps() -> None:
