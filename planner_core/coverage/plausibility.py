@@ -280,7 +280,7 @@ def _extent(f: FloorFigures, check: Range) -> list[str]:
     source = f.scene.source
     bounds_m = np.stack([f.floors[index].bounds_m for index in f.planned])
     longest_m = float((bounds_m[:, 1].max(axis=0) - bounds_m[:, 0].min(axis=0)).max())
-    is_doubted = float(extent_m(f.scene).max()) > LONGEST_M or source.told_metres_per_unit is not None
+    is_doubted = float(extent_m(f.scene).max()) > LONGEST_M or source.given_metres_per_unit is not None
     if is_doubted or check.holds(longest_m):
         return []
     unit = likely_unit(longest_m, source.metres_per_unit)

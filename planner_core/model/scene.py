@@ -36,9 +36,9 @@ class SceneSource:
     doors_shut: tuple[str, ...] = ()
     leave_out: tuple[str, ...] = ()
     """Classes, or patterns of names, whose elements the user left out of the scene."""
-    told_metres_per_unit: float | None = None
+    given_metres_per_unit: float | None = None
     """What the user said of the unit; None: nothing. So with the next two: what loads the file the same way again."""
-    told_up_axis: str | None = None
+    given_up_axis: str | None = None
     skip_bad_faces: bool = False
 
 

@@ -240,8 +240,8 @@ def _file(source: SceneSource) -> dict[str, Any]:
 
 def _load_options(source: SceneSource) -> LoadOptions:
     return LoadOptions(
-        metres_per_unit=source.told_metres_per_unit,
-        up_axis=None if source.told_up_axis is None else UpAxis(source.told_up_axis),
+        metres_per_unit=source.given_metres_per_unit,
+        up_axis=None if source.given_up_axis is None else UpAxis(source.given_up_axis),
         skip_bad_faces=source.skip_bad_faces,
         glass=Glass(source.glass),
         doors=Doors(source.doors),

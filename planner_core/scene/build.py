@@ -5,7 +5,7 @@ frame, float64, metres, z up.
 
 Numbered steps of `scene_from_arrays`:
 
-1. faces that name a missing vertex: an error, or dropped and counted where `skip_bad_faces` says so;
+1. faces that name a missing vertex: an error, or dropped and counted with `skip_bad_faces`;
 2. source frame -> scene frame (unit, y up);
 3. faces with a coordinate that is not finite, or no place on Earth, and few faces kilometres away from all others
    (`planner_core.scene.bulk`), are dropped;

@@ -1,6 +1,6 @@
 """Vertical columns through a scene: where each of a grid of plumb lines meets which triangle.
 
-Local frame, metres. Finding floors needs to know what lies above and below what; a plumb line on a grid tells it for
+Local frame, metres. Finding floors needs to know what lies above and below what; a plumb line on a grid gives it for
 any mesh, closed or not, whichever way its triangles wind.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
 from planner_core.scene.portions import portions
 
-#: Grid points looked at in one go; bounds memory to some hundred megabytes.
+#: Grid points treated in one go; bounds memory to some hundred megabytes.
 _CHUNK = 2_000_000
 #: A grid point this far outside an edge, relative to the triangle's size, still counts: points on a shared edge must
 #: not fall between two triangles.

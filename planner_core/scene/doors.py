@@ -1,7 +1,7 @@
-"""Doors: which triangles of a scene are leaves of doors, told from their frames by geometry alone.
+"""Doors: which triangles of a scene are leaves of doors, separated from their frames by geometry alone.
 
 Input a `Scene` (local frame, metres), output the same without leaves. Models show doors shut; a crew opens them. A leaf
-fills the opening and a frame runs round it, so parts of a door are told apart by where they lie in its plane:
+fills the opening and a frame runs round it, so parts of a door are distinguished by where they lie in its plane:
 
     +--------+   frame: reaches both sides of the door's box, or one side from bottom to top,
     |+------+|   and leaves the middle free; it stays
@@ -28,7 +28,8 @@ _MIDDLE = np.array([[0.3, 0.1], [0.7, 0.8]])
 _AT_SIDE_M = 0.015
 #: A single jamb or post reaches over this share of the height.
 _TALL_SHARE = 0.8
-#: Rooms beside a door are looked for so far from its middle, behind walls of any thickness, and so high above its foot.
+#: Rooms beside a door are searched for this far from its middle, behind walls of any thickness, and this high above
+#: its foot.
 _BESIDE_M = (0.3, 0.6)
 _KNEE_M = 0.5
 #: Leaves of doors, in width of one or two leaves, height, and thickness with handles; and how far above the ground they
@@ -48,7 +49,7 @@ def without_door_leaves(
     doors
         Which: `open` leaves those shut that lead outdoors, see `is_outer`.
     opened, shut
-        GlobalIds of doors that are open, or shut, whatever `doors` says.
+        GlobalIds of doors that are open, or shut, whatever `doors` is.
 
     Raises
     ------
@@ -91,9 +92,9 @@ def is_outer(scene: Scene, door: int, triangles: Int64Array) -> bool:
 
     The file may say so (IFC: IsExternal). Where it does not but has rooms, a door with a room on one side alone does.
     """
-    said = scene.elements[door].is_external
-    if said is not None or not scene.rooms:
-        return bool(said)
+    is_external = scene.elements[door].is_external
+    if is_external is not None or not scene.rooms:
+        return bool(is_external)
     corners_m = scene.vertices_m[scene.triangles[triangles]]
     angle = _angle(corners_m)
     low, high = corners_m.min(axis=(0, 1)), corners_m.max(axis=(0, 1))

@@ -64,7 +64,7 @@ def _differs_from_next(columns: Sequence[NDArray[np.generic]]) -> BoolArray:
 
 
 def _first_in_groups(order: Int64Array, new_group: BoolArray) -> Int64Array:
-    """Smallest number in each run of `order`; runs begin where `new_group` (one shorter) says so."""
+    """Smallest number in each run of `order`; runs begin where `new_group` (one shorter) is true."""
     if order.size == 0:
         return order
     starts = np.flatnonzero(np.concatenate([[True], new_group]))

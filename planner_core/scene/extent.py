@@ -67,8 +67,8 @@ def check_extent(scene: Scene) -> None:
     """
     size_m = extent_m(scene)
     source = scene.source
-    told = f"{source.unit_name}s" if source.metres_per_unit == 1.0 else f"units of {source.metres_per_unit:g} m"
-    read = f"{source.path.name or 'scene'}: read in {told} it measures"
+    unit = f"{source.unit_name}s" if source.metres_per_unit == 1.0 else f"units of {source.metres_per_unit:g} m"
+    read = f"{source.path.name or 'scene'}: read in {unit} it measures"
     check_size(read, size_m, source.metres_per_unit)
     if size_m.max() > LONGEST_M and (plan_m2 := _plan_m2(scene)) > MAX_PLAN_M2:
         raise SceneError(

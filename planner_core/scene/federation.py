@@ -4,7 +4,7 @@ Input: a `Scene` a file, each in its own frame; output: one in the frame that th
 
 1. files with a map conversion are moved so that they agree on the map; all others keep their coordinates, as files of
    one project have the same origin (`planner_core.scene.file_frames`);
-2. a file that touches no other is told; one that is a kilometre away is refused;
+2. a file that touches no other gets a warning; one that is a kilometre away is refused;
 3. storeys of about one height become one (`planner_core.scene.joint_storeys`);
 4. an element, or a room, that an earlier file has as well is left out;
 5. all triangles are welded and repaired together, so that neighbours of different files share edges.
@@ -57,7 +57,7 @@ def federated(scenes: Sequence[Scene]) -> Scene:
         file.scene.triangles[keep].astype(np.int64) + at
         for file, keep, at in zip(files, keeps, first_vertex[:-1].tolist(), strict=True)
     ]
-    told = (*doubts, *moves, *storeys.remarks, *_copy_remarks(files, copies))
+    remarks = (*doubts, *moves, *storeys.remarks, *_copy_remarks(files, copies))
     scene = scene_from_arrays(
         np.concatenate([file.vertices_m for file in files]),
         np.concatenate(triangles),
@@ -67,7 +67,7 @@ def federated(scenes: Sequence[Scene]) -> Scene:
         source=files[0].scene.source,
         face_of_triangle=np.concatenate([np.flatnonzero(keep) for keep in keeps]),
         optics_of_triangle=np.concatenate([_optics(file.scene)[keep] for file, keep in zip(files, keeps, strict=True)]),
-        prior=_reports(files, keeps, told),
+        prior=_reports(files, keeps, remarks),
     )
     return replace(
         scene,
@@ -197,7 +197,7 @@ def _rooms(files: Sequence[Placed], storeys: JointStoreys, offset_m: FloatArray)
     return tuple(rooms)
 
 
-def _reports(files: Sequence[Placed], keeps: Sequence[BoolArray], told: Sequence[str]) -> LoadReport:
+def _reports(files: Sequence[Placed], keeps: Sequence[BoolArray], remarks: Sequence[str]) -> LoadReport:
     """What loading found in all files; faces of copies count as repeated."""
     reports = [file.scene.report for file in files]
     n_copies = sum(int((~keep).sum()) for keep in keeps)
@@ -206,7 +206,7 @@ def _reports(files: Sequence[Placed], keeps: Sequence[BoolArray], told: Sequence
         warning
         for file in files
         for warning in file.scene.report.warnings
-        if warning not in far_origin(file.name, file.scene.offset_m)  # told once, of all
+        if warning not in far_origin(file.name, file.scene.offset_m)  # given once, of all
     ]
     return LoadReport(
         n_faces_read=sum(report.n_faces_read for report in reports) - n_kept,  # which are read again
@@ -216,5 +216,5 @@ def _reports(files: Sequence[Placed], keeps: Sequence[BoolArray], told: Sequence
         n_bad_index=sum(report.n_bad_index for report in reports),
         n_stray=sum(report.n_stray for report in reports),
         dropped=tuple(f"{file.name}: {line}" for file in files for line in file.scene.report.dropped),
-        warnings=(*of_files, *told),
+        warnings=(*of_files, *remarks),
     )

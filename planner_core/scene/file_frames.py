@@ -1,6 +1,6 @@
 """Frames of several files: where each file's scene lies in that of all, and whether it lies there plausibly.
 
-Files of one project mostly have one origin: their coordinates are taken as they are. What a file says of its site's
+Files of one project mostly have one origin: their coordinates are taken as they are. What a file states of its site's
 placement is in its coordinates already. Where two files have a map conversion, easting, northing and height decide:
 a file is moved and turned so that the map agrees.
 """
@@ -52,16 +52,16 @@ class Placed:
 
 
 def placed_files(scenes: Sequence[Scene]) -> tuple[tuple[Placed, ...], Georeference | None, list[str]]:
-    """Place the files' scenes; what the whole says of where it is; and a line on each file that is moved.
+    """Place the files' scenes; the georeference of the whole; and a line on each file that is moved.
 
     The first file with a map conversion stays where it is, and those without any.
     """
     on_map = [number for number, scene in enumerate(scenes) if _map_of(scene) is not None]
     others = (number for number, scene in enumerate(scenes) if scene.georeference is not None)
-    told = on_map[0] if on_map else next(others, None)
-    georeference = None if told is None else scenes[told].georeference
+    leading = on_map[0] if on_map else next(others, None)
+    georeference = None if leading is None else scenes[leading].georeference
     files = []
-    lines = _unlike(scenes, told)
+    lines = _unlike(scenes, leading)
     for number, scene in enumerate(scenes):
         matrix = None
         if on_map and number in on_map[1:]:
@@ -86,8 +86,9 @@ def _moved(points_m: FloatArray, matrix: FloatArray | None) -> FloatArray:
 
 
 def _map_of(scene: Scene) -> FloatArray | None:
-    told = scene.georeference
-    return None if told is None or told.to_map is None else np.array(told.to_map, dtype=np.float64)
+    georeference = scene.georeference
+    to_map = None if georeference is None else georeference.to_map
+    return None if to_map is None else np.array(to_map, dtype=np.float64)
 
 
 def _between(scene: Scene, reference: Scene) -> FloatArray | None:
@@ -117,13 +118,13 @@ def _move_in_words(file: Placed, reference: str) -> str:
     return f"{file.name}: is moved by x {x:.3f}, y {y:.3f}, z {z:.3f} m{turned}, to agree with {reference} on the map."
 
 
-def _unlike(scenes: Sequence[Scene], told: int | None) -> list[str]:
+def _unlike(scenes: Sequence[Scene], leading: int | None) -> list[str]:
     """Lines on files that name another coordinate system, or another true north, than the one that counts."""
-    if told is None:
+    if leading is None:
         return []
-    reference = scenes[told].georeference
+    reference = scenes[leading].georeference
     assert reference is not None
-    name = scenes[told].source.path.name
+    name = scenes[leading].source.path.name
     lines = []
     for scene in scenes:
         own = scene.georeference

@@ -1,7 +1,7 @@
 """Floors: the ground of each level that a tripod can stand on, and the level that every triangle counts for.
 
 Input a `Scene` (local frame, metres), output a `FloorReport`. Where the source names storeys (IFC), their slabs and
-coverings are looked for; otherwise, large horizontal surfaces. Windings are not trusted: what is a top side follows
+coverings are searched for; otherwise, large horizontal surfaces. Windings are not trusted: what is a top side follows
 from plumb lines (`planner_core.scene.columns`), by the clear height above.
 
     ======== roof top: open sky, no walls above   -> no floor
@@ -108,7 +108,7 @@ def _worth_planning(survey: LevelSurvey, grounds: list[Ground], warnings: list[s
     if not grounds or not kinds:
         return grounds
     has_walls = not WALL_KINDS.isdisjoint(kinds)
-    # Of nearly all faces: one that reaches far out says nothing of the building.
+    # Of nearly all faces: one that reaches far out is no measure of the building.
     middle_m = survey.middles_of(building.astype(np.int32))[:, :2]
     width_m, depth_m = np.ptp(np.quantile(middle_m, [0.01, 0.99], axis=0), axis=0)
     total_m2 = sum(ground.area_m2 for ground in grounds)

@@ -62,7 +62,7 @@ class _Document:
     views: list[JsonObject] = field(init=False)
     buffers: list[JsonObject] = field(init=False)
     optics: list[Optics | None] = field(init=False)
-    """Of materials, by number; None where one says nothing."""
+    """Of materials, by number; None where one has nothing of the kind."""
     faults: list[str] = field(default_factory=list)
     """What is wrong with materials: their surfaces return beams, and the geometry is as good as ever."""
 
@@ -77,7 +77,7 @@ class _Document:
             self.optics.append(self._of_materials(partial(material_optics, material)))
 
     def optics_of(self, primitive: JsonObject) -> Optics | None:
-        """What the material of a primitive says; None where it has none, or one that is not there."""
+        """Optics of the material of a primitive; None where it has none, or one that is not there."""
         if not primitive.has("material"):
             return None
         return self._of_materials(lambda: self.optics[primitive.whole("material", below=len(self.optics))])
@@ -101,7 +101,7 @@ class _MeshPart:
     n_bad: int
     """Triangles left out because they name a missing vertex."""
     optics: Optics | None
-    """What its material says; None where that is nothing."""
+    """Optics of its material; None where it has none."""
 
 
 def read_gltf(path: Path, *, skip_bad_faces: bool) -> RawScene:
@@ -139,7 +139,7 @@ def _open(path: Path) -> _Document:
     version = root.object("asset").text("version") if root.has("asset") else ""
     if not version.startswith("2."):
         raise SceneError(
-            f"{path.name}: it says {'glTF ' + version if version else 'no version'}, expected glTF 2.0; "
+            f"{path.name}: it states {'glTF ' + version if version else 'no version'}, expected glTF 2.0; "
             "export it as glTF 2.0."
         )
     return _Document(path, root, glb_buffer)
@@ -194,8 +194,8 @@ def _scene(document: _Document, *, skip_bad_faces: bool) -> RawScene:
         n_faces = 0
         for part in meshes[mesh]:
             triangles = turned_over(part.triangles) if is_mirrored(matrix) else part.triangles
-            told = of_node if part.optics is None else part.optics
-            optics = np.full(len(triangles), told, dtype=np.uint8) if told else None
+            optics_of_part = of_node if part.optics is None else part.optics
+            optics = np.full(len(triangles), optics_of_part, dtype=np.uint8) if optics_of_part else None
             parts.add(len(elements) - 1, placed(part.vertices, matrix), triangles, part.face + n_faces, optics)
             n_faces += len(part.face) + part.n_bad
             n_bad += part.n_bad
@@ -350,7 +350,7 @@ def _mesh_parts(document: _Document, mesh: int, *, skip_bad_faces: bool) -> Iter
 
 
 def _draco(document: _Document, packed: JsonObject) -> tuple[FloatArray, Int64Array]:
-    """Vertices and triangles of a compressed primitive; what its accessors say is not asked."""
+    """Vertices and triangles of a compressed primitive; its accessors are not read."""
     number = packed.whole("bufferView", below=len(document.views))
     view = document.views[number]
     contents = _buffer(document, view.whole("buffer", below=len(document.buffers)))

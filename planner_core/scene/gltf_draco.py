@@ -30,7 +30,7 @@ def names_draco(path: Path) -> bool:
 
 
 def decoded(file_name: str, contents: bytes, position: int) -> tuple[FloatArray, Int64Array]:
-    """(V, 3) float64 and (T, 3) of a compressed primitive, whatever its mode says.
+    """(V, 3) float64 and (T, 3) of a compressed primitive, whatever its mode.
 
     Parameters
     ----------
@@ -56,8 +56,8 @@ def decoded(file_name: str, contents: bytes, position: int) -> tuple[FloatArray,
     except (DracoPy.FileTypeException, DracoPy.EncodingFailedException, ValueError, RuntimeError, MemoryError) as error:
         reason = reason_of(error)
         raise SceneError(f"{file_name}: its Draco compression can't be undone ({reason}); export it again.") from error
-    told = next((a["data"] for a in getattr(mesh, "attributes", ()) if a["unique_id"] == position), None)
+    positions = next((a["data"] for a in getattr(mesh, "attributes", ()) if a["unique_id"] == position), None)
     triangles = getattr(mesh, "faces", None)
-    if told is None or triangles is None or told.ndim != 2 or told.shape[1] != 3:
+    if positions is None or triangles is None or positions.ndim != 2 or positions.shape[1] != 3:
         raise SceneError(f"{file_name}: its Draco compression holds no triangles with positions; export it again.")
-    return exact(np.asarray(told)), np.asarray(triangles).reshape(-1, 3).astype(np.int64)
+    return exact(np.asarray(positions)), np.asarray(triangles).reshape(-1, 3).astype(np.int64)

@@ -1,4 +1,4 @@
-"""The JSON of a glTF file, read through checks: what is not as glTF 2.0 says ends in one line that names its place.
+"""The JSON of a glTF file, read through checks: what breaks glTF 2.0 ends in one line that names its place.
 
 Every value is checked where it is read and not before: what nobody reads may be wrong. Exceptions of any other kind
 out of a reader that asks here are its own bugs, and are not taken for faults of the file.

@@ -1,4 +1,4 @@
-"""What a glTF file says of its materials that matters to beams, see `planner_core.scene.materials`.
+"""What in a glTF file's materials matters to beams, see `planner_core.scene.materials`.
 
 Source: Khronos Group, glTF 2.0 Specification, 2021, and its extension KHR_materials_transmission.
 """
@@ -34,7 +34,7 @@ def _transparency(material: JsonObject, pbr: JsonObject | None) -> float | None:
 
 
 def node_optics(node: JsonObject) -> Optics | None:
-    """What `extras.material`, a text of our own that other tools keep, says of a node's mesh."""
+    """Optics of a node's mesh by `extras.material`, a text of our own that other tools keep."""
     extras = node.members.get("extras")
     named = extras.get("material") if isinstance(extras, dict) else None
     return optics_of_name(named) if isinstance(named, str) else None

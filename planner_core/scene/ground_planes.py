@@ -40,7 +40,7 @@ _LEAST_ROOM_M2 = 4.0
 _JOINT_SHARE = 0.1
 #: A door leads to what begins this near beside its leaf: a thick wall's depth.
 _BESIDE_DOOR_M = 0.5
-#: Doorways are looked for at this height, below window sills, with this much room on both sides of a person's middle.
+#: Doorways are searched for at this height, below window sills, with this much room on both sides of a person's middle.
 _KNEE_M, _HALF_PERSON_M = 0.5, 0.3
 #: Slabs are open wherever a person on a flight below has less than this over the head: headroom of building codes.
 _STAIR_HEADROOM_M = 2.1

@@ -3,7 +3,7 @@
 Geometry comes from IfcOpenShell: openings are cut out of their hosts, mapped (instanced) geometry is placed once an
 instance. Spaces, openings, grids, annotations and other things that no beam can meet are left out.
 
-IfcOpenShell crashes on some damaged files: what is known of those is looked for first (`ifc_faults`), and
+IfcOpenShell crashes on some damaged files: what is known of those is searched for first (`ifc_faults`), and
 `planner_core.scene.native` calls this reader in a child process.
 """
 
@@ -25,11 +25,11 @@ from planner_core.errors import MissingPackageError, SceneError
 from planner_core.model import Element, FloatArray, Georeference, Int64Array, LoadReport, Room, UInt8Array
 from planner_core.progress import Progress, ProgressEvent
 from planner_core.scene.ifc_faults import check_ids, check_openings, check_places, check_references, unplaced
-from planner_core.scene.ifc_georeference import told_georeference
-from planner_core.scene.ifc_materials import IfcOptics, told_optics
-from planner_core.scene.ifc_shapes import FACES_KERNEL, SHAPES, SOLID_KERNEL, Shape, contents_asked, shapes_by
+from planner_core.scene.ifc_georeference import read_georeference
+from planner_core.scene.ifc_materials import IfcOptics, optics_in
+from planner_core.scene.ifc_shapes import FACES_KERNEL, SHAPES, SOLID_KERNEL, Shape, entities_read, shapes_by
 from planner_core.scene.ifc_spaces import rooms_of, without_shape
-from planner_core.scene.ifc_storeys import storey_of, storeys_of, told_storeys
+from planner_core.scene.ifc_storeys import storey_entries, storey_of, storeys_of
 from planner_core.scene.ifc_text import (
     lost_ends,
     read_text,
@@ -74,7 +74,7 @@ class _Shapes:
     owner: Int64Array
     face: Int64Array
     optics: UInt8Array | None
-    products: list[_ToldProduct]
+    products: list[_ProductEntry]
 
 
 def read_ifc(
@@ -93,23 +93,23 @@ def read_ifc(
     """
     model, text, code_page = _opened(path)
     lost_warnings = _checked(path, model, text)
-    with contents_asked(path, model):
+    with entities_read(path, model):
         unit_m, unit_name = length_unit(path, model, user_unit_m)
-        storeys_told = told_storeys(_of_class(model, "IfcBuildingStorey"))
-        told_products = _told_products(model, {told.id: i for i, told in enumerate(storeys_told)}, left_out)
+        entries = storey_entries(_of_class(model, "IfcBuildingStorey"))
+        products = _product_entries(model, {storey.id: i for i, storey in enumerate(entries)}, left_out)
         n_elements = len(_of_class(model, "IfcElement"))
         if not unit_name:
             if user_unit_m is None:
-                check_spread(path, [product.entity for product in told_products])
+                check_spread(path, [product.entity for product in products])
             assume_unit(model, unit_m)
     optics, optics_warnings = _optics(path, model)
-    shapes, shape_warnings = _triangulate_products(path, model, told_products, n_elements, optics, progress)
-    storeys, storey_warnings = storeys_of(path, storeys_told, unit_m)
-    with contents_asked(path, model):
+    shapes, shape_warnings = _triangulate_products(path, model, products, n_elements, optics, progress)
+    storeys, storey_warnings = storeys_of(path, entries, unit_m)
+    with entities_read(path, model):
         unseen = [e for name in (_OPENINGS, "IfcSpace") for e in _of_class(model, name) if e.id() not in left_out]
         placed = [*(p.entity for p in shapes.products), *(e for e in unseen if e.Representation is not None)]
         placement_warnings = unplaced(path, placed)
-    rooms, room_warnings = _rooms(path, model, {told.id: i for i, told in enumerate(storeys_told)}, left_out)
+    rooms, room_warnings = _rooms(path, model, {storey.id: i for i, storey in enumerate(entries)}, left_out)
     georeference, map_warnings = _georeference(path, model, unit_m)
     warnings = (
         *lost_warnings,
@@ -142,15 +142,15 @@ def read_ifc(
 
 
 def make_one_by_one(path: str, made: tuple[int, ...]) -> None:
-    """Make the shapes that `read_ifc` makes but those `made`, by number: `child_process.at` tells on which it ends."""
+    """Make the shapes of `read_ifc` but those `made`, by number: `child_process.at` names the one on which it ends."""
     file = Path(path)
     model, *_ = _opened(file)
     done = set(made)
-    with contents_asked(file, model):
-        told = _told_products(model, {}, done)
+    with entities_read(file, model):
+        products = _product_entries(model, {}, done)
         assume_unit(model, 1.0)
-        triangles = {p.id for p in told if p.is_triangles}
-        entities = [p.entity for p in told]
+        triangles = {p.id for p in products if p.is_triangles}
+        entities = [p.entity for p in products]
         entities += [s for s in _of_class(model, "IfcSpace") if s.id() not in done and s.Representation is not None]
     for n_done, entity in enumerate(entities, 1):
         number = int(entity.id())
@@ -188,7 +188,7 @@ def try_model(path: str) -> None:
 
     file = Path(path)
     model = open_model(file)
-    with contents_asked(file, model), TemporaryDirectory() as folder:
+    with entities_read(file, model), TemporaryDirectory() as folder:
         for entity in _of_class(model, "IfcRoot"):
             child_process.at(f"#{entity.id()} {entity.is_a()}")
             _ = entity.GlobalId
@@ -246,7 +246,7 @@ def _checked(path: Path, model: Any, text: bytes) -> tuple[str, ...]:
     products = {int(product.id()) for product in _of_class(model, "IfcProduct")} - no_shape
     bare = without_strings(text)
     shaped = {int(p.id()) for p in _of_class(model, "IfcProduct") if p.id() in products and _has_shape(p)}
-    with contents_asked(path, model):
+    with entities_read(path, model):
         check_openings(path, _of_class(model, "IfcRelVoidsElement"))
     check_ids(path, bare, shaped - {int(opening.id()) for opening in _of_class(model, _OPENINGS)})
     check_places(path, bare)
@@ -260,9 +260,9 @@ def _checked(path: Path, model: Any, text: bytes) -> tuple[str, ...]:
     return (f"{path.name}: {several} to what is not in the file ({others[0]}), of which no shape is made: ignored.",)
 
 
-# --------------------------------------------------------------------------------------- what the file says
+# ------------------------------------------------------------------------------------- contents of the file
 @dataclass(frozen=True)
-class _ToldProduct:
+class _ProductEntry:
     """A product with a representation and a surface."""
 
     id: int
@@ -282,18 +282,18 @@ def _code_page(path: Path, title: str) -> tuple[str, ...]:
     return (f"{path.name}: its names are not in IFC's own encoding and are taken for {title}: check them.",)
 
 
-def _told_products(model: Any, storey_of_id: dict[int, int], left_out: Collection[int]) -> list[_ToldProduct]:
+def _product_entries(model: Any, storey_of_id: dict[int, int], left_out: Collection[int]) -> list[_ProductEntry]:
     """Physical products by file id, but for those that are left out."""
     ignored = {entity.id() for name in _NOT_PHYSICAL for entity in _of_class(model, name)}.union(left_out)
     products = (p for p in _of_class(model, "IfcProduct") if p.id() not in ignored and p.Representation is not None)
     return [
-        _told_product(p, storey_of_id) for p in sorted(products, key=lambda p: int(p.id())) if not _is_void_proxy(p)
+        _product_entry(p, storey_of_id) for p in sorted(products, key=lambda p: int(p.id())) if not _is_void_proxy(p)
     ]
 
 
-def _told_product(product: Any, storey_of_id: dict[int, int]) -> _ToldProduct:
+def _product_entry(product: Any, storey_of_id: dict[int, int]) -> _ProductEntry:
     child_process.at(f"#{product.id()} {product.is_a()}")
-    return _ToldProduct(
+    return _ProductEntry(
         id=int(product.id()),
         entity=product,
         element=_element(product, storey_of_id),
@@ -323,24 +323,24 @@ def _is_void_proxy(product: Any) -> bool:
 
 
 def _optics(path: Path, model: Any) -> tuple[IfcOptics | None, tuple[str, ...]]:
-    """What the file says of its materials; a warning instead where they are damaged, as no shape needs them."""
+    """The file's materials; a warning instead where they are damaged, as no shape needs them."""
     try:
-        with contents_asked(path, model):
-            return told_optics(model), ()
+        with entities_read(path, model):
+            return optics_in(model), ()
     except SceneError as error:
         reason = str(error).removeprefix(f"{path.name}: ")
         return None, (f"{path.name}: its materials can't be read, so all surfaces return beams: {reason}",)
 
 
 def _georeference(path: Path, model: Any, unit_m: float) -> tuple[Georeference | None, tuple[str, ...]]:
-    """Where the file says that it is on earth; a warning instead where that is damaged, as no surface needs it."""
+    """The file's georeference; a warning instead where it is damaged, as no surface needs it."""
     try:
-        with contents_asked(path, model):
-            told = told_georeference(path.name, model, unit_m)
+        with entities_read(path, model):
+            georeference = read_georeference(path.name, model, unit_m)
     except SceneError as error:
         reason = str(error).removeprefix(f"{path.name}: ")
         return None, (f"{path.name}: its georeferencing can't be read: {reason}",)
-    return told, () if told is None else told.warnings
+    return georeference, () if georeference is None else georeference.warnings
 
 
 def _rooms(
@@ -348,13 +348,13 @@ def _rooms(
 ) -> tuple[tuple[Room, ...], tuple[str, ...]]:
     """Rooms (IfcSpace) by file id; a warning instead where they are damaged, as no surface needs them."""
     try:
-        with contents_asked(path, model):
+        with entities_read(path, model):
             spaces = [space for space in _of_class(model, "IfcSpace") if space.id() not in left_out]
             spaces.sort(key=lambda space: int(space.id()))
-            told = [(space, storey_of(space, storey_of_id)) for space in spaces if space.Representation is not None]
+            placed = [(space, storey_of(space, storey_of_id)) for space in spaces if space.Representation is not None]
         child_process.at(SHAPES)
-        shapes = shapes_by(SOLID_KERNEL, path, model, [space for space, _ in told], None)
-        rooms, without = rooms_of(told, ((number, shape.vertices, shape.triangles) for number, shape in shapes))
+        shapes = shapes_by(SOLID_KERNEL, path, model, [space for space, _ in placed], None)
+        rooms, without = rooms_of(placed, ((number, shape.vertices, shape.triangles) for number, shape in shapes))
     except SceneError as error:
         reason = str(error).removeprefix(f"{path.name}: ")
         return (), (f"{path.name}: its rooms can't be read, so results don't name rooms: {reason}",)
@@ -365,7 +365,7 @@ def _rooms(
 def _triangulate_products(
     path: Path,
     model: Any,
-    products: list[_ToldProduct],
+    products: list[_ProductEntry],
     n_elements: int,
     optics: IfcOptics | None,
     progress: Progress,
@@ -392,7 +392,7 @@ def _without_elements(model: Any) -> str:
 
 
 def _shapes(
-    path: Path, model: Any, products: list[_ToldProduct], optics: IfcOptics | None
+    path: Path, model: Any, products: list[_ProductEntry], optics: IfcOptics | None
 ) -> Iterator[tuple[int, Shape]]:
     """Product id and shape; in the order in which threads finish."""
     made = set()
@@ -402,7 +402,7 @@ def _shapes(
     yield from shapes_by(SOLID_KERNEL, path, model, [p.entity for p in products if p.id not in made], optics)
 
 
-def _joined(products: list[_ToldProduct], by_id: dict[int, list[Shape]]) -> _Shapes:
+def _joined(products: list[_ProductEntry], by_id: dict[int, list[Shape]]) -> _Shapes:
     """One mesh; a product with several shapes has them in the order of their bytes, not of the threads."""
     parts = Parts()
     for number, product in enumerate(products):
@@ -443,7 +443,7 @@ def _unmapped_items(shape: Any) -> Iterator[Any]:
             yield item
 
 
-def _without_shape(path: Path, products: list[_ToldProduct]) -> tuple[str, ...]:
+def _without_shape(path: Path, products: list[_ProductEntry]) -> tuple[str, ...]:
     """A line for the user about products whose geometry could not be made."""
     if not products:
         return ()
@@ -485,15 +485,15 @@ def _predefined_type(product: Any) -> str:
         return ""
     from ifcopenshell.util.element import get_predefined_type
 
-    said = get_predefined_type(product)
-    return "" if said in (None, "NOTDEFINED") else str(said).upper()
+    kind = get_predefined_type(product)
+    return "" if kind in (None, "NOTDEFINED") else str(kind).upper()
 
 
 def _is_external(product: Any) -> bool | None:
-    """Whether a door leads outdoors, where the file says."""
+    """Whether a door leads outdoors, where the file states it."""
     if not product.is_a("IfcDoor"):
         return None
     from ifcopenshell.util.element import get_pset
 
-    said = get_pset(product, "Pset_DoorCommon", "IsExternal")
-    return said if isinstance(said, bool) else None
+    is_external = get_pset(product, "Pset_DoorCommon", "IsExternal")
+    return is_external if isinstance(is_external, bool) else None

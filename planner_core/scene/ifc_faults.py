@@ -1,4 +1,4 @@
-"""Faults of an IFC file that IfcOpenShell does not report, found before it is asked for shapes.
+"""Faults of an IFC file that IfcOpenShell does not report, found before it makes shapes.
 
 Some end the process which asks it: it hangs or crashes on an element whose GlobalId is no text, on a shape that is a
 part of itself, and on chains so long that its stack runs out; a few shapes placed in each other a few times each take

@@ -1,4 +1,4 @@
-"""Where an IFC file says that it is on earth: map conversion, coordinate reference system, site and true north.
+"""Where on earth an IFC file is: map conversion, coordinate reference system, site and true north.
 
 Input: IfcOpenShell's entities, which the caller guards against files that do not follow their schema. Output:
 `Georeference`, from metres of the file's unit to metres on the map. Sources: IFC4 ADD2 TC1 and IFC4X3 ADD2,
@@ -37,7 +37,7 @@ class _Operation:
 class _Crs:
     """A coordinate reference system as the file has it.
 
-    unit_m : of its map unit; None: not told. named_m : of the unit that its name stands for, where that is another.
+    unit_m : of its map unit; None: not given. named_m : of the unit that its name stands for, where that is another.
     """
 
     name: str = ""
@@ -52,8 +52,8 @@ class _Crs:
     named_m: float | None = None
 
 
-def told_georeference(name: str, model: Any, unit_m: float) -> Georeference | None:
-    """Return what the model says; None where it says nothing.
+def read_georeference(name: str, model: Any, unit_m: float) -> Georeference | None:
+    """Return the model's georeference; None where it has none.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def _crs(entity: Any) -> _Crs:
 def other_length_of_name(name: str, unit_m: float) -> float | None:
     """Metres of the unit that is called so, where that is another length than `unit_m`; None: they agree, or no unit.
 
-    Programs write conversion-based units named METER with the factor of a foot. The two feet are told apart by their
+    Programs write conversion-based units named METER with the factor of a foot. The two feet are distinguished by their
     factors alone: both are called FOOT.
     """
     metres = _metres_of(name)
@@ -177,7 +177,7 @@ def _from_property_sets(model: Any) -> tuple[_Operation | None, _Crs]:
     sets: dict[str, dict[str, Any]] = {}
     for holder in (*model.by_type("IfcSite"), *model.by_type("IfcProject")):  # the project's word counts
         sets.update((key.lower(), values) for key, values in get_psets(holder, psets_only=True).items())
-    told = sets.get("epset_mapconversion")
+    entries = sets.get("epset_mapconversion")
     system = sets.get("epset_projectedcrs", {})
     unit = _text(system.get("MapUnit"))
     crs = _Crs(
@@ -190,13 +190,13 @@ def _from_property_sets(model: Any) -> tuple[_Operation | None, _Crs]:
         unit=unit.lower(),
         unit_m=_metres_of(unit),
     )
-    if told is None:
+    if entries is None:
         return None, crs
     operation = _Operation(
         name="ePset_MapConversion",
-        shift=(_real(told.get("Eastings")), _real(told.get("Northings")), _real(told.get("OrthogonalHeight"))),
-        x_axis=(_real(told.get("XAxisAbscissa")), _real(told.get("XAxisOrdinate"))),
-        scale=_real(told.get("Scale")) or 1.0,
+        shift=(_real(entries.get("Eastings")), _real(entries.get("Northings")), _real(entries.get("OrthogonalHeight"))),
+        x_axis=(_real(entries.get("XAxisAbscissa")), _real(entries.get("XAxisOrdinate"))),
+        scale=_real(entries.get("Scale")) or 1.0,
     )
     return operation, crs
 
@@ -300,11 +300,11 @@ def _world(context: Any, unit_m: float) -> FloatArray:
 
 
 # ----------------------------------------------------------------------------------------------------- site
-_Told = tuple[float | None, float | None, float | None, tuple[float, float, float] | None]
+_Site = tuple[float | None, float | None, float | None, tuple[float, float, float] | None]
 
 
-def _site(name: str, model: Any, unit_m: float, warnings: list[str]) -> _Told:
-    """Latitude, longitude (degrees), elevation (m) and position (m) of the first site that says where it is."""
+def _site(name: str, model: Any, unit_m: float, warnings: list[str]) -> _Site:
+    """Latitude, longitude (degrees), elevation (m) and position (m) of the first site that has a position on earth."""
     from ifcopenshell.util.placement import get_local_placement
 
     for site in sorted(model.by_type("IfcSite"), key=lambda s: int(s.id())):

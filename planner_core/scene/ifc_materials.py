@@ -1,7 +1,7 @@
 """What the surfaces of an IFC model do to beams: by the styles of their representation items, else by materials.
 
 Scene stage. IfcOpenShell names for each face the style that it is drawn with and the representation item that it is of.
-A style that says something decides; it may be the item's own or that of the product's material, which IfcOpenShell
+A style with optics decides; it may be the item's own or that of the product's material, which IfcOpenShell
 passes down. Else the constituent decides that a shape aspect ties to the item, else the material of the product or of
 its type: of a material that has several parts (layers, constituents, profiles, a list), what all of them say.
 Source: buildingSMART, IFC4 ADD2 TC1, IfcMaterialResource and IfcPresentationAppearanceResource.
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from planner_core.model import Optics, UInt8Array
 from planner_core.scene.materials import optics_of_material
 
-_UNTOLD = 255
+_UNSPECIFIED = 255
 _PARTS_OF_SET = ("MaterialLayers", "MaterialConstituents", "MaterialProfiles", "Materials")
 """Attributes that hold the parts of a layer set, a constituent set, a profile set, a list."""
 _SET_OF_USAGE = ("ForLayerSet", "ForProfileSet")
@@ -29,7 +29,7 @@ _GAS = ("air", "luft", "lucht", "aria", "aire", "argon", "krypton", "gas", "vacu
 
 @dataclass(frozen=True)
 class _Material:
-    """What a material of a product says. optics: None where it says nothing."""
+    """Optics and styles of a product's material. optics: None where it gives none."""
 
     optics: Optics | None
     styles: frozenset[int]
@@ -38,7 +38,7 @@ class _Material:
 
 @dataclass(frozen=True)
 class IfcOptics:
-    """What a model says about its surfaces, by file ids; nothing at all where all of them return.
+    """Optics of a model's surfaces, by file ids; empty where all of them return.
 
     of_style : of IfcSurfaceStyle, those that say something. of_product : of products with a material.
     of_item : of representation items that a shape aspect ties to a constituent.
@@ -53,33 +53,35 @@ class IfcOptics:
         material = self.of_product.get(product, _NO_MATERIAL)
         style_of_face = np.frombuffer(geometry.material_ids_buffer, dtype=np.int32)
         styles = [int(style.instance_id()) for style in geometry.materials]
-        told = [_UNTOLD if s in material.styles else int(self.of_style.get(s, _UNTOLD)) for s in styles]
-        optics = np.array([*told, _UNTOLD], dtype=np.uint8)[style_of_face]  # -1, no style, takes the last
-        if self.of_item and (optics == _UNTOLD).any():
-            optics = np.where(optics == _UNTOLD, self._of_items(geometry), optics)
-        optics[optics == _UNTOLD] = material.optics or Optics.RETURNS
+        of_style = [_UNSPECIFIED if s in material.styles else int(self.of_style.get(s, _UNSPECIFIED)) for s in styles]
+        optics = np.array([*of_style, _UNSPECIFIED], dtype=np.uint8)[style_of_face]  # -1, no style, takes the last
+        if self.of_item and (optics == _UNSPECIFIED).any():
+            optics = np.where(optics == _UNSPECIFIED, self._of_items(geometry), optics)
+        optics[optics == _UNSPECIFIED] = material.optics or Optics.RETURNS
         return optics if optics.any() else None
 
     def _of_items(self, geometry: Any) -> UInt8Array:
         item_of_face: NDArray[np.int32] = np.frombuffer(geometry.item_ids_buffer, dtype=np.int32)
         items, place = np.unique(item_of_face, return_inverse=True)
-        return np.array([self.of_item.get(item, _UNTOLD) for item in items.tolist()], dtype=np.uint8)[place]
+        return np.array([self.of_item.get(item, _UNSPECIFIED) for item in items.tolist()], dtype=np.uint8)[place]
 
 
 _NO_MATERIAL = _Material(None, frozenset())
 
 
-def told_optics(model: Any) -> IfcOptics | None:
-    """Read what a model of IfcOpenShell says of its styles and materials; None where everything returns.
+def optics_in(model: Any) -> IfcOptics | None:
+    """Read the optics of styles and materials of a model of IfcOpenShell; None where everything returns.
 
     Raises whatever IfcOpenShell does where the file does not follow its schema.
     """
     of_style = {
-        int(style.id()): told for style in model.by_type("IfcSurfaceStyle") if (told := _of_style(style)) is not None
+        int(style.id()): optics
+        for style in model.by_type("IfcSurfaceStyle")
+        if (optics := _of_style(style)) is not None
     }
     materials = {int(material.id()): _of_material(material, of_style) for material in model.by_type("IfcMaterial")}
-    if not any(_changes_faces(told, of_style) for told in materials.values()):
-        materials = {}  # products need not be asked
+    if not any(_changes_faces(optics, of_style) for optics in materials.values()):
+        materials = {}  # products need not be read
     if not materials and not any(of_style.values()):
         return None
     of_product, of_item = _of_products(model, materials) if materials else ({}, {})
@@ -88,11 +90,11 @@ def told_optics(model: Any) -> IfcOptics | None:
 
 # --------------------------------------------------------------------------------------------------- styles
 def _of_style(style: Any) -> Optics | None:
-    names, transparency = _said_by_style(style)
+    names, transparency = _names_and_transparency(style)
     return optics_of_material(names, transparency=transparency)
 
 
-def _said_by_style(style: Any) -> tuple[list[str], float | None]:
+def _names_and_transparency(style: Any) -> tuple[list[str], float | None]:
     """Names, the reflectance method (`GLASS`, `MIRROR` ...) last, and transparency of an IfcSurfaceStyle."""
     names, transparency = [str(style.Name or "")], None
     for part in style.Styles or ():
@@ -112,9 +114,10 @@ def _of_material(material: Any, of_style: dict[int, Optics]) -> _Material:
     return _Material(_what_all_say(by_style) if by_name is None else by_name, ids)
 
 
-def _changes_faces(told: _Material, of_style: dict[int, Optics]) -> bool:
-    """Whether faces do something else than return, or than their styles say, because of a material."""
-    return bool(told.optics) or (told.optics is not None and any(of_style.get(style) for style in told.styles))
+def _changes_faces(material: _Material, of_style: dict[int, Optics]) -> bool:
+    """Whether faces do something else than return, or than their styles give, because of a material."""
+    optics = material.optics
+    return bool(optics) or (optics is not None and any(of_style.get(style) for style in material.styles))
 
 
 def _styles_of(material: Any) -> Iterable[Any]:
@@ -133,11 +136,11 @@ def _surface_styles(styles: Iterable[Any]) -> Iterable[Any]:
             yield from _surface_styles(style.Styles or ())
 
 
-def _what_all_say(told: Sequence[Optics | None]) -> Optics | None:
+def _what_all_say(optics: Sequence[Optics | None]) -> Optics | None:
     """One answer that all give; where they differ, the surface is of several things and returns."""
-    if not told:
+    if not optics:
         return None
-    return told[0] if all(one is told[0] for one in told) else Optics.RETURNS
+    return optics[0] if all(one is optics[0] for one in optics) else Optics.RETURNS
 
 
 def _of_products(model: Any, materials: dict[int, _Material]) -> tuple[dict[int, _Material], dict[int, Optics]]:
@@ -164,8 +167,8 @@ def _of_set(material: Any, materials: dict[int, _Material]) -> _Material:
     if material is None:
         return _NO_MATERIAL
     parts = [part for part in _parts_of(material) if not _is_gas(part)]
-    told = [materials.get(int(part.id()), _NO_MATERIAL) for part in parts]
-    return _Material(_what_all_say([one.optics for one in told]), frozenset().union(*(one.styles for one in told)))
+    found = [materials.get(int(part.id()), _NO_MATERIAL) for part in parts]
+    return _Material(_what_all_say([one.optics for one in found]), frozenset().union(*(one.styles for one in found)))
 
 
 def _parts_of(material: Any) -> list[Any]:
@@ -189,8 +192,8 @@ def _is_gas(material: Any) -> bool:
 def _of_named_parts(material: Any, materials: dict[int, _Material]) -> dict[str, Optics]:
     """By name, the constituents of a set that say something."""
     constituents = getattr(material, "MaterialConstituents", None) or ()
-    told = {str(c.Name): _of_set(c, materials).optics for c in constituents if c.Name}
-    return {name: optics for name, optics in told.items() if optics is not None}
+    of_constituent = {str(c.Name): _of_set(c, materials).optics for c in constituents if c.Name}
+    return {name: optics for name, optics in of_constituent.items() if optics is not None}
 
 
 def _of_aspects(thing: Any, parts: dict[str, Optics]) -> dict[int, Optics]:

@@ -55,7 +55,7 @@ class Shape:
 
 
 @contextmanager
-def contents_asked(path: Path, model: Any) -> Iterator[None]:
+def entities_read(path: Path, model: Any) -> Iterator[None]:
     """Around code that does nothing but ask IfcOpenShell: its ways to fail become faults of the file.
 
     Entities of wrong types in a file have the wrong attributes, and IfcOpenShell then raises whatever happens. What we
@@ -72,7 +72,7 @@ def contents_asked(path: Path, model: Any) -> Iterator[None]:
         ) from error
 
 
-def _entity_asked(error: Exception) -> Any:
+def _entity_read(error: Exception) -> Any:
     """The entity that the code which failed was reading, the innermost that it held; None: none."""
     from ifcopenshell import entity_instance
 
@@ -102,7 +102,7 @@ def _gap_of(entity: Any) -> tuple[Any, str] | None:
 def _fault_in_words(error: Exception) -> str:
     """Which entity is wrong, and how: Python's sentences on types of values say nothing to who has to repair a file."""
     reason = reason_of(error)
-    entity = _entity_asked(error)
+    entity = _entity_read(error)
     named = "one of its instances" if entity is None else f"#{entity.id()} ({entity.is_a()})"
     if lacking := _LACKS.search(reason):
         return f"{named} is named where its schema has another class (one with {lacking.group(2)})"
@@ -127,13 +127,13 @@ def shapes_by(
     settings = geom.settings()
     settings.set("no-normals", True)
     settings.set("apply-default-materials", False)
-    with contents_asked(path, model):
+    with entities_read(path, model):
         # Threads of the second kernel spend their time waiting for each other.
         n_threads = 1 if kernel == FACES_KERNEL else os.cpu_count() or 1
         iterator = geom.iterator(settings, model, n_threads, include=entities, geometry_library=kernel)
         more = iterator.initialize()
     while more:
-        with contents_asked(path, model):
+        with entities_read(path, model):
             shape = iterator.get()
         vertices = np.frombuffer(shape.geometry.verts_buffer, dtype=np.float64).reshape(-1, 3)
         triangles = np.frombuffer(shape.geometry.faces_buffer, dtype=np.int32).reshape(-1, 3).astype(np.int64)
@@ -142,7 +142,7 @@ def shapes_by(
         child_process.log(int(shape.id))
         of_faces = None if optics is None else optics.of_faces(int(shape.id), shape.geometry)
         yield int(shape.id), Shape(placed(vertices, matrix), _outside_out(vertices, triangles, items), of_faces)
-        with contents_asked(path, model):
+        with entities_read(path, model):
             more = iterator.next()
 
 

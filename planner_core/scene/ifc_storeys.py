@@ -1,7 +1,7 @@
 """Storeys of an IFC file: their names and elevations, and which of them a thing is in.
 
-Input: IfcOpenShell's entities. Output: what the file says, in its own unit, then `Storey` in metres, and the index of a
-product's storey. The caller guards what reads entities against files whose contents do not follow their schema.
+Input: IfcOpenShell's entities. Output: entries of the file, in its own unit, then `Storey` in metres, and the index of
+a product's storey. The caller guards what reads entities against files whose contents do not follow their schema.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ _WAYS_UP = (
     ("VoidsElements", "RelatingBuildingElement"),
     ("ProjectsElements", "RelatingElement"),
 )
-"""Inverse attribute, and the attribute of the relation that names the whole, in the order in which they are asked."""
+"""Inverse attribute, and the attribute of the relation that names the whole, in the order in which they are read."""
 
 
 @dataclass(frozen=True)
-class ToldStorey:
+class StoreyEntry:
     """A storey as the file has it; heights in the file's unit."""
 
     id: int
@@ -39,15 +39,15 @@ class ToldStorey:
     placed: float
     """NaN where nothing places it."""
     elevation: float
-    """NaN where the file says none."""
+    """NaN where the file has none."""
     building: float
     """Height at which its building is placed."""
 
 
-def told_storeys(entities: list[Any]) -> list[ToldStorey]:
+def storey_entries(entities: list[Any]) -> list[StoreyEntry]:
     """Storeys by file id, of the model's IfcBuildingStorey."""
     return [
-        ToldStorey(
+        StoreyEntry(
             id=int(entity.id()),
             name=str(entity.Name or entity.LongName or f"storey {i}"),
             source_id=str(entity.GlobalId),
@@ -59,16 +59,16 @@ def told_storeys(entities: list[Any]) -> list[ToldStorey]:
     ]
 
 
-def storeys_of(path: Path, told: list[ToldStorey], unit_m: float) -> tuple[tuple[Storey, ...], tuple[str, ...]]:
-    """Storeys in the order of `told`, elevations in metres, and warnings."""
-    placed_m = np.array([s.placed for s in told], dtype=np.float64) * unit_m
-    told_m = np.array([s.elevation for s in told], dtype=np.float64) * unit_m
-    base_m = np.array([s.building for s in told], dtype=np.float64) * unit_m
+def storeys_of(path: Path, entries: list[StoreyEntry], unit_m: float) -> tuple[tuple[Storey, ...], tuple[str, ...]]:
+    """Storeys in the order of `entries`, elevations in metres, and warnings."""
+    placed_m = np.array([s.placed for s in entries], dtype=np.float64) * unit_m
+    stated_m = np.array([s.elevation for s in entries], dtype=np.float64) * unit_m
+    base_m = np.array([s.building for s in entries], dtype=np.float64) * unit_m
     # Elevation counts from the building's placement.
-    placed_m = np.where(np.isnan(placed_m), np.nan_to_num(told_m) + base_m, placed_m)
-    elevation_m, warnings = _choose_elevations(path, [s.name for s in told], placed_m, told_m, base_m)
+    placed_m = np.where(np.isnan(placed_m), np.nan_to_num(stated_m) + base_m, placed_m)
+    elevation_m, warnings = _choose_elevations(path, [s.name for s in entries], placed_m, stated_m, base_m)
     storeys = tuple(
-        Storey(s.name, s.source_id, height_m) for s, height_m in zip(told, elevation_m.tolist(), strict=True)
+        Storey(s.name, s.source_id, height_m) for s, height_m in zip(entries, elevation_m.tolist(), strict=True)
     )
     return storeys, warnings
 
@@ -86,21 +86,22 @@ def storey_of(product: Any, storey_of_id: dict[int, int]) -> int:
 
 
 def _choose_elevations(
-    path: Path, names: list[str], placed_m: FloatArray, told_m: FloatArray, base_m: FloatArray
+    path: Path, names: list[str], placed_m: FloatArray, stated_m: FloatArray, base_m: FloatArray
 ) -> tuple[FloatArray, tuple[str, ...]]:
     """Elevations from the placements, where the geometry is; from the attribute where placements say nothing.
 
     The attribute counts from the building's reference, so it may differ from the placement by the building's
     own height.
     """
-    several = placed_m.size > 1 and np.isfinite(told_m).all()
-    if several and np.ptp(placed_m) < _ELEVATION_TOLERANCE_M < np.ptp(told_m):
+    several = placed_m.size > 1 and np.isfinite(stated_m).all()
+    if several and np.ptp(placed_m) < _ELEVATION_TOLERANCE_M < np.ptp(stated_m):
         warning = f"{path.name}: all its storeys are placed at one height, so their Elevation attributes are used."
-        return told_m + base_m, (warning,)
-    off_m = np.abs(placed_m - told_m)
-    off_building_m = np.abs(placed_m - base_m - told_m)
+        return stated_m + base_m, (warning,)
+    off_m = np.abs(placed_m - stated_m)
+    off_building_m = np.abs(placed_m - base_m - stated_m)
     warnings = [
-        f"{path.name}: storey {names[i]} is placed at {placed_m[i]:.3f} m and its Elevation says {told_m[i]:.3f} m: "
+        f"{path.name}: storey {names[i]} is placed at {placed_m[i]:.3f} m and its Elevation is "
+        f"{stated_m[i]:.3f} m: "
         "the placement is used."
         for i in np.flatnonzero((off_m > _ELEVATION_TOLERANCE_M) & (off_building_m > _ELEVATION_TOLERANCE_M))
     ]

@@ -88,9 +88,9 @@ def _unpacked(path: Path) -> bytes:
                     "expected one; unpack it and name the file to load."
                 )
             limit = min(MAX_UNPACKED_BYTES, max(_LEAST_UNPACKED_BYTES, _MOST_TIMES * path.stat().st_size))
-            with archive.open(names[0]) as member:  # what the archive says of its size may be a lie
+            with archive.open(names[0]) as member:  # the size stated in the archive may be false
                 text = member.read(limit + 1)
-    # NotImplementedError is how `zipfile` says that it does not know an archive's compression.
+    # `zipfile` raises NotImplementedError where it does not know an archive's compression.
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError) as error:
         reason = reason_of(error)
         raise SceneError(
@@ -105,7 +105,7 @@ def _unpacked(path: Path) -> bytes:
 
 
 def _check_is_complete(path: Path, text: bytes) -> None:
-    """An IFC file says where it begins and ends."""
+    """An IFC file marks its beginning and end."""
     start = text[:256].removeprefix(b"\xef\xbb\xbf").lstrip()
     if start.startswith(b"<") and (b"ifcxml" in text[:4096].lower() or path.suffix.lower() == ".ifcxml"):
         raise SceneError(f"{path.name}: it is ifcXML, which is not read, expected the text form; export {_XML}.")

@@ -18,7 +18,7 @@ from planner_core.scene.file_frames import Placed
 _SAME_NAMED_M, _SAME_M = 0.5, 0.2
 """Storeys of two files are one within these heights, of the same name or of any."""
 
-_TOLD_M = 0.02
+_ROUNDING_M = 0.02
 """Files round heights to centimetres."""
 
 
@@ -69,8 +69,8 @@ def joint_storeys(files: Sequence[Placed]) -> JointStoreys:
                 joint.append(_Joint(Storey(storey.name, storey.source_id, height_m), file.name))
             else:
                 of = joint[found]
-                if abs(height_m - of.storey.elevation_m) > _TOLD_M:
-                    off.append(_told(storey.name, height_m, of, "taken as one"))
+                if abs(height_m - of.storey.elevation_m) > _ROUNDING_M:
+                    off.append(_line(storey.name, height_m, of, "taken as one"))
             own.append(found)
         numbers.append(own)
         if off:
@@ -101,7 +101,7 @@ def check_common_shift(files: Sequence[Placed]) -> None:
             mine, its = _heights_by_name(file), _heights_by_name(other)
             common = [name for name in mine if name in its]
             shifts_m = np.array([mine[name][1] - its[name][1] for name in common])
-            is_one = len(common) > 1 and np.ptp(shifts_m) < _TOLD_M and abs(shifts_m[0]) > _SAME_NAMED_M
+            is_one = len(common) > 1 and np.ptp(shifts_m) < _ROUNDING_M and abs(shifts_m[0]) > _SAME_NAMED_M
             if not is_one or _at_one_height(file) or _at_one_height(other) or not _over_each_other(file, other):
                 continue
             shift_m = float(np.median(shifts_m))
@@ -134,7 +134,7 @@ def _over_each_other(file: Placed, other: Placed) -> bool:
 def _at_one_height(file: Placed) -> bool:
     """Several storeys in one place are none: programs of structure and services write them so."""
     heights_m = [storey.elevation_m for storey in file.scene.storeys]
-    return len(heights_m) > 1 and float(np.ptp(heights_m)) < _TOLD_M
+    return len(heights_m) > 1 and float(np.ptp(heights_m)) < _ROUNDING_M
 
 
 def _match(joint: Sequence[_Joint], taken: Sequence[int], name: str, height_m: float) -> int | None:
@@ -150,13 +150,13 @@ def _match(joint: Sequence[_Joint], taken: Sequence[int], name: str, height_m: f
 
 def _same_name_elsewhere(joint: Sequence[_Joint], taken: Sequence[int], name: str, height_m: float) -> list[str]:
     return [
-        _told(name, height_m, other, "kept as two; check the files")
+        _line(name, height_m, other, "kept as two; check the files")
         for number, other in enumerate(joint)
         if number not in taken and _plain(other.storey.name) == _plain(name)
     ][:1]
 
 
-def _told(name: str, height_m: float, other: _Joint, done: str) -> str:
+def _line(name: str, height_m: float, other: _Joint, done: str) -> str:
     its = other.storey
     called = "" if _plain(its.name) == _plain(name) else f"{its.name} "
     return f"storey {name} is at {height_m:.3f} m and {called}in {other.first} at {its.elevation_m:.3f} m: {done}"

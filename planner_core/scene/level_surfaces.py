@@ -22,7 +22,7 @@ MAX_SLOPE_RAD = np.deg2rad(10.0)
 MIN_CLEAR_M = 1.5
 #: Two levels are at least this far apart; nearer heights are parts of one level (split level), or furniture.
 MIN_LEVEL_DISTANCE_M = 1.8
-#: Walls are looked for at this height above the ground: over parapets and railings, below door heads.
+#: Walls are searched for at this height above the ground: over parapets and railings, below door heads.
 WALL_CUT_M = 1.5
 #: Plumb lines are this far apart; further on large sites, so that their number stays below `_MAX_COLUMNS`.
 _STEP_M = 0.1
@@ -60,7 +60,7 @@ class LevelSurvey:
         self.level: BoolArray = np.empty(n_triangles, dtype=np.bool_)
         fence = _fence(scene)
         self.stray: BoolArray = np.empty(n_triangles, dtype=np.bool_)
-        """(T,) Far outside the bulk: no floor is looked for there."""
+        """(T,) Far outside the bulk: no floor is searched for there."""
         for some in portions(n_triangles):
             corners_m = self.corners_of(some)
             cross = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
@@ -116,7 +116,7 @@ class LevelSurvey:
 
 
 def _fence(scene: Scene) -> FloatArray:
-    """(2, 3) where floors are looked for: everywhere, unless that would pull the plumb lines apart or is very high."""
+    """(2, 3) box to find floors in, infinite unless that would pull the plumb lines apart or is very tall."""
     everywhere = np.array([[np.inf] * 3, [-np.inf] * 3])
     for some in portions(scene.n_triangles):
         _widen(everywhere, scene.vertices_m[scene.triangles[some]].reshape(-1, 3))
@@ -147,7 +147,7 @@ def _plumb_lines(scene: Scene, ids: Int32Array, fence: FloatArray) -> tuple[Colu
     plan = bounds if np.isfinite(bounds).all() else of_all
     low, high = np.maximum(plan.min(axis=0), fence[0, :2]), np.minimum(plan.max(axis=0), fence[1, :2])
     step = max(_STEP_M, float(np.sqrt(np.prod(high - low) / _MAX_COLUMNS)))
-    # Off the round figures that designers align walls to: a line along a wall's face tells nothing.
+    # Off the round figures that designers align walls to: a line along a wall's face is ambiguous.
     start = low + step * np.array([0.37, 0.43])
     shape = np.maximum(np.floor((high - start) / step) + 1, 1).astype(int)
     return sample_scene(scene, ids, low_m=start, step_m=step, shape=(int(shape[0]), int(shape[1]))), step

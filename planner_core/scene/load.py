@@ -61,7 +61,7 @@ _OPTICS_OF_GLASS = {Glass.PASS: Optics.PASSES, Glass.STOP: Optics.STOPS, Glass.R
 
 @dataclass(frozen=True)
 class LoadOptions:
-    """What a user may say about a file. `None`: as the file says; where it says nothing, metres and z up."""
+    """What a user may set for a file. `None`: the file's own; where it has none, metres and z up."""
 
     metres_per_unit: float | None = None
     up_axis: UpAxis | None = None
@@ -72,7 +72,7 @@ class LoadOptions:
     doors: Doors = Doors.SHUT
     """Which doors (`IfcDoor`) have their leaves left out."""
     doors_open: tuple[str, ...] = ()
-    """GlobalIds of doors that have their leaves left out whatever `doors` says; of those of `doors_shut` they stay."""
+    """GlobalIds of doors that have their leaves left out whatever `doors` is; of those of `doors_shut` they stay."""
     doors_shut: tuple[str, ...] = ()
     leave_out: tuple[str, ...] = ()
     """Classes and patterns of names (`IfcFurnishingElement`, `name=*tree*`) whose elements are left out."""
@@ -99,7 +99,7 @@ def load_scene(
 
     Parameters
     ----------
-    path : IFC, OBJ, PLY, STL, glTF/GLB or USD file, told by its extension; or several, see
+    path : IFC, OBJ, PLY, STL, glTF/GLB or USD file, recognised by its extension; or several, see
         `planner_core.scene.federation` for how they are put together.
     options : unit, upward axis and leniency; of several files one for all, or one for each.
     progress : gets events of the stage `load`.
@@ -128,13 +128,13 @@ def load_scene(
     else:
         progress(ProgressEvent("load", 0, 0, "putting the files together"))
         scene = _with_warnings(federated(scenes), _unit_doubts(scenes))
-    told = each_options[0]
-    if told.leave_out:
-        scene = without_elements(scene, told.leave_out)
-    if told.doors != Doors.SHUT or told.doors_open or told.doors_shut:
-        scene = without_door_leaves(scene, told.doors, opened=told.doors_open, shut=told.doors_shut)
+    options = each_options[0]
+    if options.leave_out:
+        scene = without_elements(scene, options.leave_out)
+    if options.doors != Doors.SHUT or options.doors_open or options.doors_shut:
+        scene = without_door_leaves(scene, options.doors, opened=options.doors_open, shut=options.doors_shut)
     progress(ProgressEvent("load", 1, 1, "loaded"))
-    return _with_warnings(_with_glass(scene, told.glass), repeated)
+    return _with_warnings(_with_glass(scene, options.glass), repeated)
 
 
 @dataclass(frozen=True)
@@ -181,11 +181,11 @@ def _once_each(files: list[_File]) -> tuple[list[_File], list[str]]:
 
 
 def _load_file(file: _File, *, several: bool, progress: Progress) -> Scene:
-    """One file with all that it says, doors and glass as modelled. several : messages name it to options."""
+    """One file with all its contents, doors and glass as modelled. several : messages name it to options."""
     path, options = file.path, file.options
     progress(ProgressEvent("load", 0, 0, f"reading {path.name}"))
     raw = _read(path, file.format, options, progress)
-    _check_told_unit(path, raw, options)
+    _check_unit(path, raw, options)
     raw, left_out = (raw, []) if file.format == "ifc" else _without_room_volumes(raw, path.name)
     of_file = f"{path.name}=" if several else ""
     up_axis = options.up_axis or UpAxis(raw.up_axis or UpAxis.Z)
@@ -232,8 +232,8 @@ def _built(file: _File, raw: RawScene, up_axis: UpAxis, progress: Progress) -> S
         doors_open=options.doors_open,
         doors_shut=options.doors_shut,
         leave_out=options.leave_out,
-        told_metres_per_unit=options.metres_per_unit,
-        told_up_axis=options.up_axis,
+        given_metres_per_unit=options.metres_per_unit,
+        given_up_axis=options.up_axis,
         skip_bad_faces=options.skip_bad_faces,
     )
     progress(ProgressEvent("load", 0, 0, "repairing"))
@@ -325,7 +325,7 @@ def _check_file(path: Path) -> str:
     return file_format
 
 
-def _check_told_unit(path: Path, raw: RawScene, options: LoadOptions) -> None:
+def _check_unit(path: Path, raw: RawScene, options: LoadOptions) -> None:
     """Refuse a file whose unit is no length, unless the user names another and the reader did not use the file's."""
     is_length = math.isfinite(raw.metres_per_unit) and raw.metres_per_unit > 0
     if not is_length and (options.metres_per_unit is None or raw.vertex_unit_m is not None):
@@ -366,32 +366,32 @@ def _read(path: Path, file_format: str, options: LoadOptions, progress: Progress
 
 def _with_glass(scene: Scene, glass: Glass) -> Scene:
     """The scene with the user's word on glass, and how much of it there is."""
-    told = scene.optics_of_triangle
-    if told is None:
+    optics_before = scene.optics_of_triangle
+    if optics_before is None:
         return scene
     a, b, c = (scene.vertices_m[scene.triangles[:, k]] for k in range(3))
     cross = np.cross(b - a, c - a)
     area_m2 = 0.5 * np.sqrt((cross * cross).sum(axis=1))
     report = replace(
         scene.report,
-        glass_area_m2=float(area_m2[told == Optics.PASSES].sum()),
-        mirror_area_m2=float(area_m2[told == Optics.STOPS].sum()),
+        glass_area_m2=float(area_m2[optics_before == Optics.PASSES].sum()),
+        mirror_area_m2=float(area_m2[optics_before == Optics.STOPS].sum()),
     )
-    optics = np.where(told == Optics.PASSES, np.uint8(_OPTICS_OF_GLASS[glass]), told).astype(np.uint8)
+    optics = np.where(optics_before == Optics.PASSES, np.uint8(_OPTICS_OF_GLASS[glass]), optics_before).astype(np.uint8)
     return replace(scene, report=report, optics_of_triangle=optics if optics.any() else None)
 
 
 def _georeference(raw: RawScene, options: LoadOptions, up_axis: UpAxis) -> Georeference | None:
-    """What the file says, for the scene in the unit that the user told; not for one that was turned over."""
-    told = raw.georeference
-    if told is None or up_axis != raw.up_axis:
+    """The file's georeference, for the scene in the user's unit; None for one that was turned over."""
+    georeference = raw.georeference
+    if georeference is None or up_axis != raw.up_axis:
         return None
     if options.metres_per_unit is None or options.metres_per_unit == raw.metres_per_unit:
-        return told
+        return georeference
     size = options.metres_per_unit / raw.metres_per_unit
-    to_map, at_m = told.to_map, told.site_position_m
+    to_map, at_m = georeference.to_map, georeference.site_position_m
     return replace(
-        told,
+        georeference,
         to_map=None if to_map is None else tuple((x / size, y / size, z / size, w) for x, y, z, w in to_map),
         site_position_m=None if at_m is None else (at_m[0] * size, at_m[1] * size, at_m[2] * size),
     )
@@ -446,7 +446,7 @@ def _unit_doubts(scenes: Sequence[Scene]) -> list[str]:
     units_m: dict[str, float] = {}
     for scene in scenes:
         source, longest_m = scene.source, float(extent_m(scene).max())
-        if source.told_metres_per_unit is None and not SHORTEST_M <= longest_m <= LONGEST_M:
+        if source.given_metres_per_unit is None and not SHORTEST_M <= longest_m <= LONGEST_M:
             is_metre = source.metres_per_unit == 1.0
             read = f"in {source.unit_name}s" if is_metre else f"in units of {source.metres_per_unit:g} m"
             units_m[read] = source.metres_per_unit

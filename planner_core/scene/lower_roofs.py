@@ -23,8 +23,8 @@ from planner_core.scene.level_surfaces import (
     LevelSurvey,
 )
 
-#: Walls are looked for at this height above the floor: below sills and guards, which codes want at 0.8 m and more, and
-#: above thresholds.
+#: Walls are searched for at this height above the floor: below sills and guards, which codes want at 0.8 m and more,
+#: and above thresholds.
 _SILL_M = 0.7
 #: Ground goes on across gaps of this width: a facade that the model leaves out, between a floor and its balcony.
 _GAP_M = 0.5

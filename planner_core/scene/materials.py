@@ -1,8 +1,8 @@
-"""What a surface does to a beam, told from what a scene file says of its material: returns it, lets it pass, stops it.
+"""What a surface does to a beam, by its material in the scene file: returns it, lets it pass, stops it.
 
 Scene stage. Readers come here with names and figures; which of a file's statements counts is the readers' matter, see
 docs/formats/materials.md. Names and figures were written for people and renderers, so each rule is a guess, stated at
-its function; where a file says nothing, a surface returns.
+its function; where a file has nothing of it, a surface returns.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ _NOT_TAKEN_APART = str.maketrans(
 )
 """Letters without an accent to take off; and that of the Portuguese for wool, which else became the article `la`."""
 _LONGEST_NAME = 1000
-"""Letters of a name that are looked at: damage may make a name of a whole file."""
+"""Letters of a name that are searched: damage may make a name of a whole file."""
 
 
 def optics_of_name(name: str) -> Optics | None:
@@ -90,7 +90,7 @@ def optics_of_name(name: str) -> Optics | None:
 
     Returns
     -------
-    What a surface of this material does; None where the name says nothing of glass or mirrors.
+    What a surface of this material does; None where the name has no word for glass or mirrors.
     """
     return _optics_of_words(name[:_LONGEST_NAME])
 
@@ -117,7 +117,7 @@ def _words(name: str) -> frozenset[str]:
 
 
 def optics_of_transparency(transparency: float | None) -> Optics | None:
-    """Tell from the share of light that a surface lets through, 0 to 1; None, or not a number: it says nothing."""
+    """Optics by the share of light that a surface lets through, 0 to 1; None for None and NaN."""
     if transparency is None or transparency != transparency:
         return None
     return Optics.PASSES if transparency >= LEAST_TRANSPARENCY else Optics.RETURNS
@@ -138,17 +138,17 @@ def optics_of_material(
     metallic: float | None = None,
     roughness: float | None = None,
 ) -> Optics | None:
-    """Put together what is said of one material; None where that is nothing.
+    """Combine names and figures of one material; None where they decide nothing.
 
-    The first of `names` that says something decides: exporters lose figures more often than names, and only a name
-    tells frosted glass from clear. Else the figures: passing before mirroring, both before returning.
+    The first of `names` with a known word decides: exporters lose figures more often than names, and only a name
+    distinguishes frosted glass from clear. Else the figures: passing before mirroring, both before returning.
     """
     for name in names:
         by_name = optics_of_name(name)
         if by_name is not None:
             return by_name
     by_figures = (optics_of_transparency(transparency), optics_of_metal(metallic, roughness))
-    for told in (Optics.PASSES, Optics.STOPS, Optics.RETURNS):
-        if told in by_figures:
-            return told
+    for optics in (Optics.PASSES, Optics.STOPS, Optics.RETURNS):
+        if optics in by_figures:
+            return optics
     return None

@@ -1,8 +1,8 @@
 """The material libraries beside a Wavefront OBJ: which of its materials return beams, let them pass, or stop them.
 
-Scene stage. A library is a help, not a need: materials of a missing one are told by their names alone, and one that
-is missing, can't be read or should not be is left out with a line for the user. Nothing outside the OBJ's folder is
-opened, nor anything large: an OBJ from elsewhere could name any file.
+Scene stage. A library is a help, not a need: materials of a missing one are recognised by their names alone, and one
+that is missing, can't be read or should not be is left out with a line for the user. Nothing outside the OBJ's folder
+is opened, nor anything large: an OBJ from elsewhere could name any file.
 Source: Wavefront, MTL material format; Pm and Pr from its widespread PBR extension.
 """
 
@@ -59,8 +59,8 @@ def optics_of_uses(obj: Path, names: Sequence[str], libraries: Iterable[str]) ->
             f"{obj.name}: no material was read from its material library ({named}): glass and mirrors are recognised "
             "by material names only; put the library beside it."
         )
-    told = {name: _optics(name, library.figures.get(name)) or Optics.RETURNS for name in dict.fromkeys(names)}
-    return np.array([told[name] for name in names], dtype=np.uint8), tuple(library.warnings)
+    optics_of = {name: _optics(name, library.figures.get(name)) or Optics.RETURNS for name in dict.fromkeys(names)}
+    return np.array([optics_of[name] for name in names], dtype=np.uint8), tuple(library.warnings)
 
 
 def _files(obj: Path, line: str, warnings: list[str]) -> list[Path]:
@@ -119,9 +119,9 @@ def _figure(word: bytes, rest: bytes) -> dict[bytes, float]:
 
 
 def _optics(name: str, figures: dict[bytes, float] | None) -> Optics | None:
-    """What a material's name says, else its figures: dissolve `d`, 1 opaque; transparency `Tr`; metal and roughness.
+    """Optics by a material's name, else by its figures: dissolve `d`, 1 opaque; transparency `Tr`; metal and roughness.
 
-    `Tr 1` without `d` says nothing: half of the programs that write it mean opaque.
+    `Tr 1` without `d` is ambiguous: half of the programs that write it mean opaque.
     """
     if figures is None:
         return optics_of_name(name)

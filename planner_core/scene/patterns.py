@@ -12,12 +12,12 @@ from planner_core.model import BoolArray, Element
 
 #: Before a pattern that is of names alone.
 _NAME = "name="
-#: Classes told to a user whose own matched nothing.
-_MOST_TOLD = 12
+#: Most classes named in a message to a user whose own matched nothing.
+_MOST_NAMED = 12
 
 
 def fits(pattern: str, name: str) -> bool:
-    """Whether the whole of a name is as a pattern says, capitals and all."""
+    """Whether the whole of a name matches a pattern, capitals and all."""
     return fnmatchcase(name, pattern.replace("[", "[[]"))
 
 
@@ -50,4 +50,6 @@ def known_classes(elements: Sequence[Element], pattern: str) -> str:
     """Classes that a user may have meant, the nearest alone where one is near."""
     kinds = sorted({element.kind for element in elements})
     near = get_close_matches(pattern, kinds, n=1, cutoff=0.75)
-    return near[0] if near else "one of " + ", ".join(kinds[:_MOST_TOLD]) + (" ..." if len(kinds) > _MOST_TOLD else "")
+    if near:
+        return near[0]
+    return "one of " + ", ".join(kinds[:_MOST_NAMED]) + (" ..." if len(kinds) > _MOST_NAMED else "")

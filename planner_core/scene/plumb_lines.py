@@ -12,7 +12,7 @@ import numpy as np
 
 from planner_core.model import FloatArray, Int64Array
 
-#: Points are looked at in square columns of this side, larger where there would be more than `_MAX_COLUMNS` a side.
+#: Points are treated in square columns of this side, larger where there would be more than `_MAX_COLUMNS` a side.
 _COLUMN_M = 1.0
 _MAX_COLUMNS = 64
 #: Points are moved by this, a different way from all that architects draw, so that no line hits an edge.

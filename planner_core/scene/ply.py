@@ -41,7 +41,7 @@ _TYPES = {
     "uint64": "u8",
 }
 _MOST_ROWS = 2**31
-"""No row and no list has more: what says otherwise is damaged. Vertex numbers have to fit int32 in any case."""
+"""No row and no list has more: a file with more is damaged. Vertex numbers have to fit int32 in any case."""
 _MOST_PROPERTIES = 1000
 """Of a header: programs write some dozens, scans with all their bands some hundreds."""
 _BYTE_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}

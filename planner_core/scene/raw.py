@@ -1,7 +1,7 @@
 """What a reader of one format hands to `load`: faces split into triangles, still in the file's unit and axes.
 
 Also the two checks that all readers share: `triangulate` (polygons become triangles) and `what_it_looks_like` (the
-first bytes of a file that is not what its name says).
+first bytes of a file that is not what its name suggests).
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ from planner_core.scene.wording import bad_index_error
 
 @dataclass(frozen=True)
 class RawScene:
-    """A scene as its file says it.
+    """A scene as its file has it.
 
     vertices : (V, 3) float64, source frame. triangles : (T, 3) int64. element_of_triangle : (T,) int64 into elements.
     face_of_triangle : (T,) int64, number of the source's face, as its format numbers them.
-    optics_of_triangle : (T,) uint8 of `Optics`, as the file's materials say; None: it says nothing of that.
+    optics_of_triangle : (T,) uint8 of `Optics`, by the file's materials; None: it has none of that.
     """
 
     vertices: FloatArray
@@ -45,13 +45,13 @@ class RawScene:
     storeys: tuple[Storey, ...] = ()
     """Elevations in the unit of `vertices`."""
     unit_name: str = ""
-    """Empty where the file says nothing of its unit."""
+    """Empty where the file has no unit."""
     metres_per_unit: float = 1.0
     """The file's unit."""
     vertex_unit_m: float | None = None
     """Unit of `vertices` and storeys in metres, where the reader converted them; None: the file's."""
     up_axis: str = ""
-    """`Y` or `Z`; empty where the file says nothing."""
+    """`Y` or `Z`; empty where the file has none."""
     assumed_unit: str = ""
     """A line for the user where the file names no unit; empty where it does. So with the next."""
     assumed_up: str = ""

@@ -15,7 +15,7 @@ from planner_core.scene.build import to_scene_frame
 from planner_core.scene.inside import enclosures
 from planner_core.scene.wording import readable
 
-#: How far in front of a surface its room is looked for: spaces end at the bare wall, a little behind its lining.
+#: How far in front of a surface its room is searched for: spaces end at the bare wall, a little behind its lining.
 IN_FRONT_M = 0.05
 #: Rooms stand on their storey, on a raised floor or a half storey; further off, something is wrong.
 _STOREY_OFF_M = 1.5
@@ -25,7 +25,7 @@ _SAME_OFF_M = 0.3
 _MOST_ROOMS = 0.8
 #: Rooms end at walls: none reaches further beyond all surfaces than a facade that is missing is thick.
 _BEYOND_M = 1.0
-#: Rooms are looked for in and behind a wall beside a door, above its threshold.
+#: Rooms are searched for in and behind a wall beside a door, above its threshold.
 _BESIDE_M, _KNEE_M = 0.6, 0.5
 
 
@@ -114,15 +114,15 @@ def _on_their_storeys(scene: Scene) -> Scene:
     those of the storey below. Where rooms are right and their storeys wrong, most doors have rooms beside them as they
     are, and no room is out of the building.
     """
-    told = [room for room in scene.rooms if room.storey >= 0]
-    if not told:
+    placed = [room for room in scene.rooms if room.storey >= 0]
+    if not placed:
         return scene
-    off_m = np.array([room.box_m[0, 2] - scene.storeys[room.storey].elevation_m for room in told])
+    off_m = np.array([room.box_m[0, 2] - scene.storeys[room.storey].elevation_m for room in placed])
     shift_m = float(np.median(off_m))
     is_one = np.mean(np.abs(off_m - shift_m) <= _SAME_OFF_M) >= _MOST_ROOMS
     if abs(shift_m) < _STOREY_OFF_M or not is_one:
         return scene
-    boxes_m = np.stack([room.box_m for room in told])
+    boxes_m = np.stack([room.box_m for room in placed])
     back_m = boxes_m - np.array([0.0, 0.0, shift_m])
     low_m, high_m = scene.vertices_m[:, 2].min(), scene.vertices_m[:, 2].max()
     middle_m = boxes_m[:, :, 2].mean(axis=1)

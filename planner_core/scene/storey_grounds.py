@@ -30,7 +30,7 @@ from planner_core.scene.level_surfaces import (
 from planner_core.scene.lower_roofs import lower_roofs
 
 #: IFC classes whose top sides are ground. IfcRoof is not: its slabs are classed IfcSlab only where flat roofs carry a
-#: storey, and those are told apart by what is above them.
+#: storey, and those are distinguished by what is above them.
 FLOOR_KINDS = frozenset({"IfcSlab", "IfcSlabStandardCase", "IfcSlabElementedCase", "IfcCovering"})
 #: IFC classes that enclose a storey. Columns, beams and roofs stand without a floor; so do doors and windows in a file
 #: of nothing else.
@@ -41,7 +41,7 @@ WALL_KINDS = frozenset(
 _PANES = frozenset({"IfcCurtainWall", "IfcPlate"})
 #: What walls are called where a file knows no classes, or its program writes none.
 _UNCLASSED = frozenset({"IfcBuildingElementProxy", "IfcProxy", "Mesh"})
-#: Predefined types of coverings and slabs that are no floor. `FLOORING`, `TOPPING` and what says nothing are left.
+#: Predefined types of coverings and slabs that are no floor. `FLOORING`, `TOPPING` and those without one stay.
 _NOT_TO_STAND_ON = frozenset(
     {"CEILING", "CLADDING", "COPING", "INSULATION", "LANDING", "MEMBRANE", "MOLDING", "ROOFING"}
     | {"SKIRTINGBOARD", "SLEEVING", "WRAPPING"}
@@ -192,11 +192,11 @@ def _storey_ground(survey: LevelSurvey, storey: Storey, top: BoolArray, clear: B
     triangles = mostly(survey, clear, _is_ground_kind(survey)[survey.scene.element_of_triangle])
     shown = np.isin(columns.triangle, triangles)
     left_m2 = np.unique(columns.column[roofs & ~shown]).size * survey.cell_m2
-    told = (
+    line = (
         f"storey {storey.name!r}: {left_m2:.0f} m2 in the open are left out, the roof of a lower wing: no door leads "
         "there; if people walk on it, mark it as ground"
     )
-    return ground_of(survey, storey.name, "slab", triangles, top & shown, clear), told if left_m2 >= MIN_AREA_M2 else ""
+    return ground_of(survey, storey.name, "slab", triangles, top & shown, clear), line if left_m2 >= MIN_AREA_M2 else ""
 
 
 def _hangs_over(ground: Ground, plane: Ground) -> bool:
@@ -217,7 +217,7 @@ def _decks_above(survey: LevelSurvey, clear: BoolArray, main: BoolArray, main_m:
     """Crossings of the storey that are its ceiling's top side: a level higher, over ground of the same storey.
 
     A gallery is smaller than the ground below it; what covers more of it is a ceiling. Coverings are never galleries.
-    The roof's top, in the open, is judged apart: it says nothing of a gallery below it.
+    The roof's top, in the open, is judged apart: it is no sign of a gallery below it.
     """
     columns = survey.columns
     above = clear & (columns.z_m > main_m + MIN_LEVEL_DISTANCE_M)

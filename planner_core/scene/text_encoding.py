@@ -1,4 +1,4 @@
-"""In which code page the names in a file are: older programs write their own country's, and no format says which.
+"""In which code page the names in a file are: older programs write their own country's, and no format states which.
 
 UTF-8 if the bytes are valid as such. Else an East Asian code page, if nearly all of its characters would be common
 ones: each has a first level with the characters in use, and bytes of another code page rarely fall into it. Else

@@ -25,7 +25,7 @@ from planner_core.scene.portions import portions
 #: Lines are this far apart, so that three go through a door; further on large sites, for at most `_MOST_LINES` along
 #: an axis.
 _STEP_M, _MOST_LINES = 0.25, 40_000
-#: Walls are looked for at this height above the ground: over kerbs and most parapets, below door heads.
+#: Walls are searched for at this height above the ground: over kerbs and most parapets, below door heads.
 _WALL_CUT_M = 1.0
 #: A step of a stair, which ground in one piece may have beside what a ramp rises.
 _STEP_UP_M = 0.2

@@ -106,9 +106,9 @@ def read_usd(path: Path, *, skip_bad_faces: bool, progress: Progress = silent) -
         for prim, matrix, label in _walk(stage.GetPseudoRoot(), np.eye(4), cache, "", gathered, 0):
             _add_mesh(gathered, prim, matrix, label)
             progress(ProgressEvent("load", len(gathered.elements), 0, f"{grouped(len(gathered.elements))} meshes"))
-        told = [d.commentary for d in messages.TakeUncoalescedDiagnostics()]
-        missing, told = _missing_files(path, told)
-        raw = _raw_scene(path, stage, gathered, told)
+        comments = [d.commentary for d in messages.TakeUncoalescedDiagnostics()]
+        missing, comments = _missing_files(path, comments)
+        raw = _raw_scene(path, stage, gathered, comments)
     except (Tf.ErrorException, UnicodeDecodeError) as error:  # what only the library raises, the latter for its texts
         with path.open("rb") as file:
             looks = what_it_looks_like(file.read(64))
@@ -123,11 +123,11 @@ def read_usd(path: Path, *, skip_bad_faces: bool, progress: Progress = silent) -
     return replace(raw, report=replace(raw.report, warnings=(*raw.report.warnings, f"{line}.")))
 
 
-def _missing_files(path: Path, told: list[str]) -> tuple[list[str], list[str]]:
+def _missing_files(path: Path, messages: list[str]) -> tuple[list[str], list[str]]:
     """Files that parts of the stage are in and that the library could not open; and what else it has to say."""
     missing: dict[str, None] = {}
     others = []
-    for text in told:
+    for text in messages:
         named = _NOT_OPENED.search(text)
         if named:
             name = named.group(1).removeprefix(f"{path.resolve().parent}/").removeprefix(f"{path.parent}/")
@@ -185,7 +185,7 @@ def _walk(
         gathered.n_prims += 1
         if gathered.n_prims > MOST_PRIMS:
             raise _too_many(gathered)
-        if prim.GetPath().pathElementCount > MOST_DEEP:  # what is asked of a prim goes through all above it
+        if prim.GetPath().pathElementCount > MOST_DEEP:  # a query of a prim goes through all above it
             raise SceneError(
                 f"{gathered.name}: its prims are nested more than {grouped(MOST_DEEP)} deep, expected fewer; export it "
                 "again."
@@ -296,7 +296,7 @@ def _read_shape(gathered: _Gathered, prim: Any, label: str, unit_m: float) -> _M
 
 
 def _right_handed(prim: Any, faces: Faces) -> Faces:
-    """`faces`, turned over where the prim says that they are left-handed."""
+    """`faces`, turned over where the prim is left-handed."""
     from pxr import Usd, UsdGeom
 
     if str(UsdGeom.Gprim(prim).GetOrientationAttr().Get(Usd.TimeCode.EarliestTime())) != "leftHanded":
@@ -354,7 +354,7 @@ def _whole_numbers(title: str, attribute: Any, time: Any) -> Int64Array:
 
 
 # ------------------------------------------------------------------------------------------------ result
-def _raw_scene(path: Path, stage: Any, gathered: _Gathered, told: list[str]) -> RawScene:
+def _raw_scene(path: Path, stage: Any, gathered: _Gathered, messages: list[str]) -> RawScene:
     from pxr import UsdGeom
 
     vertices, triangles, owner, face = gathered.parts.joined()
@@ -379,16 +379,16 @@ def _raw_scene(path: Path, stage: Any, gathered: _Gathered, told: list[str]) -> 
             n_bad_index=gathered.n_bad_index,
             n_degenerate=gathered.n_too_short,
             dropped=tuple(gathered.dropped[:MAX_DROPPED_LINES]),
-            warnings=(*_warnings(path, gathered, told), *_metrics_warnings(path, stage)),
+            warnings=(*_warnings(path, gathered, messages), *_metrics_warnings(path, stage)),
         ),
     )
 
 
-def _warnings(path: Path, gathered: _Gathered, told: list[str]) -> Iterator[str]:
-    for text in told[:_MAX_STAGE_WARNINGS]:
+def _warnings(path: Path, gathered: _Gathered, messages: list[str]) -> Iterator[str]:
+    for text in messages[:_MAX_STAGE_WARNINGS]:
         yield f"{path.name}: {shortened(text.partition(' (instantiating')[0])}"
-    if len(told) > _MAX_STAGE_WARNINGS:
-        yield f"{path.name}: {grouped(len(told) - _MAX_STAGE_WARNINGS)} more warnings of the USD library."
+    if len(messages) > _MAX_STAGE_WARNINGS:
+        yield f"{path.name}: {grouped(len(messages) - _MAX_STAGE_WARNINGS)} more warnings of the USD library."
     if gathered.left_out:
         kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(gathered.left_out.items()))
         yield f"{path.name}: shapes of other kinds were left out: {kinds}; convert them to meshes if they matter."
@@ -402,10 +402,10 @@ def _metrics_warnings(path: Path, stage: Any) -> Iterator[str]:
     others: dict[str, list[str]] = {}
     for layer in stage.GetUsedLayers():
         top = layer.pseudoRoot
-        told_m = float(top.GetInfo("metersPerUnit")) if top.HasInfo("metersPerUnit") else unit_m
-        told_axis = str(top.GetInfo("upAxis")) if top.HasInfo("upAxis") else axis
-        if not math.isclose(told_m, unit_m, rel_tol=1e-6) or told_axis != axis:
-            others.setdefault(f"{unit_name(told_m)}s with {told_axis.lower()} up", []).append(layer.GetDisplayName())
+        own_unit_m = float(top.GetInfo("metersPerUnit")) if top.HasInfo("metersPerUnit") else unit_m
+        own_axis = str(top.GetInfo("upAxis")) if top.HasInfo("upAxis") else axis
+        if not math.isclose(own_unit_m, unit_m, rel_tol=1e-6) or own_axis != axis:
+            others.setdefault(f"{unit_name(own_unit_m)}s with {own_axis.lower()} up", []).append(layer.GetDisplayName())
     for metrics, names in sorted(others.items()):
         yield (
             f"{path.name} is in {unit_name(unit_m)}s with {axis.lower()} up, and parts in {named_few(sorted(names))} "

@@ -1,9 +1,9 @@
 """What the meshes of a USD stage do to beams: by bound materials, by `tlsplan:material`, by display opacity.
 
-Scene stage. For each face, the first of these that says something decides: the material of its subset (family
+Scene stage. For each face, the first of these that gives optics decides: the material of its subset (family
 materialBind), the attribute `tlsplan:material` of the mesh, the material bound to the mesh or to a prim above it, the
 primvar `displayOpacity`. Of a material its name and, where it has a UsdPreviewSurface, opacity, metallic and roughness
-are asked; inputs that a texture gives say nothing. Source: the reference of usd-core 26.11; UsdPreviewSurface 2.6.
+are read; inputs that a texture gives count as none. Source: the reference of usd-core 26.11; UsdPreviewSurface 2.6.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from planner_core.scene.materials import optics_of_material, optics_of_name, opt
 
 @dataclass
 class UsdOptics:
-    """What has been asked so far, so that a material is read once."""
+    """What has been read so far, so that a material is read once."""
 
     of_material: dict[str, Optics | None] = field(default_factory=dict)
     """By path of the material."""
@@ -43,24 +43,24 @@ class UsdOptics:
         return optics if optics is not None and optics.any() else None
 
     def _of_subsets(self, prim: Any) -> Iterator[tuple[Int64Array, Optics]]:
-        """Polygons, and what the material of their subset says."""
+        """Polygons, and the optics of the material of their subset."""
         from pxr import Usd, UsdShade
 
         for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
-            told = self._of_bound(subset.GetPrim(), own=True)
-            if told is not None:
-                yield np.array(subset.GetIndicesAttr().Get(Usd.TimeCode.EarliestTime()) or (), dtype=np.int64), told
+            optics = self._of_bound(subset.GetPrim(), own=True)
+            if optics is not None:
+                yield np.array(subset.GetIndicesAttr().Get(Usd.TimeCode.EarliestTime()) or (), dtype=np.int64), optics
 
     def _of_mesh(self, prim: Any) -> Optics | None:
         from pxr import Usd
 
         attribute = prim.GetAttribute("tlsplan:material")
         named = attribute.Get(Usd.TimeCode.EarliestTime()) if attribute else None
-        told = optics_of_name(named) if isinstance(named, str) else None
-        return self._of_bound(prim) if told is None else told
+        optics = optics_of_name(named) if isinstance(named, str) else None
+        return self._of_bound(prim) if optics is None else optics
 
     def _of_bound(self, prim: Any, *, own: bool = False) -> Optics | None:
-        """What the material bound to a prim says; own: not one that is bound above it."""
+        """Optics of the material bound to a prim; own: not one that is bound above it."""
         from pxr import UsdShade
 
         material, relation = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()

@@ -1,4 +1,4 @@
-"""Wording of what the scene's stage tells: numbers, texts out of files, and one error that readers share."""
+"""Wording of the scene stage's messages: numbers, texts out of files, and one error that readers share."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def is_scene_file(path: Path) -> bool:
 
 
 def reason_of(error: Exception) -> str:
-    """What a library says of a file, fit for a message."""
+    """A library's message on a file, fit for a message."""
     return shortened(str(error)) or type(error).__name__
 
 

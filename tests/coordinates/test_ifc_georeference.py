@@ -18,7 +18,7 @@ import scenes_synthetic
 from planner_core.coordinates.frame import georeference_of, site_frame
 from planner_core.coordinates.request import FrameRequest
 from planner_core.model import Georeference
-from planner_core.scene.ifc_georeference import told_georeference
+from planner_core.scene.ifc_georeference import read_georeference
 from planner_core.scene.load import LoadOptions, load_scene
 from scenes_synthetic.copies import SURVEYED
 from tests.scene.conftest import in_this_process  # noqa: F401 - a fixture
@@ -61,7 +61,7 @@ def add_conversion(model: Any, context: Any, kind: str = "IfcMapConversion", *, 
 
 
 def ours(model: Any, unit_m: float) -> Georeference:
-    found = told_georeference("test.ifc", model, unit_m)
+    found = read_georeference("test.ifc", model, unit_m)
     assert found is not None
     return found
 
@@ -261,7 +261,7 @@ def test_a_site_that_says_nothing_of_its_place_has_none(latitude: tuple[int, ...
     model, _ = model_of("IFC4")
     site = model.by_type("IfcSite")[0]
     site.RefLatitude = site.RefLongitude = latitude
-    assert told_georeference("test.ifc", model, 0.001) is None
+    assert read_georeference("test.ifc", model, 0.001) is None
 
 
 def test_a_latitude_that_is_nowhere_is_told() -> None:
@@ -349,7 +349,7 @@ def test_real_files_say_where_their_site_is(
     path = REAL / f"{name}.ifc"
     if not path.is_file():
         pytest.skip(f"{name}.ifc is not beside this checkout")
-    found = told_georeference(path.name, ifcopenshell.open(str(path)), 1.0)
+    found = read_georeference(path.name, ifcopenshell.open(str(path)), 1.0)
     assert found is not None
     assert (found.site_latitude_deg, found.site_longitude_deg) == pytest.approx((latitude, longitude), abs=1e-6)
     assert found.true_north == (pytest.approx(north) if north else None)

@@ -354,7 +354,7 @@ def test_length_of_floors_is_doubted_where_nothing_built_is_as_long(size_x, size
 
 def test_length_in_a_unit_that_was_given_is_not_doubted() -> None:
     scene = hall(2.5, 2.0)
-    given = replace(scene, source=replace(scene.source, told_metres_per_unit=1.0))
+    given = replace(scene, source=replace(scene.source, given_metres_per_unit=1.0))
     assert doubts(given, [(1.2, 1.0)]) == []
 
 

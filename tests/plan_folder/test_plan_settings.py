@@ -239,7 +239,9 @@ def test_document_of_picks_noise_and_a_marked_floor_matches_the_schema(plan: Pla
     picks = (GroundPick((1.0, 2.0, 3.0), is_ground=False, floor="F0"),)
     told = replace(plan.settings, scanner=noisy, site=Site(ground_picks=picks))
     floors = tuple(replace(floor, origin="marked") for floor in plan.survey.floors)
-    source = replace(plan.survey.scene.source, path=tmp_path / "scene.ifc", told_up_axis="Y", told_metres_per_unit=0.01)
+    source = replace(
+        plan.survey.scene.source, path=tmp_path / "scene.ifc", given_up_axis="Y", given_metres_per_unit=0.01
+    )
     source.path.write_bytes(b"ISO-10303-21;")
     survey = replace(plan.survey, floors=floors, scene=replace(plan.survey.scene, source=source))
     document = json.loads(plan_text(replace(plan, settings=told, survey=survey), tmp_path / "plan"))

@@ -153,7 +153,7 @@ def test_formats_and_units_may_differ(trades, tmp_path, whole):
     scene = load_scene([*trades[:2], mep], options=options)
     assert scene.n_triangles == whole.n_triangles
     np.testing.assert_allclose(scene.vertices_m.min(axis=0), whole.vertices_m.min(axis=0), atol=1e-9)
-    assert [source.told_metres_per_unit for source in scene.sources] == [None, None, 0.001]
+    assert [source.given_metres_per_unit for source in scene.sources] == [None, None, 0.001]
 
 
 def sub_scene(house, parts) -> Scene:

@@ -440,8 +440,8 @@ def test_ply_with_whole_float_vertex_numbers_is_read(tmp_path):
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        ({"asset": {"version": "1.0"}}, "it says glTF 1.0"),
-        ({"asset": {}}, "it says no version"),
+        ({"asset": {"version": "1.0"}}, "it states glTF 1.0"),
+        ({"asset": {}}, "it states no version"),
         ({"asset": []}, "do not follow glTF 2.0 (asset is a list, expected an object)"),
         ({"nodes": 5}, "do not follow glTF 2.0 (nodes is 5, expected a list)"),
         ({"nodes": [5]}, "do not follow glTF 2.0 (nodes/0 is 5, expected an object)"),

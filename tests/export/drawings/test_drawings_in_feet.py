@@ -20,7 +20,7 @@ from planner_core.export.write import export_plan
 from planner_core.model import FOOT, METRE, US_SURVEY_FOOT, SiteFrame
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.progress import silent
-from planner_core.scene.ifc_georeference import told_georeference
+from planner_core.scene.ifc_georeference import read_georeference
 
 FOOT_US_M = 1200 / 3937
 ORIGIN_FT = np.array([987_654.25, 211_234.5, 33.0])
@@ -125,7 +125,7 @@ def test_ifc_has_the_map_conversion_in_the_feet_of_the_system(
     (system,) = model.by_type("IfcProjectedCRS")
     assert ifcopenshell.util.unit.get_unit_scale(system.MapUnit) == pytest.approx(FOOT_US_M, rel=1e-15)
     assert system.Description == "EPSG:2263 Long Island, in US survey feet; vertical datum not given"
-    read_back = told_georeference("stations.ifc", model, 1.0)
+    read_back = read_georeference("stations.ifc", model, 1.0)
     assert read_back is not None and read_back.to_map is not None
     np.testing.assert_allclose(np.array(read_back.to_map), plan.frame.matrix, rtol=0, atol=1e-6)
     assert (read_back.map_unit, read_back.warnings) == ("us survey foot", ())
