@@ -1,4 +1,4 @@
-"""Demand: all that is asked, as one problem of covering patches. What positions see, by every quality that is asked.
+"""Demand: all requirements as one problem of covering patches. What positions see, by every quality required.
 
 A `Survey`, its `Goals`, an open engine, positions -> `Demand`: a copy of the patches for each distinct `PointLimits`, a
 quality, stacked. Patch p of quality q is number q P + p; a position's row has it where the position meets q on p by
@@ -32,7 +32,7 @@ from planner_core.select.problem import Constraint
 
 @dataclass(frozen=True)
 class Demand:
-    """All that is asked, and how far positions can meet it.
+    """All requirements, and how far positions can meet it.
 
     constraints : one a goal, over the stacked patches. area_m2 : (Q P,). times_met : (Q, P) int32, positions that meet
     each quality. needed : for each quality, by the name of each limit, (P,) float32: the least figure at positions that
@@ -61,7 +61,7 @@ class Demand:
 
 @dataclass(frozen=True)
 class Known:
-    """Positions that were looked around from before. row : (K,) int64 distinct, among all. looked : what they see."""
+    """Positions observed from before. row : (K,) int64 distinct, among all. looked : what they see."""
 
     row: Int64Array
     looked: Looked
@@ -76,15 +76,15 @@ def demand_of(
     known: Known | None = None,
     progress: Progress = silent,
 ) -> Demand:
-    """Look from each of positions (N, 3), local frame, and say which patches meet what is asked.
+    """Observe from each of positions (N, 3), local frame, and return which patches meet the requirements.
 
     Without any limit, constraints are one per floor and one over all. `known` positions, of the same survey and
-    goals, are not looked around from again.
+    goals, are not observed from again.
 
     Raises
     ------
     RequirementError
-        What is asked can't be had from any position, see `check_possible`; else as `observations_in_batches`.
+        No position can meet a requirement, see `check_possible`; else as `observations_in_batches`.
     DeviceError
         The device fails.
     """
@@ -123,7 +123,7 @@ def rows_from(
 
 
 def check_possible(demand: Demand) -> None:
-    """Refuse what is asked of all, or of a part, where too few positions can meet it on any surface.
+    """Refuse a requirement of all, or of a part, that too few positions can meet on any surface.
 
     A floor that was not named is none of these: it may be nothing but a roof, of which a corner is seen from afar.
 

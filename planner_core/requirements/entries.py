@@ -31,14 +31,14 @@ _LENGTH = (
 _ANGLE = r"(deg|degrees?|°|rad|radians?|gon|grad)"
 
 
-def _said(read: Callable[[Any], float | None]) -> BeforeValidator:
+def _or_none(read: Callable[[Any], float | None]) -> BeforeValidator:
     """Null is as if left out."""
     return BeforeValidator(lambda value: None if value is None else read(value))
 
 
 def _limit(read: Callable[[Any], float]) -> BeforeValidator:
     """`any`: no limit, where the whole has one."""
-    return _said(
+    return _or_none(
         lambda value: math.inf if isinstance(value, str) and value.strip().casefold() == "any" else read(value)
     )
 
@@ -147,7 +147,7 @@ _Outline = Annotated[
 ]
 _Share = Annotated[
     float | None,
-    _said(
+    _or_none(
         lambda value: 0.0 if isinstance(value, str) and value.strip().casefold() == "none" else share(value, zero=True)
     ),
     _shares("none", 0),
@@ -185,7 +185,7 @@ class PartEntries(Entries):
     """Maximum one sigma of range noise, e.g. 2 mm; a bare number is metres."""
     seen_from: Annotated[
         int | None,
-        _said(count),
+        _or_none(count),
         WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1, "maximum": 100}, _NULL]}),
     ] = None
     """Minimum number of stations that each meet the limits."""
@@ -233,10 +233,10 @@ class RequirementsFile(PartEntries):
         BeforeValidator(lambda value: None if value is None else deliverable_named(str(value)).name),
         WithJsonSchema({"enum": [*DELIVERABLES, None]}),
     ] = None
-    """Deliverable whose limits and overlap hold where this file says nothing, e.g. survey."""
-    reflectivity: Annotated[float | None, _said(lambda value: share(value, example="80 %")), _shares()] = None
+    """Deliverable whose limits and overlap hold where this file gives none, e.g. survey."""
+    reflectivity: Annotated[float | None, _or_none(lambda value: share(value, example="80 %")), _shares()] = None
     """Of the surfaces met head on, for noise, e.g. 80 %."""
-    overlap: Annotated[float | None, _said(lambda value: share(value, zero=True, example="30 %")), _shares(0)] = None
+    overlap: Annotated[float | None, _or_none(lambda value: share(value, zero=True, example="30 %")), _shares(0)] = None
     """Minimum overlap of a link between stations, e.g. 30 %."""
     overlap_measure: Annotated[
         OverlapMeasure | None, _choice(OverlapMeasure), WithJsonSchema({"enum": [*map(str, OverlapMeasure), None]})
@@ -255,7 +255,7 @@ class RequirementsFile(PartEntries):
     """How stations are connected."""
     link_strength: Annotated[
         float | None,
-        _said(lambda value: plain_number(value, least=0.0, most=1.0)),
+        _or_none(lambda value: plain_number(value, least=0.0, most=1.0)),
         WithJsonSchema({"type": ["number", "null"], "minimum": 0, "maximum": 1}),
     ] = None
     """Least strength of a link."""

@@ -1,4 +1,4 @@
-"""Why part of what is asked can't be had: which surfaces, how much of them, and the limit to blame.
+"""Why a requirement can't be met in part: which surfaces, how much of them, and the limit to blame.
 
 A `Survey` and a `Demand` -> lines for the user. What no position sees at all is not about requirements and not here.
 """
@@ -15,13 +15,13 @@ from planner_core.requirements.demand import Demand, blamed
 from planner_core.requirements.goals import Goal
 from planner_core.requirements.wording import area_in_words, figure_in_words, limits_in_words, name_of
 
-#: Elements told of each requirement and cause.
-_MOST_TOLD = 5
+#: Elements listed of each requirement and cause.
+_MOST_LISTED = 5
 
 
 @dataclass(frozen=True)
 class Shortfall:
-    """Surface of one element that positions see, but not as asked.
+    """Surface of one element that positions see, but not as required.
 
     floor : index, -1 none. limit : the field of `PointLimits` without which the most of it would meet the rest,
     `seen_from` where it is met but from too few positions, empty where several limits are in the way at once. least,
@@ -49,17 +49,17 @@ def explain(survey: Survey, demand: Demand) -> tuple[str, ...]:
                 f"requirement {goal.name!r}: {area_in_words(area_m2)} that candidates see can't be scanned with "
                 f"{limits_in_words(goal.asked, goal.seen_from)}, and do not count"
             )
-            lines.extend(f"  {_in_words(survey, demand, goal, each)}" for each in own[:_MOST_TOLD])
-            if len(own) > _MOST_TOLD:
-                rest = sum(each.area_m2 for each in own[_MOST_TOLD:])
-                lines.append(f"  {len(own) - _MOST_TOLD} more elements, {area_in_words(rest)}")
+            lines.extend(f"  {_in_words(survey, demand, goal, each)}" for each in own[:_MOST_LISTED])
+            if len(own) > _MOST_LISTED:
+                rest = sum(each.area_m2 for each in own[_MOST_LISTED:])
+                lines.append(f"  {len(own) - _MOST_LISTED} more elements, {area_in_words(rest)}")
     return tuple(lines)
 
 
 def shortfalls(survey: Survey, demand: Demand) -> tuple[Shortfall, ...]:
-    """What positions see but can't see as asked, by requirement, element and floor; slivers are left out.
+    """What positions see but can't see as required, by requirement, element and floor; slivers are left out.
 
-    Of requirements that ask the same of surfaces that another one has too, the largest is told of.
+    Of requirements with the same limits on surfaces of another one, the largest is reported.
     """
     seen = times_seen(demand.rows.seen) > 0
     # One number an element and floor; floor -1 is number 0.
@@ -124,9 +124,9 @@ def _cause(demand: Demand, goal: Goal, one: Shortfall) -> str:
     if not one.limit:
         return "several limits combined prevent it"
     limit = getattr(goal.asked, one.limit)
-    name, asked = name_of(one.limit), figure_in_words(one.limit, limit)
+    name, required = name_of(one.limit), figure_in_words(one.limit, limit)
     if np.isnan(one.least):
-        return f"{name} is not known there, {asked} required"
+        return f"{name} is not known there, {required} required"
     low, high = figure_in_words(one.limit, one.least), figure_in_words(one.limit, one.greatest)
     best = low if low == high else f"{low} to {high}"
-    return f"{name} is at best {best}, {asked} required"
+    return f"{name} is at best {best}, {required} required"

@@ -1,4 +1,4 @@
-"""What stations make of what is asked: a `PartResult` a goal, and the figures of all that is planned.
+"""How stations meet the requirements: a `PartResult` per goal, and the figures of all that is planned.
 
 A `Demand` and the stations' rows (`Demand.rows.take`, or `rows_from` for places off the grid) -> figures.
 """
@@ -18,7 +18,7 @@ from planner_core.requirements.wording import area_in_words, limits_in_words
 
 
 def times_met(demand: Demand, rows: Rows) -> Int32Array:
-    """(Q, P) int32, stations that meet each quality on each patch; quality 0 is what is asked of all."""
+    """(Q, P) int32, stations that meet each quality on each patch; quality 0 is required of all."""
     return times_seen(rows.met).reshape(len(demand.goals.qualities), demand.n_patches)
 
 
@@ -45,7 +45,7 @@ def part_results(demand: Demand, rows: Rows) -> tuple[PartResult, ...]:
 
 
 def losses_of(demand: Demand, rows: Rows) -> tuple[tuple[Loss, ...], ...]:
-    """For each row, a loss a goal in the order of `Goals.each`: what only it, or it among too few, meets as asked."""
+    """For each row, a loss per goal in the order of `Goals.each`: what only it, or it among too few, meets."""
     area_m2, met = demand.area_m2[: demand.n_patches], times_met(demand, rows)
     of_quality = [rows_of_quality(demand, rows, quality) for quality in range(len(demand.goals.qualities))]
     losses: list[list[Loss]] = [[] for _ in range(rows.seen.n_positions)]

@@ -1,4 +1,4 @@
-"""Goals: each thing that is asked, with the patches it is asked of. Overall, by floor, by part.
+"""Goals: each requirement, with the patches that it applies to. Overall, by floor, by part.
 
 A `Survey` and `Requirements` -> `Goals`; frames: zones and heights are of the scene frame, metres.
 """
@@ -26,10 +26,10 @@ from planner_core.positions.outlines import over_polygon
 from planner_core.scene.patches import patch_triangles
 from planner_core.scene.patterns import elements_named, known_classes
 
-#: Name of what is asked of everything that is planned.
+#: Name of the requirement of everything that is planned.
 OVERALL = "overall"
 
-#: Classes of which nothing is required where nobody says otherwise: furniture hides, and is moved.
+#: Classes of which nothing is required unless required otherwise: furniture hides, and is moved.
 NO_COVER = ("IfcFurnishingElement",)
 #: Numbers of stacked patches are int32.
 _MOST_STACKED = 2**31 - 1
@@ -39,7 +39,7 @@ _MOST_TARGET_BYTES = 2**32
 
 @dataclass(frozen=True)
 class Goal:
-    """`coverage`, a fraction, of the achievable area of `patches`, (P,) bool; a part's `stated` goal was asked for."""
+    """`coverage`, a fraction, of the achievable area of `patches`, (P,) bool; a part's own goal is `stated`."""
 
     name: str
     coverage: float
@@ -70,7 +70,7 @@ class Goals:
 
     @cached_property
     def qualities(self) -> tuple[PointLimits, ...]:
-        """Distinct limits of the goals: those asked of all first, the others as they come."""
+        """Distinct limits of the goals: those required of all first, the others as they come."""
         return tuple(dict.fromkeys((self.overall.asked, *(goal.asked for goal in self.each))))
 
     def quality_of(self, goal: Goal) -> int:
@@ -79,7 +79,7 @@ class Goals:
 
     @cached_property
     def wanted(self) -> tuple[BoolArray | None, ...]:
-        """Of each quality the patches, (P,) bool, that a goal asks it of; None: all, for what is asked of all."""
+        """Of each quality the patches, (P,) bool, that a goal requires it of; None: all, for that required of all."""
         others = [
             np.any([goal.patches for goal in self.each if goal.asked == asked], axis=0) for asked in self.qualities[1:]
         ]
@@ -87,7 +87,7 @@ class Goals:
 
     @property
     def plain(self) -> bool:
-        """Whether seeing a patch is all that is asked."""
+        """Whether seeing a patch is all that is required."""
         return self.qualities == (PointLimits(),)
 
 

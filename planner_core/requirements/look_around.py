@@ -101,9 +101,9 @@ class Looked:
         return Rows(seen, seen if self.rows.met is self.rows.seen else _enough(self.rows.met, self.parts.met, counted))
 
 
-#: Fewer positions are looked from here: sending them away takes longer.
+#: Fewer positions are observed from here: sending them away takes longer.
 _WORTH_SPREADING = 32
-#: Positions that are looked from together where rows may have to go to disk.
+#: Positions that are observed from together where rows may have to go to disk.
 _AT_A_TIME = 256
 
 
@@ -158,16 +158,16 @@ def _plainly_seen(survey: Survey, engine: ScanEngine, positions_m: FloatArray, p
     pieces = _Pieces()
     for first in range(0, n, _AT_A_TIME):
 
-        def told(event: ProgressEvent, first: int = first) -> None:
+        def whole_progress(event: ProgressEvent, first: int = first) -> None:
             progress(replace(event, done=first + event.done, total=n) if event.stage == "scan" else event)
 
-        seen = visible_from(survey, engine, positions_m[first : first + _AT_A_TIME], progress=told)
+        seen = visible_from(survey, engine, positions_m[first : first + _AT_A_TIME], progress=whole_progress)
         pieces.add(np.diff(seen.starts), seen.patch, np.empty(0, dtype=np.uint8))
     return pieces.joined(survey.patches.n_patches)[0]
 
 
 def limits_of(asked: PointLimits) -> tuple[str, ...]:
-    """Names of the limits that are asked."""
+    """Names of the limits that are set."""
     return tuple(field.name for field in fields(asked) if getattr(asked, field.name) is not None)
 
 
@@ -196,7 +196,7 @@ def merged(first: Looked, second: Looked, order: Int64Array) -> Looked:
 
 
 def in_a_row(looks: Sequence[Looked]) -> Looked:
-    """Looks of the same survey and settings, one or more, one behind the other: as if all were looked from at once."""
+    """Observations of the same survey and settings, one or more, in a row: as if all were observed at once."""
     first = looks[0]
     n_patches, n_stacked = first.rows.seen.n_patches, first.rows.met.n_patches
     plain, by_parts = first.rows.met is first.rows.seen, first.parts is not None

@@ -43,11 +43,11 @@ class LookQuestion:
         def opened() -> ScanEngine:
             return open_engine(survey.scene, replace(survey.patches, counted=None), engine=self.engine)
 
-        looked = look_around_here(
+        observed = look_around_here(
             survey, kept(self.scene_key, opened), np.asarray(positions_m), self.goals, notes_needed=self.notes_needed,
             progress=progress,
         )  # fmt: skip
-        return pack_looked(looked)
+        return pack_observed(observed)
 
 
 def look_spread(
@@ -73,38 +73,40 @@ def look_spread(
     )
     n_patches = survey.patches.n_patches
     n_stacked = n_patches if goals.plain else n_patches * len(goals.qualities)
-    return in_a_row([unpack_looked(each, n_patches, n_stacked) for each in answers])
+    return in_a_row([unpack_observed(each, n_patches, n_stacked) for each in answers])
 
 
-def pack_looked(looked: Looked) -> bytes:
+def pack_observed(observed: Looked) -> bytes:
     """Return what positions see, in short: the same bytes for the same look."""
-    plain = looked.rows.met is looked.rows.seen
-    told: list[Any] = [plain, _rows(looked.rows.seen), None if plain else _rows(looked.rows.met)]
-    parts = looked.parts
+    plain = observed.rows.met is observed.rows.seen
+    packed: list[Any] = [plain, _rows(observed.rows.seen), None if plain else _rows(observed.rows.met)]
+    parts = observed.parts
     if parts is not None:
         once = parts.any_met is parts.any_seen
-        told.append([parts.seen, None if plain else parts.met, _set(parts.any_seen, parts.any_seen != 0),
+        packed.append([parts.seen, None if plain else parts.met, _set(parts.any_seen, parts.any_seen != 0),
                      None if once else _set(parts.any_met, parts.any_met != 0)])  # fmt: skip
     else:
-        told.append(None)
-    told.append([{name: _set(values, ~np.isnan(values)) for name, values in each.items()} for each in looked.needed])
-    return zlib.compress(pickle.dumps(told, protocol=5), _LEVEL)
+        packed.append(None)
+    packed.append(
+        [{name: _set(values, ~np.isnan(values)) for name, values in each.items()} for each in observed.needed]
+    )
+    return zlib.compress(pickle.dumps(packed, protocol=5), _LEVEL)
 
 
-def unpack_looked(content: bytes, n_patches: int, n_stacked: int) -> Looked:
-    """Return the look of `pack_looked`. n_stacked : patches by quality."""
-    plain, seen_rows, met_rows, parts_told, needed_told = pickle.loads(zlib.decompress(content))
+def unpack_observed(content: bytes, n_patches: int, n_stacked: int) -> Looked:
+    """Return the look of `pack_observed`. n_stacked : patches by quality."""
+    plain, seen_rows, met_rows, parts_packed, needed_packed = pickle.loads(zlib.decompress(content))
     seen = _visibility(seen_rows, n_patches)
     met = seen if plain else _visibility(met_rows, n_stacked)
     parts = None
-    if parts_told is not None:
-        share, met_share, any_seen, any_met = parts_told
+    if parts_packed is not None:
+        share, met_share, any_seen, any_met = parts_packed
         seen_samples = _filled(any_seen, np.zeros(n_patches, dtype=np.uint32))
         met_samples = seen_samples if any_met is None else _filled(any_met, np.zeros(n_patches, dtype=np.uint32))
         parts = Parts(share, share if plain else met_share, seen_samples, met_samples)
     needed: tuple[dict[str, Float32Array], ...] = tuple(
         {name: _filled(values, np.full(n_patches, np.nan, dtype=np.float32)) for name, values in each.items()}
-        for each in needed_told
+        for each in needed_packed
     )
     return Looked(Rows(seen, met), parts, needed)
 
@@ -114,8 +116,8 @@ def _rows(rows: Visibility) -> tuple[NDArray[Any], NDArray[Any]]:
     return np.diff(rows.starts).astype(np.int32), np.diff(rows.patch, prepend=np.int32(0)).astype(np.int32)
 
 
-def _visibility(told: tuple[NDArray[Any], NDArray[Any]], n_patches: int) -> Visibility:
-    sizes, steps = told
+def _visibility(packed: tuple[NDArray[Any], NDArray[Any]], n_patches: int) -> Visibility:
+    sizes, steps = packed
     starts = np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)]).astype(np.int64)
     return Visibility(starts, np.cumsum(steps, dtype=np.int32), n_patches)
 
@@ -125,7 +127,7 @@ def _set(values: NDArray[Any], is_set: NDArray[Any]) -> tuple[NDArray[Any], NDAr
     return np.diff(at, prepend=np.int32(0)).astype(np.int32), values[at]
 
 
-def _filled(told: tuple[NDArray[Any], NDArray[Any]], values: NDArray[Any]) -> NDArray[Any]:
-    steps, found = told
+def _filled(packed: tuple[NDArray[Any], NDArray[Any]], values: NDArray[Any]) -> NDArray[Any]:
+    steps, found = packed
     values[np.cumsum(steps, dtype=np.int32)] = found
     return values

@@ -133,16 +133,16 @@ def coordinate_m(value: object, *, unit: LengthUnit = METRE) -> float:
 
 def _metres(value: object, expected: str) -> tuple[float, bool]:
     """Read a length; and whether it has a unit. Metres, or a bare number as it is."""
-    said = _FEET_AND_INCHES.fullmatch(value.strip()) if isinstance(value, str) else None
-    if said is None or not (said["feet"] or said["denominator"]):
+    match = _FEET_AND_INCHES.fullmatch(value.strip()) if isinstance(value, str) else None
+    if match is None or not (match["feet"] or match["denominator"]):
         number, unit = _number_and_unit(value, _METRES, expected)
         return number * _METRES[unit or "m"], bool(unit)
-    inches = float(said["whole"] or said["before"] or 0)
-    inches += int(said["numerator"]) / int(said["denominator"]) if said["denominator"] else 0.0
-    if said["feet"] and inches >= 12:
+    inches = float(match["whole"] or match["before"] or 0)
+    inches += int(match["numerator"]) / int(match["denominator"]) if match["denominator"] else 0.0
+    if match["feet"] and inches >= 12:
         raise _refused(value, expected, "after feet write less than 12 inches, such as 5 ft 3 1/2 in")
-    metres = (12 * int(said["feet"] or 0) + inches) * 0.0254
-    return -metres if said["sign"] == "-" else metres, True
+    metres = (12 * int(match["feet"] or 0) + inches) * 0.0254
+    return -metres if match["sign"] == "-" else metres, True
 
 
 def _number_and_unit(value: object, units: dict[str, float], expected: str) -> tuple[float, str]:

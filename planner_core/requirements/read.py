@@ -30,7 +30,7 @@ def read_requirements(
     scope: Scope = Scope.ALL,
     no_cover: Sequence[str] = (),
 ) -> tuple[Requirements, Site]:
-    """Read a file of requirements, with the site that it tells.
+    """Read a file of requirements, with the site in it.
 
     Parameters
     ----------
@@ -42,14 +42,14 @@ def read_requirements(
     deliverable
         Name of the one whose limits hold if neither names another, see `planner_core.requirements.deliverables`.
     scope
-        What counts if neither says.
+        What counts if neither has one.
     no_cover
-        Classes of which nothing is required, where the file says nothing of them.
+        Classes of which nothing is required, where the file has none.
 
     Raises
     ------
     RequirementError
-        The file can't be read, or says something that is not understood; one line, with the entry.
+        The file can't be read, or has an entry that is not understood; one line, with the entry.
     """
     at, own = Path(path), {key_of(key): value for key, value in (instead or {}).items()}
     requirements_from(own, where="options")  # what they get wrong is not the file's fault
@@ -75,12 +75,12 @@ def requirements_from(
     file = read_as(RequirementsFile, entries, f"{where}: ", remedy="see docs/formats/requirements.md")
     preset = deliverable_named(file.deliverable or deliverable)
     follow = PartRequirement(name="all", coverage=Requirements().coverage, asked=_limits_of(preset))
-    of_all = _asked(file, follow, where)
+    of_all = _limits_and_coverage(file, follow, where)
     follow = PartRequirement(name="all", **of_all)
-    told: dict[str, Any] = {"overlap": preset.overlap if file.overlap is None else file.overlap}
-    told |= {"reflectivity": file.reflectivity, "network": file.network}
-    told |= {"overlap_measure": file.overlap_measure, "overlap_of": file.overlap_of}
-    told |= {"min_strength": file.link_strength, "floors": file.planned_floors}
+    options: dict[str, Any] = {"overlap": preset.overlap if file.overlap is None else file.overlap}
+    options |= {"reflectivity": file.reflectivity, "network": file.network}
+    options |= {"overlap_measure": file.overlap_measure, "overlap_of": file.overlap_of}
+    options |= {"min_strength": file.link_strength, "floors": file.planned_floors}
     parts = tuple(_parts(file, where, follow))
     requirements = _in_file(
         where,
@@ -88,7 +88,7 @@ def requirements_from(
         **of_all,
         scope=file.scope or scope,
         deliverable=None if preset.name == NO_DELIVERABLE else preset.name,
-        **{name: value for name, value in told.items() if value is not None},
+        **{name: value for name, value in options.items() if value is not None},
         parts=(*parts, *_obstacles(parts, no_cover)),
     )
     return requirements, Site() if file.site is None else file.site.site()
@@ -100,7 +100,7 @@ def _limits_of(preset: Deliverable) -> PointLimits:
 
 
 def _parts(file: RequirementsFile, where: str, follow: PartRequirement) -> Iterator[PartRequirement]:
-    """Requirements of floors, then classes, then zones; each follows what is asked of all where it says nothing."""
+    """Requirements of floors, then classes, then zones; each follows what is required of all where it has no entry."""
     n_parts = len(file.floors or ()) + len(file.classes or ()) + len(file.zones or ())
     if n_parts > _MOST_PARTS:
         raise RequirementError(
@@ -133,18 +133,18 @@ def _part(
 ) -> PartRequirement:
     for key in {"floors", "classes"} - extent.keys():
         extent[key] = getattr(own, key, None) or ()
-    return _in_file(where, PartRequirement, name=own.name or name, **extent, **_asked(own, follow, where))
+    return _in_file(where, PartRequirement, name=own.name or name, **extent, **_limits_and_coverage(own, follow, where))
 
 
-def _asked(own: PartEntries, follow: PartRequirement, where: str) -> dict[str, Any]:
-    """Coverage, limits and `seen_from`: what is said, others as in `follow`."""
+def _limits_and_coverage(own: PartEntries, follow: PartRequirement, where: str) -> dict[str, Any]:
+    """Coverage, limits and `seen_from`: those given, others as in `follow`."""
 
-    def limit(said: float | None, default: float | None) -> float | None:
-        return default if said is None else None if said == math.inf else said
+    def limit(given: float | None, default: float | None) -> float | None:
+        return default if given is None else None if given == math.inf else given
 
-    said = (own.spacing, own.range, own.incidence, own.noise)
+    given = (own.spacing, own.range, own.incidence, own.noise)
     limits = (
-        limit(each, getattr(follow.asked, field.name)) for each, field in zip(said, fields(PointLimits), strict=True)
+        limit(each, getattr(follow.asked, field.name)) for each, field in zip(given, fields(PointLimits), strict=True)
     )
     return {
         "coverage": follow.coverage if own.coverage is None else own.coverage,

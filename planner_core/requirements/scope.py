@@ -1,7 +1,7 @@
 """Scope: which patches a survey of the inside, or of the outside, is about. docs/method/scope.md.
 
 Input a `Survey` (local frame, metres) with an open engine, output the same with its `SurveyScope`. Nothing but surfaces
-is asked, no classes and no rooms, so that meshes do as well as IFC. Rays meet glass and shut doors.
+is used, no classes and no rooms, so that meshes do as well as IFC. Rays meet glass and shut doors.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.goals import wanted_of
 from planner_core.scene.patches import patch_triangles
 
-#: Places on the ground are looked around from, one of each square of this side: less than a wall and a person on both
+#: The ground is observed from one place of each square of this side: less than a wall and a person on both
 #: sides of it take.
 _PLACE_M = 0.4
 #: Eyes of a surveyor, above the ground.
@@ -53,7 +53,7 @@ _SURFACE_OUTDOORS = 0.2
 _OFF_M = 0.02
 #: Ground with walls to all sides within this, and no roof, has lost its roof.
 _WALLS_M, _N_LEVEL, _WALLED_SHARE = 12.0, 24, 0.85
-#: Less ground than this indoors, or walled without a roof, says nothing.
+#: Less ground than this indoors, or walled without a roof, decides nothing.
 _LEAST_M2 = 4.0
 #: The strip along an open side that counts as outdoors is no wider. A doorway without a door shows less of a porch than
 #: this share of the rooms.
@@ -101,16 +101,16 @@ def with_scope(
     Raises
     ------
     RequirementError
-        Interior or exterior was asked for, and there is none.
+        Interior or exterior is required, and there is none.
     """
-    asked, wanted = requirements.scope, wanted_of(survey, requirements)
-    if asked == Scope.ALL:
-        return _scoped(survey, asked, wanted, None)
+    required, wanted = requirements.scope, wanted_of(survey, requirements)
+    if required == Scope.ALL:
+        return _scoped(survey, required, wanted, None)
     progress(ProgressEvent("scope", 0, 2, "indoors and outdoors"))
     places = find_places(survey, engine, free_space(survey) if space is None else space)
     lost = _not_a_building(survey, places)
-    kind = (Scope.ALL if lost else Scope.INTERIOR) if asked == Scope.AUTO else asked
-    if asked == Scope.INTERIOR and places.indoors_m2 < _LEAST_M2:
+    kind = (Scope.ALL if lost else Scope.INTERIOR) if required == Scope.AUTO else required
+    if required == Scope.INTERIOR and places.indoors_m2 < _LEAST_M2:
         raise RequirementError(f"scope interior: got a building without any, {lost}; use scope all")
     progress(ProgressEvent("scope", 1, 2, "surfaces"))
     in_scope = wanted
@@ -124,7 +124,7 @@ def with_scope(
     progress(ProgressEvent("scope", 2, 2))
     found = _scoped(survey, kind, in_scope, places if kind != Scope.ALL else None)
     lines = (*_yards(survey, places), *_open_sides(survey, engine, places)) if kind == Scope.INTERIOR else ()
-    if lost and asked == Scope.AUTO:
+    if lost and required == Scope.AUTO:
         lines = (f"scope: all surfaces are planned, as {lost}; --scope interior or exterior chooses",)
     return replace(found, warnings=(*found.warnings, *lines))
 
@@ -286,7 +286,7 @@ def _walled(engine: ScanEngine, points_m: FloatArray) -> BoolArray:
 def patches_by_side(
     survey: Survey, engine: ScanEngine, places: Places, patch: Int64Array, *, outside: bool
 ) -> tuple[BoolArray, BoolArray]:
-    """Of patches (K,), those that are indoors, (P,) bool, and those outdoors (none looked for without `outside`).
+    """Of patches (K,), those that are indoors, (P,) bool, and those outdoors (none searched for without `outside`).
 
     A sheet with a room on one side and the garden on the other is both.
     """
@@ -341,7 +341,7 @@ def _seen_from_rooms(engine: ScanEngine, surfaces: Surfaces, eyes_m: FloatArray)
         if number == 0:
             look(np.arange(block.size), out)
             continue
-        # Most of what is hidden is so by blocks, inside walls and above ceilings: one patch of each is asked first.
+        # Most of what is hidden is so by blocks, inside walls and above ceilings: one patch of each is tested first.
         hidden, in_view = _hidden_and_in_view(out, block)
         look(_middle_of_each(np.flatnonzero(hidden & ~in_view), block), out)
         hidden, in_view = _hidden_and_in_view(out, block)

@@ -58,7 +58,7 @@ def read_document(path: Path, *, of: str = "requirements", such_as: str = "cover
 
 
 class _RefusedError(Exception):
-    """Something in a file that is not taken; the message says what and where."""
+    """Something in a file that is not taken; the message names what and where."""
 
     def __init__(self, got: str, expected: str = "a plain file") -> None:
         super().__init__(got)
@@ -118,7 +118,7 @@ def _yaml(text: str) -> Any:
 
 @cache
 def _loader() -> type[yaml.SafeLoader]:
-    """A SafeLoader of YAML 1.2's types that refuses what the head of this module says."""
+    """A SafeLoader of YAML 1.2's types that refuses what the head of this module names."""
     import yaml
 
     class Plain(yaml.SafeLoader):  # type: ignore[misc]
