@@ -126,7 +126,7 @@ def _project(plan: PlanSource, project_id: str) -> ElementTree.Element:
 
 
 def _markup(
-    plan: PlanSource, topic: Topic, topic_id: str, view_id: str, said_id: str, index: int, has_picture: bool
+    plan: PlanSource, topic: Topic, topic_id: str, view_id: str, comment_id: str, index: int, has_picture: bool
 ) -> ElementTree.Element:
     root = ElementTree.Element("Markup")
     header = _add(root, "Header")
@@ -141,8 +141,8 @@ def _markup(
     _add(row, "CreationDate", topic.time)
     _add(row, "CreationAuthor", topic.author)
     _add(row, "Description", topic.description)
-    if topic.said:
-        comment = _add(root, "Comment", Guid=said_id)
+    if topic.is_comment:
+        comment = _add(root, "Comment", Guid=comment_id)
         _add(comment, "Date", topic.time)
         _add(comment, "Author", topic.author)
         _add(comment, "Comment", topic.description)

@@ -38,8 +38,8 @@ _LONGEST_TITLE = 100
 class Topic:
     """One topic. key : names it among those of its plan, and stays as long as it is about the same.
 
-    source_id : of the element it is about, IFC GlobalId where the scene is IFC; empty: of none. said : its description
-    is what `author` said at `time`.
+    source_id : of the element it is about, IFC GlobalId where the scene is IFC; empty: of none. is_comment : its
+    description is what `author` wrote at `time`.
     """
 
     key: str
@@ -52,7 +52,7 @@ class Topic:
     labels: tuple[str, ...]
     place: Place
     source_id: str = ""
-    said: bool = False
+    is_comment: bool = False
 
 
 class Topics:
@@ -104,7 +104,7 @@ class Topics:
             labels=(floor,) if floor else (),
             place=place,
             source_id=self._source_id(element),
-            said=True,
+            is_comment=True,
         )
 
     def _source_id(self, element: int) -> str:
@@ -139,7 +139,7 @@ class Topics:
             status=OPEN,
             author=AUTHOR,
             time=TIME,
-            description="\n".join(_told(row, surfaces, best)),
+            description="\n".join(_description(row, surfaces, best)),
             labels=tuple(label for label in (floor, str(row["kind"])) if label),
             place=self._of_piece(element, best) or self._around_element(element) or self._whole(),
             source_id=str(row["source_id"]),
@@ -184,7 +184,9 @@ def _in_box(box_m: FloatArray, element: int, *, outside: bool = False) -> Place:
     return Place(box_m.mean(axis=0), radius_m, element, outside=outside)
 
 
-def _told(row: Mapping[str, Any], surfaces: list[Mapping[str, Any]], best: Mapping[str, Any] | None) -> Iterator[str]:
+def _description(
+    row: Mapping[str, Any], surfaces: list[Mapping[str, Any]], best: Mapping[str, Any] | None
+) -> Iterator[str]:
     """Lines on what is unseen of an element, and why."""
     yield (
         f"{row['unseen_area_m2']:.2f} m2 of {row['achievable_area_m2']:.2f} m2 of scannable surface are not seen by "
@@ -196,8 +198,8 @@ def _told(row: Mapping[str, Any], surfaces: list[Mapping[str, Any]], best: Mappi
         by_reason[reason] = by_reason.get(reason, 0.0) + surface["area_m2"]
     if by_reason:
         largest_first = sorted(by_reason.items(), key=lambda item: (-item[1], item[0]))
-        told = "; ".join(f"{reason} {area_m2:.2f} m2" for reason, area_m2 in largest_first)
-        yield f"All of its unseen surface by reason: {told}."
+        listed = "; ".join(f"{reason} {area_m2:.2f} m2" for reason, area_m2 in largest_first)
+        yield f"All of its unseen surface by reason: {listed}."
     rooms = dict.fromkeys(surface["room"]["name"] for surface in surfaces if surface["room"])
     if rooms:
         yield f"Rooms: {', '.join(rooms)}."

@@ -46,7 +46,7 @@ class Place:
     """What a topic is about. target_m : (3,) local; radius_m : of the ball around it that is to be seen.
 
     element : number of the element in question. eye_m : (3,) where it is known to be seen from. pinned : the target is
-    marked in pictures. outside : looked at from outside, whatever is in the way.
+    marked in pictures. outside : seen from outside, whatever is in the way.
     """
 
     target_m: FloatArray

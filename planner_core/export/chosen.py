@@ -12,7 +12,7 @@ from planner_core.export.options import Options
 from planner_core.model import FloatArray
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
 
-#: Stations that a message names; of more it tells the number.
+#: Stations that a message names; of more it gives the number.
 _MAX_NAMED = 5
 
 
@@ -110,20 +110,20 @@ def subtracted_remark(plan: PlanSource, options: Options) -> tuple[str, ...]:
 
 
 def coordinates_line(plan: PlanSource, options: Options) -> str:
-    """What a file says of its coordinates: `SiteFrame.crs_line`, and what is taken off them."""
+    """What a file states of its coordinates: `SiteFrame.crs_line`, and what is taken off them."""
     less = ", ".join(f"{value:.4f}" for value in options.subtract)
     taken_off = f"; less E, N, H {less} {plan.frame.unit.symbol}" if any(options.subtract) else ""
     return f"{plan.frame.crs_line}{taken_off}"
 
 
 def scanned_before(plan: PlanSource) -> frozenset[str]:
-    """Ids of stations whose scans exist. `FieldStation.fixed` says less: all stations of a given list are fixed."""
+    """Ids of stations whose scans exist. `FieldStation.fixed` is wider: all stations of a given list are fixed."""
     prior = plan.document.get("site", {}).get("settled", ())
     return frozenset(str(row["id"]) for row in prior if row["role"] == "scanned")
 
 
 def description_of(plan: PlanSource, station: FieldStation) -> str:
-    """`S001 Ground floor h 1.50`, in feet `h 4.92 ft`; what was scanned before says so."""
+    """`S001 Ground floor h 1.50`, in feet `h 4.92 ft`; marked where scanned before."""
     unit, height = plan.frame.unit, ""
     if math.isfinite(station.instrument_height_m):
         height = f" h {unit.of(station.instrument_height_m):.2f}{' ft' if unit.is_feet else ''}"

@@ -52,7 +52,7 @@ _TEXT_M = 0.25
 _HATCH_M = {"UNSEEN": 0.15, "OUT-OF-REACH": 0.4}
 #: Coordinates are rounded to 0.1 mm.
 _DECIMALS = 4
-#: Strips of missed wall are looked for from the ground up to here.
+#: Strips of missed wall are searched from the ground up to here.
 _WALL_TOP_M = 2.5
 #: Walls stand this far outside of the ground at most.
 _AROUND_M = 1.0

@@ -98,9 +98,9 @@ def rgb_number(colour: tuple[float, float, float]) -> int:
     return red << 16 | green << 8 | blue
 
 
-def say(entity: Any, **told: object) -> None:
+def say(entity: Any, **facts: object) -> None:
     """Attach what an entity is of, as `key=value` strings of extended data; empty values are left out."""
-    strings = [f"{key}={value}"[:_LONGEST] for key, value in told.items() if str(value)]
+    strings = [f"{key}={value}"[:_LONGEST] for key, value in facts.items() if str(value)]
     if strings:
         entity.set_xdata(APP, [(1000, string) for string in strings])
 
@@ -144,13 +144,13 @@ def _crs_xml(name: str, code: str, unit: str) -> str:
         f"<AxisAbbreviation>{axis[0]}</AxisAbbreviation><AxisDirection>{way}</AxisDirection></CoordinateSystemAxis>"
         for order, axis, way in ((1, "Easting", "east"), (2, "Northing", "north"))
     )
-    told = escape(name, {'"': "&quot;"})
+    quoted = escape(name, {'"': "&quot;"})
     return (
         '<?xml version="1.0" encoding="UTF-16" standalone="no" ?>'
         '<Dictionary version="1.0" xmlns="http://www.osgeo.org/mapguide/coordinatesystem">'
-        f'<ProjectedCoordinateSystem id="{told}"><Name>{told}</Name><Authority>EPSG,{code}</Authority>'
+        f'<ProjectedCoordinateSystem id="{quoted}"><Name>{quoted}</Name><Authority>EPSG,{code}</Authority>'
         f'<Axis uom="{unit}">{axes}</Axis></ProjectedCoordinateSystem>'
-        f'<Alias id="{code}" type="CoordinateSystem"><ObjectId>{told}</ObjectId>'
+        f'<Alias id="{code}" type="CoordinateSystem"><ObjectId>{quoted}</ObjectId>'
         "<Namespace>EPSG Code</Namespace></Alias></Dictionary>"
     )
 
@@ -168,8 +168,8 @@ def write_document(document: Any, path: Path, *, name: str) -> None:
     document.header["$EXTMIN"], document.header["$EXTMAX"] = space.extmin, space.extmax
     for variable in ("$TDCREATE", "$TDUCREATE", "$TDUPDATE", "$TDUUPDATE"):
         document.header[variable] = _DATE
-    told = "{" + str(uuid.uuid5(uuid.NAMESPACE_URL, f"tlsplan/dxf/{name}")).upper() + "}"
-    document.header["$VERSIONGUID"] = document.header["$FINGERPRINTGUID"] = told
+    version = "{" + str(uuid.uuid5(uuid.NAMESPACE_URL, f"tlsplan/dxf/{name}")).upper() + "}"
+    document.header["$VERSIONGUID"] = document.header["$FINGERPRINTGUID"] = version
     metadata = document.ezdxf_metadata()
     metadata[CREATED_BY_EZDXF] = metadata[WRITTEN_BY_EZDXF] = f"tlsplan, ezdxf {__version__}"
     document.header["$HANDSEED"] = str(document.entitydb.handles)

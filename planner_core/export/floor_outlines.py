@@ -1,7 +1,7 @@
 """Floors as areas for maps: the outline of each one's ground with its openings, read from the plan folder's stage.
 
 PlanSource -> polygons by floor, scene frame, metres. Where the folder holds no stage, floors are the rectangles around
-their ground, as plan.json has them, and a remark says so. `solid_rings` are what drawings fill of a floor's section.
+their ground, as plan.json has them, with a remark. `solid_rings` are what drawings fill of a floor's section.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from planner_core.scene.inside import ROOM_WIDTH_M, encloses_room
 #: Rings around less are seams between slabs that do not quite meet.
 _LEAST_AREA_M2 = 1e-3
 GROUND, BOUNDS = "ground", "bounds"
-#: Points along each side of an area's bounds that its rooms are told by.
+#: Points along each side of an area's bounds by which its rooms are recognised.
 _N_GRID = 30
 
 

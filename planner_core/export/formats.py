@@ -42,7 +42,7 @@ class Format:
     in_pack: bool = True
     """Whether `all` holds it."""
     feet: bool = False
-    """Whether it can be in feet, or has metres by its own definition; others are in metres, and a remark says so."""
+    """Whether it can be in feet, or has metres by its own definition; others are in metres, with a remark."""
     page: str = ""
     """Its page in docs/formats/field-pack."""
     by_station: bool = False
@@ -70,7 +70,7 @@ def _lazy(module: str, function: str) -> Writer:
 
 
 CLOUD_OPTIONS = ("stations", "floors", "noise", "seed", "max_points")
-"""Of all formats of clouds. None of them is in a pack: clouds are large, and are asked for by name."""
+"""Of all formats of clouds. None of them is in a pack: clouds are large, and are named explicitly."""
 
 _FORMATS = (
     Format(

@@ -1,6 +1,6 @@
 """Longitude and latitude of the site: WGS84 degrees, by PROJ, of site coordinates whose CRS is known.
 
-Heights are left as they are: a change of their datum would take a geoid model, and nobody asked for one.
+Heights are left as they are: a change of their datum would take a geoid model, which is not given.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Geographic:
 
 
 def geographic_of(frame: SiteFrame, what: str, *, instead: str = "") -> Geographic:
-    """Return the way to degrees; `what` needs them, and `instead` tells how to do without, for the message.
+    """Return the way to degrees; `what` needs them, and `instead` is the way to do without, for the message.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def geographic_of(frame: SiteFrame, what: str, *, instead: str = "") -> Geograph
     try:
         source = CRS.from_user_input(frame.crs).to_2d()
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # of grids that are missing: a remark says so
+            warnings.simplefilter("ignore", UserWarning)  # of grids that are missing: a remark names them
             ways = TransformerGroup(source, WGS84, always_xy=True)
     except ProjError as error:
         raise ExportError(

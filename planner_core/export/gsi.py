@@ -2,8 +2,8 @@
 
 Site frame. A word is its index (2 characters), information (4), a sign and 8 or 16 characters of data, filled with
 zeros from the left; a blank ends it. In GSI-16 a block opens with an asterisk. There is no decimal point: position 6
-tells the unit of the last digit, 0 a millimetre, 6 a tenth of one; 1 a thousandth of a foot, 7 a tenth of that. Which
-foot it is, no position tells: the first block does.
+gives the unit of the last digit, 0 a millimetre, 6 a tenth of one; 1 a thousandth of a foot, 7 a tenth of that. Which
+foot it is, no position gives: the first block does.
 
     110002+0000S001 81..10+00009000 82..10+00005000 83..10+00000000 88..10+00001300 71....+000000F0
 
@@ -65,7 +65,7 @@ class _Layout:
 
 def write_gsi8(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
     """Write GSI-8: names of 8 characters, coordinates of 8 digits; to the millimetre, or to 0.001 ft, where
-    nothing else is said.
+    no other is given.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def write_gsi8(plan: PlanSource, path: Path, options: Options, progress: Progres
 
 def write_gsi16(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
     """Write GSI-16: names of 16 characters, coordinates of 16 digits; to 0.1 mm, or to 0.0001 ft, where nothing
-    else is said.
+    else is given.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def _write(plan: PlanSource, path: Path, options: Options, layout: _Layout) -> t
         blocks.append(_station_block(plan, station, name, number % _MAX_BLOCK, options, layout))
     path.write_text("".join(f"{layout.mark}{block}\r\n" for block in blocks), encoding="ascii", newline="")
     zeros = [name for name in names if name.startswith("0")]
-    lost = f"{layout.title} pads names with zeros, leading zeros of {', '.join(zeros[:4])} can't be told from padding"
+    lost = f"{layout.title} pads names with zeros, leading zeros of {', '.join(zeros[:4])} look like padding"
     return (*remarks, *((lost,) if zeros else ()), *subtracted_remark(plan, options))
 
 
@@ -125,7 +125,7 @@ def _system_block(frame: SiteFrame, options: Options, layout: _Layout) -> str:
 def _system_words(frame: SiteFrame, options: Options, layout: _Layout) -> list[str]:
     """Return words such as GROUND, EPSG, 25832, HEIGHTS, EPSG, 7837; a code has a word of its own, for want of room.
 
-    Feet are told after the code, as FT or FTUS; metres only where the system is in feet.
+    Feet are named after the code, as FT or FTUS; metres only where the system is in feet.
     """
     words = ["SENSOR" if options.instrument == "sensor" else "GROUND", *_name_words(frame)]
     if not frame.unit == frame.crs_unit == METRE:

@@ -1,8 +1,8 @@
 """A plan's stations as IFC: a small IFC4 file of storeys and stations alone, or a copy of the plan's own IFC file.
 
 Each station is an IfcBuildingElementProxy whose placement is the sensor, a scanner on its tripod, contained in its
-storey, with the property set `TLSPLAN_Station`. Model coordinates are the scene's; where the site is, the file says by
-IfcMapConversion. Ids follow from names (RFC 4122, version 5), the header has no time: same plan, same bytes.
+storey, with the property set `TLSPLAN_Station`. Model coordinates are the scene's; where the site is, the file states
+by IfcMapConversion. Ids follow from names (RFC 4122, version 5), the header has no time: same plan, same bytes.
 """
 
 from __future__ import annotations
@@ -145,11 +145,11 @@ class _Target:
 
     def rooted(self, ifc_class: str, key: str, **attributes: Any) -> Any:
         """Create an object whose id follows from its class and `key`; from more where a file of ours is written to."""
-        told = ""
-        while not told or told in self._taken:
-            told = ifcopenshell.guid.compress(uuid.uuid5(_NAMESPACE, f"{self.name}/{ifc_class}/{key}{told}").hex)
-        self._taken.add(told)
-        return self.model.create_entity(ifc_class, GlobalId=told, OwnerHistory=self._owner, **attributes)
+        guid = ""
+        while not guid or guid in self._taken:
+            guid = ifcopenshell.guid.compress(uuid.uuid5(_NAMESPACE, f"{self.name}/{ifc_class}/{key}{guid}").hex)
+        self._taken.add(guid)
+        return self.model.create_entity(ifc_class, GlobalId=guid, OwnerHistory=self._owner, **attributes)
 
     def relate(self, ifc_class: str, key: str, **attributes: Any) -> Any:
         """Create a relation; as `rooted`."""
@@ -250,20 +250,20 @@ def _add_stations(
         )
         if target.schema != "IFC2X3":
             proxy.PredefinedType = "USERDEFINED"
-        _tell(target, plan, station, proxy)
+        _attach(target, plan, station, proxy)
         contained.setdefault(where.GlobalId, []).append(proxy)
         spatial[where.GlobalId] = where
-    for told, proxies in contained.items():
+    for storey_id, proxies in contained.items():
         target.relate(
             "IfcRelContainedInSpatialStructure",
-            f"stations in {told}",
+            f"stations in {storey_id}",
             RelatedElements=proxies,
-            RelatingStructure=spatial[told],
+            RelatingStructure=spatial[storey_id],
         )
     progress(ProgressEvent("ifc", len(stations), len(stations)))
 
 
-def _tell(target: _Target, plan: PlanSource, station: FieldStation, proxy: Any) -> None:
+def _attach(target: _Target, plan: PlanSource, station: FieldStation, proxy: Any) -> None:
     """Attach the station's figures, unknown ones left out.
 
     Site coordinates and heights are metres, areas square metres, whatever the units of the file.
@@ -293,12 +293,12 @@ def _tell(target: _Target, plan: PlanSource, station: FieldStation, proxy: Any) 
             value = round(value, _DECIMALS)
         wrapped = target.model.create_entity(kind, value)
         properties.append(target.model.create_entity("IfcPropertySingleValue", name, None, wrapped, unit))
-    told = target.rooted("IfcPropertySet", f"station/{station.id}", Name=PSET, HasProperties=properties)
+    pset = target.rooted("IfcPropertySet", f"station/{station.id}", Name=PSET, HasProperties=properties)
     target.relate(
         "IfcRelDefinesByProperties",
         f"station/{station.id}",
         RelatedObjects=[proxy],
-        RelatingPropertyDefinition=told,
+        RelatingPropertyDefinition=pset,
     )
 
 

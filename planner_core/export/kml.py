@@ -2,7 +2,7 @@
 
 Longitude and latitude, WGS84. Heights, by default, count from the lowest floor, which is put on the ground that the
 viewer has (`relativeToGround`); `absolute` takes the site's heights as if they were above the EGM96 geoid, as KML means
-them. Both are metres, as KML has them. The document says which, and every station carries its heights as they are.
+them. Both are metres, as KML has them. The document states which, and every station carries its heights as they are.
 """
 
 from __future__ import annotations
@@ -123,13 +123,13 @@ def _folder(document: ElementTree.Element, name: str) -> ElementTree.Element:
 
 
 def _placemark(
-    folder: ElementTree.Element, name: str, description: str, style: str, told: Sequence[tuple[str, str]] = ()
+    folder: ElementTree.Element, name: str, description: str, style: str, values: Sequence[tuple[str, str]] = ()
 ) -> ElementTree.Element:
     placemark = ElementTree.SubElement(folder, "Placemark")
     _texts(placemark, name=name, description=description, styleUrl=f"#{style}")
-    if told:
+    if values:
         extended = ElementTree.SubElement(placemark, "ExtendedData")
-        for key, value in told:
+        for key, value in values:
             _texts(ElementTree.SubElement(extended, "Data", {"name": key}), value=value)
     return placemark
 
@@ -142,14 +142,14 @@ def _add_stations(
         scanned = station.id in scanned_before(plan)
         style = "scanned" if scanned else "station"
         placemark = _placemark(
-            folder, station.id, description_of(plan, station), style, list(_told(plan, station, scanned=scanned))
+            folder, station.id, description_of(plan, station), style, list(_values(plan, station, scanned=scanned))
         )
         point = ElementTree.SubElement(placemark, "Point")
         at_m = station.site_m if options.instrument == "sensor" else station.site_ground_m
         _texts(point, altitudeMode=places.mode, coordinates=places.text(at_m))
 
 
-def _told(plan: PlanSource, station: FieldStation, *, scanned: bool) -> Iterator[tuple[str, str]]:
+def _values(plan: PlanSource, station: FieldStation, *, scanned: bool) -> Iterator[tuple[str, str]]:
     yield "order", str(station.number)
     yield "floor", station.floor_id
     unit = plan.frame.unit
@@ -181,8 +181,8 @@ def _add_links(
     folder = _folder(document, "links")
     for link in links:
         strength = f", strength {link.strength:.4f}" if math.isfinite(link.strength) else ""
-        said = f"overlap {overlap_percent(link.overlap)} %{strength}{'' if link.counts else ', does not count'}"
-        placemark = _placemark(folder, f"{link.a}-{link.b}", said, "link" if link.counts else "weak")
+        text = f"overlap {overlap_percent(link.overlap)} %{strength}{'' if link.counts else ', does not count'}"
+        placemark = _placemark(folder, f"{link.a}-{link.b}", text, "link" if link.counts else "weak")
         _add_line(placemark, np.stack([stations[link.a].site_m, stations[link.b].site_m]), places)
 
 
@@ -193,8 +193,8 @@ def _add_floors(
     outlines, remarks = outlines_of(plan, floors)
     for floor in floors:
         outline = outlines[floor.id]
-        said = f"{'the ground' if outline.made_of == GROUND else 'the rectangle around the ground'} of {floor.id}"
-        parent = _placemark(folder, floor.name, f"{said}, {outline.area_m2:.1f} m2", "floor")
+        text = f"{'the ground' if outline.made_of == GROUND else 'the rectangle around the ground'} of {floor.id}"
+        parent = _placemark(folder, floor.name, f"{text}, {outline.area_m2:.1f} m2", "floor")
         if len(outline.polygons) > 1:
             parent = ElementTree.SubElement(parent, "MultiGeometry")
         for rings in outline.polygons:

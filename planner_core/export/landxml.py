@@ -1,7 +1,7 @@
 """Stations as LandXML 1.2: points by floor, ground and sensor apart, and the walk as plan features.
 
-Site frame, in metres or one of the two feet, as the element Units says; a point's text is northing, easting, height, in
-this order. The schema wants a date: it is always 1970-01-01, so that the same plan gives the same bytes.
+Site frame, in metres or one of the two feet, as the element Units states; a point's text is northing, easting, height,
+in this order. The schema wants a date: it is always 1970-01-01, so that the same plan gives the same bytes.
 
     <CgPoints name="F0 ground points"><CgPoint name="S001" ... role="to stake out">5.0000 9.0000 0.0000</CgPoint>
 

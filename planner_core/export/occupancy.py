@@ -9,7 +9,7 @@ unknown.
     pixel 254 free, 0 occupied, 205 unknown; row 0 of the picture is the highest y, and `origin` the lower left corner
 
 Source of the convention: the ROS wiki's page of map_server, "Map format"; thresholds as its map_saver writes them, by
-which nav2 tells 205 from free too (ros-navigation/navigation2 pull request 5278).
+which nav2 distinguishes 205 from free too (ros-navigation/navigation2 pull request 5278).
 """
 
 from __future__ import annotations
@@ -161,11 +161,11 @@ def _standing(survey: Survey, space: FreeSpace) -> list[BoolArray]:
     return out
 
 
-def map_yaml(occupancy: OccupancyMap, image: str, said: str) -> str:
-    """Return the YAML beside `image`; `said` is one line about the floor, as a comment."""
+def map_yaml(occupancy: OccupancyMap, image: str, remark: str) -> str:
+    """Return the YAML beside `image`; `remark` is one line about the floor, as a comment."""
     x, y = (float(value) for value in occupancy.low_m)
     return (
-        f"# {said}\n"
+        f"# {remark}\n"
         f"image: {image}\n"
         "mode: trinary\n"
         f"resolution: {occupancy.cell_m:.6g}\n"
@@ -176,10 +176,12 @@ def map_yaml(occupancy: OccupancyMap, image: str, said: str) -> str:
     )
 
 
-def write_map(occupancy: OccupancyMap, folder: Path, said: str) -> None:
+def write_map(occupancy: OccupancyMap, folder: Path, remark: str) -> None:
     """Write the map's PNG and YAML, of its name, into a folder."""
     (folder / f"{occupancy.name}.png").write_bytes(grey_png(occupancy.cells[::-1]))
-    (folder / f"{occupancy.name}.yaml").write_text(map_yaml(occupancy, f"{occupancy.name}.png", said), encoding="utf-8")
+    (folder / f"{occupancy.name}.yaml").write_text(
+        map_yaml(occupancy, f"{occupancy.name}.png", remark), encoding="utf-8"
+    )
 
 
 def grey_png(picture: UInt8Array) -> bytes:

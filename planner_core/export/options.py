@@ -1,4 +1,4 @@
-"""What a user says of how formats are written; each format takes its own of these, see `Format.options`."""
+"""Options of formats; each format takes its own of these, see `Format.options`."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from planner_core.errors import ExportError
 _PLAIN = str.maketrans(
     {"ß": "ss", "æ": "ae", "Æ": "AE", "ø": "o", "Ø": "O", "œ": "oe", "Œ": "OE", "ł": "l", "Ł": "L", "đ": "d", "Đ": "D"}
 )
-#: Renamed points that a remark names; of more it tells the number.
+#: Renamed points that a remark names; of more it gives the number.
 _MAX_NAMED = 4
 
 
@@ -56,8 +56,8 @@ def fitted_names(
     if not changed:
         return tuple(ids), ()
     more = f" and {len(changed) - _MAX_NAMED} more" if len(changed) > _MAX_NAMED else ""
-    said = f"{what} takes names of {limit} plain characters: {', '.join(changed[:_MAX_NAMED])}{more}"
-    return tuple(names[name] for name in ids), (said,)
+    remark = f"{what} takes names of {limit} plain characters: {', '.join(changed[:_MAX_NAMED])}{more}"
+    return tuple(names[name] for name in ids), (remark,)
 
 
 def _fits(name: str, limit: int, allowed: str) -> bool:
@@ -65,7 +65,7 @@ def _fits(name: str, limit: int, allowed: str) -> bool:
 
 
 def _new_name(name: str, taken: set[str], what: str, limit: int, allowed: str) -> str:
-    """Shorten a name from its end, which tells stations apart; where that is taken, its last characters count up."""
+    """Shorten a name from its end, which distinguishes stations; where that is taken, its last characters count up."""
     plain = "".join(letter for letter in plain_text(name) if re.fullmatch(allowed, letter)) or "P"
     short = plain[-limit:]
     if short not in taken:

@@ -1,7 +1,7 @@
 """Exports of a plan as its review leaves it: stations where reviewers put them, without those taken out.
 
-Plan folder with review.usda -> a file. What tells figures of a plan whose stations were edited is made of a plan that
-is evaluated anew; what tells places alone is made of the plan's own, and says what of it no longer holds.
+Plan folder with review.usda -> a file. A format with figures of a plan whose stations were edited is made of a plan
+that is evaluated anew; one with places alone is made of the plan's own, with a line on what no longer holds.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ OFFERED: Mapping[str, Options] = MappingProxyType(
     }
 )
 """Formats that `export_reviewed` writes, and how."""
-TELLS_FIGURES = frozenset({"pdf", "html"})
+WITH_FIGURES = frozenset({"pdf", "html"})
 """Those of them that are of coverage and registration: they need the scene, once stations are edited."""
 
 
@@ -74,15 +74,15 @@ def export_reviewed(
     store = ReviewStore(folder)
     planned, review = store.plan(), store.current()
     plan = open_plan(folder, scene=scene)
-    if name in TELLS_FIGURES:
+    if name in WITH_FIGURES:
         plan = _with_areas(plan, planned, review)
     edited = edited_stations(planned, review)
-    if not (edited or (name in TELLS_FIGURES and review.entrances)):
+    if not (edited or (name in WITH_FIGURES and review.entrances)):
         return export_plan(name, plan, target, OFFERED[name], progress=progress).remarks
     stations = reviewed_stations(planned, review)
     if not stations:
         raise ExportError(f"{name}: the review took all stations out, expected at least one; restore some first")
-    if name in TELLS_FIGURES:
+    if name in WITH_FIGURES:
         return _of_evaluated(name, plan, stations, review, target, progress)
     remarks = export_plan(
         name, reviewed_source(plan, stations, edited), target, OFFERED[name], progress=progress
@@ -142,10 +142,10 @@ def _placed(
 
 
 def _what_no_longer_holds(name: str, edited: Sequence[str]) -> str:
-    said = f"stations as reviewed ({named(sorted(edited))} edited)"
+    text = f"stations as reviewed ({named(sorted(edited))} edited)"
     if name == "bcf":
-        return f"{said}; unseen surface is that of the plan as it was made"
-    return f"{said}: numbered as planned, added ones last; what depends on what edited ones see is left out"
+        return f"{text}; unseen surface is that of the plan as it was made"
+    return f"{text}: numbered as planned, added ones last; what depends on what edited ones see is left out"
 
 
 def _with_areas(plan: PlanSource, planned: PlanUnderReview, review: Review) -> PlanSource:
@@ -189,7 +189,7 @@ def _of_evaluated(
     with tempfile.TemporaryDirectory(prefix="tlsplan-reviewed-") as made:
         folder = Path(made) / (plan.folder.name or "plan")
         write_plan_folder(_in_visiting_order(evaluated, stations), folder, engine=engine, progress=progress)
-        return export_plan(name, folder, target, OFFERED[name], scene=plan.told_scene, progress=progress).remarks
+        return export_plan(name, folder, target, OFFERED[name], scene=plan.given_scene, progress=progress).remarks
 
 
 def _in_visiting_order(plan: Plan, stations: Sequence[ReviewedStation]) -> Plan:

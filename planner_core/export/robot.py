@@ -1,10 +1,10 @@
 """A robot's mission without ROS: stations as waypoints with heading, ways between them, a map of every floor.
 
 A folder: mission.json, the same as mission.yaml, maps/F0.png with maps/F0.yaml, and, where the CRS is known,
-mission.geojson. Ways keep to free cells of the maps; stations stay where they are, and what they stand on is told.
-Positions are in the map frame: scene coordinates, less the scene's offset where it lies far from its origin, because
-robots reckon in single precision. Metres, radians, headings counter-clockwise from +x; `map_to_site` leads to the
-site's coordinates.
+mission.geojson. Ways keep to free cells of the maps; stations stay where they are, and the file names what they stand
+on. Positions are in the map frame: scene coordinates, less the scene's offset where it lies far from its origin,
+because robots reckon in single precision. Metres, radians, headings counter-clockwise from +x; `map_to_site` leads to
+the site's coordinates.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def write_robot(plan: PlanSource, path: Path, options: Options, progress: Progre
     mission, remarks = _mission(plan, options, progress)
     (path / "maps").mkdir()
     for each in mission.maps:
-        write_map(each, path / "maps", _said(mission, each))
+        write_map(each, path / "maps", _remark(mission, each))
     document = _document(mission)
     text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
     (path / "mission.json").write_text(text + "\n", encoding="utf-8")
@@ -107,7 +107,7 @@ def write_robot(plan: PlanSource, path: Path, options: Options, progress: Progre
     return (*remarks, *more)
 
 
-def _said(mission: _Mission, occupancy: OccupancyMap) -> str:
+def _remark(mission: _Mission, occupancy: OccupancyMap) -> str:
     floor = mission.survey.floors[occupancy.floor]
     name = " ".join(floor.name.split())
     what = "what lies over its ground" if occupancy.over else "ground"
@@ -334,8 +334,8 @@ def _write_geojson(mission: _Mission, document: dict[str, Any], path: Path) -> t
     ]
     for way in mission.ways:
         for number, piece in enumerate(way.pieces, start=1):
-            told = {"kind": "path", "id": f"{way.title} {number}", "from": way.from_id, "to": way.to_id}
-            features.append(feature("LineString", positions(piece.points_m), {**told, **_where(mission, piece)}))
+            properties = {"kind": "path", "id": f"{way.title} {number}", "from": way.from_id, "to": way.to_id}
+            features.append(feature("LineString", positions(piece.points_m), {**properties, **_where(mission, piece)}))
     text = json.dumps({**head, "features": features}, indent=1, ensure_ascii=False, allow_nan=False)
     path.write_text(text + "\n", encoding="utf-8")
     return degrees.remarks

@@ -37,7 +37,7 @@ class Way:
 
 
 def ways_of(plan: PlanSource) -> tuple[Way, ...]:
-    """Return the legs of the walk in their order; none where no walk was looked for."""
+    """Return the legs of the route in their order; none where no route was planned."""
     route = plan.document["route"]
     if route is None:
         return ()

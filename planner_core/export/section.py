@@ -64,7 +64,7 @@ _KIND_OF_CLASS = (
     ("IfcFlowTerminal", "furniture"),
     ("IfcSanitaryTerminal", "furniture"),
 )
-#: Words in names of elements that have no class (OBJ groups, glTF nodes, USD prims), in the order looked for.
+#: Words in names of elements that have no class (OBJ groups, glTF nodes, USD prims), in the order of the search.
 _KIND_OF_WORD = (
     ("door", "door"),
     ("glass", "glass"),

@@ -1,6 +1,6 @@
 """The plan's USD stage in one file: plan.usda and all that it is made of, clouds and review too, as USDZ.
 
-PlanSource -> usdz. Layers go in as they are; the root layer says besides which coordinates the site has.
+PlanSource -> usdz. Layers go in as they are; the root layer has the site's coordinate system besides.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ def export_plan(
     name
         Of `FORMATS`.
     plan
-        The plan folder; or the plan, once opened, with `scene` and `frame` as told then.
+        The plan folder; or the plan, once opened, with `scene` and `frame` as given then.
     target
         The file or the folder to write; folders above are made.
     overwrite
@@ -111,7 +111,7 @@ def export_pack(
     """Write a plan in several formats into one folder, each under its standard name; as `export_plan`.
 
     Of all formats, those that need a CRS are left out of a plan without one, those that need the scene file where it
-    is not found, and remarks say so. What is asked for by its own name, or with a scene file that is told, is refused.
+    is not found, with remarks. What is named explicitly, or has a scene file given, is refused.
     A format that fails takes no other with it: `Written.failed` names it. Where all fail, the first error is raised.
     """
     chosen = formats_named(names)
@@ -119,7 +119,7 @@ def export_pack(
     chosen, left_out = _without_scene(opened, chosen, names)
     _check_scene(opened, chosen)
     held: list[Format] = []
-    told: dict[str, list[str]] = {}
+    remarked: dict[str, list[str]] = {}
     failed: dict[str, list[str]] = {}
     first_error: PlannerError | None = None
     with target_guarded(opened, target):
@@ -147,18 +147,18 @@ def export_pack(
                     continue
                 held.append(each)
                 for remark in dict.fromkeys(remarks):
-                    told.setdefault(remark, []).append(each.name)
+                    remarked.setdefault(remark, []).append(each.name)
             if first_error is not None and not held:
                 raise first_error
             write_record(opened, _names_of(held), staging, _subtracted_m(opened, held, options))
-    # What several formats remark, as on the way to longitude and latitude, is told once.
-    written = _written(opened, target, (*left_out, *_by_format(told)))
+    # What several formats remark, as on the way to longitude and latitude, is reported once.
+    written = _written(opened, target, (*left_out, *_by_format(remarked)))
     return replace(written, failed=_by_format(failed))
 
 
-def _by_format(told: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+def _by_format(remarked: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
     """One line for each remark, which begins with the names of its formats."""
-    return tuple(f"{', '.join(names)}: {remark}" for remark, names in told.items())
+    return tuple(f"{', '.join(names)}: {remark}" for remark, names in remarked.items())
 
 
 def _remove(path: Path) -> None:
@@ -205,7 +205,7 @@ def _without_scene(
 ) -> tuple[tuple[Format, ...], list[str]]:
     """Return the formats that can be had, and remarks on those of `all` that need a scene file which is not found."""
     spare = [each for each in chosen if each.needs_scene and each.name not in names]
-    if not spare or plan.told_scene:
+    if not spare or plan.given_scene:
         return chosen, []
     try:
         plan.scene_paths()

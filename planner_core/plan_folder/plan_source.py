@@ -87,7 +87,7 @@ class PlanSource:
     floors: tuple[FieldFloor, ...]
     links: tuple[FieldLink, ...]
     title: str
-    told_scene: ScenePaths = None
+    given_scene: ScenePaths = None
     _made: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def stations_of(self, floor_id: str) -> tuple[FieldStation, ...]:
@@ -111,7 +111,7 @@ class PlanSource:
             One is not found, or is not the one that was planned on.
         """
         try:
-            return find_scene(self.folder, self.document, self.told_scene)
+            return find_scene(self.folder, self.document, self.given_scene)
         except PlanFolderError as error:
             raise ExportError(str(error)) from error
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from planner_core.child_process import Limits, LostChildError, limits_for, run_apart
 from planner_core.errors import PlannerError
 from planner_core.export.formats import FORMATS, Format
-from planner_core.export.reviewed import OFFERED, TELLS_FIGURES, edited_stations
+from planner_core.export.reviewed import OFFERED, WITH_FIGURES, edited_stations
 from planner_core.plan_folder.plan_settings import ScenePaths
 from planner_core.plan_folder.plan_source import open_plan
 from planner_core.progress import ProgressEvent
@@ -180,6 +180,6 @@ def _obstacle(chosen: Format, without_scene: str, *, is_edited: bool) -> str | N
         return None
     if chosen.needs_scene:
         return without_scene
-    if is_edited and chosen.name in TELLS_FIGURES:
+    if is_edited and chosen.name in WITH_FIGURES:
         return f"stations or entrances were edited, and figures and route are computed from the scene: {without_scene}"
     return None

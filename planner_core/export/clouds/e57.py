@@ -121,8 +121,8 @@ class _E57:
         scans.append(scan)
         scan.set("guid", self._text(guid_of(clouds, station)))
         scan.set("name", self._text(station.id))
-        told = {**facts(clouds), **facts_of(station)}
-        scan.set("description", self._text("; ".join(f"{name}: {value}" for name, value in told.items())))
+        named = {**facts(clouds), **facts_of(station)}
+        scan.set("description", self._text("; ".join(f"{name}: {value}" for name, value in named.items())))
         scan.set("sensorModel", self._text(clouds.settings.scanner.title))
         scan.set("pose", self._pose(station))
         n_rows, n_columns = clouds.template.shape

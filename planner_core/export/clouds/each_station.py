@@ -26,8 +26,8 @@ Write = Callable[[Clouds, tuple[FieldStation, ...], Path], None]
 WriteStation = Callable[[Clouds, FieldStation, Path], None]
 """Writes files of a station: the path is their name, without a suffix."""
 
-#: Beams of the first station that others are asked about first.
-_MOST_BEAMS_ASKED = 4096
+#: Beams of the first station that go to other workers first.
+_MOST_BEAMS_AHEAD = 4096
 #: Errands that several processes gave wait for each other: they share an engine.
 _engine_lock = Lock()
 
@@ -58,7 +58,7 @@ def write_each(clouds: Clouds, passes: Sequence[WriteStation], folder: Path) -> 
 
         def here(number: int) -> bytes:
             alone = replace(clouds, scan_engine=clouds.engine, progress=silent)
-            return _told(write_station(alone, passes, number, folder))
+            return _packed(write_station(alone, passes, number, folder))
 
         found = spread.files(
             question,
@@ -92,7 +92,7 @@ def write_station(clouds: Clouds, passes: Sequence[WriteStation], number: int, f
     return tally
 
 
-def _told(tally: Tally) -> bytes:
+def _packed(tally: Tally) -> bytes:
     return json.dumps(asdict(tally)).encode()
 
 
@@ -108,7 +108,7 @@ class StationClouds:
     def answer(self, number: int, kept: Kept, progress: Progress = silent) -> bytes:
         """Give a hash of what a few beams of a station meet."""
         clouds = self.clouds
-        template = every_nth(clouds.template, thinning_step(clouds.template.shape, _MOST_BEAMS_ASKED))
+        template = every_nth(clouds.template, thinning_step(clouds.template.shape, _MOST_BEAMS_AHEAD))
         position_m = (clouds.stations[number].position_m - clouds.survey.scene.offset_m)[None]
         scan = kept(self.scene_key, self._opened).scan(template, position_m)
         found = hashlib.sha256()
@@ -122,7 +122,7 @@ class StationClouds:
             # Not the one that answers meanwhile: an engine does one thing at a time.
             engine = place.kept(f"{self.scene_key} of errands", self._opened)
             clouds = replace(self.clouds, scan_engine=engine, progress=partial(_heard, place))
-            return Outcome(answer=_told(write_station(clouds, self.passes, number, place.made)))
+            return Outcome(answer=_packed(write_station(clouds, self.passes, number, place.made)))
 
     def _opened(self) -> ScanEngine:
         return open_engine(self.clouds.survey.scene, self.clouds.survey.patches, engine=self.engine)

@@ -1,4 +1,4 @@
-"""What every cloud file says of itself: scanner, noise, coordinates; and the names of files, one a station."""
+"""What every cloud file states of itself: scanner, noise, coordinates; and the names of files, one a station."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def file_names(clouds: Clouds) -> tuple[str, ...]:
 
 
 def facts(clouds: Clouds) -> dict[str, str]:
-    """What holds for all stations, by name; no value says when or where it was written."""
+    """What holds for all stations, by name; no value depends on when or where it was written."""
     scanner = clouds.settings.scanner
     n_rows, n_columns = clouds.template.shape
     noise = "none" if clouds.noise is None else f"by the scanner's figures, seed {clouds.seed}"
@@ -37,7 +37,7 @@ def facts(clouds: Clouds) -> dict[str, str]:
 
 def facts_of(station: FieldStation) -> dict[str, str]:
     """What a station is and where it stands, by name; nothing of its ground where its height is not known."""
-    told = {
+    values = {
         "station": station.id,
         "floor": station.floor_id,
         "number": str(station.number),
@@ -45,9 +45,9 @@ def facts_of(station: FieldStation) -> dict[str, str]:
         "positionScene": numbers(station.position_m, 6),
     }
     if math.isfinite(station.instrument_height_m):
-        told["instrumentHeight"] = f"{station.instrument_height_m:.4f}"
-        told["groundSite"] = numbers(station.site_ground_m, 4)
-    return told
+        values["instrumentHeight"] = f"{station.instrument_height_m:.4f}"
+        values["groundSite"] = numbers(station.site_ground_m, 4)
+    return values
 
 
 def numbers(values: FloatArray, n_decimals: int) -> str:
@@ -57,19 +57,19 @@ def numbers(values: FloatArray, n_decimals: int) -> str:
 
 def guid_of(clouds: Clouds, station: FieldStation | None = None) -> str:
     """`{...}`: the same for the same cloud; None: of all stations together."""
-    told = [*clouds.identity, *facts(clouds).values()]
-    told.append(numbers(clouds.frame.matrix.ravel(), 9))
+    parts = [*clouds.identity, *facts(clouds).values()]
+    parts.append(numbers(clouds.frame.matrix.ravel(), 9))
     for one in clouds.stations if station is None else (station,):
-        told.extend(facts_of(one).values())
-    told.append("all" if station is None else "one")
-    return f"{{{uuid.uuid5(_NAMESPACE, chr(10).join(told))}}}"
+        parts.extend(facts_of(one).values())
+    parts.append("all" if station is None else "one")
+    return f"{{{uuid.uuid5(_NAMESPACE, chr(10).join(parts))}}}"
 
 
 def wkt_of(frame: SiteFrame) -> str:
     """The site's coordinate reference system as point-cloud formats take it, WKT of 2001; empty: there is none.
 
-    Heights are part of it where their system is told. A system that WKT of 2001 can't say is told in that of 2019.
-    Clouds are in metres: a system in feet is told with its axes in metres.
+    Heights are part of it where their system is given. A system that WKT of 2001 can't express is in that of 2019.
+    Clouds are in metres: a system in feet is written with its axes in metres.
     """
     if not frame.crs:
         return ""

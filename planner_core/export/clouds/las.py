@@ -24,7 +24,7 @@ SCALE_M = 0.0001
 """Step of coordinates: 0.1 mm. 32 bits then reach 214 km from the offset."""
 _SCAN_ANGLE_STEP_DEG = 0.006
 _CREATION_AT = 90
-"""Byte of the header where day and year of creation are, two bytes each; 0 and 0: not told."""
+"""Byte of the header where day and year of creation are, two bytes each; 0 and 0: not given."""
 _MOST_VLR_BYTES = 65535
 
 
@@ -102,9 +102,9 @@ def _header(clouds: Clouds, stations: tuple[FieldStation, ...]) -> Any:
             laspy.ExtraBytesParams("column", index, description="of the grid of beams"),
         ]
     )
-    for told in header.vlrs.get("ExtraBytesVlr")[0].extra_bytes_structs:
-        # laspy 2.7 looks at the first point of each block alone for their least and greatest: better not told.
-        told.options &= ~(told.MIN_BIT_MASK | told.MAX_BIT_MASK)
+    for extra in header.vlrs.get("ExtraBytesVlr")[0].extra_bytes_structs:
+        # laspy 2.7 takes their least and greatest from the first point of each block alone: better left out.
+        extra.options &= ~(extra.MIN_BIT_MASK | extra.MAX_BIT_MASK)
     if clouds.frame.crs:
         header.vlrs.append(WktCoordinateSystemVlr(wkt_of(clouds.frame)))
     header.vlrs.append(laspy.VLR("LASF_Spec", 3, "Text Area Description", _description(clouds, stations)))
@@ -124,10 +124,10 @@ def _offsets_m(clouds: Clouds, stations: tuple[FieldStation, ...]) -> FloatArray
 
 
 def _description(clouds: Clouds, stations: tuple[FieldStation, ...]) -> bytes:
-    told = [f"{name}: {value}" for name, value in facts(clouds).items()]
+    lines = [f"{name}: {value}" for name, value in facts(clouds).items()]
     places = [", ".join(f"{name} {value}" for name, value in facts_of(station).items()) for station in stations]
-    whole = "\n".join([*told, *places]).encode()
-    return whole if len(whole) < _MOST_VLR_BYTES else "\n".join(told).encode()
+    whole = "\n".join([*lines, *places]).encode()
+    return whole if len(whole) < _MOST_VLR_BYTES else "\n".join(lines).encode()
 
 
 def _records(points: Points, station: FieldStation, header: Any) -> Any:

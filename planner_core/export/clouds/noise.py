@@ -118,7 +118,7 @@ def _held_by_range(rows: FloatArray, range_m: FloatArray) -> FloatArray:
 def deviates(seed: int, station_id: str, *, first_beam: int, n_beams: int) -> FloatArray:
     """(n_beams, 3) standard normal deviates of range, azimuth and elevation of a station's beams.
 
-    Beam k has the same deviates in whatever block, order or number of threads it is asked for: they are a function of
+    Beam k has the same deviates in whatever block, order or number of threads it is computed: they are a function of
     (seed, station, k).
 
     Notes

@@ -137,7 +137,8 @@ class Tally:
 class Clouds:
     """The simulated clouds of stations.
 
-    title : of the scene. identity : what, with the stations, tells these clouds from all others. frame : of the site.
+    title : of the scene. identity : what, with the stations, distinguishes these clouds from all others. frame : of
+    the site.
     template : the beams that are cast: every `step`-th row and column of the scanner's. noise : None: exact.
     scan_engine : of the survey's scene; None: opened when first needed. tally counts on as blocks are made.
     """
@@ -261,12 +262,12 @@ def open_clouds(source: PlanSource, options: Options, *, progress: Progress = si
     RequirementError
         A station or floor that is not there, or `max_points` below 1.
     ExportError
-        The scene is not found; noise is asked of a scanner without figures; a plan without stations.
+        The scene is not found; noise is required of a scanner without figures; a plan without stations.
     SceneError
         The scene can't be read.
     """
     settings = settings_of(source.document)
-    stations = stations_asked(source, options)
+    stations = cloud_stations(source, options)
     noise = noise_model(settings.scanner) if options.noise else None
     survey = source.survey(progress=progress)
     scene = source.document["scene"]
@@ -290,7 +291,7 @@ def open_clouds(source: PlanSource, options: Options, *, progress: Progress = si
     )
 
 
-def stations_asked(source: PlanSource, options: Options) -> tuple[FieldStation, ...]:
+def cloud_stations(source: PlanSource, options: Options) -> tuple[FieldStation, ...]:
     """Stations that `options` names by id and by floor, in visiting order; all where it names none."""
     there = {station.id for station in source.stations}
     for name in options.stations:

@@ -65,7 +65,7 @@ class Contents:
 
     plan: PlanSource
     part: tuple[FieldFloor, ...]
-    """The floors that sheets are asked of; empty: the whole plan."""
+    """The floors that sheets are required of; empty: the whole plan."""
     floors: tuple[FloorSheets, ...]
     summary: tuple[Table, ...]
     histograms: tuple[Histogram, ...]
@@ -118,7 +118,7 @@ def gather(plan: PlanSource, options: Options) -> Contents:
 
 
 def _part(plan: PlanSource, options: Options) -> tuple[FieldFloor, ...]:
-    """Floors that sheets are asked of; none where these are all of the plan."""
+    """Floors that sheets are required of; none where these are all of the plan."""
     chosen = chosen_floors(plan, options)
     return () if len(chosen) == len(plan.floors) else chosen
 
@@ -144,7 +144,7 @@ def _cut_lower(plan: PlanSource, floors: Sequence[FloorSheets], options: Options
 
 
 def _worth_a_sheet(plan: PlanSource, floor: FieldFloor, options: Options) -> bool:
-    """Floors that nobody asked for, here or of the plan, have none."""
+    """Floors that are not required, here or of the plan, have none."""
     return bool(options.floors) or is_planned(plan, floor) or bool(plan.stations_of(floor.id))
 
 

@@ -28,14 +28,14 @@ _LAYERS = ("range", "incidence", "spacing")
 class Histogram:
     """edges : (B + 1,) in shown units, the last bar holds what is more too. shares : (B,) of the seen area, in [0, 1].
 
-    asked : the limit in shown units; None: none was asked. more : whether something is beyond the last edge.
+    limit : in shown units; None: there is none. more : whether something is beyond the last edge.
     """
 
     title: str
     words: str
     edges: FloatArray
     shares: FloatArray
-    asked: float | None
+    limit: float | None
     median: float
     at_95: float
     within: float | None
@@ -52,14 +52,14 @@ class Histogram:
 def histograms_of(plan: PlanSource, building: Building) -> list[Histogram]:
     """Histograms of range, incidence and point spacing, as far as the plan folder has the figures."""
     layers = read_figures(plan.folder, _LAYERS)
-    asked = plan.document["requirements"]["asked"]
-    incidence = asked["incidence_rad"]
+    required = plan.document["requirements"]["asked"]
+    incidence = required["incidence_rad"]
     feet = plan.frame.unit.is_feet
     length, short = (("ft", 1 / FOOT.metres), ("in", 12 / FOOT.metres)) if feet else (("m", 1.0), ("mm", 1000.0))
     limits = {
-        "range": None if asked["range_m"] is None else length[1] * asked["range_m"],
+        "range": None if required["range_m"] is None else length[1] * required["range_m"],
         "incidence": None if incidence is None else math.degrees(incidence),
-        "spacing": None if asked["spacing_m"] is None else short[1] * asked["spacing_m"],
+        "spacing": None if required["spacing_m"] is None else short[1] * required["spacing_m"],
     }
     shown = {
         "range": ("Range", f"range to the nearest station, {length[0]}", length[1]),
@@ -77,7 +77,7 @@ def histograms_of(plan: PlanSource, building: Building) -> list[Histogram]:
 
 
 def histogram(
-    figures: FloatArray, area_m2: FloatArray, title: str, words: str, factor: float, asked: float | None
+    figures: FloatArray, area_m2: FloatArray, title: str, words: str, factor: float, limit: float | None
 ) -> Histogram | None:
     """Return the histogram of figures (P,) by area (P,); None where nothing is seen."""
     seen = np.isfinite(figures) & (area_m2 > 0)
@@ -88,15 +88,15 @@ def histogram(
     reached = np.cumsum(weights[order]) / weights.sum()
     ordered = values[order]
     quantile = [float(ordered[min(int(np.searchsorted(reached, q)), ordered.size - 1)]) for q in (0.5, 0.95, 0.99)]
-    most = max(quantile[2], 1e-6) if asked is None else max(quantile[2], 1.1 * asked)
+    most = max(quantile[2], 1e-6) if limit is None else max(quantile[2], 1.1 * limit)
     width = plot.round_up(most / _N_BINS)
     n_bins = max(1, math.ceil(most / width - 1e-9))
     edges: FloatArray = width * np.arange(n_bins + 1, dtype=np.float64)
     place = np.minimum((values / width).astype(np.int64), n_bins - 1)
     shares: FloatArray = np.bincount(place, weights=weights, minlength=n_bins).astype(np.float64) / weights.sum()
-    within = None if asked is None else float(weights[values <= asked * (1 + 1e-9)].sum() / weights.sum())
+    within = None if limit is None else float(weights[values <= limit * (1 + 1e-9)].sum() / weights.sum())
     more = bool((values > edges[-1]).any())
-    return Histogram(title, words, edges, shares, asked, quantile[0], quantile[1], within, more)
+    return Histogram(title, words, edges, shares, limit, quantile[0], quantile[1], within, more)
 
 
 def share_axis(highest: float) -> plot.Axis:
@@ -107,7 +107,7 @@ def share_axis(highest: float) -> plot.Axis:
 
 
 def draw_histogram(ink: Ink, made: Histogram, box: Box) -> None:
-    """Draw one in a box, with the asked limit as a dashed line."""
+    """Draw one in a box, with the required limit as a dashed line."""
     x_axis = plot.Axis(made.words, float(made.edges[-1]), plot.round_up(float(made.edges[-1]) / 7))
     y_axis = share_axis(float(made.shares.max()))
     room, to_x, to_y = plot.draw_plot(ink, made.title, box, x_axis, y_axis)
@@ -119,10 +119,10 @@ def draw_histogram(ink: Ink, made: Histogram, box: Box) -> None:
     lines = [f"median {made.median:.3g}{made.unit}, 95 % at most {made.at_95:.3g}{made.unit}"]
     if made.more:
         lines.append("the last bar includes all larger values")
-    if made.asked is not None and made.within is not None:
-        x = to_x(made.asked)
+    if made.limit is not None and made.within is not None:
+        x = to_x(made.limit)
         ink.lines([np.array([(x, room.bottom), (x, room.top)])], plot.REQUIRED)
-        _boxed(ink, (x, room.top - 2.0), f"required: {made.asked:.4g}{made.unit}", room)
+        _boxed(ink, (x, room.top - 2.0), f"required: {made.limit:.4g}{made.unit}", room)
         lines.append(f"{100 * made.within:.1f} % within the limit")
     ink.text((room.right, box.top - 7.6), "; ".join(lines), plot.SIZE_PT, align="right", colour=QUIET)
 
@@ -137,7 +137,7 @@ def _boxed(ink: Ink, at: tuple[float, float], words: str, room: Box) -> None:
 
 
 def draw_curve(ink: Ink, plan: PlanSource, box: Box) -> None:
-    """Draw covered share against number of stations, the most useful first where the plan says which that is."""
+    """Draw covered share against number of stations, the most useful first where the plan has their order."""
     why = plan.document.get("why")
     steps = [] if why is None else why["curve"]
     number = {station.id: station.number for station in plan.stations}

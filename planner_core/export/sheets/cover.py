@@ -83,7 +83,7 @@ def draw_cover(
 
 
 def picture_words(part: Sequence[FieldFloor]) -> str:
-    """What is said below the picture of all floors."""
+    """The text below the picture of all floors."""
     words = "A greyscale copy does not show its shades: the drawings hatch what stays unseen."
     return f"{WHOLE_PLAN.capitalize()}. {words}" if part else words
 

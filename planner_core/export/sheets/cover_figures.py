@@ -27,7 +27,7 @@ def part_words(plan: PlanSource, part: Sequence[FieldFloor]) -> str:
 
 
 def cover_figures(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> list[tuple[str, str]]:
-    """Names and values. part : the floors that the sheets are of, empty for all; what is of more floors says so."""
+    """Names and values. part : the floors that the sheets are of, empty for all; figures of more floors are marked."""
     return [*(_part_figures(plan, part) if part else _plan_figures(plan)), *_basis_figures(plan)]
 
 
@@ -74,10 +74,10 @@ def _floor_coverage(plan: PlanSource, floor: FieldFloor) -> str:
     return _coverage(plan, found[0], required_on(plan, floor))
 
 
-def _coverage(plan: PlanSource, figures: Mapping[str, Any], asked: float) -> str:
-    reached = reached_percent(float(figures["fraction_of_achievable"]), asked)
+def _coverage(plan: PlanSource, figures: Mapping[str, Any], required: float) -> str:
+    reached = reached_percent(float(figures["fraction_of_achievable"]), required)
     scannable = area_words(plan.frame.unit, figures["achievable_area_m2"])
-    return f"{reached} % of {scannable} scannable; required: {100 * asked:g} %"
+    return f"{reached} % of {scannable} scannable; required: {100 * required:g} %"
 
 
 def _team_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
@@ -102,7 +102,7 @@ def _basis_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
     yield "Coordinates", plan.frame.crs_line + _accuracy(plan)
     yield "North", north_words(plan)
     if plan.frame.place:
-        yield "Location", f"{plan.frame.place}, roughly: as the {scene['format'].upper()} file says"
+        yield "Location", f"{plan.frame.place}, roughly: as in the {scene['format'].upper()} file"
     yield "Scene", f"{scene['file']} ({scene['format'].upper()}), SHA-256 {scene['sha256'][:16]}…"
     made = document.get("versions", {}).get("tlsplan")
     basis = f"{_thousands(settings['n_patches'])} patches, {_thousands(settings['n_candidates'])} candidates"
@@ -118,8 +118,8 @@ def north_words(plan: PlanSource) -> str:
         return f"arrow N on the drawings: {kind}, {turned}"
     if frame.true_north_rad is None:
         return "not known; drawings are aligned with x and y of the scene"
-    said = f"true north as the {plan.document['scene']['format'].upper()} file says"
-    return f"{said}, {turned}; coordinates are not rotated to it"
+    text = f"true north as in the {plan.document['scene']['format'].upper()} file"
+    return f"{text}, {turned}; coordinates are not rotated to it"
 
 
 def _turned(north_rad: float) -> str:
@@ -149,23 +149,23 @@ def network_words(plan: PlanSource) -> str:
     """Say how the stations hang together."""
     of = plan.document["registration"]
     counted = sum((link_class(plan, link) or WEAK) > WEAK for link in plan.links)
-    asked = plan.document["requirements"]
-    overlap = overlap_noun(asked["overlap_measure"], asked["overlap_of"])
+    required = plan.document["requirements"]
+    overlap = overlap_noun(required["overlap_measure"], required["overlap_of"])
     links = f"{counted} links of at least {100 * of['threshold']:g} % {overlap}"
     if of["connected"]:
         return f"{len(plan.stations)} stations, all connected; {links}"
     sizes = [len(network["stations"]) for network in of["networks"]]
-    told = ", ".join(map(str, sizes[:12])) + (" …" if len(sizes) > 12 else "")
-    return f"NOT all connected: {len(sizes)} groups, of {told} stations; {links}"
+    listed = ", ".join(map(str, sizes[:12])) + (" …" if len(sizes) > 12 else "")
+    return f"NOT all connected: {len(sizes)} groups, of {listed} stations; {links}"
 
 
 def time_words(time: Mapping[str, Any]) -> str:
     """Say how long the day is, as far as that is known."""
     parts = (("scanning", time["scanning_s"]), ("setting up", time["set_up_s"]), ("walking", time["walking_s"]))
-    told = ", ".join(f"{_minutes(seconds)} {name}" for name, seconds in parts if seconds is not None)
+    listed = ", ".join(f"{_minutes(seconds)} {name}" for name, seconds in parts if seconds is not None)
     if time["total_s"] is None:
-        return f"{told}; scan time not known"
-    return f"{_hours(time['total_s'])}: {told}"
+        return f"{listed}; scan time not known"
+    return f"{_hours(time['total_s'])}: {listed}"
 
 
 def _minutes(seconds: float) -> str:

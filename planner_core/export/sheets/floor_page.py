@@ -166,7 +166,7 @@ def _draw_stations(view: FloorView, tile: Tile, labels: Labels, unit: LengthUnit
 
 
 def _is_number(name: str, number: int) -> bool:
-    """Whether an id says no more than the number in the disc."""
+    """Whether an id adds nothing to the number in the disc."""
     digits = name.lstrip("S")
     return digits.isdecimal() and int(digits) == number
 

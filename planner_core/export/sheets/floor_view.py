@@ -28,7 +28,7 @@ _AROUND_M = 2.0
 _MARGIN_M = 0.4
 #: What is drawn as cut through, black: all else is lines.
 _SOLID = ("wall", "column", "slab", "other")
-#: Surface of a floor is looked for up to here, where no floor above ends it before.
+#: Surface of a floor is searched up to here, where no floor above ends it before.
 _STOREY_M = 4.0
 _LEAST_STOREY_M = 1.5
 #: What is cut at this height stands on the ground: walls below windows, cupboards, not carpets.
@@ -81,7 +81,7 @@ def link_class(plan: PlanSource, link: FieldLink) -> int | None:
 
 
 def is_planned(plan: PlanSource, floor: FieldFloor) -> bool:
-    """Whether the plan is of that floor: one that nobody asked for counts as seen, whatever is seen of it."""
+    """Whether the plan is of that floor: one that is not required counts as seen, whatever is seen of it."""
     wanted = [str(name).casefold() for name in plan.document["requirements"]["floors"]]
     return not wanted or floor.id.casefold() in wanted or floor.name.casefold() in wanted
 

@@ -88,7 +88,7 @@ def _draw_legend(ink: Ink, plan: PlanSource, view: FloorView, box: Box) -> None:
     if view.surface is not None:
         entries += ["missed ground", "out of reach", "missed wall", "wall", "below"]
     cut = cut_words(plan.frame.unit, view.cut_m)
-    told = {entry: tuple(words.format(cut=cut) for words in _LEGEND[entry]) for entry in entries}
+    legend = {entry: tuple(words.format(cut=cut) for words in _LEGEND[entry]) for entry in entries}
     n_columns = 2 if len(entries) > 5 else 1
     n_rows = -(-len(entries) // n_columns)
     width, height = (box.width - 3) / n_columns, (box.height - 2) / max(n_rows, 5)
@@ -96,7 +96,7 @@ def _draw_legend(ink: Ink, plan: PlanSource, view: FloorView, box: Box) -> None:
         column, row = divmod(place, n_rows)
         left, middle = box.left + 2 + column * width, box.top - 1.5 - (row + 0.5) * height
         _draw_sample(ink, entry, Box(left, middle - 1.7, 11, 3.4))
-        words = next((words for words in told[entry] if width_mm(words, 6.4) <= width - 13), told[entry][-1])
+        words = next((words for words in legend[entry] if width_mm(words, 6.4) <= width - 13), legend[entry][-1])
         ink.text((left + 12.5, middle - 0.9), fitted(words, 6.4, width - 13), 6.4)
 
 
@@ -171,7 +171,7 @@ def _north_words(plan: PlanSource) -> str:
         return "N: grid north" if frame.crs else "N: axis N of the site's coordinates"
     if frame.true_north_rad is None:
         return "x, y of the scene; north not known"
-    return f"true north: as the {plan.document['scene']['format'].upper()} file says"
+    return f"true north: as in the {plan.document['scene']['format'].upper()} file"
 
 
 def _draw_scale(ink: Ink, plan: PlanSource, tile: Tile, box: Box) -> None:

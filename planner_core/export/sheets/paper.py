@@ -71,7 +71,7 @@ def sheet_of(paper: str, *, upright: bool) -> Sheet:
 def text_sheet(paper: str) -> tuple[Sheet, float]:
     """Return the sheet that pages without drawings are laid out on, and how many times as large it is printed.
 
-    Words on large paper are larger: such sheets are looked at from farther away, or reduced by a copier.
+    Words on large paper are larger: such sheets are read from farther away, or reduced by a copier.
     """
     sheet = sheet_of(paper, upright=False)
     zoom = _ZOOM.get(sheet.paper, 1.0)

@@ -20,7 +20,7 @@ from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 
 #: Ground this much below a floor's is still that floor's: steps, ramps, rounding.
 _BELOW_M = 0.3
-#: An upper floor's ground is looked for where the walk is not this much below it: nobody walks under it there.
+#: An upper floor's ground is searched where the walk is not this much below it: nobody walks under it there.
 _CLIMB_M = 1.0
 #: A forbidden position this much below a floor is on it.
 _ON_GROUND_M = 0.3
@@ -67,7 +67,7 @@ class Mark:
 def ways_on(plan: PlanSource, floor: FieldFloor, building: Building | None = None) -> list[Way]:
     """Stretches of the walk on a floor, in the order of the walk.
 
-    building : tells where the upper floor's ground begins; without it a way changes floors at one of its corners.
+    building : gives where the upper floor's ground begins; without it a way changes floors at one of its corners.
     """
     route = plan.document.get("route")
     number = {each.id: index for index, each in enumerate(plan.floors)}

@@ -1,4 +1,4 @@
-"""What sheets say of a plan in rows: what was asked and reached, stations, networks, unseen surface.
+"""A plan in rows of sheets: what was required and reached, stations, networks, unseen surface.
 
 PlanSource -> text; no layout. Coordinates are the site's; coordinates and lengths are in its unit.
 """
@@ -60,12 +60,12 @@ def warnings_of(plan: PlanSource) -> list[str]:
 
 
 def required_on(plan: PlanSource, floor: FieldFloor) -> float:
-    """Return the share of a floor's achievable surface that was asked for."""
-    asked = plan.document["requirements"]
+    """Return the share of a floor's achievable surface that is required."""
+    required = plan.document["requirements"]
     # The results begin with those of the planned floors, each by the name, id or pattern that the client wrote.
     planned = [each.id for each in plan.floors if is_planned(plan, each)]
-    results = dict(zip(planned, asked["results"], strict=False))  # older plans have none
-    return float(results.get(floor.id, {"required": asked["coverage"]})["required"])
+    results = dict(zip(planned, required["results"], strict=False))  # older plans have none
+    return float(results.get(floor.id, {"required": required["coverage"]})["required"])
 
 
 # ------------------------------------------------------------------------------------------------- tables
@@ -101,7 +101,7 @@ def _middle(floor: FieldFloor) -> FloatArray:
 
 
 def requirements_table(plan: PlanSource) -> Table:
-    """What was asked and what became of it."""
+    """What was required and what was reached."""
     rows = tuple(_requirement_row(result, plan.frame.unit) for result in plan.document["requirements"]["results"])
     columns = (
         Column("Requirement", 34),
@@ -126,18 +126,18 @@ def _requirement_row(result: Mapping[str, Any], unit: LengthUnit) -> tuple[str, 
     )
 
 
-def limits_words(asked: Mapping[str, Any], seen_from: int, unit: LengthUnit) -> str:
-    """Say what is asked of points."""
+def limits_words(required: Mapping[str, Any], seen_from: int, unit: LengthUnit) -> str:
+    """Put the limits of points into words."""
     limits = []
-    if asked["range_m"] is not None:
-        told = f"{FOOT.of(asked['range_m']):.4g} ft" if unit.is_feet else f"{asked['range_m']:g} m"
-        limits.append(f"range {told}")
-    if asked["incidence_rad"] is not None:
-        limits.append(f"incidence {math.degrees(asked['incidence_rad']):.4g}°")
-    if asked["spacing_m"] is not None:
-        limits.append(f"spacing {short_length_words(unit, asked['spacing_m'])}")
-    if asked["noise_m"] is not None:
-        limits.append(f"noise {short_length_words(unit, asked['noise_m'])}")
+    if required["range_m"] is not None:
+        text = f"{FOOT.of(required['range_m']):.4g} ft" if unit.is_feet else f"{required['range_m']:g} m"
+        limits.append(f"range {text}")
+    if required["incidence_rad"] is not None:
+        limits.append(f"incidence {math.degrees(required['incidence_rad']):.4g}°")
+    if required["spacing_m"] is not None:
+        limits.append(f"spacing {short_length_words(unit, required['spacing_m'])}")
+    if required["noise_m"] is not None:
+        limits.append(f"noise {short_length_words(unit, required['noise_m'])}")
     words = "at most " + ", ".join(limits) if limits else "seen"
     return words + (f", from {seen_from} stations" if seen_from > 1 else "")
 
@@ -276,7 +276,7 @@ def _pair(link: Mapping[str, Any], number: Mapping[str, int]) -> str:
 
 
 def unseen_table(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> Table | None:
-    """Largest surfaces that are not covered, with the reason; None where nobody looked for reasons.
+    """Largest surfaces that are not covered, with the reason; None where reasons were not computed.
 
     part : the floors whose surfaces are listed; empty: all.
     """

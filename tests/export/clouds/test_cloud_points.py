@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import ExportError, RequirementError
-from planner_core.export.clouds.points import Clouds, ScanBlock, open_clouds, stations_asked, thinning_step
+from planner_core.export.clouds.points import Clouds, ScanBlock, cloud_stations, open_clouds, thinning_step
 from planner_core.export.options import Options
 from planner_core.model import BeamTemplate, FloatArray, ScanBatch
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
@@ -167,7 +167,7 @@ def test_blocks_are_made_when_asked_for_one_at_a_time(source: PlanSource) -> Non
 
 def test_stations_are_those_asked_for_in_visiting_order(source: PlanSource) -> None:
     def ids(options: Options) -> list[str]:
-        return [station.id for station in stations_asked(source, options)]
+        return [station.id for station in cloud_stations(source, options)]
 
     everyone = [station.id for station in source.stations]
     assert sorted(everyone) == ["S001", "S002"]
@@ -183,7 +183,7 @@ def test_stations_are_those_asked_for_in_visiting_order(source: PlanSource) -> N
 
 def test_a_plan_without_stations_is_refused(source: PlanSource) -> None:
     with pytest.raises(ExportError, match="no station"):
-        stations_asked(replace(source, stations=()), Options())
+        cloud_stations(replace(source, stations=()), Options())
 
 
 def test_no_points_at_all_can_not_be_asked_for(source: PlanSource) -> None:

@@ -255,7 +255,7 @@ def test_stations_of_a_building_of_several_files_are_in_the_first_and_it_is_said
     scene = {**plan.document["scene"], "other_files": [second.document["scene"]]}
     source = {"path": "first.ifc", "other_paths": ["second.ifc"]}
     both = (tmp_path / "first.ifc", tmp_path / "second.ifc")
-    plan = replace(plan, document={**plan.document, "scene": scene, "source": source}, told_scene=both)
+    plan = replace(plan, document={**plan.document, "scene": scene, "source": source}, given_scene=both)
     remarks = write_ifc_model(plan, tmp_path / "with.ifc", Options(), silent)
     assert remarks == ("first.ifc, the first of 2 files, is what the stations are written into",)
     model = ifcopenshell.open(str(tmp_path / "with.ifc"))
@@ -332,7 +332,7 @@ def _planned_on(plan: PlanSource, path: Path, metres_per_unit: float) -> PlanSou
     """The plan as if it had been made on another file."""
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     scene = {**plan.document["scene"], "file": path.name, "sha256": digest, "metres_per_unit": metres_per_unit}
-    return replace(plan, document={**plan.document, "scene": scene}, told_scene=path, title="old.ifc")
+    return replace(plan, document={**plan.document, "scene": scene}, given_scene=path, title="old.ifc")
 
 
 def _write_old_file(path: Path, elevations_m: list[float], schema: str = "IFC2X3") -> None:

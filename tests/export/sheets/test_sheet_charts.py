@@ -65,7 +65,7 @@ def test_limits_of_the_plan_are_marked_in_shown_units(site_plan: PlanSource) -> 
     building = read_building(site_plan.folder)
     assert isinstance(building, Building)
     made = {each.title: each for each in histograms_of(site_plan, building)}
-    assert {title: each.asked for title, each in made.items()} == pytest.approx(
+    assert {title: each.limit for title, each in made.items()} == pytest.approx(
         {"Range": 4.0, "Incidence": 75.0, "Point spacing": 500.0}
     )
     document = json.loads((site_plan.folder / "viewer" / "layers.json").read_text())

@@ -139,10 +139,10 @@ def test_sheets_of_one_title_are_one_line_of_the_index(
     ("frame", "told"),
     [
         (SiteFrame(), "not known; drawings are aligned with x and y of the scene"),
-        (SiteFrame(true_north_rad=0.0), "true north as the OBJ file says, up on the sheet; coordinates are not"),
+        (SiteFrame(true_north_rad=0.0), "true north as in the OBJ file, up on the sheet; coordinates are not"),
         (
             SiteFrame(true_north_rad=math.radians(-30)),
-            "true north as the OBJ file says, 30.0° counter-clockwise from up",
+            "true north as in the OBJ file, 30.0° counter-clockwise from up",
         ),
         (SiteFrame(source="control points"), "arrow N on the drawings: axis N of the site's coordinates, up on the"),
     ],
@@ -154,7 +154,7 @@ def test_cover_says_which_north_and_where_it_comes_from(scene_plan: PlanSource, 
 def test_cover_says_where_the_scene_file_puts_the_site(scene_plan: PlanSource) -> None:
     assert "Location" not in dict(cover_figures(scene_plan))
     placed = replace(scene_plan, frame=SiteFrame(place="49.10043 N, 8.43654 E"))
-    assert dict(cover_figures(placed))["Location"] == "49.10043 N, 8.43654 E, roughly: as the OBJ file says"
+    assert dict(cover_figures(placed))["Location"] == "49.10043 N, 8.43654 E, roughly: as in the OBJ file"
 
 
 def test_cover_says_grid_north_where_there_is_a_grid(site_sheets: Any) -> None:
