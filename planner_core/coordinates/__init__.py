@@ -1,1 +1,1 @@
-"""From scene coordinates to the site's: by what the scene file says of them, what a user does, or control points."""
+"""From scene coordinates to the site's: by the scene file, the user's options, or control points."""

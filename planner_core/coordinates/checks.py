@@ -112,7 +112,7 @@ def doubts_of_renaming(of_file: MapCrs, given: MapCrs, east_north_m: FloatArray)
     middle_m = east_north_m.mean(axis=0)[None, :]
     was, now = of_file.degrees(middle_m)[0], given.degrees(middle_m)[0]
     line = f"the scene file's map conversion is in {of_file.name}, and is taken to be in {given.name}"
-    if not np.isfinite(was).all():  # where the plan is cannot be told, and that is a doubt of its own
+    if not np.isfinite(was).all():  # the plan's place is not known, a doubt of its own
         return (Doubt(line),)
     away_m = geodesic_m(was, now)
     if away_m <= FAR_M:

@@ -99,11 +99,11 @@ class MapCrs:
         longitude, latitude = self.degrees(east_north_m)[0]
         if not (math.isfinite(longitude) and math.isfinite(latitude)):
             return None
-        told = Proj(self._crs).get_factors(longitude, latitude)
-        scale = math.sqrt(float(told.areal_scale))
+        factors = Proj(self._crs).get_factors(longitude, latitude)
+        scale = math.sqrt(float(factors.areal_scale))
         if not math.isfinite(scale):
             return None
-        return GridAt(float(latitude), float(longitude), scale, math.radians(float(told.meridian_convergence)))
+        return GridAt(float(latitude), float(longitude), scale, math.radians(float(factors.meridian_convergence)))
 
     def _transformer(self) -> Any:
         from pyproj import Transformer

@@ -1,4 +1,4 @@
-"""What plan.json says of where its scene is on earth."""
+"""Where on earth the scene of a plan.json is."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _Row = tuple[Number, Number, Number, Number]
 
 
 class GeoreferenceSection(Mirror):
-    """What the scene file says of where it is on earth, unchecked; texts as the file has them, empty: not told."""
+    """Where on earth the scene is by its file, unchecked; texts as the file has them, empty: not given."""
 
     made: ClassVar = Georeference
 
@@ -42,6 +42,6 @@ class GeoreferenceSection(Mirror):
     site_position_m: Annotated[tuple[Number, Number, Number] | None, Field(alias="site_position")]
     """Scene position that latitude, longitude and elevation are of."""
     true_north: tuple[Number, Number] | None
-    """Direction in the plan of the scene, of length 1; null: not told."""
+    """Direction in the plan of the scene, of length 1; null: not given."""
     warnings: tuple[str, ...]
     """What is odd about it."""

@@ -1,4 +1,4 @@
-"""What a user says of the site's coordinates."""
+"""The user's options for the site's coordinates."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from planner_core.model import LengthUnit
 
 @dataclass(frozen=True)
 class FrameRequest:
-    """How the site's coordinates come about. Nothing told: what the plan's scene file says, else scene coordinates.
+    """How the site's coordinates come about. None given: those of the plan's scene file, else scene coordinates.
 
     origin_m : E, N, H of the scene's origin, metres even where the CRS is in feet. rotation_rad : of the scene against
     the grid, counter-clockwise seen from above. control_points : CSV, see `planner_core.coordinates.control_points`. At
-    most one of `origin_m`, `control_points`, `by_site_placement` and `scene_coordinates` is told.
+    most one of `origin_m`, `control_points`, `by_site_placement` and `scene_coordinates` is given.
     """
 
     crs: str = ""
@@ -34,7 +34,7 @@ class FrameRequest:
     by_site_placement: bool = False
     """By latitude, longitude and true north of the scene file, in `crs`: good to metres or worse."""
     scene_coordinates: bool = False
-    """Scene coordinates, whatever the scene file says."""
+    """Scene coordinates, whatever the scene file has."""
     accept_implausible: bool = False
     """Coordinates that are surely wrong are taken with a warning, instead of being refused."""
     unit: LengthUnit | None = None
