@@ -62,7 +62,7 @@ def command(
 
     document = read_plan_json(plan)  # a broken plan is told here, not by an empty page
     if scene:
-        find_scene(plan, document, told=scene)  # so is the wrong building
+        find_scene(plan, document, scenes=scene)  # so is the wrong building
     try:
         ReviewStore(plan).current()
     except PlanFolderError as error:  # the plan can be looked at without

@@ -50,7 +50,7 @@ def site_frame(document: Mapping[str, Any], request: FrameRequest | None = None)
     document
         Of `planner_core.plan_folder.plan_json.read_plan_json`.
     request
-        None: nobody asks for coordinates yet; what is wrong with those of the scene file is a warning.
+        None: coordinates are not required yet; what is wrong with those of the scene file is a warning.
 
     Raises
     ------
@@ -59,19 +59,19 @@ def site_frame(document: Mapping[str, Any], request: FrameRequest | None = None)
     PlanFolderError
         `scene.georeference` of the document is not as it is written.
     """
-    request = request or FrameRequest()
-    _check_one_way(request)
+    options = request or FrameRequest()
+    _check_one_way(options)
     georeference = georeference_of(document)
     north = _true_north_rad(georeference)
     place = "" if georeference is None else _place_words(georeference)
-    scene = SiteFrame(true_north_rad=north, place=place, unit=request.unit or METRE)
-    if request.scene_coordinates:
+    scene = SiteFrame(true_north_rad=north, place=place, unit=options.unit or METRE)
+    if options.scene_coordinates:
         return scene
-    frame, systems = _frame(request, georeference)
+    frame, systems = _frame(options, georeference)
     if frame is None:
         return replace(scene, warnings=() if georeference is None else georeference.warnings)
     points_m = _points_of(document)
-    named = _named(frame, systems, request.unit)
+    named = _named(frame, systems, options.unit)
     doubts = doubts_of(named, systems.plane, points_m)
     if systems.of_file is not None and systems.plane is not None:
         doubts = (*doubts_of_renaming(systems.of_file, systems.plane, named.to_site(points_m)[:, :2]), *doubts)
@@ -223,8 +223,8 @@ def _by_site_placement(georeference: Georeference | None, systems: _Systems) -> 
     grid = systems.plane.grid_at(np.array([[east, north]]))
     if grid is None:
         raise CoordinatesError(
-            f"--by-site-placement: {_place_words(georeference)} is far outside {systems.plane.name}, expected a position "
-            "in it; give the grid of the site"
+            f"--by-site-placement: {_place_words(georeference)} is far outside {systems.plane.name}, expected a "
+            "position in it; give the grid of the site"
         )
     # True north is seen in the scene clockwise from +y; grid north is clockwise from true north by the convergence.
     rotation_rad = (_true_north_rad(georeference) or 0.0) + grid.convergence_rad
@@ -236,8 +236,8 @@ def _by_site_placement(georeference: Georeference | None, systems: _Systems) -> 
         matrix=matrix,
         source="ifc site placement",
         warnings=(
-            f"the site is placed by latitude, longitude and true north of the scene file ({_place_words(georeference)}): "
-            "good to metres or worse; use control points for setting out",
+            f"the site is placed by latitude, longitude and true north of the scene file "
+            f"({_place_words(georeference)}): good to metres or worse; use control points for setting out",
         ),
     )
 

@@ -21,7 +21,7 @@ from planner_core.device.faults import device_error, driver_errors
 from planner_core.device.pocl import HIGHEST_LEVEL, name_given
 from planner_core.device.sources import kernel_source, kernels_hash
 from planner_core.errors import DeviceError, DeviceMemoryError
-from planner_core.told_sizes import size_told
+from planner_core.memory_settings import memory_from_env
 
 #: Device memory that we may use at most, such as `8GB` or `500MB`; unset: what the device has.
 MEMORY_VARIABLE = "TLSPLAN_MEMORY"
@@ -464,8 +464,8 @@ def _large_pages(n_bytes: int) -> NDArray[np.uint8]:
 
 def memory_allowed() -> int:
     """What `MEMORY_VARIABLE` allows, in bytes; a wrong one is a RequirementError, which no fallback swallows."""
-    told = size_told(MEMORY_VARIABLE)
-    return sys.maxsize if told is None else told
+    limit_bytes = memory_from_env(MEMORY_VARIABLE)
+    return sys.maxsize if limit_bytes is None else limit_bytes
 
 
 def _mib(n_bytes: int) -> str:

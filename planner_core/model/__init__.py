@@ -2,7 +2,7 @@
 
 Frames
 ------
-*source*  what the file says: any unit, y or z up, any origin.
+*source*  as the file has it: any unit, y or z up, any origin.
 *scene*   metres, z up, right-handed; otherwise the source's own origin. plan.json, CSV and every export use it.
 *local*   scene minus `Scene.offset_m`. ALL geometry in memory is local, float64 on the host and float32 in kernels.
 

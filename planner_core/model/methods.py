@@ -28,7 +28,7 @@ class Greedy:
 class Proven:
     """Few stations as one network, with a bound on how few there can be, see `planner_core.select.proven`.
 
-    work_limit : numbers looked at, in 1e9, roughly seconds of one core. time_limit_s : besides, of the clock; with it
+    work_limit : numbers read, in 1e9, roughly seconds of one core. time_limit_s : besides, of the clock; with it
     two runs may differ. n_walks : annealings side by side, each with its own random numbers; results depend on it, and
     not on the number of cores. prove : whether to work on the bound, too; if not, all of the work goes into fewer
     stations.

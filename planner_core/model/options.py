@@ -28,12 +28,12 @@ def method_of(name: str, options: Iterable[tuple[str, str]] = ()) -> Method:
     if name not in METHODS:
         raise RequirementError(f"method: got {name!r}, expected one of {', '.join(METHODS)}")
     method = METHODS[name]()
-    told = list(options)
-    if told and not fields(method):
+    given = list(options)
+    if given and not fields(method):
         raise RequirementError(
-            f"option {told[0][0]}: got it with method {name}, which has none; use method proven or paper"
+            f"option {given[0][0]}: got it with method {name}, which has none; use method proven or paper"
         )
-    return with_options(method, told)
+    return with_options(method, given)
 
 
 def options_of(method: Method) -> dict[str, str]:

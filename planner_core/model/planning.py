@@ -24,7 +24,7 @@ class Candidates:
     """Admissible sensor positions that nobody has chosen yet.
 
     position_m : (N, 3) float64, local, the sensor's origin. floor : (N,) int32 into the floors.
-    instrument_height_m : (N,) float64 above the ground below. n_tried : grid points looked at;
+    instrument_height_m : (N,) float64 above the ground below. n_tried : grid points tried;
     rejected : how many were refused, by reason.
     """
 
@@ -118,7 +118,7 @@ class PlanSettings:
     refine: bool = True
     """Look for better places off the grid once stations are chosen (method `proven`)."""
     seconds_per_scan: float | None = None
-    """None: as the scanner's mode says."""
+    """None: that of the scanner's mode."""
     set_up_s: float = 60.0
     """Levelling a tripod, checking the battery, starting the scan."""
     set_up_tolerance_m: float = 0.1
@@ -158,7 +158,7 @@ class PlanSettings:
 
     @property
     def crew(self) -> Crew:
-        """How fast the crew is; a scan takes as long as told, else as the scanner's mode says."""
+        """How fast the crew is; a scan takes as long as given, else as in the scanner's mode."""
         scan_s = self.scanner.seconds_per_scan if self.seconds_per_scan is None else self.seconds_per_scan
         return Crew(scan_s, self.set_up_s, self.walking_m_per_s)
 
@@ -242,9 +242,9 @@ class PlanSettings:
     def _check_scanner(self) -> None:
         """Refuse what the scanner's figures do not tell."""
         if self.requirements.limits_noise and not self.scanner.range_noise:
-            asked_by = self.requirements.deliverable
+            required_by = self.requirements.deliverable
             raise RequirementError(
-                f"noise: got a limit{f' of deliverable {asked_by}' if asked_by else ''} with scanner "
+                f"noise: got a limit{f' of deliverable {required_by}' if required_by else ''} with scanner "
                 f"{self.scanner.name}, expected one with a table of range noise; give a scanner file of your own with "
                 "range_noise, or noise 'any' (--max-noise any), range and incidence limited instead"
             )
@@ -288,5 +288,5 @@ class Survey:
 
     @property
     def looked_at(self) -> BoolArray | None:
-        """(P,) bool: patches that positions are asked about; the others hide, and nothing more. None: all are."""
+        """(P,) bool: patches that visibility is computed of; the others only occlude. None: all are."""
         return None if self.scope is None or self.scope.in_scope.all() else self.scope.in_scope

@@ -51,7 +51,7 @@ class RegistrationNetwork:
 
     @property
     def survives_a_link(self) -> bool:
-        """Whether it stays joined when any one link fails; asked of three or more stations only."""
+        """Whether it stays joined when any one link fails; required of three or more stations only."""
         return len(self.stations) < 3 or not self.bridges
 
     @property
@@ -87,7 +87,7 @@ class Registration:
     threshold: float
     min_strength: float
     loops: bool
-    """Asked: every network survives the failure of a link."""
+    """Required: every network survives the failure of a link."""
     networks: tuple[RegistrationNetwork, ...]
     floors: tuple[FloorNetworks, ...]
     floor_joins: tuple[Link, ...]
@@ -100,7 +100,7 @@ class Registration:
 
     @property
     def met(self) -> bool:
-        """Whether the stations are one network and, where that is asked, it survives the failure of a link."""
+        """Whether the stations are one network and, where that is required, it survives the failure of a link."""
         return self.connected and (not self.loops or all(network.survives_a_link for network in self.networks))
 
     @property

@@ -1,4 +1,4 @@
-"""What the client asked, and what became of it."""
+"""The client's requirements, and their results."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ class PointLimits:
 
 @dataclass(frozen=True)
 class PartRequirement:
-    """What is asked of one part of the building. The part is what `floors`, `classes`, `zone` and `heights_m` all name.
+    """Requirement of one part of the building. The part is what `floors`, `classes`, `zone` and `heights_m` all name.
 
-    A part that is one whole floor takes the place of what is asked of all for that floor; any other part is asked for
+    A part that is one whole floor takes the place of the general one for that floor; any other part is required
     besides. A patch lies where its centroid lies.
 
     floors : ids or names; empty: all planned. classes : patterns (`*`, `?`) of element classes or names, such as
@@ -41,8 +41,8 @@ class PartRequirement:
 
     name: str
     coverage: float = 0.95
-    """Fraction of the part's area that is achievable by `asked` and `seen_from`; 0: of the part nothing is asked, also
-    where other requirements are about it: it is an obstacle only."""
+    """Fraction of the part's area that is achievable by `asked` and `seen_from`; 0: of the part nothing is required,
+    also where other requirements are about it: it is an obstacle only."""
     asked: PointLimits = field(default_factory=PointLimits)
     seen_from: int = 1
     """Stations that each meet `asked` on a surface for it to count."""
@@ -75,7 +75,7 @@ def _check_seen_from(seen_from: int, what: str = "") -> None:
 
 @dataclass(frozen=True)
 class Requirements:
-    """What the client asked. `coverage` is a fraction of the achievable area, overall and on each floor.
+    """The client's requirements. `coverage` is a fraction of the achievable area, overall and on each floor.
 
     What counts as covered meets `asked` from at least `seen_from` stations; achievable is what candidates can.
     """
@@ -127,8 +127,8 @@ class Requirements:
 
     @property
     def limits_noise(self) -> bool:
-        """Whether anything asked of all or of a part limits noise."""
-        return any(asked.noise_m is not None for asked in (self.asked, *(part.asked for part in self.parts)))
+        """Whether a requirement of all or of a part limits noise."""
+        return any(limits.noise_m is not None for limits in (self.asked, *(part.asked for part in self.parts)))
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,9 @@ class Station:
     instrument_height_m: float
     fixed: bool = False
     covered_area_m2: float = 0.0
-    """Area this station sees by itself, as well as is asked of all; on floors that are not asked for too."""
+    """Area this station sees by itself, as well as is required of all; on floors that are not required too."""
     own_area_m2: float = 0.0
-    """Area that is asked for and would no longer be covered without it, as in `StationReason`."""
+    """Area that is required and would no longer be covered without it, as in `StationReason`."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class UnseenElement:
 
 @dataclass(frozen=True)
 class Loss:
-    """What one requirement would lose if a station went. patch : (K,) int32, rising, what would no longer be as asked:
+    """What one requirement would lose if a station went. patch : (K,) int32, rising, what would no longer meet it:
     no other station, or too few, see it well enough. Only what is achievable, as only that counts as covered.
     """
 
@@ -101,7 +101,7 @@ class Judgement:
     """What random points say of a plan, see `planner_core.planning.judge`.
 
     covered_m2, achievable_m2 : of all that is planned. share : covered of achievable, a fraction. Achievable is what as
-    many candidates and stations meet as are asked for.
+    many candidates and stations meet as are required.
     """
 
     n_points: int
@@ -145,30 +145,30 @@ class Plan:
     n_bounded: int | None = None
     """Candidates that `lower_bound` holds for; the others, taken from off the grid, may do better. None: all."""
     requirements: tuple[PartResult, ...] = ()
-    """What became of each thing that was asked."""
+    """The result of each requirement."""
     qualities: tuple[PointLimits, ...] = ()
-    """Distinct limits that were asked, those of all first."""
+    """Distinct limits required, those of all first."""
     required: BoolArray | None = None
     """(P,) bool, patches that something is required of: in scope, planned, no mere obstacle; None: all."""
     times_met: UInt8Array | None = None
     """(Q, P) uint8, candidates that meet each quality on each patch, 255 for more; None: not known."""
     registration: Registration | None = None
-    """How the stations hang together; `connected` says the same in a word."""
+    """How the stations are connected; `connected` is the same in a word."""
     losses: tuple[tuple[Loss, ...], ...] = ()
     """For each station, one a requirement, in the order of `requirements`; empty: not worked out."""
     why_stopped: str = ""
     """Why the search for fewer stations ended: `proven`, `work limit` ...; empty where the method does not search."""
     route: Route | None = None
-    """The walk through `stations`; None: not looked for."""
+    """The route through `stations`; None: not computed."""
     field_time: FieldTime | None = None
     sealed: tuple[SealedArea, ...] = ()
     """Rooms that nobody can walk into."""
     why: Why | None = None
-    """What each station adds, and why the unseen stays unseen; None: not looked for."""
+    """What each station adds, and why the unseen stays unseen; None: not computed."""
     candidates_m: FloatArray | None = None
-    """(N, 3) positions that were looked around from, local; None: not kept."""
+    """(N, 3) positions that were observed from, local; None: not kept."""
     judgement: Judgement | None = None
-    """What random points say of it; None: nobody asked."""
+    """The check by random points; None: not required."""
     warnings: tuple[str, ...] = ()
     timings_s: dict[str, float] = field(default_factory=dict)
 

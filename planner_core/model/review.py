@@ -27,7 +27,7 @@ MOST_NOTE_BYTES = 2_000
 MOST_NAME_CHARACTERS = 100
 MOST_CORNERS = 1_000
 FARTHEST_M = 1e7
-"""The Earth's quarter: every national grid lies within, and a micrometre is still told apart in float64."""
+"""The Earth's quarter: every national grid lies within, and float64 still resolves a micrometre."""
 
 _ID = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,31}")
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
@@ -76,7 +76,7 @@ class ForbiddenPlace:
 
 @dataclass(frozen=True)
 class Zone:
-    """An area that somebody drew. kind : `keep_out`, nobody goes there; `priority`, `coverage` is asked of it.
+    """An area that somebody drew. kind : `keep_out`, nobody goes there; `priority`, `coverage` is required of it.
 
     id : empty until it is in a review. outline_m : corners (x, y) of a simple polygon. floor : id; empty: all.
     coverage : fraction of what is achievable in it, of `priority` only.
@@ -159,7 +159,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class SignOff:
-    """Who says that the plan, as reviewed, is to be carried out.
+    """Who signed off the plan, as reviewed.
 
     plan_sha256 : of plan.json, hexadecimal. revision : of the review with this signature in it; where the review has a
     later one, something was changed since.
@@ -261,7 +261,7 @@ class PlanUnderReview:
 
 
 def check_door_state(state: str | None) -> None:
-    """Refuse what no door can be; None, nothing is said of it, can. Raises `ReviewError`."""
+    """Refuse what no door can be; None, not given, can. Raises `ReviewError`."""
     if state is not None and state not in DOOR_STATES:
         raise ReviewError(f"door: state is {state[:40]!r}, expected one of {', '.join(DOOR_STATES)}")
 

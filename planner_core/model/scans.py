@@ -10,7 +10,7 @@ import numpy as np
 from planner_core.model.arrays import Float32Array, FloatArray, Int32Array, Int64Array
 
 ENTRIES_A_PIECE = 1_000_000
-"""Entries of rows that are looked at together where they are many."""
+"""Entries of rows that are treated together where they are many."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Scanner:
     beam_diameter_m: float | None = None
     """At the exit, by the same definition."""
     beam_width_at: str = ""
-    """`1/e`, `1/e2`, `FWHM`, or empty: not told."""
+    """`1/e`, `1/e2`, `FWHM`, or empty: not given."""
     wavelength_m: float | None = None
     dual_axis_compensator: bool | None = None
 
@@ -196,7 +196,7 @@ class PatchReturns:
     """How many returns of each of N positions lie on which patches: the rows of `Visibility`, with numbers.
 
     starts, patch : as in `Visibility`. n_returns : (starts[-1],) int32, at least 1. moments : of the same length, or
-    None where they were not asked for.
+    None where they were not requested.
     """
 
     starts: Int64Array

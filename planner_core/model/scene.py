@@ -21,23 +21,23 @@ class SceneSource:
     format: str
     """`ifc`, `obj`, `ply`, `stl`, `gltf`, `usd` or `memory`."""
     unit_name: str
-    """`metre`, `millimetre`, `inch` ...; as told by the file or by the user."""
+    """`metre`, `millimetre`, `inch` ...; by the file or by the user."""
     metres_per_unit: float
     up_axis: str
     """`Y` or `Z`."""
     schema: str = ""
-    """What the file says of itself: `IFC2X3`, `IFC4`, `glTF 2.0` ...; empty where it says nothing."""
+    """As stated in the file: `IFC2X3`, `IFC4`, `glTF 2.0` ...; empty where it states nothing."""
     glass: str = "pass"
-    """What the user said that glass does: `pass`, `stop` or `return`, see `Optics`."""
+    """What glass does, by the user: `pass`, `stop` or `return`, see `Optics`."""
     doors: str = "shut"
-    """What the user said of doors: `shut`, as modelled; without their leaves those indoors, `open`, or `all`."""
+    """State of doors, by the user: `shut`, as modelled; without their leaves those indoors, `open`, or `all`."""
     doors_open: tuple[str, ...] = ()
-    """GlobalIds of doors that the user said are open, whatever `doors` says; so with the next."""
+    """GlobalIds of doors that are open by the user, whatever `doors` is; so with the next."""
     doors_shut: tuple[str, ...] = ()
     leave_out: tuple[str, ...] = ()
     """Classes, or patterns of names, whose elements the user left out of the scene."""
     given_metres_per_unit: float | None = None
-    """What the user said of the unit; None: nothing. So with the next two: what loads the file the same way again."""
+    """The unit given by the user; None: none. So with the next two: what loads the file the same way again."""
     given_up_axis: str | None = None
     skip_bad_faces: bool = False
 
@@ -70,9 +70,9 @@ class Element:
     storey: int = -1
     """Index into `Scene.storeys`; -1 where the source names none."""
     is_external: bool | None = None
-    """Of a door: whether it leads outdoors, as the source says; None: it does not."""
+    """Of a door: whether it leads outdoors, by the source; None: not stated."""
     predefined_type: str = ""
-    """What IFC says within the class: `CEILING` of an IfcCovering, `LANDING` of an IfcSlab; empty: nothing."""
+    """Predefined type within the class: `CEILING` of an IfcCovering, `LANDING` of an IfcSlab; empty: nothing."""
     file: int = 0
     """Index into `Scene.sources`."""
     parents: tuple[str, ...] = ()
@@ -119,7 +119,7 @@ class Room:
 
 @dataclass(frozen=True)
 class LoadReport:
-    """What loading found and repaired. Counts are of faces unless said otherwise."""
+    """What loading found and repaired. Counts are of faces unless named otherwise."""
 
     n_faces_read: int
     n_non_finite: int = 0
@@ -130,7 +130,7 @@ class LoadReport:
     n_stray: int = 0
     """Dropped because they lie kilometres away from everything else; a warning names their elements."""
     glass_area_m2: float = 0.0
-    """Of faces that the file says are of clear glass, whatever they are taken to do to beams; both faces of a pane."""
+    """Of faces of clear glass by the file, whatever they are taken to do to beams; both faces of a pane."""
     mirror_area_m2: float = 0.0
     n_doors_open: int = 0
     """Doors (`IfcDoor`) whose leaves were left out, with `doors="open"`."""
@@ -165,7 +165,7 @@ class Scene:
     rooms: tuple[Room, ...] = ()
     """Empty where the source names none."""
     georeference: Georeference | None = None
-    """None: the source says nothing of where it is on earth."""
+    """None: the source does not state where it is on earth."""
     further_sources: tuple[SceneSource, ...] = ()
     """The other files of a scene of several, in the order given; `source` is the first."""
 

@@ -1,6 +1,6 @@
 """The site: who carries the scanner, where they come in and may go, and which stations are given beforehand.
 
-SCENE frame, metres: what a user says. Stages bring it to the local frame.
+SCENE frame, metres: the user's entries. Stages bring it to the local frame.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class GroundPick:
     """A surface that somebody marked as ground, or unmarked: the coplanar region around a point on it.
 
     point_m : on the surface, scene frame. floor : id or name; empty: the floor nearest in height, or a new one where
-    none is within reach. docs/method/floor-picking.md says how far the region goes.
+    none is within reach. docs/method/floor-picking.md defines how far the region goes.
     """
 
     point_m: tuple[float, float, float]

@@ -28,9 +28,9 @@ class SiteFrame:
     crs: str = ""
     """What names the coordinate reference system to programs: `EPSG:25832` or WKT; empty: a local one."""
     vertical_crs: str = ""
-    """The same of heights; empty: not told, or not known by that name."""
+    """The same of heights; empty: not given, or not known by that name."""
     vertical_name: str = ""
-    """For people; empty: not told."""
+    """For people; empty: not given."""
     name: str = SCENE_NAME
     """For people: `EPSG:25832 ETRS89 / UTM zone 32N`, or `scene coordinates`."""
     source: str = "scene"
@@ -42,9 +42,9 @@ class SiteFrame:
     notes: tuple[str, ...] = ()
     """One line each: how true distances are, which datum heights are in, what control points gave."""
     true_north_rad: float | None = None
-    """In the plan of the scene, clockwise from its +y, as the scene file says; None: it does not."""
+    """In the plan of the scene, clockwise from its +y, by the scene file; None: not stated."""
     place: str = ""
-    """Words for where the scene file says that its site is: `49.10044 N, 8.43654 E`; no coordinates to work with."""
+    """Words for the site's place by the scene file: `49.10044 N, 8.43654 E`; no coordinates to work with."""
     unit: LengthUnit = METRE
     """In which people read and write site coordinates, and lengths beside them."""
     crs_unit: LengthUnit = METRE
@@ -67,7 +67,7 @@ class SiteFrame:
 
     @property
     def crs_line(self) -> str:
-        """What every file says of its coordinates: their system, and that of heights where it is told.
+        """Words on coordinates in every file: their system, and that of heights where it is given.
 
         And their unit, where that is not the metre, or not the unit of the system that is named.
         """
@@ -82,7 +82,7 @@ class SiteFrame:
     def grid_north_rad(self) -> float:
         """Direction of north in the plan of the scene: clockwise from its +y, in (-pi, pi]; for north arrows.
 
-        Of the site's grid; in scene coordinates true north, where the scene file says it, else +y.
+        Of the site's grid; in scene coordinates true north, where the scene file states it, else +y.
         """
         if self.is_scene and self.true_north_rad is not None:
             return self.true_north_rad
@@ -108,7 +108,7 @@ class SiteFrame:
 
 @dataclass(frozen=True)
 class Georeference:
-    """What a scene file says of where it is on earth; words as the file has them, not checked against any registry.
+    """Where on earth a scene is by its file; words as the file has them, not checked against any registry.
 
     to_map : rows of a (4, 4) matrix, scene frame -> easting, northing, height, all in metres; None: the file has no map
     conversion. site_position_m : of the site's own origin, scene frame. true_north : (x, y) in the plan of the scene.

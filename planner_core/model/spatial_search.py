@@ -47,7 +47,7 @@ class SearchSettings:
     tabu_voxel_steps: float = 1.5
     """Length of a tabu voxel in steps, between 1 and 2: the paper's f, which it leaves open."""
     memoised: bool = True
-    """Whether positions lie on a lattice and the landscape is asked once a cell (the paper's optimised version)."""
+    """Whether positions lie on a lattice and the landscape is evaluated once a cell (the paper's optimised version)."""
     memo_cell_steps: float = 1.0
     """Length of a lattice cell in steps, at most 1: every move leaves its cell."""
     lattice_origin_m: tuple[float, float, float] | None = None

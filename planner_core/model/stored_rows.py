@@ -16,9 +16,9 @@ from typing import IO, Any
 import numpy as np
 
 from planner_core.errors import RequirementError
+from planner_core.memory_settings import memory_from_env
 from planner_core.model.arrays import BoolArray, Int32Array, Int64Array, UInt8Array
 from planner_core.model.scans import ENTRIES_A_PIECE, Visibility
-from planner_core.told_sizes import size_told
 
 #: Memory that what candidates see may take, such as `500MB`; beyond it is on disk. Unset: all is in memory.
 VISIBILITY_VARIABLE = "TLSPLAN_VISIBILITY_MEMORY"
@@ -27,8 +27,8 @@ _LEVEL = 1
 
 
 def visibility_budget() -> int | None:
-    """Bytes that patches of rows may take in memory; None: as many as there are. Raises as `size_told`."""
-    return size_told(VISIBILITY_VARIABLE)
+    """Bytes that patches of rows may take in memory; None: as many as there are. Raises as `memory_from_env`."""
+    return memory_from_env(VISIBILITY_VARIABLE)
 
 
 class PatchColumn:
@@ -88,7 +88,7 @@ class StoredVisibility(Visibility):
             object.__setattr__(self, name, value)
 
     def __getattr__(self, name: str) -> Any:
-        # `patch` is a field of the base, without a value here: this is asked where there is none.
+        # `patch` is a field of the base, without a value here: this is called where there is none.
         if name != "patch":
             raise AttributeError(name)
         object.__setattr__(self, "patch", self._unpacked())
@@ -151,7 +151,7 @@ class _PackedFile:
         return whole[first - begin : end - begin]
 
     def _block(self, number: int) -> Int32Array:
-        last = self._last  # looked at once: another thread may put another block there meanwhile
+        last = self._last  # read once: another thread may put another block there meanwhile
         if last is not None and last[0] == number:
             return last[1]
         at, n_gaps, _ = self._place[number]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from planner_core.model.arrays import FloatArray, Int32Array, UInt8Array
 
-#: What keeps a patch from being covered. `Why.reason_of_patch` indexes these; docs/method/unseen.md says how each is
+#: What keeps a patch from being covered. `Why.reason_of_patch` indexes these; docs/method/unseen.md defines how each is
 #: found. The first two are of patches that candidates do see, the others of those that none does well enough.
 REASONS = (
     "covered",
@@ -38,14 +38,14 @@ REASONS = (
 ) = range(len(REASONS))
 #: Of patches that valid positions see, but none within the limits that are required: range, incidence, spacing, noise.
 NOT_AS_REQUIRED = tuple(REASONS[k] for k in (TOO_FEW, OUT_OF_RANGE, TOO_OBLIQUE, TOO_SPARSE, TOO_NOISY))
-#: What people read where plan.json has another name; the viewer says the same (`src/heat/layers.ts`).
+#: What people read where plan.json has another name; the viewer has the same words (`src/heat/layers.ts`).
 _REASON_WORDS = {
     "not worth a station": "reachable, left out",
     "too few spots see it": "seen from too few positions",
     "returns no beam": "no return",
     "no admissible spot": "no valid tripod position",
 }
-#: `Why.reason_of_patch` of patches that nobody asked for.
+#: `Why.reason_of_patch` of patches that are not required.
 OUT_OF_SCOPE = 255
 
 
@@ -137,7 +137,7 @@ class CurveStep:
 class Why:
     """Why the plan is as it is.
 
-    reason_of_patch : (P,) uint8 into `REASONS`; `OUT_OF_SCOPE` where not asked for.
+    reason_of_patch : (P,) uint8 into `REASONS`; `OUT_OF_SCOPE` where not required.
     area_by_reason_m2 : one a reason, in the order of `REASONS`; they add up to the area in scope.
     """
 
@@ -148,4 +148,4 @@ class Why:
     reason_of_patch: UInt8Array
     area_by_reason_m2: tuple[float, ...]
     piece_of_patch: Int32Array | None = None
-    """(P,) int32, the `patch` of the `UnseenPiece` that each patch is of; -1: of none that `unseen` tells."""
+    """(P,) int32, the `patch` of the `UnseenPiece` that each patch is of; -1: of none in `unseen`."""

@@ -152,7 +152,7 @@ def check_writable(path: Path) -> None:
 
 
 def sync_tree(folder: Path) -> None:
-    """Have the disk hold every file and folder below `folder`; links and devices are not looked into."""
+    """Have the disk hold every file and folder below `folder`; links and devices are not followed."""
     for path in (*folder.rglob("*"), folder):
         mode = path.lstat().st_mode
         if stat.S_ISREG(mode) or stat.S_ISDIR(mode):

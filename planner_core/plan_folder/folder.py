@@ -108,7 +108,7 @@ def write_plan_folder(
     Raises
     ------
     OutputExistsError
-        See `check_output`, which is asked again right before the old plan is replaced, and `carry_over`.
+        See `check_output`, which is called again right before the old plan is replaced, and `carry_over`.
     PlanFolderError
         A file can't be written: disk full, no permission.
     """

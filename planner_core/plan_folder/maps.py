@@ -127,7 +127,7 @@ def view_floor(plan: Plan, floor_index: int, *, engine: ScanEngine) -> SectionVi
 def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionView) -> None:
     """Write the map of one floor: cut open, surfaces in the colours of coverage, route from station to station.
 
-    view : what `view_floor` says of the floor.
+    view : of the floor, by `view_floor`.
     """
     floor = plan.survey.floors[floor_index]
     ink, at = _map_sheet(view)
@@ -211,13 +211,13 @@ def _labels(ink: PngInk, at: Placed) -> Labels:
 
 
 def _map_sheet(view: SectionView) -> tuple[PngInk, Placed]:
-    """Sheet with title and legend strips, and where on it a floor looked at from above is."""
+    """Sheet with title and legend strips, and where on it a floor seen from above is."""
     box = picture_box(*(view.window_m[1] - view.window_m[0]).tolist())
     return new_sheet(box.height), Placed(view, box)
 
 
 def write_overview(plan: Plan, path: Path, *, engine: ScanEngine) -> None:
-    """Write the picture of the floors that are drawn, cut open and looked at from a corner, the lowest first."""
+    """Write the picture of the floors that are drawn, cut open and seen from a corner, the lowest first."""
     floors = drawn_floors(plan)
     windows = [_overview_window_m(plan, plan.survey.floors[index]) for index in floors]
     n_columns = min(2, len(floors))

@@ -22,7 +22,7 @@ WINDOWS = {"win32": ("vtkWin32OpenGLRenderWindow",), "darwin": ("vtkCocoaRenderW
 """VTK's classes, the better first: EGL (any driver, also Mesa's software one) and OSMesa; tried on Linux alone."""
 
 _CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
-"""Environment variable by which VTK's factory of windows is told the class."""
+"""Environment variable that names the class to VTK's factory of windows."""
 
 _TIME_LIMIT_S = 300.0
 """For the trial: loading VTK from a cold, slow disk, or on a busy machine, takes tens of seconds."""
@@ -47,7 +47,7 @@ def window_class() -> str:
     Raises
     ------
     MissingPackageError
-        No kind of window opens; the message says what to install.
+        No kind of window opens; the message names what to install.
     """
     reasons = []
     for name in WINDOWS:

@@ -1,7 +1,7 @@
 """The colours of coverage, one meaning a colour in the USD stage, on the maps and in the report.
 
-Seen is blue to green, unseen is warm, not achievable is grey, what need not be covered is nearly white: told apart by
-people with any common colour blindness, and in grey print by lightness. Colours are sRGB in [0, 1]; USD wants them
+Seen is blue to green, unseen is warm, not achievable is grey, what need not be covered is nearly white: distinguished
+by people with any common colour blindness, and in grey print by lightness. Colours are sRGB in [0, 1]; USD wants them
 linear, see `linear_from_srgb`.
 """
 

@@ -64,7 +64,7 @@ CAP_CELLS = 1600
 """Cells across the floor in which cut walls are found: about one a pixel."""
 
 N_LEVELS = 51
-"""Steps of brightness a channel: no eye tells, and the noise of the occlusion costs half the bytes."""
+"""Steps of brightness a channel: no eye sees them, and the noise of the occlusion costs half the bytes."""
 
 WHITE_SHARE = 0.2
 """Mixed into everything but the ground, so that furniture reads against it."""
@@ -326,10 +326,10 @@ def _add_stations(plotter: Any, stations: list[Station]) -> None:
 
 
 def strong_links(plan: Plan, stations: list[Station]) -> FloatArray:
-    """(N, 2, 3) local: ends of the links among `stations` that overlap as much as is asked for."""
+    """(N, 2, 3) local: ends of the links among `stations` that overlap as much as required."""
     at = {station.id: station.position_m for station in stations}
-    asked = plan.settings.requirements.overlap
-    ends = [(at[k.a], at[k.b]) for k in plan.links if k.overlap >= asked and k.a in at and k.b in at]
+    required = plan.settings.requirements.overlap
+    ends = [(at[k.a], at[k.b]) for k in plan.links if k.overlap >= required and k.a in at and k.b in at]
     return np.array(ends).reshape(-1, 2, 3)
 
 

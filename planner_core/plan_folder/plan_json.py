@@ -72,9 +72,9 @@ _PACKAGES = ("tlsplan", "ifcopenshell", "numba", "numpy", "open3d", "open3d-cpu"
 
 
 def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
-    """Everything plan.json says, as plain dicts and lists; numbers that are not finite are None.
+    """The contents of plan.json, as plain dicts and lists; numbers that are not finite are None.
 
-    folder : the plan folder that it is for, from which `source` tells the way to the scene file.
+    folder : the plan folder that it is for, from which `source` gives the path to the scene file.
     """
     return {
         "schema": SCHEMA,
@@ -108,7 +108,7 @@ def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
 
 
 def site_frame_of(plan: Plan) -> SiteFrame:
-    """Site coordinates as the plan's scene file tells them: what formats of others are written in, unless told else."""
+    """Site coordinates by the plan's scene file: what formats of others are written in, unless given otherwise."""
     return site_frame(
         {
             "scene": {"georeference": _georeference(plan.survey.scene)},
@@ -252,7 +252,7 @@ def _load_options(source: SceneSource) -> LoadOptions:
 
 
 def _georeference(scene: Scene) -> dict[str, Any] | None:
-    """What the scene file says of where it is, with all digits: coordinates are made of it."""
+    """The scene file's georeference, with all digits: coordinates are made of it."""
     return None if scene.georeference is None else GeoreferenceSection.written(scene.georeference)
 
 
@@ -275,10 +275,10 @@ def _settings(plan: Plan) -> dict[str, Any]:
 
 
 def _registration(plan: Plan) -> dict[str, Any]:
-    asked, found = plan.settings.requirements, plan.registration
+    required, found = plan.settings.requirements, plan.registration
     links = {
-        "threshold": asked.overlap,
-        "min_strength": asked.min_strength,
+        "threshold": required.overlap,
+        "min_strength": required.min_strength,
         "connected": plan.connected,
         "links": [LinkSection.written(link) for link in plan.links],
     }
@@ -368,7 +368,7 @@ _OBJECTIVES = {"fewest": "fewest stations", "coverage": "most coverage", "time":
 
 
 def _optimality(plan: Plan) -> dict[str, Any]:
-    """Bound 0 says nothing: null. A list that misses the requirement has no gap: it solves another problem."""
+    """Bound 0 is trivial: null. A list that misses the requirement has no gap: it solves another problem."""
     n_stations = len(plan.stations)
     bound = plan.lower_bound if plan.lower_bound > 0 else None
     comparable = bound is not None and n_stations > 0 and _meets_requirement(plan)
@@ -387,7 +387,7 @@ def _optimality(plan: Plan) -> dict[str, Any]:
 
 
 def _meets_requirement(plan: Plan) -> bool:
-    """Whether all that was asked of surfaces is met."""
+    """Whether all requirements of surfaces are met."""
     return all(result.met for result in plan.requirements)
 
 

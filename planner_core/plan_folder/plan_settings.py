@@ -20,7 +20,7 @@ from planner_core.plan_folder.plan_model.document import PlanDocument
 from planner_core.scene.load import LoadOptions
 
 ScenePaths = Path | Sequence[Path] | None
-"""Where the user says that scene files are: all, some, or none of them."""
+"""Where scene files are, by the user: all, some, or none of them."""
 
 
 def settings_of(document: Mapping[str, Any]) -> PlanSettings:
@@ -60,10 +60,10 @@ def _plan_of(document: Mapping[str, Any]) -> PlanDocument:
     return read_as(PlanDocument, document, "plan.json: ", remedy="plan again", error=PlanFolderError)
 
 
-def find_scene(plan_folder: Path, document: Mapping[str, Any], told: ScenePaths = None) -> tuple[Path, ...]:
+def find_scene(plan_folder: Path, document: Mapping[str, Any], scenes: ScenePaths = None) -> tuple[Path, ...]:
     """Find the scene files that a plan was made from, and check that they still are those files.
 
-    Looked for where the user says; without that where plan.json says they were, beside the plan folder, and in the
+    Searched for in `scenes`; without that at their paths in plan.json, beside the plan folder, and in the
     working directory.
 
     Raises
@@ -71,13 +71,13 @@ def find_scene(plan_folder: Path, document: Mapping[str, Any], told: ScenePaths 
     PlanFolderError
         There is none of one, or only one of other contents.
     """
-    given = _given(plan_folder, document, told)
+    given = _given(plan_folder, document, scenes)
     return tuple(given.get(file.sha256) or _found(plan_folder, file) for file in _planned_files(plan_folder, document))
 
 
 @dataclass(frozen=True)
 class _PlannedFile:
-    """A scene file as plan.json tells of it. way : where it was, seen from the folder; empty: not known."""
+    """A scene file as plan.json names it. way : where it was, seen from the folder; empty: not known."""
 
     name: str
     sha256: str
@@ -96,12 +96,12 @@ def _planned_files(plan_folder: Path, document: Mapping[str, Any]) -> list[_Plan
     return [_PlannedFile(str(row["file"]), str(row["sha256"]), str(way)) for row, way in zip(rows, ways, strict=True)]
 
 
-def _given(plan_folder: Path, document: Mapping[str, Any], told: ScenePaths) -> dict[str, Path]:
+def _given(plan_folder: Path, document: Mapping[str, Any], scenes: ScenePaths) -> dict[str, Path]:
     """SHA-256 -> the user's files, each one of the plan's."""
     given = {}
     planned = _planned_files(plan_folder, document)
     names = ", ".join(file.name for file in planned)
-    for path in () if told is None else (told,) if isinstance(told, Path) else told:
+    for path in () if scenes is None else (scenes,) if isinstance(scenes, Path) else scenes:
         if not path.is_file():
             raise PlanFolderError(f"{path}: no such file, expected the scene {names}; check --scene")
         digest = _sha256(path)

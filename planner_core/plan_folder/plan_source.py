@@ -69,15 +69,15 @@ class FieldLink:
     overlap: float
     strength: float
     counts: bool = True
-    """It is good enough, by what was asked, to register the scans to each other."""
+    """It is good enough, by the requirements, to register the scans to each other."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlanSource:
     """What formats are written from.
 
-    stations : in visiting order. floors : lowest first, as in plan.json. document : of plan.json. told_scene : where
-    the user says that scene files are.
+    stations : in visiting order. floors : lowest first, as in plan.json. document : of plan.json. given_scene : scene
+    files given by the user.
     """
 
     folder: Path
@@ -116,7 +116,7 @@ class PlanSource:
             raise ExportError(str(error)) from error
 
     def scene(self, *, progress: Progress = silent) -> Scene:
-        """Load the scene as it was planned on; once, however often it is asked for.
+        """Load the scene as it was planned on; once, however often it is used.
 
         Raises
         ------
@@ -148,16 +148,16 @@ def open_plan(folder: Path, *, scene: ScenePaths = None, frame: FrameRequest | N
     Parameters
     ----------
     scene
-        The scene file or files, where they are not beside the plan. None: looked for.
+        The scene file or files, where they are not beside the plan. None: searched for.
     frame
-        What the user says of the site's coordinates.
+        The user's options for the site's coordinates.
 
     Raises
     ------
     PlanFolderError
         There is no plan, or a value of it is not as it is written.
     CoordinatesError
-        What was said of coordinates can't be used.
+        The coordinates given can't be used.
     """
     plan = read_plan(folder)
     document = plan.model_dump(mode="json", by_alias=True)

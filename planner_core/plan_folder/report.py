@@ -142,22 +142,22 @@ _STYLE = (
 
 
 def _figures(plan: Plan) -> str:
-    scanner, coverage, asked = plan.settings.scanner, plan.coverage, plan.settings.requirements
+    scanner, coverage, requirements = plan.settings.scanner, plan.coverage, plan.settings.requirements
     bound = f", lower bound {plan.lower_bound} on these candidates" if plan.lower_bound > 0 else ""
     if 0 < plan.lower_bound == len(plan.stations):
         bound = ", proven to be the fewest on these candidates"
-    reached = reached_percent(coverage.fraction_of_achievable, asked.coverage)
+    reached = reached_percent(coverage.fraction_of_achievable, requirements.coverage)
     rows = [
         ("Stations", f"{len(plan.stations)}{bound}"),
         (
             "Coverage",
             f"{reached} % of {coverage.achievable_area_m2:.0f} m² scannable from "
-            f"valid tripod positions (required: {100 * asked.coverage:g} %); "
+            f"valid tripod positions (required: {100 * requirements.coverage:g} %); "
             f"{100 * coverage.fraction_of_total:.1f} % of all {coverage.total_area_m2:.0f} m² in the model"
             + "".join(f'<br><span class="alarm">{escape(line)}</span>' for line in _not_planned(plan)),
         ),
         ("Registration", _registration(plan)),
-        ("Overlap", overlap_defined(asked.overlap_measure, asked.overlap_of)),
+        ("Overlap", overlap_defined(requirements.overlap_measure, requirements.overlap_of)),
         *_field(plan),
         ("Scanner", f"{escape(scanner.title)}, range {scanner.range_max_m:g} m, {scanner.n_beams:,} beams per scan"),
         ("Patches", f"at most {plan.survey.patches.max_area_m2:g} m² each"),
@@ -167,7 +167,7 @@ def _figures(plan: Plan) -> str:
     required = {name: result.required for name, result in zip(planned, plan.requirements, strict=False)}
     for floor, figures in zip(plan.survey.floors, plan.coverage_by_floor, strict=True):
         n_stations = sum(station.floor == floor.id for station in plan.stations)
-        reached = reached_percent(figures.fraction_of_achievable, required.get(floor.id, asked.coverage))
+        reached = reached_percent(figures.fraction_of_achievable, required.get(floor.id, requirements.coverage))
         share = f"{reached} % of {figures.achievable_area_m2:.0f} m²"
         value = f"{n_stations} stations, {share if floor.id in planned else 'not planned'}"
         rows.append((escape(floor.name), value))
@@ -187,19 +187,21 @@ def _not_planned(plan: Plan) -> tuple[str, ...]:
 
 
 def _registration(plan: Plan) -> str:
-    asked, of = plan.settings.requirements, plan.registration
-    counted = sum(link.overlap >= asked.overlap and not link.strength < asked.min_strength for link in plan.links)
+    requirements, of = plan.settings.requirements, plan.registration
+    counted = sum(
+        link.overlap >= requirements.overlap and not link.strength < requirements.min_strength for link in plan.links
+    )
     state = "all stations connected" if plan.connected else "<b>not all stations connected</b>"
     if of is not None and len(of.networks) > 1:
         sizes = ", ".join(str(len(network.stations)) for network in of.networks)
         state = f"<b>{len(of.networks)} unconnected groups</b> of {sizes}"
     needed = [each.bottleneck for each in (() if of is None else of.networks) if each.bottleneck is not None]
-    weakest = weakest_link(needed, threshold=asked.overlap, min_strength=asked.min_strength)
+    weakest = weakest_link(needed, threshold=requirements.overlap, min_strength=requirements.min_strength)
     hangs = "" if weakest is None else f"; weakest link {escape(weakest.a)} to {escape(weakest.b)}, "
     if weakest is not None:
         hangs += f"{overlap_percent(weakest.overlap)} % overlap{_strength(weakest)}{_held_least(weakest)}"
-    overlap = overlap_noun(asked.overlap_measure, asked.overlap_of)
-    return f"{counted} links with at least {100 * asked.overlap:g} % {overlap}; {state}{hangs}"
+    overlap = overlap_noun(requirements.overlap_measure, requirements.overlap_of)
+    return f"{counted} links with at least {100 * requirements.overlap:g} % {overlap}; {state}{hangs}"
 
 
 def _strength(link: Link) -> str:

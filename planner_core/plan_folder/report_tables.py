@@ -67,7 +67,7 @@ def table(header: tuple[str, ...], rows: Iterable[tuple[str, ...]], *, numbers_f
 
 # ------------------------------------------------------------------------------------------ requirements
 def requirements_table(plan: Plan) -> str:
-    """What was asked and what became of it; empty where the plan does not say."""
+    """Requirements and results; empty where the plan has none."""
     header = ("Requirement", "Points", "", "Required", "Reached", "Of scannable, m²")
     return table(header, map(_result_row, plan.requirements), numbers_from=3) if plan.requirements else ""
 
@@ -84,23 +84,23 @@ def _result_row(result: PartResult) -> tuple[str, ...]:
     )
 
 
-def _limits_text(asked: PointLimits, seen_from: int) -> str:
+def _limits_text(required: PointLimits, seen_from: int) -> str:
     limits = []
-    if asked.range_m is not None:
-        limits.append(f"range {asked.range_m:g} m")
-    if asked.incidence_rad is not None:
-        limits.append(f"incidence {np.rad2deg(asked.incidence_rad):g}°")
-    if asked.spacing_m is not None:
-        limits.append(f"spacing {1000 * asked.spacing_m:g} mm")
-    if asked.noise_m is not None:
-        limits.append(f"noise {1000 * asked.noise_m:g} mm")
+    if required.range_m is not None:
+        limits.append(f"range {required.range_m:g} m")
+    if required.incidence_rad is not None:
+        limits.append(f"incidence {np.rad2deg(required.incidence_rad):g}°")
+    if required.spacing_m is not None:
+        limits.append(f"spacing {1000 * required.spacing_m:g} mm")
+    if required.noise_m is not None:
+        limits.append(f"noise {1000 * required.noise_m:g} mm")
     text = "at most " + ", ".join(limits) if limits else "seen"
     return text + (f", from {seen_from} stations" if seen_from > 1 else "")
 
 
 # ---------------------------------------------------------------------------------------------- stations
 def stations_table(plan: Plan) -> str:
-    """Stations in the order of the plan; what only they see where the plan says why."""
+    """Stations in the order of the plan; what only they see where the plan has reasons."""
     header: tuple[str, ...] = ("No.", "Id", "Floor")
     reasons: dict[str, StationReason] = {}
     if plan.why is not None:

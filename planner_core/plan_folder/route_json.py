@@ -1,4 +1,4 @@
-"""What plan.json says of the walk and of sealed rooms. Plan -> dicts, scene frame, metres."""
+"""Route and unreachable rooms in plan.json. Plan -> dicts, scene frame, metres."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _MM = 3
 
 
 def route_document(plan: Plan) -> dict[str, Any] | None:
-    """Return key `route`: None where no walk was looked for."""
+    """Return key `route`: None where no route was computed."""
     route = plan.route
     if route is None:
         return None

@@ -1,6 +1,7 @@
 """Scans of a plan's stations as files, one a station: range image (EXR) and preview (PNG).
 
-Survey, station, ScanBatch -> files. What is in them: docs/formats/scans.md. No file says when it was written.
+Survey, station, ScanBatch -> files. What is in them: docs/formats/scans.md. No file has the time at which it was
+written.
 """
 
 from __future__ import annotations

@@ -112,7 +112,7 @@ def draw_footer(
     legend: tuple[tuple[str, Colour], ...],
     lines: Sequence[LegendLine] = (),
 ) -> None:
-    """Draw the legend and, where `mm_per_m` says how long a metre is, scale bar and axes.
+    """Draw the legend and, where `mm_per_m` gives the length of a metre, scale bar and axes.
 
     legend : what colours are. lines : what the lines between stations are. Axes are the scene's x and y: models seldom
     say where north is, so none is claimed.

@@ -144,7 +144,7 @@ def stations_of_text(
             if columns is None:
                 names, columns = row, _columns(path, rows.line_num, row, z_is_ground=z_is_ground)
             else:
-                _check_fields(f"{path}, line {rows.line_num}", row, names, separator, is_told=bool(header))
+                _check_fields(f"{path}, line {rows.line_num}", row, names, separator, has_header=bool(header))
                 line = _Row(path, rows.line_num, row, columns, unit)
                 stations.append(_station(line, len(stations), separator, z_is_ground=z_is_ground))
     except csv.Error as error:
@@ -152,7 +152,7 @@ def stations_of_text(
     return _checked(path, tuple(stations))
 
 
-def _check_fields(where: str, row: list[str], names: list[str], separator: str, *, is_told: bool) -> None:
+def _check_fields(where: str, row: list[str], names: list[str], separator: str, *, has_header: bool) -> None:
     """Refuse a line of another number of fields than the header: its figures would be those of other columns.
 
     Empty fields at the end, of the line or the header, are none.
@@ -165,8 +165,8 @@ def _check_fields(where: str, row: list[str], names: list[str], separator: str, 
         remedy = "text with a separator in it needs quotes"
         if separator == ",":
             remedy = "decimal commas need semicolons or tabs between the fields, text with commas needs quotes"
-    told = "--columns" if is_told else "the header"
-    raise StationListError(f"{where}: has {n} fields, {told} {n_expected}, expected as many; {remedy}")
+    stated_by = "--columns" if has_header else "the header"
+    raise StationListError(f"{where}: has {n} fields, {stated_by} {n_expected}, expected as many; {remedy}")
 
 
 def _checked(path: Path, stations: tuple[GivenStation, ...]) -> tuple[GivenStation, ...]:
@@ -195,7 +195,7 @@ def _columns(path: Path, line: int, header: list[str], *, z_is_ground: bool) -> 
     _settle_height(where, found)
     if z_is_ground and "z" in found:
         found.setdefault("ground_z", found.pop("z"))
-    has_height = "ground_z" in found if z_is_ground else _tells_sensor(found)
+    has_height = "ground_z" in found if z_is_ground else _gives_sensor(found)
     if not ({"x", "y"} <= set(found) and has_height):
         raise StationListError(
             f"{where}: columns are {', '.join(name.strip() for name in header)}; expected at least x_m, y_m, "
@@ -209,14 +209,14 @@ def _columns(path: Path, line: int, header: list[str], *, z_is_ground: bool) -> 
     return found
 
 
-def _tells_sensor(found: dict[str, tuple[int, str]]) -> bool:
+def _gives_sensor(found: dict[str, tuple[int, str]]) -> bool:
     return "z" in found or {"ground_z", "instrument_height"} <= set(found)
 
 
 def _settle_height(where: str, found: dict[str, tuple[int, str]]) -> None:
     """Take a column `height` as z where there is no other; refuse it where it may as well be the instrument's."""
     height = found.pop("height", None)
-    if height is None or _tells_sensor(found):
+    if height is None or _gives_sensor(found):
         return
     if "ground_z" in found:
         raise StationListError(

@@ -37,7 +37,7 @@ def cloud_layer(range_m: Float32Array, template: BeamTemplate) -> Layer:
         kept = thinned(template.shape) & np.isfinite(range_m)
         points_m = directions(template)[kept] * range_m[kept, None]
         put_transform(prim)
-        # Guide: drawn when asked for, so that the coverage on the walls behind is seen first.
+        # Guide: drawn on request, so that the coverage on the walls behind is seen first.
         put(prim, "purpose", TYPES.Token, "guide", uniform=True)
         put(prim, "points", TYPES.Point3fArray, vec3f_array(points_m))
         put(prim, "widths", TYPES.FloatArray, float_array(np.array([POINT_WIDTH_M]))).SetInfo(

@@ -1,4 +1,4 @@
-"""What a USD layer says of the site's coordinates: SiteFrame -> texts under `tlsplan` in the layer's customLayerData.
+"""The site's coordinates in a USD layer: SiteFrame -> texts under `tlsplan` in the layer's customLayerData.
 
 The keys are in docs/formats/stage.md.
 """

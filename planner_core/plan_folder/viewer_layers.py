@@ -1,6 +1,6 @@
 """What viewers paint on patches besides coverage: figures by patch, what each station sees, reasons, the achievable.
 
-Plan, ScanEngine -> files of `viewer/`; docs/formats/stage.md holds their layout. The stations are looked around from
+Plan, ScanEngine -> files of `viewer/`; docs/formats/stage.md holds their layout. The stations are observed from
 once more, as their candidates were when the plan was made: by beams or by samples of patches.
 """
 
@@ -20,7 +20,7 @@ from planner_core.coverage.observe import observations_in_batches
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import REASONS, FloatArray, Int32Array, Loss, Plan, Scanner
 from planner_core.model.unseen import OUT_OF_SCOPE
-from planner_core.plan_folder.plan_model.given import AskedSection
+from planner_core.plan_folder.plan_model.given import LimitsSection
 from planner_core.plan_folder.station_marks import station_prim_names
 from planner_core.plan_folder.viewer_files import NONE
 
@@ -190,7 +190,7 @@ def _lost_by_station(plan: Plan) -> dict[str, bytes]:
 
 
 def _by_patch(plan: Plan) -> dict[str, bytes]:
-    """Names and contents of what the plan knows by patch itself, without what nobody looked for."""
+    """Names and contents of what the plan knows by patch itself, without what was not computed."""
     files = {}
     if plan.why is not None:
         files["reason.u8"] = plan.why.reason_of_patch.tobytes()
@@ -223,5 +223,5 @@ def _document(plan: Plan) -> dict[str, Any]:
         "out_of_scope": OUT_OF_SCOPE,
         "counted": None if plan.survey.patches.counted is None else "counted.u8",
         "pieces": None if plan.why is None or plan.why.piece_of_patch is None else _PIECES,
-        "qualities": [AskedSection.written(asked) for asked in plan.qualities],
+        "qualities": [LimitsSection.written(limits) for limits in plan.qualities],
     }

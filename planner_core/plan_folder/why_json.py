@@ -1,6 +1,6 @@
-"""Why, as plan.json says it: reasons of stations and of the unseen. Plan -> dicts; positions in the scene frame.
+"""Key `why` of plan.json: reasons of stations and of the unseen. Plan -> dicts; positions in the scene frame.
 
-Surface inside solids is no news to anybody and makes half of most models: only its area is told, as are slivers'.
+Surface inside solids is no news to anybody and makes half of most models: only its area is given, as are slivers'.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ MIN_LISTED_M2 = 0.01
 
 
 def why_document(why: Why, scene: Scene) -> dict[str, Any]:
-    """Everything plan.json says of `why`, as plain dicts and lists.
+    """Key `why` of plan.json, as plain dicts and lists.
 
     `unlisted_area_m2` is the area of what `unseen_surfaces` leaves out, by reason, so that sums can be checked.
     """

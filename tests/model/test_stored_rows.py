@@ -63,7 +63,7 @@ def test_rows_taken_and_stacked_are_those_of_memory(monkeypatch: pytest.MonkeyPa
     plain, stored = both_kinds(5)
     order = np.random.default_rng(1).permutation(plain.n_positions)[:25]
     wanted = [plain.row(i).tolist() for i in order] + [plain.row(i).tolist() for i in range(plain.n_positions)]
-    monkeypatch.setattr(stored_rows, "size_told", lambda _: 100)
+    monkeypatch.setattr(stored_rows, "memory_from_env", lambda _: 100)
     both = c.stacked_rows(c.take_rows(stored, order), stored)
     assert isinstance(both, StoredVisibility)
     assert [both.row(i).tolist() for i in range(both.n_positions)] == wanted

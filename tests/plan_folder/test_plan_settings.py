@@ -380,12 +380,12 @@ def test_scene_that_is_told_comes_first_and_must_be_the_same_file(
     folder, document, _ = made
     other = tmp_path / "renamed.obj"
     other.write_text(QUAD)
-    assert find_scene(folder, document, told=other)[0] == other
+    assert find_scene(folder, document, scenes=other)[0] == other
     other.write_text(QUAD + "\n")
     with pytest.raises(PlanFolderError, match=r"renamed\.obj: is not the file that .*--scene"):
-        find_scene(folder, document, told=other)
+        find_scene(folder, document, scenes=other)
     with pytest.raises(PlanFolderError, match=r"missing\.obj: no such file.*--scene"):
-        find_scene(folder, document, told=tmp_path / "missing.obj")
+        find_scene(folder, document, scenes=tmp_path / "missing.obj")
 
 
 def test_scene_that_changed_is_refused_and_a_good_copy_beside_the_plan_is_taken(

@@ -92,10 +92,10 @@ def test_scene_files_are_told_one_by_one(split: Split, tmp_path: Path) -> None:
     with pytest.raises(PlanFolderError, match=r"its scene rest\.ifc is not found .* give it with --scene"):
         find_scene(folder, document)
     assert not open_plan(folder).has_scene()
-    assert [path.resolve() for path in find_scene(folder, document, told=aside)] == [files[0], aside]
-    assert [path.resolve() for path in find_scene(folder, document, told=[aside, files[0]])] == [files[0], aside]
+    assert [path.resolve() for path in find_scene(folder, document, scenes=aside)] == [files[0], aside]
+    assert [path.resolve() for path in find_scene(folder, document, scenes=[aside, files[0]])] == [files[0], aside]
     with pytest.raises(PlanFolderError, match=r"plan.json: is not the file .* expected one of arch\.ifc, rest\.ifc;"):
-        find_scene(folder, document, told=[aside, folder / "plan.json"])
+        find_scene(folder, document, scenes=[aside, folder / "plan.json"])
 
 
 def test_a_changed_second_file_is_refused(split: Split, tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ ELLIPSIS = "…"
 _KEPT = r"(?:%|m²?|mm|min)(?![\w²])|\(\d"
 _KEPT_BLANK, _BLANK = re.compile(rf"(?<=\d) (?={_KEPT})"), re.compile(rf" (?!{_KEPT})|(?<!\d) ")
 
-#: Fonts that hold the letters of East Asian scripts are looked at first, and fonts for signs without serifs of those.
+#: Fonts that hold the letters of East Asian scripts are tried first, and fonts for signs without serifs of those.
 _EAST_ASIAN = re.compile(
     r"cjk|fallback|wqy|hei|ming|song|sim(sun|hei)|msyh|gothic|meiryo|ipa[eg]|takao|nanum|malgun|pingfang|hiragino|unifont"
     r"|arial unicode",

@@ -83,7 +83,7 @@ class Ink(Protocol):
         align: str = "left",
         turn_rad: float = 0.0,
     ) -> None:
-        """Write one line. at : left, middle or right end of its base line, as `align` says."""
+        """Write one line. at : left, middle or right end of its base line, by `align`."""
 
     def picture(self, path: Path, box: Box) -> None:
         """Place a PNG."""

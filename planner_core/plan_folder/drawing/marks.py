@@ -1,4 +1,4 @@
-"""How things look on drawings: pens told apart by colour, and without colour by width and dashes."""
+"""How things look on drawings: pens distinguished by colour, and without colour by width and dashes."""
 
 from __future__ import annotations
 
@@ -171,9 +171,9 @@ def draw_stations(
     for place, (spot, disc, number) in enumerate(zip(spots, discs, numbers, strict=True)):
         draw_station(labels.ink, spot, disc, number, scanned=bool(scanned) and scanned[place])
         labels.taken.append(Box(float(disc[0]) - DISC_MM, float(disc[1]) - DISC_MM, 2 * DISC_MM, 2 * DISC_MM))
-    for disc, told in zip(discs, words, strict=False):
-        if told:
-            labels.put(disc, told, size_pt=5.6)
+    for disc, note in zip(discs, words, strict=False):
+        if note:
+            labels.put(disc, note, size_pt=5.6)
 
 
 def _draw_dots(
@@ -186,8 +186,8 @@ def _draw_dots(
         labels.taken.append(Box(x - DOT_MM, y - DOT_MM, 2 * DOT_MM, 2 * DOT_MM))
     wide = bool(np.ptp(spots[:, 0]) >= np.ptp(spots[:, 1]))
     for place, (spot, number) in enumerate(zip(spots, numbers, strict=True)):
-        told = f"{number}  {words[place]}" if words and words[place] else str(number)
-        labels.put(spot, told, size_pt=5.6, above=wide)
+        note = f"{number}  {words[place]}" if words and words[place] else str(number)
+        labels.put(spot, note, size_pt=5.6, above=wide)
 
 
 def linked_words(numbers: Sequence[int]) -> str:

@@ -51,7 +51,7 @@ class PngInk:
         from matplotlib.figure import Figure
 
         self.box = Box(0.0, 0.0, width_mm, height_mm)
-        with matplotlib.rc_context(matplotlib.rcParamsDefault):  # not what a user's matplotlibrc says
+        with matplotlib.rc_context(matplotlib.rcParamsDefault):  # not a user's matplotlibrc
             size = (pixels(width_mm * zoom) / DPI / zoom, pixels(height_mm * zoom) / DPI / zoom)
             self.figure: Any = Figure(figsize=size, dpi=DPI * zoom, facecolor=PAPER)
             FigureCanvasAgg(self.figure)

@@ -127,7 +127,7 @@ def _joined(line: Int64Array, low: FloatArray, high: FloatArray) -> Spans:
     line, low, high = line[order], low[order], high[order]
     if not line.size:
         return Spans(line, low, high)
-    # The farthest end so far on each line: lines are told apart by a shift wider than all of them.
+    # The farthest end so far on each line: lines are separated by a shift wider than all of them.
     width = float(high.max() - low.min()) + 1.0
     shift = (line - line[0]) * width
     reached = np.maximum.accumulate(high + shift)

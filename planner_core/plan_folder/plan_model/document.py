@@ -82,15 +82,15 @@ class PlanDocument(Document):
     optimality: OptimalitySection
     registration: RegistrationSection
     route: RouteSection | None = None
-    """null where none was looked for."""
+    """null where none was computed."""
     field_time: FieldTimeSection | None = None
-    """null where no route was looked for."""
+    """null where no route was computed."""
     sealed: tuple[SealedSection, ...] = ()
     unseen: tuple[UnseenSection, ...]
     """By element and floor."""
     why: WhySection | None = None
     judge: JudgeSection | None = None
-    """null where nobody asked, and in plans of older versions."""
+    """null where not required, and in plans of older versions."""
     warnings: tuple[str, ...]
     """One line each, for the user."""
     device: str

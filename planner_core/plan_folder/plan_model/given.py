@@ -1,4 +1,4 @@
-"""What plan.json says of what the plan is made from: scene, scanner, requirements, settings, site."""
+"""What the plan of a plan.json is made from: scene, scanner, requirements, settings, site."""
 
 from __future__ import annotations
 
@@ -62,22 +62,22 @@ class Repairs(Document):
 
 
 class LoadOptionsSection(Mirror):
-    """How the file was read; null: as it says of itself. What it takes to read it again."""
+    """How the file was read; null: by its own entries. What it takes to read it again."""
 
     made: ClassVar = LoadOptions
 
     metres_per_unit: Number | None
-    """As the user told."""
+    """As the user gave it."""
     up_axis: UpAxisWord | None
-    """As the user told."""
+    """As the user gave it."""
     skip_bad_faces: YesNo
     """Faces of vertices that do not exist were to be dropped."""
     glass: GlassWord
     doors: DoorsWord = Doors.SHUT
     doors_open: tuple[str, ...] = ()
-    """GlobalIds of doors that were taken to be open whatever `doors` says."""
+    """GlobalIds of doors that were taken to be open whatever `doors` is."""
     doors_shut: tuple[str, ...] = ()
-    """GlobalIds of doors that were taken to be shut whatever `doors` says."""
+    """GlobalIds of doors that were taken to be shut whatever `doors` is."""
     leave_out: tuple[str, ...] = ()
     """Classes, and patterns of names, whose elements were left out."""
 
@@ -94,7 +94,7 @@ class SceneFileSection(Document):
     """Of its bytes, hexadecimal."""
     format: _Format
     schema_: Annotated[str, Field(alias="schema")]
-    """What it says of itself; empty where it says nothing."""
+    """As stated in it; empty where it states nothing."""
     units: str
     metres_per_unit: Annotated[Number, Field(gt=0)]
     up_axis: UpAxisWord
@@ -111,7 +111,7 @@ class SceneSection(Document):
     format: _Format
     """What was read."""
     schema_: Annotated[str, Field(alias="schema")]
-    """What the file says of itself: IFC2X3, glTF 2.0 ...; empty where it says nothing."""
+    """As stated in the file: IFC2X3, glTF 2.0 ...; empty where it states nothing."""
     units: str
     """Unit of the file: metre, millimetre, inch ..."""
     metres_per_unit: Annotated[Number, Field(gt=0)]
@@ -122,22 +122,22 @@ class SceneSection(Document):
     """Which doors were taken to be open: none, those indoors, or those that lead outdoors, too."""
     load_options: LoadOptionsSection | None = None
     other_files: tuple[SceneFileSection, ...] = ()
-    """The files after the first, where the scene is several; what is said above of a file is of the first."""
+    """The files after the first, where the scene is several; entries above of a file are of the first."""
     n_doors_open: Count = 0
     """Doors whose leaves were left out."""
     offset: Point
     """Scene position = local position + offset; the USD stage is local."""
     georeference: GeoreferenceSection | None = None
-    """What the scene file says of where it is on earth, unchecked; null: nothing."""
+    """Where on earth the scene is by its file, unchecked; null: not stated."""
     n_elements: Count
     n_triangles: Count
     glass_area_m2: Area = 0.0
-    """Faces that the file says are of clear glass, both of a pane; `glass` says what they were taken to do."""
+    """Faces of clear glass by the file, both of a pane; `glass` is what they were taken to do."""
     mirror_area_m2: Area = 0.0
     n_triangles_passing: Count = 0
     """Triangles that let beams pass: glass."""
     n_triangles_stopping: Count = 0
-    """Triangles that end beams without a return: mirrors, and glass where the user says so."""
+    """Triangles that end beams without a return: mirrors, and glass where the user chose so."""
     repairs: Repairs
 
 
@@ -194,7 +194,7 @@ class ScannerSection(Mirror):
     beam_diameter_m: Number | None = None
     """At the exit."""
     beam_width_at: str = ""
-    """What both are measured at: 1/e, 1/e2, FWHM; empty: not told."""
+    """What both are measured at: 1/e, 1/e2, FWHM; empty: not given."""
     wavelength_m: Number | None = None
     dual_axis_compensator: YesNo | None = None
 
@@ -203,7 +203,7 @@ class ScannerSection(Mirror):
         return value or ()
 
 
-class AskedSection(Mirror):
+class LimitsSection(Mirror):
     """Limits on how surfaces are seen; null: none."""
 
     made: ClassVar = PointLimits
@@ -223,7 +223,7 @@ class PartSection(Mirror):
 
     name: str
     coverage: Required
-    asked: AskedSection
+    asked: LimitsSection
     seen_from: SeenFrom
     floors: tuple[str, ...]
     classes: tuple[str, ...]
@@ -239,7 +239,7 @@ class ResultSection(Mirror):
     name: str
     required: Required
     seen_from: SeenFrom = 1
-    asked: AskedSection = AskedSection()
+    asked: LimitsSection = LimitsSection()
     achievable_area_m2: Area
     covered_area_m2: Area
     total_area_m2: Area
@@ -262,7 +262,7 @@ class RequirementsSection(Mirror):
     """Which surface overlap is counted on: all that a station sees, or where it meets the limits required of all."""
     floors: tuple[str, ...]
     """Ids or names of the floors that were planned; empty: all."""
-    asked: AskedSection = AskedSection()
+    asked: LimitsSection = LimitsSection()
     seen_from: SeenFrom = 1
     reflectivity: Number = 0.8
     """Of the surfaces, for range noise."""
@@ -288,7 +288,7 @@ class SettingsSection(Mirror):
     """What the plan is best in."""
     grid_step_m: Number
     instrument_heights_m: tuple[Number, ...]
-    """Heights that were asked for; empty: the scanner's range in steps of height_step_m."""
+    """Heights that were given; empty: the scanner's range in steps of height_step_m."""
     height_step_m: Number
     clearance_m: Number
     ground_ring_radius_m: Number
@@ -301,7 +301,7 @@ class SettingsSection(Mirror):
     refine: YesNo = False
     max_stations: Whole | None = None
     seconds_per_scan: Number | None = None
-    """As told; null: by the scanner's mode."""
+    """As given; null: by the scanner's mode."""
     set_up_s: Number = 60.0
     set_up_tolerance_m: Number = 0.0
     """Links hold wherever within this of its mark, and half of it in height, each station is set up."""

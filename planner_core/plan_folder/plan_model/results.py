@@ -1,4 +1,4 @@
-"""What plan.json says of what came of it: floors, stations, coverage, bound, network, route, the unseen and why."""
+"""Results in plan.json: floors, stations, coverage, bound, network, route, the unseen and why."""
 
 from __future__ import annotations
 
@@ -100,9 +100,9 @@ class StationSection(Document):
     fixed: YesNo
     """Given by the user, not chosen."""
     covered_area_m2: Area
-    """Seen from here, as well as is required of all; floors that are not asked for count too."""
+    """Seen from here, as well as is required of all; floors that are not required count too."""
     own_area_m2: Area
-    """What is required and would no longer be covered without this station; of floors not asked for, nothing."""
+    """What is required and would no longer be covered without this station; of floors not required, nothing."""
     lost_area_m2: Area | None = None
     """Achievable surface on which some requirement would no longer be met without it; null: not worked out."""
     losses: tuple[LossSection, ...] | None = None
@@ -113,7 +113,7 @@ class ObstacleSection(Document):
     """Surface of which nothing is required: it hides what lies behind it, and counts nowhere."""
 
     name: str
-    """Of the part of `requirements.parts` that says so."""
+    """Of the part of `requirements.parts` that requires it."""
     area_m2: Area
     """In scope."""
 
@@ -191,7 +191,7 @@ class OptimalitySection(Document):
     empty where the method does not search."""
     n_candidates_bounded: Count | None = None
     """Candidates that the lower bound holds for: grid, doorways, rooms, landings, given stations, in the connected
-    components that the plan is made in. Positions off the grid may do better than the bound says."""
+    components that the plan is made in. Positions off the grid may do better than the bound."""
     greedy_stations: Count | None = None
     """Stations that greedy selection takes for the same; null: not known."""
     value: Number | None = None
@@ -224,7 +224,7 @@ class JudgedLinkSection(Mirror):
 
 
 class JudgeSection(Mirror):
-    """What random points say, each looked at by itself by rays of Open3D, of all that is required together."""
+    """Figures by random points, each checked by itself with rays of Open3D, of all requirements together."""
 
     made: ClassVar = Judgement
 
@@ -352,7 +352,7 @@ class FieldTimeSection(Mirror):
     """Seconds in the field."""
 
     scanning_s: Seconds | None
-    """null where nobody tells how long a scan takes."""
+    """null where the duration of a scan is not known."""
     set_up_s: Seconds
     """Of all stations."""
     walking_s: Seconds

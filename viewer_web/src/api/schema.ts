@@ -1,7 +1,6 @@
 /** The documents of docs/viewer-api.md. Generated of openapi.json by `npm run types`: change the models in server/ instead. */
 import type * as plan from '../load/plan-types.ts';
 
-export type AskedSection = plan.AskedSection;
 export type FieldTimeSection = plan.FieldTimeSection;
 export type FloorCoverage = plan.FloorCoverage;
 export type ResultSection = plan.ResultSection;
@@ -11,6 +10,7 @@ export type RoomSection = plan.RoomSection;
 export type PieceSection = plan.PieceSection;
 export type GapSection = plan.GapSection;
 export type LegSection = plan.LegSection;
+export type LimitsSection = plan.LimitsSection;
 export type LinkSection = plan.LinkSection;
 export type LossSection = plan.LossSection;
 export type NetworkSection = plan.NetworkSection;
@@ -23,7 +23,6 @@ export interface Documents {
   AddStation: AddStation;
   AddZone: AddZone;
   Allow: Allow;
-  AskedSection: AskedSection;
   ChangeZone: ChangeZone;
   Changes: Changes;
   ClashDocument: ClashDocument;
@@ -47,6 +46,7 @@ export interface Documents {
   Joined: Joined;
   LeftSurfaceSection: LeftSurfaceSection;
   LegSection: LegSection;
+  LimitsSection: LimitsSection;
   LinkSection: LinkSection;
   LiveDocument: LiveDocument;
   LockStation: LockStation;

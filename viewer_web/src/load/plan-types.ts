@@ -1,7 +1,6 @@
 /** plan.json. Generated of docs/formats/plan.schema.json by `npm run types`: change its model instead. */
 
 export interface Documents {
-  AskedSection: AskedSection;
   BestPositionSection: BestPositionSection;
   CoverageSection: CoverageSection;
   FieldTimeSection: FieldTimeSection;
@@ -15,6 +14,7 @@ export interface Documents {
   KeepOutSection: KeepOutSection;
   LeftOutSection: LeftOutSection;
   LegSection: LegSection;
+  LimitsSection: LimitsSection;
   LinkSection: LinkSection;
   LoadOptionsSection: LoadOptionsSection;
   LossSection: LossSection;
@@ -48,21 +48,6 @@ export interface Documents {
   WeakMotionSection: WeakMotionSection;
   WhySection: WhySection;
   PlanDocument: PlanDocument;
-}
-/**
- * Limits on how surfaces are seen; null: none.
- */
-export interface AskedSection {
-  /**
-   * Greatest distance between neighbouring points.
-   */
-  spacing_m: number | null;
-  range_m: number | null;
-  incidence_rad: number | null;
-  /**
-   * Greatest one sigma of range noise.
-   */
-  noise_m: number | null;
 }
 /**
  * The candidate that sees most of a surface.
@@ -151,7 +136,7 @@ export interface FloorCoverage {
  */
 export interface FieldTimeSection {
   /**
-   * null where nobody tells how long a scan takes.
+   * null where the duration of a scan is not known.
    */
   scanning_s: number | null;
   /**
@@ -236,7 +221,7 @@ export interface WeakMotionSection {
   direction: [number, number, number];
 }
 /**
- * What the scene file says of where it is on earth, unchecked; texts as the file has them, empty: not told.
+ * Where on earth the scene is by its file, unchecked; texts as the file has them, empty: not given.
  */
 export interface GeoreferenceSection {
   /**
@@ -289,7 +274,7 @@ export interface GeoreferenceSection {
    */
   site_position: [number, number, number] | null;
   /**
-   * Direction in the plan of the scene, of length 1; null: not told.
+   * Direction in the plan of the scene, of length 1; null: not given.
    */
   true_north: [number, number] | null;
   /**
@@ -298,7 +283,7 @@ export interface GeoreferenceSection {
   warnings: string[];
 }
 /**
- * What random points say, each looked at by itself by rays of Open3D, of all that is required together.
+ * Figures by random points, each checked by itself with rays of Open3D, of all requirements together.
  */
 export interface JudgeSection {
   n_points: number;
@@ -412,15 +397,30 @@ export interface LegSection {
   points: [number, number, number][];
 }
 /**
- * How the file was read; null: as it says of itself. What it takes to read it again.
+ * Limits on how surfaces are seen; null: none.
+ */
+export interface LimitsSection {
+  /**
+   * Greatest distance between neighbouring points.
+   */
+  spacing_m: number | null;
+  range_m: number | null;
+  incidence_rad: number | null;
+  /**
+   * Greatest one sigma of range noise.
+   */
+  noise_m: number | null;
+}
+/**
+ * How the file was read; null: by its own entries. What it takes to read it again.
  */
 export interface LoadOptionsSection {
   /**
-   * As the user told.
+   * As the user gave it.
    */
   metres_per_unit: number | null;
   /**
-   * As the user told.
+   * As the user gave it.
    */
   up_axis: ('Y' | 'Z') | null;
   /**
@@ -430,11 +430,11 @@ export interface LoadOptionsSection {
   glass: 'pass' | 'stop' | 'return';
   doors: 'shut' | 'open' | 'all';
   /**
-   * GlobalIds of doors that were taken to be open whatever `doors` says.
+   * GlobalIds of doors that were taken to be open whatever `doors` is.
    */
   doors_open: string[];
   /**
-   * GlobalIds of doors that were taken to be shut whatever `doors` says.
+   * GlobalIds of doors that were taken to be shut whatever `doors` is.
    */
   doors_shut: string[];
   /**
@@ -489,7 +489,7 @@ export interface NetworkSection {
  */
 export interface ObstacleSection {
   /**
-   * Of the part of `requirements.parts` that says so.
+   * Of the part of `requirements.parts` that requires it.
    */
   name: string;
   /**
@@ -523,7 +523,7 @@ export interface OptimalitySection {
   why_stopped: string;
   /**
    * Candidates that the lower bound holds for: grid, doorways, rooms, landings, given stations, in the connected
-   * components that the plan is made in. Positions off the grid may do better than the bound says.
+   * components that the plan is made in. Positions off the grid may do better than the bound.
    */
   n_candidates_bounded: number | null;
   /**
@@ -570,7 +570,7 @@ export interface RoomSection {
 export interface PartSection {
   name: string;
   coverage: number;
-  asked: AskedSection;
+  asked: LimitsSection;
   /**
    * Stations that must each meet the limits for a surface to count.
    */
@@ -713,7 +713,7 @@ export interface RequirementsSection {
    * Ids or names of the floors that were planned; empty: all.
    */
   floors: string[];
-  asked: AskedSection;
+  asked: LimitsSection;
   /**
    * Stations that must each meet the limits for a surface to count.
    */
@@ -754,7 +754,7 @@ export interface ResultSection {
    * Stations that must each meet the limits for a surface to count.
    */
   seen_from: number;
-  asked: AskedSection;
+  asked: LimitsSection;
   achievable_area_m2: number;
   covered_area_m2: number;
   total_area_m2: number;
@@ -864,7 +864,7 @@ export interface ScannerSection {
    */
   beam_diameter_m: number | null;
   /**
-   * What both are measured at: 1/e, 1/e2, FWHM; empty: not told.
+   * What both are measured at: 1/e, 1/e2, FWHM; empty: not given.
    */
   beam_width_at: string;
   wavelength_m: number | null;
@@ -884,7 +884,7 @@ export interface SceneFileSection {
   sha256: string;
   format: 'ifc' | 'obj' | 'ply' | 'stl' | 'gltf' | 'usd' | 'memory';
   /**
-   * What it says of itself; empty where it says nothing.
+   * As stated in it; empty where it states nothing.
    */
   schema: string;
   units: string;
@@ -909,7 +909,7 @@ export interface SceneSection {
    */
   format: 'ifc' | 'obj' | 'ply' | 'stl' | 'gltf' | 'usd' | 'memory';
   /**
-   * What the file says of itself: IFC2X3, glTF 2.0 ...; empty where it says nothing.
+   * As stated in the file: IFC2X3, glTF 2.0 ...; empty where it states nothing.
    */
   schema: string;
   /**
@@ -928,7 +928,7 @@ export interface SceneSection {
   doors: 'shut' | 'open' | 'all';
   load_options: LoadOptionsSection | null;
   /**
-   * The files after the first, where the scene is several; what is said above of a file is of the first.
+   * The files after the first, where the scene is several; entries above of a file are of the first.
    */
   other_files: SceneFileSection[];
   /**
@@ -943,13 +943,13 @@ export interface SceneSection {
    */
   offset: [number, number, number];
   /**
-   * What the scene file says of where it is on earth, unchecked; null: nothing.
+   * Where on earth the scene is by its file, unchecked; null: not stated.
    */
   georeference: GeoreferenceSection | null;
   n_elements: number;
   n_triangles: number;
   /**
-   * Faces that the file says are of clear glass, both of a pane; `glass` says what they were taken to do.
+   * Faces of clear glass by the file, both of a pane; `glass` is what they were taken to do.
    */
   glass_area_m2: number;
   mirror_area_m2: number;
@@ -958,7 +958,7 @@ export interface SceneSection {
    */
   n_triangles_passing: number;
   /**
-   * Triangles that end beams without a return: mirrors, and glass where the user says so.
+   * Triangles that end beams without a return: mirrors, and glass where the user chose so.
    */
   n_triangles_stopping: number;
   repairs: Repairs;
@@ -1013,7 +1013,7 @@ export interface SettingsSection {
   objective: 'fewest' | 'coverage' | 'time';
   grid_step_m: number;
   /**
-   * Heights that were asked for; empty: the scanner's range in steps of height_step_m.
+   * Heights that were given; empty: the scanner's range in steps of height_step_m.
    */
   instrument_heights_m: number[];
   height_step_m: number;
@@ -1032,7 +1032,7 @@ export interface SettingsSection {
   refine: boolean;
   max_stations: number | null;
   /**
-   * As told; null: by the scanner's mode.
+   * As given; null: by the scanner's mode.
    */
   seconds_per_scan: number | null;
   set_up_s: number;
@@ -1119,11 +1119,11 @@ export interface StationSection {
    */
   fixed: boolean;
   /**
-   * Seen from here, as well as is required of all; floors that are not asked for count too.
+   * Seen from here, as well as is required of all; floors that are not required count too.
    */
   covered_area_m2: number;
   /**
-   * What is required and would no longer be covered without this station; of floors not asked for, nothing.
+   * What is required and would no longer be covered without this station; of floors not required, nothing.
    */
   own_area_m2: number;
   /**
@@ -1187,7 +1187,7 @@ export interface UnseenSurfaceSection {
    */
   floor: string;
   /**
-   * docs/method/unseen.md says what reasons mean.
+   * docs/method/unseen.md defines the reasons.
    */
   reason: string;
   area_m2: number;
@@ -1281,11 +1281,11 @@ export interface PlanDocument {
   optimality: OptimalitySection;
   registration: RegistrationSection;
   /**
-   * null where none was looked for.
+   * null where none was computed.
    */
   route: RouteSection | null;
   /**
-   * null where no route was looked for.
+   * null where no route was computed.
    */
   field_time: FieldTimeSection | null;
   sealed: SealedSection[];
@@ -1295,7 +1295,7 @@ export interface PlanDocument {
   unseen: UnseenSection[];
   why: WhySection | null;
   /**
-   * null where nobody asked, and in plans of older versions.
+   * null where not required, and in plans of older versions.
    */
   judge: JudgeSection | null;
   /**
