@@ -20,7 +20,8 @@ from planner_core.scene.columns import sample_scene
 from planner_core.scene.ground_planes import SITE_KINDS
 from planner_core.scene.level_surfaces import MIN_CLEAR_M, WALL_CUT_M, cut_of_scene
 
-#: Ground, rooms and stations are told apart by one place of each square of this side: the narrowest rooms have several.
+#: Ground, rooms and stations are distinguished at one place of each square of this side: the narrowest rooms have
+#: several.
 SQUARE_M = 0.4
 #: Floors lie over each other where they share this part of the smaller one's ground.
 _OVER_SHARE = 0.1

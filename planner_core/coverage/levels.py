@@ -88,7 +88,7 @@ def observations_of_returns(
 
     Notes
     -----
-    The area of the whole patch: where part of it is hidden, the points on the rest lie closer than this says.
+    The area of the whole patch: where part of it is hidden, the points on the rest lie closer than this.
     """
     if returns.moments is None:
         raise ValueError("levels: got returns without moments, expected them; ask the engine for `moments=True`")
@@ -115,7 +115,7 @@ def with_noise(observations: Observations, scanner: Scanner, *, reflectivity: fl
 
     Notes
     -----
-    A matt surface sends back reflectivity x cos(incidence) (Lambert), and the table is asked for that. Where it does
+    A matt surface sends back reflectivity x cos(incidence) (Lambert), and the table is read at that. Where it does
     not reach that far down, as at grazing incidence, the noise is NaN: not known, and so not met.
 
     Raises
@@ -132,22 +132,22 @@ def with_noise(observations: Observations, scanner: Scanner, *, reflectivity: fl
     return replace(observations, noise_m=noise.astype(np.float32))
 
 
-def observations_meeting(observations: Observations, asked: PointLimits) -> BoolArray:
+def observations_meeting(observations: Observations, limits: PointLimits) -> BoolArray:
     """(M,) bool, observations that meet all limits. Limits are rounded to float32 where the figures are.
 
     Raises
     ------
     RequirementError
-        Noise is asked for and the observations have none.
+        Noise is required and the observations have none.
     """
-    if asked.noise_m is not None and observations.noise_m is None:
+    if limits.noise_m is not None and observations.noise_m is None:
         raise RequirementError(
-            f"noise_m: got a limit of {asked.noise_m} m and observations without noise, expected them to have it; "
+            f"noise_m: got a limit of {limits.noise_m} m and observations without noise, expected them to have it; "
             "take a scanner with a table of range noise and call `with_noise`"
         )
     meets = np.ones(observations.patch.size, dtype=np.bool_)
-    for field in fields(asked):
-        limit = getattr(asked, field.name)
+    for field in fields(limits):
+        limit = getattr(limits, field.name)
         if limit is not None:
             # What is not known is NaN, which compares false: not met.
             meets &= getattr(observations, field.name) <= float(limit)

@@ -66,14 +66,14 @@ def observing(
 
 
 def _by_beams(survey: Survey, engine: ScanEngine) -> Callable[[FloatArray, Progress], Observations]:
-    template, area_m2, only = survey.template, survey.patches.area_m2, survey.looked_at
+    template, area_m2, only = survey.template, survey.patches.area_m2, survey.patches_observed
     return lambda at, progress: observations_of_returns(
         engine.patch_returns(template, at, moments=True, progress=progress), area_m2, only=only
     )
 
 
 def _by_samples(survey: Survey, engine: ScanEngine) -> Callable[[FloatArray, Progress], Observations]:
-    mode = PatchMode(engine, survey.scene, survey.patches, only=survey.looked_at)
+    mode = PatchMode(engine, survey.scene, survey.patches, only=survey.patches_observed)
     return lambda at, progress: observations_of_views(mode.see(survey.template, at, progress=progress))
 
 

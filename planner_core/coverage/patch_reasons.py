@@ -43,7 +43,7 @@ from planner_core.scene.rooms import IN_FRONT_M, room_of_points
 #: be more than `MAX_SAMPLES` in all.
 SAMPLE_M = 0.4
 MAX_SAMPLES = 65536
-#: One of so many rows tells at once that there would be too many samples.
+#: A row in this many shows at once that there would be too many samples.
 _PART_OF_ROWS = 16
 #: A surface with another one this near in front of it touches it.
 TOUCHING_M = 0.02
@@ -64,8 +64,8 @@ _N_OUTDOORS = 3
 class Seen:
     """What candidates see and the plan covers, by patch. All (P,).
 
-    n_candidates : int32, number of candidates that see the patch as asked. achievable : bool, enough of them do.
-    covered : bool, the plan's stations do. scope : bool, patches that are asked for.
+    n_candidates : int32, number of candidates that see the patch as required. achievable : bool, enough of them do.
+    covered : bool, the plan's stations do. scope : bool, patches that are required.
     """
 
     n_candidates: Int32Array
@@ -84,7 +84,7 @@ def reasons_of_patches(
     asked: PointLimits,
     sealed: tuple[SealedArea, ...] = (),
 ) -> UInt8Array:
-    """(P,) uint8 of `REASONS`; `OUT_OF_SCOPE` where not asked for.
+    """(P,) uint8 of `REASONS`; `OUT_OF_SCOPE` where not required.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def reasons_of_patches(
 
 
 def samples_of(unseen: Surfaces, rows: Int64Array) -> tuple[Int64Array, Int64Array]:
-    """The rows that are looked into (K,), and which of these stands for each of `rows`."""
+    """The rows that are examined (K,), and which of these stands for each of `rows`."""
     facing = np.abs(unseen.normal[rows]).argmax(axis=1) if rows.size else rows
     facing = 2 * facing + (unseen.normal[rows, facing] > 0)
     place = np.column_stack([unseen.element[rows], unseen.room[rows], facing])
@@ -166,7 +166,8 @@ def _hidden_reasons(
             begin_m = samples.centroid_m + 0.5 * TOUCHING_M * normal
             n_escapes = _n_escapes(engine, begin_m, np.concatenate([_UP, _SKYWARD]))
             no_position |= (room < 0) & (np.isnan(off_m) | (n_escapes >= _N_OUTDOORS))
-        # Of two open sides the one without a spot says more: the other is mostly inside a shape that is not closed.
+        # Of two open sides the one without a spot is the better sign: the other is mostly inside a shape that is not
+        # closed.
         out[is_open & ~no_position & (out == IN_SOLIDS)] = OCCLUDED
         out[is_open & no_position] = NO_SPOT
     return out
@@ -208,7 +209,7 @@ def _in_sealed(survey: Survey, sealed: tuple[SealedArea, ...], points_m: FloatAr
         top_m = float(above.min()) if above.size else ground_m + _ROOM_HEIGHT_M
         low, high = area.strips_m[:, 0] - _STRIP_MARGIN_M, area.strips_m[:, 1] + _STRIP_MARGIN_M
         level = np.flatnonzero((points_m[:, 2] > ground_m - _STRIP_MARGIN_M) & (points_m[:, 2] < top_m))
-        # Most points are nowhere near: not every strip is asked for them.
+        # Most points are nowhere near: not every strip is tested with them.
         plan_m = points_m[level, :2]
         level = level[np.all((plan_m >= low.min(axis=0)) & (plan_m <= high.max(axis=0)), axis=1)]
         at = points_m[level, None, :2]

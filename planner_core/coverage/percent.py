@@ -1,4 +1,4 @@
-"""Coverage in words: one rule, so that a share reads the same wherever it is told.
+"""Coverage in words: one rule, so that a share reads the same wherever it stands.
 
 The viewer has it in figures.ts and shortfalls.ts.
 """
@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from planner_core.model import NOT_AS_REQUIRED, Scope
 
 LARGE_SHARE = 1 / 3
-"""Of the surface in scope: where more than this is left out, coverage of the rest says little of the building."""
+"""Of the surface in scope: where more than this is left out, coverage of the rest is no measure of the building."""
 MISSED_SHARE = 0.1
 """Of the surface that counts: where more than this is seen, but not as required, the coverage is not of all that is."""
 
@@ -43,7 +43,7 @@ def not_planned(
 
     sealed_m2 : ground of each room that cannot be entered. achievable_m2, total_m2 : surface that valid positions see,
     and all that counts. With scope `all` the inside of walls is in the total, and no line is made of it.
-    area_by_reason_m2 : by `REASONS`; empty where no reasons were looked for.
+    area_by_reason_m2 : by `REASONS`; empty where no reasons were computed.
     """
     lines = []
     if sealed_m2:

@@ -19,7 +19,7 @@ from planner_core.scene.rooms import room_of_points
 
 #: Rooms of a file that are smaller are shafts and cupboards, which nobody enters with a tripod.
 LEAST_ROOM_M2 = 2.0
-#: The room of a place is looked for at this height above the ground: over thresholds, below most furniture.
+#: The room of a place is searched for at this height above the ground: over thresholds, below most furniture.
 _KNEE_M = 0.5
 #: A sensor on its tripod is no higher above the ground of its room.
 _OVER_GROUND_M = 3.0
@@ -135,7 +135,7 @@ def _places_of(survey: Survey, reach: Reach) -> Places:
 
 
 def at_knee(ground_m: FloatArray) -> FloatArray:
-    """(K, 3) places at the height at which rooms are looked for, over ground (K, 3)."""
+    """(K, 3) places at the height at which rooms are searched for, over ground (K, 3)."""
     knee_m: FloatArray = ground_m + np.array([0.0, 0.0, _KNEE_M])
     return knee_m
 

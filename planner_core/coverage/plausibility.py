@@ -118,9 +118,10 @@ def _why_many(f: PlanFigures) -> str:
 
 def _why_close(f: PlanFigures, stations: Sequence[Station]) -> str:
     """Why stations are closer than in practice, and the remedy: requirements first, then what hides surfaces."""
-    asked = f.plan.settings.requirements
-    if asked.seen_from > 1:
-        return f"each surface is required from {asked.seen_from} stations; check whether one is enough (--seen-from)"
+    requirements = f.plan.settings.requirements
+    if requirements.seen_from > 1:
+        n_required = requirements.seen_from
+        return f"each surface is required from {n_required} stations; check whether one is enough (--seen-from)"
     limit, within_m = _shortest(f)
     if within_m < _SHORT_M:
         return (
@@ -128,11 +129,11 @@ def _why_close(f: PlanFigures, stations: Sequence[Station]) -> str:
             "requires it of all surfaces, or state it for parts (--requirements)"
         )
     linking = sum(station.own_area_m2 < _LITTLE_M2 for station in stations)
-    if asked.network != NetworkKind.NONE and linking >= _LINKING_SHARE * len(stations):
-        redundant = " twice" if asked.network == NetworkKind.REDUNDANT else ""
+    if requirements.network != NetworkKind.NONE and linking >= _LINKING_SHARE * len(stations):
+        redundant = " twice" if requirements.network == NetworkKind.REDUNDANT else ""
         return (
             f"{linking} of them add less than {_LITTLE_M2:g} m2 each and connect the others{redundant}, at an overlap "
-            f"of {100 * asked.overlap:g} % at least; check what the registration needs (--overlap)"
+            f"of {100 * requirements.overlap:g} % at least; check what the registration needs (--overlap)"
         )
     return (
         "no limit explains them, so furniture, niches or what hangs from ceilings hides much; leave out what the site "
@@ -142,27 +143,27 @@ def _why_close(f: PlanFigures, stations: Sequence[Station]) -> str:
 
 def _shortest(f: PlanFigures) -> tuple[str, float]:
     """The limit of all surfaces that holds on the floor over the shortest distance in plan from a station, metres."""
-    asked, template = f.plan.settings.requirements.asked, f.survey.template
+    limits, template = f.plan.settings.requirements.asked, f.survey.template
     height_m = float(np.nanmedian([station.instrument_height_m for station in f.stations]))
     found = [("scanner's range", template.range_max_m)]
-    if asked.range_m is not None:
-        found.append((f"range of {asked.range_m:g} m", math.sqrt(max(asked.range_m**2 - height_m**2, 0.0))))
-    if asked.incidence_rad is not None:
-        angle = min(asked.incidence_rad, math.radians(89.9))
-        found.append((f"incidence of {math.degrees(asked.incidence_rad):.0f}°", height_m * math.tan(angle)))
-    if asked.spacing_m is not None and template.elevation_rad.size > 1:
+    if limits.range_m is not None:
+        found.append((f"range of {limits.range_m:g} m", math.sqrt(max(limits.range_m**2 - height_m**2, 0.0))))
+    if limits.incidence_rad is not None:
+        angle = min(limits.incidence_rad, math.radians(89.9))
+        found.append((f"incidence of {math.degrees(limits.incidence_rad):.0f}°", height_m * math.tan(angle)))
+    if limits.spacing_m is not None and template.elevation_rad.size > 1:
         step_rad = float(np.ptp(template.elevation_rad)) / (template.elevation_rad.size - 1)
         # Rows on the floor are r^2 step / h apart, see docs/method/deliverables.md.
         found.append(
-            (f"spacing of {1000 * asked.spacing_m:g} mm", math.sqrt(height_m * asked.spacing_m / max(step_rad, 1e-9)))
+            (f"spacing of {1000 * limits.spacing_m:g} mm", math.sqrt(height_m * limits.spacing_m / max(step_rad, 1e-9)))
         )
     return min(found, key=lambda limit: limit[1])
 
 
 def _why_few(f: PlanFigures, area_m2: float) -> str:
-    asked, rooms = f.plan.settings.requirements, f.rooms
-    if asked.coverage < 0.8:
-        return f"only {100 * asked.coverage:g} % are required; state the --coverage that the contract needs"
+    requirements, rooms = f.plan.settings.requirements, f.rooms
+    if requirements.coverage < 0.8:
+        return f"only {100 * requirements.coverage:g} % are required; state the --coverage that the contract needs"
     if rooms and area_m2 / len(rooms) >= _HALL_M2:
         return (
             f"rooms measure {area_m2 / len(rooms):.0f} m2 on average and the scanner reaches "
@@ -318,8 +319,8 @@ def _ground_per_station(f: PlanFigures, check: Range) -> list[str]:
 
 def _is_met(f: PlanFigures) -> bool:
     """Whether the plan covers what is required, and not just what so many stations can."""
-    asked, settings = f.plan.settings.requirements, f.plan.settings
-    return settings.objective != Objective.COVERAGE and f.plan.coverage.meets(asked.coverage)
+    requirements, settings = f.plan.settings.requirements, f.plan.settings
+    return settings.objective != Objective.COVERAGE and f.plan.coverage.meets(requirements.coverage)
 
 
 # --------------------------------------------------------------------------------------------------- words

@@ -1,6 +1,6 @@
 """Lines of sight: which limit keeps a surface from being seen well enough, where candidates have it in plain view.
 
-Input sample surfaces, candidates and what is asked (local frame, metres); output a reason for each sample that some
+Input sample surfaces, candidates and limits required (local frame, metres); output a reason for each sample that some
 viewpoint sees when range, field of view and density do not matter, and nothing for the others. docs/method/unseen.md.
 """
 
@@ -27,13 +27,13 @@ from planner_core.model import (
 )
 from planner_core.model.unseen import COVERED, IN_SOLIDS, OUT_OF_RANGE, OUT_OF_VIEW, TOO_NOISY, TOO_OBLIQUE, TOO_SPARSE
 
-#: A sample is looked at from this many viewpoints near by, and as many spread over all: across halls and atria.
+#: A sample is tested from this many viewpoints near by, and as many spread over all: across halls and atria.
 N_NEAR, N_SPREAD = 48, 16
 #: Viewpoints are candidates, one of each cube of this side; of larger ones where that would be more than
 #: `MAX_VIEWPOINTS`.
 _VIEWPOINT_M = 0.75
 MAX_VIEWPOINTS = 2048
-#: Beyond this incidence a surface without returns is too oblique, and not the scan too sparse, whatever was asked.
+#: Beyond this incidence a surface without returns is too oblique, and not the scan too sparse, whatever is required.
 GRAZING_RAD = float(np.deg2rad(80.0))
 #: A ray that ends this near the sample, and a share of its length, ends on it: float32 coordinates.
 _ON_SURFACE_M, _ON_SURFACE_SHARE = 1e-3, 2e-5
@@ -65,7 +65,7 @@ def sight_reasons(
 ) -> Int64Array:
     """(N,) why each sample is not seen well enough though in plain view; `COVERED` where no viewpoint (V, 3) has it so.
 
-    `IN_SOLIDS`: another surface lies in the same place, and no beam tells which of both it is that it sees.
+    `IN_SOLIDS`: another surface lies in the same place, and no beam can distinguish which of both it meets.
     """
     out = np.full(samples.patch.size, COVERED, dtype=np.int64)
     if not views_m.size:
@@ -86,7 +86,7 @@ def sight_reasons(
 
 
 def _pairs(samples: Surfaces, views_m: FloatArray) -> Iterator[tuple[Int64Array, Int64Array]]:
-    """Samples (B,) and the viewpoints (B, W) that each is looked at from, some samples at a time."""
+    """Samples (B,) and the viewpoints (B, W) that each is tested from, some samples at a time."""
     from scipy.spatial import cKDTree
 
     n_views = views_m.shape[0]
@@ -169,7 +169,7 @@ def _failures(survey: Survey, asked: PointLimits, samples: Surfaces, at_m: Float
 def _by_template(
     template: BeamTemplate, asked: PointLimits, samples: Surfaces, look: _Look
 ) -> tuple[BoolArray, BoolArray]:
-    """(M,) bool each: outside the field of view; fewer points than asked, or none to be expected."""
+    """(M,) bool each: outside the field of view; fewer points than required, or none to be expected."""
     none = np.zeros(look.range_m.size, dtype=np.bool_)
     if min(template.shape) < 2:  # one row or column has no field of view, and nobody knows its steps
         return none, none

@@ -1,4 +1,4 @@
-"""Where patches are, and in whose room: what reasons are found from and told by. Local frame, metres."""
+"""Where patches are, and in whose room: what reasons are found from and named by. Local frame, metres."""
 
 from __future__ import annotations
 

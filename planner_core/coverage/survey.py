@@ -77,7 +77,7 @@ def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = si
 def visible_from(
     survey: Survey, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
 ) -> Visibility:
-    """Patches that each of positions (N, 3), local frame, sees: by beams or by samples, as the survey's mode says.
+    """Patches that each of positions (N, 3), local frame, sees: by beams or by samples, by the survey's mode.
 
     Patches count whole, however little is seen of them.
 
@@ -86,7 +86,7 @@ def visible_from(
     RequirementError, DeviceError
         See `ScanEngine.visible_patches` and `PatchMode.visible_patches`.
     """
-    only = survey.looked_at
+    only = survey.patches_observed
     if survey.scan_mode == ScanBy.BEAMS:
         seen = engine.visible_patches(survey.template, positions_m, progress=progress)
         seen = seen if only is None else kept_rows(seen, only[seen.patch])

@@ -1,7 +1,7 @@
 """Why a plan is as it is: what each station adds, the curve of coverage, and the unseen by element, room and reason.
 
 Input the plan's stations, what they and all candidates see (rows of `Visibility`, patch numbers of the survey) and what
-is asked; output a `Why`. docs/method/unseen.md.
+is required; output a `Why`. docs/method/unseen.md.
 """
 
 from __future__ import annotations
@@ -68,9 +68,9 @@ def explain(
     candidates_m
         (N, 3), local frame: the rows of `seen_by_candidates`.
     seen_by_candidates, seen_by_stations
-        Patches that each sees as well as is asked, a row each; those of the survey, whatever targets are stacked.
+        Patches that each sees as well as required, a row each; those of the survey, whatever targets are stacked.
     scope
-        (P,) bool, the patches that are asked for.
+        (P,) bool, the patches that are required.
     achievable
         (P,) bool; None: at least `seen_from` of candidates and stations see the patch.
     scannable
@@ -233,12 +233,12 @@ def _largest_pieces(
     named = np.full(piece.size, -1, dtype=np.int32)
     out = []
     for k in range(n_groups):
-        told = []
+        pieces = []
         for p in order[first[k] : first[k] + min(N_PIECES, n_pieces[k])].tolist():
             rows = by_piece[ends[p - 1] if p else 0 : ends[p]]
-            told.append(_piece(unseen, rows))
-            named[rows] = told[-1].patch
-        out.append(tuple(told))
+            pieces.append(_piece(unseen, rows))
+            named[rows] = pieces[-1].patch
+        out.append(tuple(pieces))
     return out, n_pieces, named
 
 

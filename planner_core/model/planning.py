@@ -287,6 +287,6 @@ class Survey:
         return self.scan_mode == ScanBy.PATCHES and not self.as_in_paper
 
     @property
-    def looked_at(self) -> BoolArray | None:
+    def patches_observed(self) -> BoolArray | None:
         """(P,) bool: patches that visibility is computed of; the others only occlude. None: all are."""
         return None if self.scope is None or self.scope.in_scope.all() else self.scope.in_scope
