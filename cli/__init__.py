@@ -47,7 +47,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    """Import the library when its first name is asked for."""
+    """Import the library when its first name is used."""
     if name in __all__:
         from . import api
 

@@ -113,7 +113,7 @@ def settings(
     ----------
     scanner
         Name, as `tlsplan scanners` lists them, or file; a mode after a colon, such as `rtc360:high`. The default is
-        `rtc360`. With `method=Paper()` nothing is asked of points, and the scanner is the paper's, `hdl-64e`.
+        `rtc360`. With `method=Paper()` no limits apply to points, and the scanner is the paper's, `hdl-64e`.
     requirements
         A requirements file, YAML or JSON, see docs/formats/requirements.md.
     more
@@ -137,8 +137,8 @@ def settings(
         required, site = read_requirements(requirements, instead=more, **defaults)
     used = scanner if isinstance(scanner, Scanner) else load_scanner(scanner)
     if not is_paper:
-        asked = one_of(ScanBy, chosen.get("scan_mode", ScanBy.AUTO), "scan_mode")
-        chosen["scan_mode"] = mode_that_counts_parts(asked, used)
+        mode = one_of(ScanBy, chosen.get("scan_mode", ScanBy.AUTO), "scan_mode")
+        chosen["scan_mode"] = mode_that_counts_parts(mode, used)
     return PlanSettings(scanner=used, requirements=required, site=site, **chosen)
 
 
@@ -229,7 +229,7 @@ def open_plan(
     scene: str | Path | Sequence[str | Path] | None = None,
     frame: FrameRequest | None = None,
 ) -> PlanSource:
-    """Open a plan folder: its stations, floors and links, and all that plan.json says in `document`.
+    """Open a plan folder: its stations, floors and links, and plan.json in `document`.
 
     Parameters
     ----------
@@ -243,8 +243,8 @@ def open_plan(
     PlannerError
         There is no plan of this version, or no such coordinate system.
     """
-    told = [scene] if isinstance(scene, str | Path) else scene or []
-    return plan_source.open_plan(Path(folder), scene=[Path(each) for each in told], frame=frame)
+    files = [scene] if isinstance(scene, str | Path) else scene or []
+    return plan_source.open_plan(Path(folder), scene=[Path(each) for each in files], frame=frame)
 
 
 def export(
@@ -274,12 +274,12 @@ def export(
     return export_pack(formats, opened, Path(folder), options, overwrite=overwrite, progress=progress)
 
 
-def _settings(told: PlanSettings | None, more: dict[str, Any]) -> PlanSettings:
-    if told is None:
+def _settings(given: PlanSettings | None, more: dict[str, Any]) -> PlanSettings:
+    if given is None:
         return settings(**more)
     if more:
         raise TypeError(f"got settings and {', '.join(more)}, too, expected one of the two; put them into the settings")
-    return told
+    return given
 
 
 def _given(positions: Iterable[Sequence[float]]) -> tuple[GivenStation, ...]:

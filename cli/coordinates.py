@@ -60,7 +60,7 @@ def coordinate_options(function: F) -> F:
     return function
 
 
-def frame_request(told: Mapping[str, Any]) -> FrameRequest:
+def frame_request(values: Mapping[str, Any]) -> FrameRequest:
     """Return what the values of `coordinate_options`, by name, ask for.
 
     Raises
@@ -72,23 +72,23 @@ def frame_request(told: Mapping[str, Any]) -> FrameRequest:
     from planner_core.errors import CoordinatesError
     from planner_core.model import LENGTH_UNITS
 
-    _check_belonging(told, CoordinatesError)
-    unit = None if told["units"] is None else LENGTH_UNITS[told["units"]]
-    origin = None if told["origin"] is None else _origin_m(told["origin"], unit, told["crs"])
-    limit_m = told["residual_limit"]
+    _check_belonging(values, CoordinatesError)
+    unit = None if values["units"] is None else LENGTH_UNITS[values["units"]]
+    origin = None if values["origin"] is None else _origin_m(values["origin"], unit, values["crs"])
+    limit_m = values["residual_limit"]
     return FrameRequest(
-        crs=told["crs"],
-        vertical_crs=told["vertical_crs"],
+        crs=values["crs"],
+        vertical_crs=values["vertical_crs"],
         origin_m=None if origin is None else (origin[0], origin[1], origin[2]),
-        rotation_rad=math.radians(told["rotation"] or 0.0),
-        scale=1.0 if told["scale"] is None else told["scale"],
-        control_points=told["control_points"],
-        parameters=int(told["parameters"] or 4),
-        fixed_scale=told["fixed_scale"],
+        rotation_rad=math.radians(values["rotation"] or 0.0),
+        scale=1.0 if values["scale"] is None else values["scale"],
+        control_points=values["control_points"],
+        parameters=int(values["parameters"] or 4),
+        fixed_scale=values["fixed_scale"],
         residual_limit_m=FrameRequest.residual_limit_m if limit_m is None else limit_m,
-        by_site_placement=told["by_site_placement"],
-        scene_coordinates=told["scene_coordinates"],
-        accept_implausible=told["accept_implausible"],
+        by_site_placement=values["by_site_placement"],
+        scene_coordinates=values["scene_coordinates"],
+        accept_implausible=values["accept_implausible"],
         unit=unit,
     )
 
@@ -102,10 +102,10 @@ def _origin_m(text: str, unit: LengthUnit | None, crs: str) -> list[float]:
     return numbers(text, "--origin", "E,N,H", (3,), unit=unit)
 
 
-def _check_belonging(told: Mapping[str, Any], error: type[Exception]) -> None:
+def _check_belonging(values: Mapping[str, Any], error: type[Exception]) -> None:
     belonging = {"origin": ("rotation", "scale"), "control_points": ("parameters", "fixed_scale", "residual_limit")}
     for owner, names in belonging.items():
         for name in names:
-            if told[name] not in (None, False) and told[owner] is None:
+            if values[name] not in (None, False) and values[owner] is None:
                 option, needed = (f"--{text.replace('_', '-')}" for text in (name, owner))
                 raise error(f"{option}: got it without {needed}, which it belongs to; add that")

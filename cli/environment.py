@@ -1,6 +1,7 @@
 """Makes the process fit for a user before anything heavy is imported: signals, caches, streams, warnings.
 
-- A Ctrl-C that arrives while a compiled package starts up would be lost there, or told as an error of the package: it
+- A Ctrl-C that arrives while a compiled package starts up would be lost there, or reported as an error of the package:
+it
   waits until it is loaded. One that strikes what Python calls by the way (`__del__`, a callback of a weak reference)
   would be printed and lost: it is raised again at once. Any other that is lost is, at the next step of progress.
 - Compilers and fonts keep caches below the home folder. Where that can't be written they go to a temporary folder.
@@ -32,7 +33,7 @@ _LOOK_AGAIN_S = 0.005
 
 _interrupted = False
 _waits = False
-_asked_to_end = False
+_must_end = False
 _caches_are_kept = True
 _own_caches: str | None = None
 _alarm: Alarm | None = None
@@ -73,9 +74,9 @@ def raise_what_waits() -> None:
 
 
 def settle_interrupts() -> None:
-    """Forget a Ctrl-C that ended what it was meant to end; who asked the process to end (SIGTERM) means all of it."""
+    """Forget a Ctrl-C that ended what it was meant to end; SIGTERM ends all of it."""
     global _interrupted
-    _interrupted = _asked_to_end
+    _interrupted = _must_end
 
 
 def leave_at_once(code: int) -> NoReturn:
@@ -106,9 +107,9 @@ def check_caches_are_kept(variable: str) -> None:
 
 
 def _note_interrupt(number: int, frame: FrameType | None) -> None:
-    global _interrupted, _asked_to_end
+    global _interrupted, _must_end
     _interrupted = True
-    _asked_to_end = _asked_to_end or number == signal.SIGTERM
+    _must_end = _must_end or number == signal.SIGTERM
     _raise_unless_loading(frame)
 
 
@@ -126,11 +127,11 @@ def _raise_unless_loading(frame: FrameType | None) -> None:
     _raise()
 
 
-def _hear_unraisable(told: UnraisableHookArgs) -> None:
-    if issubclass(told.exc_type, KeyboardInterrupt):
+def _hear_unraisable(unraisable: UnraisableHookArgs) -> None:
+    if issubclass(unraisable.exc_type, KeyboardInterrupt):
         _wait()
     else:
-        sys.__unraisablehook__(told)
+        sys.__unraisablehook__(unraisable)
 
 
 def _wait() -> None:
@@ -161,7 +162,7 @@ def _use_writable_caches() -> None:
 
 
 def _nearest(folder: Path) -> Path:
-    """Return the folder, or the one above it that is there; one that can't be looked at counts as there."""
+    """Return the folder, or the one above it that is there; one that can't be read counts as there."""
     for each in (folder, *folder.parents):
         try:
             each.stat()

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .options import METRES_PER_UNIT, Asking, FileOptions, MethodOptions, PriorStations
+from .options import METRES_PER_UNIT, FileOptions, MethodOptions, PriorStations, RequirementOptions
 from .output import repairs
 
 if TYPE_CHECKING:
@@ -68,8 +68,8 @@ def load(scenes: Sequence[Path], reading: FileOptions, *, progress: Progress) ->
     return load_scene(scenes, options=options, progress=progress)
 
 
-def _of_each(scenes: Sequence[Path], said: Sequence[tuple[str, str]], option: str) -> list[str]:
-    """Return what is said of each file: of it by name, else of all, else nothing, empty.
+def _of_each(scenes: Sequence[Path], given: Sequence[tuple[str, str]], option: str) -> list[str]:
+    """Return the value for each file: that for it by name, else that for all, else empty.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def _of_each(scenes: Sequence[Path], said: Sequence[tuple[str, str]], option: st
     from planner_core.errors import RequirementError
 
     by_file: dict[str, str] = {}
-    for file, value in said:
+    for file, value in given:
         if file and not any(file in (str(path), path.name) for path in scenes):
             names = ", ".join(path.name for path in scenes)
             raise RequirementError(
@@ -98,7 +98,7 @@ def settings(
     *,
     scanner: str | None,
     preset: str | None,
-    asking: Asking,
+    asking: RequirementOptions,
     grid_step_m: float,
     heights_m: Sequence[float],
     clearance_m: float,
@@ -118,7 +118,7 @@ def settings(
     from planner_core.scanner.load_scanner import load_scanner
 
     is_paper = preset == "paper"
-    requirements, site = asked(
+    requirements, site = requirements_and_site(
         asking,
         deliverable=NO_DELIVERABLE if is_paper else DEFAULT_DELIVERABLE,
         scope=Scope.ALL if is_paper else Scope.AUTO,
@@ -142,13 +142,15 @@ def settings(
     )
 
 
-def points_to_judge(asked: int | None, *, preset: str | None = None, **_: object) -> int | None:
-    """Random points to judge a plan by: as many as asked for, none with the paper's preset, else as usual (None)."""
-    return 0 if asked is None and preset == "paper" else asked
+def points_to_judge(points: int | None, *, preset: str | None = None, **_: object) -> int | None:
+    """Random points to judge a plan by: as many as given, none with the paper's preset, else the default (None)."""
+    return 0 if points is None and preset == "paper" else points
 
 
-def asked(asking: Asking, *, deliverable: str, scope: Scope, no_cover: Sequence[str] = ()) -> tuple[Requirements, Site]:
-    """Return what is asked and the site: from the file where there is one, and the options in place of its entries.
+def requirements_and_site(
+    asking: RequirementOptions, *, deliverable: str, scope: Scope, no_cover: Sequence[str] = ()
+) -> tuple[Requirements, Site]:
+    """Return requirements and site: from the file where there is one, and the options in place of its entries.
 
     deliverable, scope, no_cover : where neither names one.
 
@@ -159,7 +161,7 @@ def asked(asking: Asking, *, deliverable: str, scope: Scope, no_cover: Sequence[
     """
     from planner_core.requirements.read import read_requirements, requirements_from
 
-    said: dict[str, object] = {
+    entries: dict[str, object] = {
         "deliverable": asking.deliverable,
         "scope": asking.scope,
         "coverage": None if asking.coverage is None else f"{asking.coverage!r} %",
@@ -176,11 +178,11 @@ def asked(asking: Asking, *, deliverable: str, scope: Scope, no_cover: Sequence[
     }
     spared = [name for name in asking.no_cover if name.casefold() != "none"] if asking.no_cover else no_cover
     defaults: dict[str, Any] = {"deliverable": deliverable, "scope": scope, "no_cover": spared}
-    told = {name: value for name, value in said.items() if value is not None}
+    given = {name: value for name, value in entries.items() if value is not None}
     if asking.file is None:
-        requirements, site = requirements_from(told, where="options", **defaults)
+        requirements, site = requirements_from(given, where="options", **defaults)
     else:
-        requirements, site = read_requirements(asking.file, instead=told, **defaults)
+        requirements, site = read_requirements(asking.file, instead=given, **defaults)
     if asking.entrances:
         entrances = (numbers(text, "--entrance", "X,Y,Z", (3,)) for text in asking.entrances)
         site = replace(site, entrances_m=tuple((x, y, z) for x, y, z in entrances))
@@ -312,8 +314,8 @@ def with_method(problem: PlanSettings, choosing: MethodOptions) -> PlanSettings:
         if not (name and equals):
             raise RequirementError(f"--set: got {text!r}, expected NAME=VALUE, such as work_limit=120")
         options.append((name.strip(), value.strip()))
-    told = {name for name, _ in options}
-    options += [(name, value) for name, value in _EFFORTS[choosing.effort] if name not in told]
+    names = {name for name, _ in options}
+    options += [(name, value) for name, value in _EFFORTS[choosing.effort] if name not in names]
     if options and method == "greedy":
         raise RequirementError("--set: got it with --method greedy, which has no options; use method proven or paper")
     return replace(
@@ -337,7 +339,7 @@ def open_survey(
 ) -> tuple[Survey, ScanEngine, tuple[str, ...]]:
     """Load the scene, find its floors and open the engine; tell each warning at once, and return them all.
 
-    `listed_in` says where the user finds the faces that loading dropped.
+    `listed_in` names where the user finds the faces that loading dropped.
     """
     from planner_core.coverage.survey import make_survey
     from planner_core.engine.scan_engine import open_engine

@@ -48,15 +48,15 @@ def main() -> None:
         code = stop.exit_code
     except click.UsageError as error:
         path = error.ctx.command_path if error.ctx is not None else "tlsplan"
-        said = error.format_message()
-        end = "" if said.endswith((".", "?")) else "."
-        click.echo(one_line(f"tlsplan: {said}{end} See `{path} --help`."), err=True)
+        message = error.format_message()
+        end = "" if message.endswith((".", "?")) else "."
+        click.echo(one_line(f"tlsplan: {message}{end} See `{path} --help`."), err=True)
         code = error.exit_code
     except click.ClickException as error:
         click.echo(one_line(f"tlsplan: {error.format_message()}"), err=True)
         code = error.exit_code
     except (KeyboardInterrupt, click.exceptions.Abort):
-        _take_signals(signal.SIG_IGN)  # who presses twice is told once
+        _take_signals(signal.SIG_IGN)  # pressed twice, it is reported once
         click.echo(_INTERRUPTED, err=True)
         code = _INTERRUPTED_CODE
     except (BrokenPipeError, SystemExit) as error:

@@ -70,7 +70,7 @@ class SchedulerAddress(click.ParamType[str]):
     name = "scheduler"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return it as it is; whether there is a scheduler shows when it is asked."""
+        """Return it as it is; whether there is a scheduler shows when it is called."""
         from planner_core.cluster.connection import n_local_workers
         from planner_core.errors import ClusterError
 
@@ -130,11 +130,11 @@ doors_option = click.option(
 )  # fmt: skip
 door_open_option = click.option(
     "--door-open", "doors_open", multiple=True, metavar="GLOBALID",
-    help="This door (its IFC GlobalId) is open, whatever --doors says; may be repeated.",
+    help="This door (its IFC GlobalId) is open, whatever --doors is; may be repeated.",
 )  # fmt: skip
 door_shut_option = click.option(
     "--door-shut", "doors_shut", multiple=True, metavar="GLOBALID",
-    help="This door (its IFC GlobalId) is shut, whatever --doors says; may be repeated.",
+    help="This door (its IFC GlobalId) is shut, whatever --doors is; may be repeated.",
 )  # fmt: skip
 engine_option = click.option(
     "--engine", type=click.Choice(["auto", "opencl", "open3d"]), default="auto", show_default=True,
@@ -372,7 +372,7 @@ class FileOptions:
     """How to read scene files: the values of `scene_options`."""
 
     units: tuple[tuple[str, str], ...] = ()
-    """File and unit; the file is empty where it is said of all."""
+    """File and unit; the file is empty where it holds for all."""
     up: tuple[tuple[str, str], ...] = ()
     skip_bad_faces: bool = False
     glass: str = "stop"
@@ -383,8 +383,8 @@ class FileOptions:
 
 
 @dataclass(frozen=True)
-class Asking:
-    """What is asked, where the command line says it: the values of `requirement_options`."""
+class RequirementOptions:
+    """Requirements of the command line: the values of `requirement_options`."""
 
     file: Path | None = None
     deliverable: str | None = None
@@ -428,9 +428,9 @@ class MethodOptions:
     assignments: tuple[str, ...] = ()
 
 
-AS_THE_FILE_SAYS = FileOptions()
+DEFAULT_FILE_OPTIONS = FileOptions()
 NO_PRIOR_STATIONS = PriorStations()
-AS_USUAL = MethodOptions()
+DEFAULT_METHOD_OPTIONS = MethodOptions()
 
 
 def _gathered(name: str, into: type[Any], *options: Callable[[F], F]) -> Callable[[F], F]:
@@ -461,8 +461,8 @@ scene_options = _gathered(
     leave_out_option,
 )
 requirement_options = _gathered(
-    "asking", Asking, requirements_option, deliverable_option, scope_option, no_cover_option, coverage_option,
-    overlap_option, overlap_measure_option, overlap_of_option, network_option, spacing_option, max_range_option,
+    "asking", RequirementOptions, requirements_option, deliverable_option, scope_option, no_cover_option,
+    coverage_option, overlap_option, overlap_measure_option, overlap_of_option, network_option, spacing_option, max_range_option,
     max_incidence_option, max_noise_option, seen_from_option, floor_option, entrance_option,
 )  # fmt: skip
 prior_options = _gathered("prior_stations", PriorStations, scanned_option, locked_option, keep_option, forbid_option)

@@ -27,7 +27,7 @@ def alarm(text: str) -> None:
 
 
 def repairs(report: LoadReport, *, listed_in: str) -> tuple[str, ...]:
-    """Return the line that says what loading dropped, and where each face is listed: no repair is silent."""
+    """Return the line on what loading dropped, and where each face is listed: no repair is silent."""
     counts = {
         "duplicate": report.n_duplicate,
         "degenerate": report.n_degenerate,

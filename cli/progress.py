@@ -32,17 +32,17 @@ NOTE_WIDTH = 24
 class ProgressReporter:
     """Shows `ProgressEvent`s; use as a context manager and pass `reporter.show` to the library.
 
-    `told` are warnings that were told before: commands with several reporters hand one set to all of them.
+    `shown` are warnings that were shown before: commands with several reporters hand one set to all of them.
     """
 
-    def __init__(self, *, quiet: bool, stream: TextIO | None = None, told: set[str] | None = None) -> None:
+    def __init__(self, *, quiet: bool, stream: TextIO | None = None, shown: set[str] | None = None) -> None:
         self._quiet = quiet
         self._stream = stream if stream is not None else sys.stderr
         self._bars: Progress | None = None
         self._tasks: dict[str, TaskID] = {}
         self._last_line_s: dict[str, float] = {}
         self._finished: set[str] = set()
-        self._told = set() if told is None else told
+        self._shown = set() if shown is None else shown
         self._last: list[str] = []
 
     def __enter__(self) -> ProgressReporter:
@@ -76,9 +76,9 @@ class ProgressReporter:
     def warn(self, warnings: Iterable[str]) -> None:
         """Print warnings at once, one line each, and each of them once; `quiet` does not hide them."""
         for line in map(one_line, warnings):
-            if line in self._told:
+            if line in self._shown:
                 continue
-            self._told.add(line)
+            self._shown.add(line)
             if self._bars is not None:
                 self._bars.console.print(f"warning: {line}", markup=False, highlight=False, soft_wrap=True)
             else:
@@ -97,7 +97,7 @@ class ProgressReporter:
         """Draw one event; raises KeyboardInterrupt where a Ctrl-C got lost inside a package."""
         if event.settles_interrupts:
             settle_interrupts()
-            raise_if_interrupted()  # who asked the process to end gets no plan, and is told of none
+            raise_if_interrupted()  # a process that must end writes no plan, and reports none
             if event.note:
                 self.warn([event.note])
         raise_if_interrupted()

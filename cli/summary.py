@@ -56,11 +56,11 @@ def show(document: dict[str, Any]) -> None:
     if scene["n_doors_open"]:
         doors = "door is" if scene["n_doors_open"] == 1 else "doors are"
         output.say(f"doors         {scene['n_doors_open']} {doors} open (--doors shut leaves them as modelled)")
-    asked = {name.casefold() for name in asks["floors"]}
+    wanted = {name.casefold() for name in asks["floors"]}
     planned = [
         figures
         for figures in coverage["floors"]
-        if not asked or asked & {figures["floor"].casefold(), floors[figures["floor"]].casefold()}
+        if not wanted or wanted & {figures["floor"].casefold(), floors[figures["floor"]].casefold()}
     ]
     of_floors = asks["results"][: len(planned)]  # requirements of the planned floors come first
     for figures, result in zip(planned, of_floors, strict=True):
@@ -154,7 +154,7 @@ def _hours(seconds: float) -> str:
 def finish(plan: Plan, folder: Path | None, *, judge_in_full: bool, as_json: bool, quiet: bool) -> None:
     """Print what a plan is worth: plan.json's document, or the summary and where the folder is, or nothing.
 
-    judge_in_full : all that a judge says, not his share of coverage alone.
+    judge_in_full : all figures of a judge, not his share of coverage alone.
     """
     from planner_core.plan_folder.plan_json import plan_document
 

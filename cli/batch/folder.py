@@ -3,7 +3,7 @@
 ==================  ===================================================================================================
 `plans/<job>/`      a plan folder, whole or not there
 `jobs/<job>.json`   how the job ended (`JobRecord`), whole or not there
-`jobs/<job>.log`    what its process told; of the last try
+`jobs/<job>.log`    messages of its process; of the last try
 `jobs/.fetched/`    what comes from workers, until it is whole
 `index.html` ...    the summary
 `.batch.lock`       locked (`flock`) by the batch that is at work, and by its jobs while they live
@@ -62,7 +62,7 @@ class BatchFolder:
         return self.root / "plans" / job.name
 
     def log(self, job: Job) -> Path:
-        """Return where the job's process tells what it does."""
+        """Return where the job's process writes its messages."""
         return self._beside(job, "log")
 
     def fetched(self, job: Job) -> Path:

@@ -54,12 +54,12 @@ def first_jobs(sites: Sequence[Site], *, engine: Sequence[str] = ()) -> list[Job
 
 def floor_jobs(site: Site, floors: Sequence[tuple[str, str]], *, engine: Sequence[str] = ()) -> list[Job]:
     """Return a job for each storey, (id, name), that the site's options ask for; all where they ask for none."""
-    asked = {str(each).casefold() for each in site.told["floors"]}
+    wanted = {str(each).casefold() for each in site.values["floors"]}
     alone = replace(site, arguments=tuple(word for word in site.arguments if not word.startswith("--floor=")))
     return [
         _job(alone, f"{site.name}-{floor}", engine, floor=floor)
         for floor, name in floors
-        if not asked or asked & {floor.casefold(), name.casefold()}
+        if not wanted or wanted & {floor.casefold(), name.casefold()}
     ]
 
 
@@ -77,7 +77,7 @@ def files_of(site: Site) -> tuple[Path, ...]:
 
 def _job(site: Site, name: str, engine: Sequence[str], **more: Any) -> Job:
     job = Job(name, site, "", **more)
-    options = {key: site.told[str(option.name)] for key, option in OPTIONS.items()}
+    options = {key: site.values[str(option.name)] for key, option in OPTIONS.items()}
     named = {str(file): digest_of(file) for file in site.files}
     held = {
         "version": version("tlsplan"),

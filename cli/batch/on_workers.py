@@ -54,7 +54,7 @@ class Command:
     at: str
 
     def do(self, task: Any, place: Place) -> Outcome:
-        """Run it; what it wrote, printed and told is in the folder that is fetched."""
+        """Run it; its files, output and messages are in the folder that is fetched."""
         from planner_core.cluster.workplace import linked
 
         root, log = place.folder / "root", place.made / "log"
@@ -62,9 +62,9 @@ class Command:
             linked(place.file(digest), root / name)
         (root / self.at).mkdir(parents=True, exist_ok=True)
         words = [word.replace(_ROOT, f"{root.as_posix()}/") for word in self.words]
-        with log.open("wb") as told, (place.made / "out").open("wb") as output:
+        with log.open("wb") as messages, (place.made / "out").open("wb") as output:
             process = subprocess.Popen(
-                program(*words), cwd=root / self.at, stdin=subprocess.DEVNULL, stdout=output, stderr=told,
+                program(*words), cwd=root / self.at, stdin=subprocess.DEVNULL, stdout=output, stderr=messages,
                 **own_session(),
             )  # fmt: skip
             try:
@@ -133,7 +133,7 @@ class OnWorkers:
         return ended + self._here.ended()
 
     def doing(self) -> list[tuple[Job, str]]:
-        """Jobs at work, and what each tells."""
+        """Jobs at work, and the messages of each."""
         given = [(_job_of(order), note) for order, note in self._errands.orders().items()]
         return [*given, *((job, "") for job in self._alone or ()), *((each.job, "") for each in self._refused),
                 *self._here.doing()]  # fmt: skip

@@ -20,7 +20,7 @@ from .folder import BatchFolder
 from .jobs import Job, floor_jobs
 
 _LOOK_S = 0.1
-#: A job that is asked to end removes what is half-written; then it is killed.
+#: A job that gets the signal to end removes what is half-written; then it is killed.
 _ENDS_WITHIN_S = 15.0
 _TAIL_BYTES = 4096
 _PREFIX = "tlsplan: "
@@ -51,7 +51,7 @@ class Runner(Protocol):
         ...
 
     def doing(self) -> list[tuple[Job, str]]:
-        """Jobs at work, and what each tells."""
+        """Jobs at work, and the messages of each."""
         ...
 
     def stop(self) -> None:
@@ -132,14 +132,14 @@ def work(
     runner: Runner,
     *,
     engine: Sequence[str],
-    told: Callable[[Job, str, bool], None],
+    report: Callable[[Job, str, bool], None],
     look: Callable[[int, int, list[tuple[Job, str]]], None],
 ) -> list[Job]:
     """Do all jobs that have not been done before, and those that become known on the way; return all that plan.
 
     Parameters
     ----------
-    told
+    report
         Hears how each job ended: why it failed, or an empty text; and whether it was done before.
     look
         Hears some times a second how many jobs are done, of how many, and what is going on; raising from it ends all.
@@ -159,11 +159,11 @@ def work(
             waiting[:0] = more
             known.extend(more)
             if not more:
-                message = "it has none of the storeys that are asked for; `tlsplan floors` lists them"
+                message = "it has none of the required storeys; `tlsplan floors` lists them"
         else:
             n_done += 1
         if message or not job.finds_floors:
-            told(job, message, before)
+            report(job, message, before)
 
     try:
         while waiting or runner.doing():
@@ -196,7 +196,7 @@ def _floors(output: Path) -> tuple[tuple[str, str], ...]:
 
 
 def last_line(log: Path) -> str:
-    """Return the last line that a process told."""
+    """Return the last line of a process's messages."""
     with log.open("rb") as file:
         file.seek(max(0, log.stat().st_size - _TAIL_BYTES))
         lines = file.read().decode("utf-8", errors="replace").splitlines()

@@ -1,6 +1,6 @@
 """The sites file as one model: buildings, each with options of `tlsplan plan` by their names; docs/formats/sites.md.
 
-What an option may be is said once, where the command line says it (`tlsplan.options`): the model's entries are made of
+What an option may be is defined once, by the command line (`tlsplan.options`): the model's entries are made of
 these options, and their values are read by them, as if they had been typed.
 """
 
@@ -74,7 +74,7 @@ def _schema(option: click.Option) -> dict[str, Any]:
     return {"anyOf": [one, {"type": "array", "items": one}]} if option.multiple else one
 
 
-def _told(option: click.Option) -> BeforeValidator:
+def _value_of(option: click.Option) -> BeforeValidator:
     """What the file may say of an option, before the option itself reads it: one text or number, or several."""
     kinds = (bool,) if option.is_flag else (str, int, float)
 
@@ -101,7 +101,7 @@ else:
         __base__=Entries,
         **{
             name: (
-                Annotated[Any, _told(option), WithJsonSchema(_schema(option))],
+                Annotated[Any, _value_of(option), WithJsonSchema(_schema(option))],
                 Field(default=None, description=option.help),
             )
             for name, option in OPTIONS.items()
@@ -160,7 +160,7 @@ class SitesFile(Entries):
 @dataclass(frozen=True, eq=False)
 class Site:
     """A building to plan. arguments : of `tlsplan plan`, besides the scene's files. reading : those of them that say
-    how files are read. told : what the options were read as, by their names. files : other files that these name.
+    how files are read. values : of the options as read, by their names. files : other files that these name.
     """
 
     name: str
@@ -169,7 +169,7 @@ class Site:
     each_floor: bool
     arguments: tuple[str, ...]
     reading: tuple[str, ...]
-    told: Mapping[str, Any]
+    values: Mapping[str, Any]
     files: tuple[Path, ...]
     missing: str = ""
     """Why there is nothing to plan; empty: there is."""
@@ -181,7 +181,7 @@ def read_sites(path: Path) -> tuple[tuple[Site, ...], PriceEntries | None]:
     Raises
     ------
     RequirementError
-        It can't be read, says something that is not understood, or that `tlsplan plan` would refuse; in one line.
+        It can't be read, has an entry that is not understood, or that `tlsplan plan` would refuse; in one line.
     """
     file = read_as(
         SitesFile, read_document(path, of="sites", such_as="sites: [scene: a.ifc]"), f"{path}: ", remedy=_REMEDY
@@ -199,16 +199,16 @@ def read_sites(path: Path) -> tuple[tuple[Site, ...], PriceEntries | None]:
 
 
 def _sites(path: Path, place: str, defaults: DefaultEntries, entries: SiteEntries) -> list[Site]:
-    told = {**_given(defaults), **_given(entries)}
-    scene, name = told.pop("scene"), told.pop("name", None)
-    portfolio, floors = told.pop("portfolio", ""), told.pop("floors", "together")
+    values = {**_given(defaults), **_given(entries)}
+    scene, name = values.pop("scene"), values.pop("name", None)
+    portfolio, floors = values.pop("portfolio", ""), values.pop("floors", "together")
     groups = _buildings(path.parent, scene)
     if name is not None and len(groups) > 1:
         raise RequirementError(
             f"{path}: {place}: got the name {shown(name)} for {len(groups)} files, expected one for each; leave it out"
         )
-    arguments, files = _arguments(path.parent, told)
-    reading, _ = _arguments(path.parent, {key: value for key, value in told.items() if _reads(key)})
+    arguments, files = _arguments(path.parent, values)
+    reading, _ = _arguments(path.parent, {key: value for key, value in values.items() if _reads(key)})
     made = []
     for scenes in groups:
         try:
@@ -254,10 +254,10 @@ def _buildings(base: Path, scene: tuple[str, ...]) -> list[tuple[Path, ...]]:
     return [(each,) for each in found if each.is_file()] or [(base / scene[0],)]
 
 
-def _arguments(base: Path, told: Mapping[str, Any]) -> tuple[list[str], list[Path]]:
+def _arguments(base: Path, values: Mapping[str, Any]) -> tuple[list[str], list[Path]]:
     """Write options as they are typed, with paths from the sites file's folder; and the files that they name."""
     words, files = [], []
-    for key, entry in told.items():
+    for key, entry in values.items():
         option = OPTIONS[key]
         if option.is_flag:
             words += [option.opts[0]] if entry else option.secondary_opts[:1]

@@ -1,7 +1,7 @@
 """The summary of a batch: stations, bound, field time, cost and coverage by building, totals by portfolio.
 
 Plan folders -> `summary.json`, `summary.csv` and `index.html`. Every figure is of a plan.json; docs/formats/sites.md
-says what each is.
+defines each.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def totals_of(rows: Sequence[Row]) -> list[Total]:
 
 
 def write_summary(root: Path, rows: Sequence[Row], prices: PriceEntries | None) -> dict[str, Any]:
-    """Write the three files, each whole or not at all, and return what summary.json says.
+    """Write the three files, each whole or not at all, and return the contents of summary.json.
 
     Raises
     ------
@@ -239,8 +239,8 @@ def _columns(prices: PriceEntries | None) -> list[tuple[str, Callable[[Row], str
 
 
 def _counts(rows: Sequence[Row]) -> str:
-    told = ((sum(row.state == state for row in rows), state) for state in (PLANNED, FAILED, WAITING))
-    text = ", ".join(f"{count} {state}" for count, state in told if count)
+    counts = ((sum(row.state == state for row in rows), state) for state in (PLANNED, FAILED, WAITING))
+    text = ", ".join(f"{count} {state}" for count, state in counts if count)
     states = {row.state for row in rows}
     return f"{text}; totals are of the planned ones" if PLANNED in states and len(states) > 1 else text
 

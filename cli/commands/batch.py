@@ -42,8 +42,8 @@ def command(
     """Plan the buildings or storeys of SITES, a YAML or JSON file, and sum them up.
 
     SITES names scene files and options of `tlsplan plan`; see docs/formats/sites.md. Each plan is made in a process of
-    its own. One that fails is told in one line, and the others go on; the exit code is 8 then. The same command goes on
-    where it was interrupted: what is planned is not planned again unless its files, options or version changed.
+    its own. A failed plan is reported in one line; the others continue, and the exit code is 8. Run the command again
+    to resume: what is planned is not planned again unless its files, options or version changed.
     """
     from planner_core.operating_system import n_usable_cores
 
@@ -70,7 +70,7 @@ def command(
             with opened_runner(
                 here, held, scheduler, most=n_jobs, engine=(engine, device), reporter=reporter
             ) as runner:
-                work(jobs, held, runner, engine=with_engine, told=telling.ended, look=telling.look)
+                work(jobs, held, runner, engine=with_engine, report=telling.ended, look=telling.look)
         finally:
             document = write_summary(folder, telling.rows(sites), prices)
     _finish(folder, document, as_json=as_json, quiet=quiet)
@@ -79,7 +79,7 @@ def command(
 
 
 class _Telling:
-    """Tells how jobs go and end, and keeps what the summary is made of."""
+    """Reports how jobs go and end, and keeps what the summary is made of."""
 
     def __init__(self, folder: BatchFolder, reporter: ProgressReporter, prices: PriceEntries | None) -> None:
         self._folder, self._reporter, self._prices = folder, reporter, prices

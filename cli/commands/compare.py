@@ -73,7 +73,7 @@ def command(
     overwrite: bool,
     as_json: bool,
     quiet: bool,
-    **told: Any,
+    **values: Any,
 ) -> None:
     """Compare stations as scanned with PLAN: what is missing, and what to scan before leaving the site.
 
@@ -95,18 +95,18 @@ def command(
 
     if folder is not None:
         check_output(folder, overwrite=overwrite)
-    source = open_plan(plan, scene=scene, frame=frame_request(told))
+    source = open_plan(plan, scene=scene, frame=frame_request(values))
     compared = [floor.id for floor in chosen_floors(source, Options(floors=floors))] if floors else []
     actual = read_actual(lists, source, coordinates=coordinates, heights=heights, columns=columns, within_m=within_m)
     if heights == "sensor" and any(_has_heights(each) for each in lists):
         check_heights(source.stations, actual.stations, by=match, within_m=within_m)
     matches = matched(source.stations, actual.stations, by=match, within_m=within_m)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
-        looked_at = [
+        compared_m = [
             each for each in matches if not compared or each.planned is None or each.planned.floor_id in compared
         ]
         of_list = source.frame if actual.coordinates == "site" else None
-        reporter.warn((*actual.doubts, *source.frame.warnings, *doubts(looked_at, within_m, of_list)))
+        reporter.warn((*actual.doubts, *source.frame.warnings, *doubts(compared_m, within_m, of_list)))
         live = open_live(
             source.folder, scene=scene, engine=engine, device=device, with_ground=False, progress=reporter.show
         )
@@ -150,7 +150,7 @@ def _write(rescan: Rescan, live: LivePlan, folder: Path, overwrite: bool, report
 
 
 # ---------------------------------------------------------------------------------------------- words
-_MOST_TOLD = 12
+_MOST_LISTED = 12
 #: Less is the rounding of lists.
 _SHOWN_M = 0.005
 
@@ -185,9 +185,9 @@ def _stations(document: dict[str, Any]) -> list[str]:
     for fate in ("moved", "missing", "additional"):
         of_fate = sorted((row for row in rows if row["fate"] == fate), key=lambda row: -row["lost_area_m2"])
         lines.append(f"{fate:<13} {counts[fate]}")
-        lines += [f"  {_fate(row)}" for row in of_fate[:_MOST_TOLD]]
-        if len(of_fate) > _MOST_TOLD:
-            lines.append(f"  and {len(of_fate) - _MOST_TOLD} more, see --json")
+        lines += [f"  {_fate(row)}" for row in of_fate[:_MOST_LISTED]]
+        if len(of_fate) > _MOST_LISTED:
+            lines.append(f"  and {len(of_fate) - _MOST_LISTED} more, see --json")
     return lines
 
 
@@ -199,13 +199,13 @@ def _off_m(row: dict[str, Any]) -> float:
 def _fate(row: dict[str, Any]) -> str:
     area_m2 = row["lost_area_m2"]
     worth = f"costs {area_m2:.1f} m2" if area_m2 >= 0.05 else f"gains {-area_m2:.1f} m2" if area_m2 <= -0.05 else ""
-    said = [f"{row['id']:<10}", f"floor {row['floor']}"]
+    parts = [f"{row['id']:<10}", f"floor {row['floor']}"]
     if row["fate"] == "moved":
         dx, dy, dz = row["moved_m"]
-        said.append(f"by {(dx * dx + dy * dy) ** 0.5:.2f} m in plan, {dz:+.2f} m in height")
+        parts.append(f"by {(dx * dx + dy * dy) ** 0.5:.2f} m in plan, {dz:+.2f} m in height")
     if row["matched_by"] == "place" and row["listed_as"] != row["id"]:
-        said.append(f"listed as {row['listed_as']}")
-    return ", ".join([said[0] + " " + said[1], *said[2:], *([f"alone {worth}"] if worth else [])])
+        parts.append(f"listed as {row['listed_as']}")
+    return ", ".join([parts[0] + " " + parts[1], *parts[2:], *([f"alone {worth}"] if worth else [])])
 
 
 def _coverage(document: dict[str, Any]) -> list[str]:
@@ -213,12 +213,12 @@ def _coverage(document: dict[str, Any]) -> list[str]:
 
     lines: list[str] = []
     for row in document["requirements"]:
-        asked, state = row["asked"], _state(row)
-        planned = reached_percent(row["planned"], 0.0 if row["planned_is_met"] else asked)
+        required, state = row["asked"], _state(row)
+        planned = reached_percent(row["planned"], 0.0 if row["planned_is_met"] else required)
         # What falls short of the plan's own figure does not read as that, either.
-        least = 0.0 if row["asked_is_met"] else asked if row["met"] else min(asked, row["planned"])
+        least = 0.0 if row["asked_is_met"] else required if row["met"] else min(required, row["planned"])
         lines.append(
-            f"{'coverage' if not lines else '':<13} {row['name']:<24} {_percent(asked)} required, "
+            f"{'coverage' if not lines else '':<13} {row['name']:<24} {_percent(required)} required, "
             f"{planned} % planned, {reached_percent(row['actual'], least)} % as scanned{state}"
         )
     return lines
@@ -247,8 +247,8 @@ def _network(document: dict[str, Any]) -> list[str]:
 
 
 def _some(names: Sequence[str]) -> str:
-    more = f" and {len(names) - _MOST_TOLD} more" if len(names) > _MOST_TOLD else ""
-    return f"{', '.join(names[:_MOST_TOLD])}{more}"
+    more = f" and {len(names) - _MOST_LISTED} more" if len(names) > _MOST_LISTED else ""
+    return f"{', '.join(names[:_MOST_LISTED])}{more}"
 
 
 def _parts(number: int) -> str:
@@ -261,13 +261,13 @@ def _lost(document: dict[str, Any]) -> list[str]:
         return []
     total_m2 = sum(surface["area_m2"] for surface in surfaces)
     lines = [f"lost          {total_m2:.1f} m2 that the plan sees"]
-    for surface in surfaces[:_MOST_TOLD]:
+    for surface in surfaces[:_MOST_LISTED]:
         room = f", room {surface['room']}" if surface["room"] else ""
         lines.append(
             f"  {surface['area_m2']:7.2f} m2  {surface['kind']} {surface['element']}, floor {surface['floor']}{room}"
         )
-    if len(surfaces) > _MOST_TOLD:
-        lines.append(f"  and {len(surfaces) - _MOST_TOLD} more surfaces, see --json")
+    if len(surfaces) > _MOST_LISTED:
+        lines.append(f"  and {len(surfaces) - _MOST_LISTED} more surfaces, see --json")
     return lines
 
 
@@ -311,9 +311,9 @@ def _again(document: dict[str, Any], source: PlanSource) -> list[str]:
 def _purpose(row: dict[str, Any]) -> str:
     adds = [f"{each['area_m2']:.1f} m2 on floor {each['floor']}" for each in row["adds"] if each["area_m2"] >= 0.05]
     parts = [part[0] if len(part) == 1 else f"{part[0]} and {len(part) - 1} more" for part in row["joins"]]
-    said = [f"adds {', '.join(adds)} to the scans"] if adds else []
-    said += [f"connects {' with '.join(parts)}"] if parts else []
-    return "; ".join(said) or "adds no area to the scans, and connects no groups"
+    gains = [f"adds {', '.join(adds)} to the scans"] if adds else []
+    gains += [f"connects {' with '.join(parts)}"] if parts else []
+    return "; ".join(gains) or "adds no area to the scans, and connects no groups"
 
 
 def _with_them(document: dict[str, Any], again: dict[str, Any]) -> str:
@@ -329,7 +329,7 @@ def _with_them(document: dict[str, Any], again: dict[str, Any]) -> str:
 
 
 def _missed(of: dict[str, Any], network: dict[str, Any], n_parts: int, key: str) -> str:
-    """Words for what of the requirements, and of the network, `key` says is not met; empty where all is."""
+    """Words for the requirements, and the network, that are not met by `key`; empty where all are."""
     names = [f"coverage {row['name']}" for row in of["requirements"] if not row[key]]
     names += [] if network[key] else [f"the network ({_parts(n_parts)})"]
     return ", ".join(names)

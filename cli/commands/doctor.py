@@ -44,7 +44,7 @@ SYSTEM_LIBRARIES = {
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing looked at. `remedy` is empty where `ok`, and where the detail says what to do."""
+    """One check. `remedy` is empty where `ok`, and where the detail names what to do."""
 
     subject: str
     ok: bool
@@ -150,7 +150,7 @@ def _device(info: DeviceInfo) -> Finding:
 
 
 def _engine() -> list[Finding]:
-    """Scan a box of known size with the engine that a plan would use; a plan that falls back says the same words."""
+    """Scan a box of known size with the engine that a plan would use; one that falls back warns in the same words."""
     from planner_core.errors import PlannerError
 
     from .. import start_time
@@ -172,11 +172,11 @@ def _start() -> Finding:
     from .. import start_time
 
     times_s = {"compiled before": start_time.cached_s(), "first use, compiling": start_time.first_use_s()}
-    said = [f"{what} {seconds:.1f} s" for what, seconds in times_s.items() if seconds is not None]
-    if len(said) < len(times_s):
+    measured = [f"{what} {seconds:.1f} s" for what, seconds in times_s.items() if seconds is not None]
+    if len(measured) < len(times_s):
         remedy = "run `python -m tlsplan.start_time` to see why"
-        return Finding("start of the engine", False, "; ".join([*said, "not measured"]), remedy, needed=False)
-    return Finding("start of the engine", True, "; ".join(said))
+        return Finding("start of the engine", False, "; ".join([*measured, "not measured"]), remedy, needed=False)
+    return Finding("start of the engine", True, "; ".join(measured))
 
 
 def _tiles() -> list[Finding]:

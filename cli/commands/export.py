@@ -130,7 +130,7 @@ def _names(_: click.Context, __: click.Parameter, text: str) -> tuple[str, ...]:
 
 
 class _Sectioned(click.Command):
-    """A command whose help tells apart what is of formats, what of coordinates, and the rest."""
+    """A command whose help separates options of formats, of coordinates, and the rest."""
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options under headings."""
@@ -171,7 +171,7 @@ def command(
     overwrite: bool,
     as_json: bool,
     quiet: bool,
-    **told: Any,
+    **values: Any,
 ) -> None:
     """Export the plan folder PLAN to formats of other programs, and sheets for the crew."""
     from planner_core.spread import spread_over
@@ -179,7 +179,7 @@ def command(
     from .. import inputs, output
     from ..progress import ProgressReporter
 
-    options, frame = _options(names, told), frame_request(told)
+    options, frame = _options(names, values), frame_request(values)
     _check_scheduler(names, scheduler)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         if names == (WEB,):
@@ -219,10 +219,10 @@ def _export(
     from planner_core.export.formats import ALL
     from planner_core.export.write import export_pack, export_plan
 
-    said: dict[str, Any] = {"overwrite": overwrite, "scene": scene, "frame": frame, "progress": progress}
+    common: dict[str, Any] = {"overwrite": overwrite, "scene": scene, "frame": frame, "progress": progress}
     if len(names) == 1 and names[0] != ALL:
-        return export_plan(names[0], plan, target, options, **said)
-    return export_pack(names, plan, target, options, **said)
+        return export_plan(names[0], plan, target, options, **common)
+    return export_pack(names, plan, target, options, **common)
 
 
 def _web(plan: Path, folder: Path, overwrite: bool, progress: Progress) -> Written:
@@ -245,12 +245,12 @@ def _check_scheduler(names: tuple[str, ...], scheduler: str | None) -> None:
         )
 
 
-def _options(names: tuple[str, ...], told: dict[str, Any]) -> Options:
-    """Return what is told of formats; refuses what none of the chosen formats takes."""
+def _options(names: tuple[str, ...], values: dict[str, Any]) -> Options:
+    """Return the options of formats; refuses what none of the chosen formats takes."""
     from planner_core.export.formats import formats_named
     from planner_core.export.options import Options
 
-    given = {name: told[name] for name in FORMAT_OPTIONS if told[name] not in (None, ())}
+    given = {name: values[name] for name in FORMAT_OPTIONS if values[name] not in (None, ())}
     taken = {field for each in formats_named([n for n in names if n != WEB]) for field in each.options}
     for name in given:
         if name not in taken:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..options import (
-    AS_THE_FILE_SAYS,
-    AS_USUAL,
+    DEFAULT_FILE_OPTIONS,
+    DEFAULT_METHOD_OPTIONS,
     NO_PRIOR_STATIONS,
     FileOptions,
     MethodOptions,
@@ -65,8 +65,8 @@ def run(
     device: str | None,
     scheduler: str | None = None,
     n_judged: int | None = None,
-    reading: FileOptions = AS_THE_FILE_SAYS,
-    choosing: MethodOptions = AS_USUAL,
+    reading: FileOptions = DEFAULT_FILE_OPTIONS,
+    choosing: MethodOptions = DEFAULT_METHOD_OPTIONS,
     prior_stations: PriorStations = NO_PRIOR_STATIONS,
     **problem: Any,
 ) -> None:
@@ -101,7 +101,10 @@ def run(
 
 
 def problem_of(
-    *, choosing: MethodOptions = AS_USUAL, prior_stations: PriorStations = NO_PRIOR_STATIONS, **problem: Any
+    *,
+    choosing: MethodOptions = DEFAULT_METHOD_OPTIONS,
+    prior_stations: PriorStations = NO_PRIOR_STATIONS,
+    **problem: Any,
 ) -> PlanSettings:
     """Return what is planned, from the values of the options that say it; `batch` makes its sites' of the same.
 

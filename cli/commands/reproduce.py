@@ -50,11 +50,11 @@ def command(
     if taken and not (overwrite or resume):
         raise OutputExistsError(f"{folder / taken[0]}.md exists; pass --overwrite to replace it.")
     folder.mkdir(parents=True, exist_ok=True)
-    told: set[str] = set()
+    shown: set[str] = set()
     for name in wanted:
         figure = known[name]
         # A figure that fails or is interrupted leaves nothing: its files move in only when all of them are there.
-        with scratch_folder(folder / name) as staging, ProgressReporter(quiet=quiet, told=told) as reporter:
+        with scratch_folder(folder / name) as staging, ProgressReporter(quiet=quiet, shown=shown) as reporter:
             bench = Bench(folder=staging, full=full, seed=seed, progress=reporter.show, warn=reporter.warn)
             outcome = figure.run(bench)
             write_page(bench.folder, figure, outcome, full=full, seed=seed)

@@ -211,10 +211,10 @@ def _mode_rows(d: dict[str, Any]) -> list[tuple[str, ...]]:
         rows.append((*own, d["seconds_per_scan"]))
     cells: list[tuple[str, ...]] = []
     for mode, title, step, n_azimuths, n_channels, seconds in rows:
-        told = f"`{mode}`" if d["mode"] is None or mode != d["mode"] else f"**`{mode}`**"
+        cell = f"`{mode}`" if d["mode"] is None or mode != d["mode"] else f"**`{mode}`**"
         note = f" ({title})" if mode != "default" else ""
         beams = f"{n_azimuths} x {n_channels}"
-        cells.append((f"`{d['name']}`", told + note, step, beams, f"{seconds:g}" if seconds else "-"))
+        cells.append((f"`{d['name']}`", cell + note, step, beams, f"{seconds:g}" if seconds else "-"))
     return cells
 
 

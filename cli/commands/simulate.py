@@ -66,12 +66,12 @@ def command(
     settings = PlanSettings(scanner=load_scanner(scanner or DEFAULT_SCANNER))
     given = read_station_list(stations)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
-        survey, scan_engine, told = inputs.open_survey(
+        survey, scan_engine, warned = inputs.open_survey(
             scenes, settings, reading, reporter, engine=engine, device=device, listed_in="`tlsplan floors --json`"
         )
         space = free_space(survey, progress=reporter.show)
         listed, remarks = place_stations(Tripods(survey, settings, scan_engine), given, space)
-        warnings = [*told, *remarks]
+        warnings = [*warned, *remarks]
         reporter.warn(warnings)
         clouds = simulated_clouds(survey, settings, listed, scan_engine, progress=reporter.show)
         with inputs.opened_cluster(scheduler, reporter) as cluster, spread_over(cluster):
@@ -95,7 +95,7 @@ def command(
 
 
 def _check_folder(folder: Path, *, overwrite: bool) -> None:
-    """Refuse, before any work, a folder that holds anything but scans, and one with scans unless told to replace it."""
+    """Refuse, before any work, a folder that holds anything but scans, and one with scans unless it may be replaced."""
     from planner_core.errors import OutputExistsError
     from planner_core.plan_folder.atomic import check_writable
 

@@ -1,4 +1,4 @@
-"""`tlsplan tlsplib`: the library of problems with proven answers; docs/tlsplib says what is in it."""
+"""`tlsplan tlsplib`: the library of problems with proven answers; docs/tlsplib describes it."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def solve(names: tuple[str, ...], folder: Path, gallery: Path | None, solvers: t
 @_shared
 @quiet_option
 def check(names: tuple[str, ...], folder: Path, gallery: Path | None, quiet: bool) -> None:
-    """Check certificates by the checker alone, and that they prove what the library says."""
+    """Check certificates by the checker alone, and that they prove the library's results."""
     from .. import output as screen
 
     library = _opened(folder, gallery)

@@ -49,7 +49,7 @@ def command(device: str | None, quick: bool, as_json: bool, quiet: bool) -> None
     problems = [problem_of_device(info) for info in infos] if device is None else []
     names = [str(index) for index, why in enumerate(problems) if not why] if device is None else [device]
     if not names:
-        open_device()  # says why, with the remedy
+        open_device()  # its error has the reason and the remedy
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         tuned = {name: _tune(open_device(name), quick, reporter) for name in names}
     fastest = min(tuned, key=lambda name: tuned[name].least_ms)

@@ -60,12 +60,12 @@ def command(
     def comment_address(address: str) -> None:
         output.say(f"for comments and verdicts only: {address}")
 
-    document = read_plan_json(plan)  # a broken plan is told here, not by an empty page
+    document = read_plan_json(plan)  # a broken plan is refused here, not by an empty page
     if scene:
         find_scene(plan, document, scenes=scene)  # so is the wrong building
     try:
         ReviewStore(plan).current()
-    except PlanFolderError as error:  # the plan can be looked at without
+    except PlanFolderError as error:  # the plan can be viewed without
         click.echo(f"warning: {error}", err=True)
     left: list[LeftRun] = []
     try:

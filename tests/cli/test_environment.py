@@ -85,7 +85,7 @@ def test_who_asks_the_process_to_end_is_not_told_of_a_plan_that_will_not_come(
     note = ProgressEvent("select", 0, 0, "the best plan so far is taken", settles_interrupts=True)
     stream = io.StringIO()
     monkeypatch.setattr(environment, "_interrupted", False)
-    monkeypatch.setattr(environment, "_asked_to_end", False)
+    monkeypatch.setattr(environment, "_must_end", False)
     environment.prepare(debug=True)
     with ProgressReporter(quiet=True, stream=stream) as reporter:
         with contextlib.suppress(KeyboardInterrupt):

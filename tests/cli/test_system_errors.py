@@ -93,7 +93,7 @@ def test_a_writer_that_fails_leaves_nothing_and_tells_of_a_full_disk(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_being_asked_to_end_leaves_nothing(tmp_path: Path) -> None:
+def test_being_must_end_leaves_nothing(tmp_path: Path) -> None:
     command = [
         sys.executable,
         "-m",

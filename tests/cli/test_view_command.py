@@ -76,7 +76,7 @@ def test_the_address_of_commenters_is_printed_beside_the_other(view: View) -> No
     assert comments == "for comments and verdicts only: http://127.0.0.1:1/?token=y"
 
 
-def test_a_run_that_was_asked_to_end_is_told_with_where_its_plan_will_be(view: View, tmp_path: Path) -> None:
+def test_a_run_that_was_must_end_is_told_with_where_its_plan_will_be(view: View, tmp_path: Path) -> None:
     *_, stopped, said = view(LeftRun("R002", is_ending=True, plan=tmp_path / "R002")).stdout.splitlines()
     assert stopped == "stopped"
     assert said.startswith("run R002 was cancelled") and said.endswith(f"writes it to {tmp_path / 'R002'}")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from stages import find_positions
 from tlsplan import inputs
-from tlsplan.options import Asking
+from tlsplan.options import RequirementOptions
 
 import scenes_synthetic
 from planner_core.engine.scan_engine import open_engine
@@ -151,8 +151,10 @@ def asked_for(tmp_path: Path) -> Path:
 
 
 def test_options_take_the_place_of_entries_of_the_file(asked_for: Path) -> None:
-    requirements, site = inputs.asked(
-        Asking(file=asked_for, coverage=80.0, range_="5 m", entrances=("2,1,0",)), deliverable="none", scope=Scope.ALL
+    requirements, site = inputs.requirements_and_site(
+        RequirementOptions(file=asked_for, coverage=80.0, range_="5 m", entrances=("2,1,0",)),
+        deliverable="none",
+        scope=Scope.ALL,
     )
     assert requirements.coverage == 0.8
     assert requirements.network == "none"

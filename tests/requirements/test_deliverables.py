@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from tlsplan import inputs
 from tlsplan.api import settings
 from tlsplan.group import cli
-from tlsplan.options import Asking, problem_options
+from tlsplan.options import RequirementOptions, problem_options
 
 from planner_core.errors import RequirementError
 from planner_core.model import Paper, PlanSettings, PointLimits, Requirements, Scope
@@ -111,10 +111,10 @@ def asked_for(tmp_path: Path) -> Path:
 
 
 def test_options_win_over_the_file_and_the_file_over_the_deliverable(asked_for: Path) -> None:
-    of_file, _ = inputs.asked(Asking(file=asked_for), deliverable="none", scope=Scope.ALL)
+    of_file, _ = inputs.requirements_and_site(RequirementOptions(file=asked_for), deliverable="none", scope=Scope.ALL)
     assert (of_file.asked.spacing_m, of_file.asked.range_m, of_file.deliverable) == (0.010, 8.0, "survey")
-    found, _ = inputs.asked(
-        Asking(file=asked_for, deliverable="loa30", spacing="5 mm"), deliverable="none", scope=Scope.ALL
+    found, _ = inputs.requirements_and_site(
+        RequirementOptions(file=asked_for, deliverable="loa30", spacing="5 mm"), deliverable="none", scope=Scope.ALL
     )
     assert found.asked == PointLimits(0.005, 8.0, math.radians(75))
     assert found.deliverable == "loa30"

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tlsplan import inputs
-from tlsplan.options import Asking
+from tlsplan.options import RequirementOptions
 
 from planner_core.errors import RequirementError
 from planner_core.model import PartRequirement, PointLimits, Requirements, Scope, Site
@@ -343,8 +343,10 @@ def test_a_file_names_its_overlap(word: str) -> None:
 
 def test_options_name_the_overlap_in_place_of_the_file(tmp_path: Path) -> None:
     path = written(tmp_path, "overlap_measure: jaccard\noverlap_of: seen-as-required")
-    asking = Asking(file=path, overlap_measure="smaller-share")
-    found, _ = inputs.asked(asking, deliverable="none", scope=Scope.ALL)
+    asking = RequirementOptions(file=path, overlap_measure="smaller-share")
+    found, _ = inputs.requirements_and_site(asking, deliverable="none", scope=Scope.ALL)
     assert (found.overlap_measure, found.overlap_of) == ("smaller-share", "seen-as-required")
-    found, _ = inputs.asked(Asking(overlap_of="seen-as-required"), deliverable="none", scope=Scope.ALL)
+    found, _ = inputs.requirements_and_site(
+        RequirementOptions(overlap_of="seen-as-required"), deliverable="none", scope=Scope.ALL
+    )
     assert found == Requirements(overlap_of="seen-as-required")

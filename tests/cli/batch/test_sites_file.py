@@ -41,7 +41,7 @@ def test_a_site_overrides_the_defaults(tmp_path: Path) -> None:
     assert (a.name, a.portfolio, b.portfolio) == ("a", "", "north")
     assert set(a.arguments) == {"--max-range=20m", "--grid=2ft", "--floor=F0", "--floor=F1", "--no-refine"}
     assert set(b.arguments) == {"--max-range=20m", "--grid=1", "--floor=F0", "--floor=F1", "--refine"}
-    assert a.told["grid_step_m"] == pytest.approx(0.6096)
+    assert a.values["grid_step_m"] == pytest.approx(0.6096)
 
 
 def test_a_pattern_is_a_site_for_each_file_and_a_list_one_of_several(tmp_path: Path) -> None:
