@@ -9,7 +9,7 @@ rejected station       is not kept, and no station comes within half a metre of 
 station taken out      is not kept; its place may be chosen again, `forbid` it where it must not be
 forbidden place        no station within its radius
 keep-out zone          nobody goes there
-priority zone          a requirement of its own: what is asked of all, with the zone's coverage
+priority zone          a requirement of its own: those of all, with the zone's coverage
 ground pick            surfaces that are ground, or are not
 entrance               before those of the plan; the route begins at the first
 door                   open or shut, whatever it was
@@ -59,13 +59,13 @@ def settings_with_review(settings: PlanSettings, review: Review, plan: PlanUnder
 
 
 def load_options_with_review(options: LoadOptions, review: Review) -> LoadOptions:
-    """Return the options to load the scene with again: doors as reviewers said, others as they were."""
+    """Return the options to load the scene with again: doors as reviewers set them, others as they were."""
     if not review.doors:
         return options
 
     def those(state: str, before: tuple[str, ...]) -> tuple[str, ...]:
-        said = {door for door, now in review.doors.items() if now == state}
-        return tuple(sorted(said | (set(before) - review.doors.keys())))
+        chosen = {door for door, now in review.doors.items() if now == state}
+        return tuple(sorted(chosen | (set(before) - review.doors.keys())))
 
     return dataclasses.replace(
         options, doors_open=those("open", options.doors_open), doors_shut=those("shut", options.doors_shut)
@@ -137,8 +137,8 @@ def _keep_out(zone: Zone) -> KeepOut:
     return KeepOut(zone.outline_m, floor=zone.floor, name=zone.name or zone.id)
 
 
-def _requirements(asked: Requirements, review: Review) -> Requirements:
-    parts = list(asked.parts)
+def _requirements(requirements: Requirements, review: Review) -> Requirements:
+    parts = list(requirements.parts)
     for zone in _in_order(review):
         if zone.kind == "priority":
             taken = {part.name for part in parts}
@@ -146,14 +146,14 @@ def _requirements(asked: Requirements, review: Review) -> Requirements:
             parts.append(
                 PartRequirement(
                     name=f"{name} ({zone.id})" if name in taken else name,
-                    coverage=zone.coverage or asked.coverage,
-                    asked=asked.asked,
-                    seen_from=asked.seen_from,
+                    coverage=zone.coverage or requirements.coverage,
+                    asked=requirements.asked,
+                    seen_from=requirements.seen_from,
                     floors=(zone.floor,) if zone.floor else (),
                     zone=zone.outline_m,
                 )
             )
-    return dataclasses.replace(asked, parts=tuple(parts))
+    return dataclasses.replace(requirements, parts=tuple(parts))
 
 
 def _in_order(review: Review) -> list[Zone]:

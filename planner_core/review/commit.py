@@ -1,7 +1,7 @@
 """Changes of several people, one after another: Review, changes, the revision they were made on -> Review or Conflict.
 
 Objects have revisions of their own: two people who change different stations do not get in each other's way, and who
-changes one that somebody else changed meanwhile is told who did and when.
+changes one that somebody else changed meanwhile learns who did and when.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def commit(
             review,
         )
     if clashes := _clashes(review, base_revision, changes):
-        return Conflict(_told(clashes), clashes, review)
+        return Conflict(_text(clashes), clashes, review)
     context = Context(plan, by, review.revision + 1)
     after, undo, objects = review, list[Change](), dict[str, None]()
     for number, change in enumerate(changes, start=1):
@@ -97,7 +97,7 @@ def _clashes(review: Review, base_revision: int, changes: Sequence[Change]) -> t
     return tuple(Clash(name, touch.by, touch.at) for name, touch in newer if touch.revision > base_revision)
 
 
-def _told(clashes: tuple[Clash, ...]) -> str:
+def _text(clashes: tuple[Clash, ...]) -> str:
     first = clashes[0]
     more = f" and {len(clashes) - 1} more were" if len(clashes) > 1 else " was"
     return (

@@ -1,4 +1,4 @@
-"""The review of a plan folder on disk: read when it changed, written whole before anybody is told that it is kept.
+"""The review of a plan folder on disk: read when it changed, written whole before its change is confirmed.
 
 Several processes may have the same folder open: every commit reads the file anew under the folder's lock. What is
 written goes to a file beside it, is synced and renamed, so a process killed at any moment leaves the review as it was,
@@ -67,7 +67,7 @@ class ReviewStore:
         Raises
         ------
         PlanFolderError
-            The plan or the review can't be read; the message says what to do.
+            The plan or the review can't be read; the message names the remedy.
         """
         return self._state()[1]
 
@@ -109,7 +109,7 @@ class ReviewStore:
         if self._read is None or self._read[:2] != stamps:
             plan = plan_under_review(self._folder)
             text = self._text()
-            review = read_review(text, plan, told=str(self._file)) if text else Review()
+            review = read_review(text, plan, name=str(self._file)) if text else Review()
             self._read = (*stamps, plan, review)
         return self._read[2:]
 
@@ -132,7 +132,7 @@ class ReviewStore:
             ) from error
 
     def _write(self, review: Review, plan: PlanUnderReview) -> None:
-        content = review_text(review, plan, self._text() or empty_review(), told=str(self._file)).encode()
+        content = review_text(review, plan, self._text() or empty_review(), name=str(self._file)).encode()
         if len(content) > MOST_REVIEW_BYTES:
             raise ReviewError(
                 f"review: it would take {len(content) >> 20} MiB, expected at most {MOST_REVIEW_BYTES >> 20}; remove "

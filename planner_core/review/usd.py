@@ -27,7 +27,7 @@ LOCKED = f"{PREFIX}locked"
 STALE = f"{PREFIX}stale"
 """Marks what the review hides because it shows the plan before the change: clouds, links, routes."""
 
-# What the parser says: its place in the text, then the words, then a prim, as far as there is one.
+# A message of the parser: its place in the text, then the words, then a prim, as far as there is one.
 _AT = re.compile(r":(\d+):\d+: (.*?)(?: in <[^>]*>)?$", re.DOTALL)
 
 _MOST_DEEP = 200
@@ -44,23 +44,23 @@ HEIGHT, FLOOR = "tlsplan:instrumentHeight", "tlsplan:floorId"
 FIGURES = ("tlsplan:coveredArea", "tlsplan:ownArea")
 
 
-def layer_of(text: str, told: str) -> Layer:
+def layer_of(text: str, name: str) -> Layer:
     """Parse the text of a layer.
 
     Raises
     ------
     PlanFolderError
-        It is no USD; `told` names the file.
+        It is no USD; `name` is the file's.
     """
     if _depth(text) > _MOST_DEEP:
-        raise _no_layer(told, f"it has more than {_MOST_DEEP} brackets inside each other")
+        raise _no_layer(name, f"it has more than {_MOST_DEEP} brackets inside each other")
     layer = new_layer()
     try:
         read = layer.ImportFromString(text)
     except Tf.ErrorException as error:
-        raise _no_layer(told, _problem(text, error)) from error
+        raise _no_layer(name, _problem(text, error)) from error
     if not read:
-        raise _no_layer(told, "")
+        raise _no_layer(name, "")
     return layer
 
 
@@ -80,8 +80,8 @@ def _problem(text: str, error: Tf.ErrorException) -> str:
     """Return what the parser complains of, for people: in which line, and without the names of its own insides."""
     if not text.startswith("#usda"):
         return "it does not begin with #usda"
-    told = [_AT.match(each.commentary.strip()) for each in error.args]
-    places = [found for found in told if found is not None]
+    matches = [_AT.match(each.commentary.strip()) for each in error.args]
+    places = [found for found in matches if found is not None]
     if not places:
         return ""
     line, words = places[-1][1], " ".join(places[-1][2].split())
@@ -93,14 +93,14 @@ def _problem(text: str, error: Tf.ErrorException) -> str:
     return f"line {line}: {words[:200]}"
 
 
-def _no_layer(told: str, problem: str) -> PlanFolderError:
-    return damaged(told, problem or "it can't be read as USD")
+def _no_layer(name: str, problem: str) -> PlanFolderError:
+    return damaged(name, problem or "it can't be read as USD")
 
 
-def damaged(told: str, problem: str) -> PlanFolderError:
+def damaged(name: str, problem: str) -> PlanFolderError:
     """Return the error of a review that can't be read: which file, what is wrong with it, and the way out."""
     return PlanFolderError(
-        f"{told}: the review is damaged ({problem}), expected a layer as tlsplan writes it; repair it, or rename it to "
+        f"{name}: the review is damaged ({problem}), expected a layer as tlsplan writes it; repair it, or rename it to "
         "begin a new review: nothing is deleted, and nothing written over it"
     )
 

@@ -39,24 +39,24 @@ _Read = TypeVar("_Read")
 _MISSING: Any = object()
 
 
-def read_review(text: str, plan: PlanUnderReview, *, told: str = "review.usda") -> Review:
-    """Read the review of `plan` from a layer's text; `told` is what messages call the file.
+def read_review(text: str, plan: PlanUnderReview, *, name: str = "review.usda") -> Review:
+    """Read the review of `plan` from a layer's text; `name` is the file's in messages.
 
     Raises
     ------
     PlanFolderError
         It is no USD, or an attribute of ours is of another type or value than we write; the prim is named.
     """
-    return _Reader(usd.layer_of(text, told), plan, told).review()
+    return _Reader(usd.layer_of(text, name), plan, name).review()
 
 
 class _Reader:
     """Reads one layer."""
 
-    def __init__(self, layer: Layer, plan: PlanUnderReview, told: str) -> None:
+    def __init__(self, layer: Layer, plan: PlanUnderReview, name: str) -> None:
         self._layer = layer
         self._plan = plan
-        self._told = told
+        self._name = name
 
     def review(self) -> Review:
         """Read everything."""
@@ -82,7 +82,7 @@ class _Reader:
         # Attributes that somebody wrote by hand may be of any type.
         except (ReviewError, TypeError, ValueError, AttributeError, IndexError, Tf.ErrorException) as error:
             problem = " ".join(str(error).split())
-            raise usd.damaged(self._told, f"{prim.path}: {problem}") from error
+            raise usd.damaged(self._name, f"{prim.path}: {problem}") from error
 
     def _ours(self, path: str) -> Iterator[Any]:
         """Prims below `path` that bear one of our attributes; others are somebody else's."""
@@ -254,7 +254,7 @@ def _yes(prim: Any, name: str, *, otherwise: bool | None) -> bool | None:
 
 
 def _height(value: Any, *, otherwise: float | None) -> float | None:
-    """NaN says that it is not known."""
+    """NaN: it is not known."""
     if value is None:
         return otherwise
     return None if math.isnan(value) else rounded_height_m(value)

@@ -1,7 +1,7 @@
 """Writing a review into its layer: Review, PlanUnderReview, text of `review.usda` -> its text with this review in it.
 
-Only what a review says is written, and only what it no longer says is taken out: opinions of others stay. Comments that
-begin with # are lost, as in every program that saves a layer.
+Only entries of a review are written, and only those that it no longer has are taken out: opinions of others stay.
+Comments that begin with # are lost, as in every program that saves a layer.
 """
 
 from __future__ import annotations
@@ -62,14 +62,14 @@ _COLOURS = {
 }
 
 
-def review_text(review: Review, plan: PlanUnderReview, onto: str = "", *, told: str = "review.usda") -> str:
+def review_text(review: Review, plan: PlanUnderReview, onto: str = "", *, name: str = "review.usda") -> str:
     """Return the layer's text with `review` in it.
 
     Parameters
     ----------
     onto
         The layer as it is; empty: as it was written with the plan.
-    told
+    name
         What messages call the file.
 
     Raises
@@ -77,7 +77,7 @@ def review_text(review: Review, plan: PlanUnderReview, onto: str = "", *, told: 
     PlanFolderError
         `onto` is no USD, or holds what can't be written beside.
     """
-    layer = usd.layer_of(onto or empty_review(), told)
+    layer = usd.layer_of(onto or empty_review(), name)
     try:
         with Sdf.ChangeBlock():
             _Writer(layer, plan).write(review)
@@ -85,7 +85,7 @@ def review_text(review: Review, plan: PlanUnderReview, onto: str = "", *, told: 
     except Tf.ErrorException as error:  # say, a relationship of the name of an attribute
         problem = str(error).strip().splitlines()[-1].strip()
         raise PlanFolderError(
-            f"{told}: what is in it is in the way of the review ({problem[:300]}), expected the layer of a plan, and "
+            f"{name}: what is in it is in the way of the review ({problem[:300]}), expected the layer of a plan, and "
             "nothing is written over it; repair it, or rename it to begin a new review"
         ) from error
 
@@ -98,7 +98,7 @@ class _Writer:
     plan: PlanUnderReview
 
     def write(self, review: Review) -> None:
-        """Write everything; what the review no longer says goes first."""
+        """Write everything; entries that the review no longer has go first."""
         self._write_stations(review)
         root = define(self.layer, usd.REVIEW, "Scope")
         put(root, f"{usd.PREFIX}schema", TYPES.String, usd.SCHEMA)
@@ -229,9 +229,9 @@ class _Writer:
             self._remove_inert(prim)
 
     def _remove_inert(self, prim: Any) -> None:
-        """Take out an `over` that says nothing, and those above that only led to it; /Plan stays."""
-        says = set(prim.ListInfoKeys()) - {"specifier"}
-        if prim.specifier != Sdf.SpecifierOver or says or prim.properties or prim.nameChildren:
+        """Take out an `over` without opinions, and those above that only led to it; /Plan stays."""
+        has_opinions = set(prim.ListInfoKeys()) - {"specifier"}
+        if prim.specifier != Sdf.SpecifierOver or has_opinions or prim.properties or prim.nameChildren:
             return
         parent = prim.nameParent
         self._remove(str(prim.path))

@@ -195,7 +195,7 @@ def test_a_layer_that_can_not_be_read_is_told_with_its_prim_and_a_way_out(
     plan: PlanUnderReview, text: str, message: str
 ) -> None:
     with pytest.raises(PlanFolderError) as refused:
-        read_review(text, plan, told="plan/review.usda")
+        read_review(text, plan, name="plan/review.usda")
     assert message in str(refused.value)
     assert str(refused.value).startswith("plan/review.usda: ")
     assert "or rename it to begin a new review: nothing is deleted" in str(refused.value)
