@@ -462,8 +462,8 @@ scene_options = _gathered(
 )
 requirement_options = _gathered(
     "asking", RequirementOptions, requirements_option, deliverable_option, scope_option, no_cover_option,
-    coverage_option, overlap_option, overlap_measure_option, overlap_of_option, network_option, spacing_option, max_range_option,
-    max_incidence_option, max_noise_option, seen_from_option, floor_option, entrance_option,
+    coverage_option, overlap_option, overlap_measure_option, overlap_of_option, network_option, spacing_option,
+    max_range_option, max_incidence_option, max_noise_option, seen_from_option, floor_option, entrance_option,
 )  # fmt: skip
 prior_options = _gathered("prior_stations", PriorStations, scanned_option, locked_option, keep_option, forbid_option)
 method_choice = apply(

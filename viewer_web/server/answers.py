@@ -26,7 +26,7 @@ class Refusal(BaseModel):
 
 def refusals(*statuses: int) -> dict[int | str, dict[str, Any]]:
     """Describe error answers for OpenAPI; some can come from every route."""
-    told = {
+    descriptions = {
         400: "The body is no JSON.",
         401: "The token is missing: open the address that `tlsplan view` printed.",
         403: "Another site asks, the server was started with --read-only, or the token is for comments only.",
@@ -36,12 +36,14 @@ def refusals(*statuses: int) -> dict[int | str, dict[str, Any]]:
         414: "The path is too long.",
         415: "The content type of the body is not JSON.",
         421: "This host name is not served.",
-        422: "The request makes no sense; the message says what was expected.",
-        500: "A fault of the server; its terminal says more.",
+        422: "The request makes no sense; the message names what was expected.",
+        500: "A fault of the server; its terminal has details.",
         503: "The plan folder, or something in it, can't be read or written; or too many ask at once.",
     }
     everywhere = {401, 403, 414, 421, 500}
-    return {status: {"model": Refusal, "description": told[status]} for status in sorted({*everywhere, *statuses})}
+    return {
+        status: {"model": Refusal, "description": descriptions[status]} for status in sorted({*everywhere, *statuses})
+    }
 
 
 UNCHANGED: dict[int | str, dict[str, Any]] = {304: {"description": "Not changed: the browser has it already."}}
@@ -67,7 +69,7 @@ def json_answer(document: Mapping[str, Any], request: Request) -> Response:
 
 
 def answer_errors(app: FastAPI) -> None:
-    """Have every error of the interface told in words, as `Refusal`."""
+    """Answer every error of the interface in words, as `Refusal`."""
 
     async def of_library(request: Request, error: Exception) -> Response:
         status = 422 if isinstance(error, ReviewError | RequirementError) else 503
@@ -75,7 +77,7 @@ def answer_errors(app: FastAPI) -> None:
 
     async def of_nobody(request: Request, error: Exception) -> Response:
         return refuse(
-            500, f"the server failed at this ({type(error).__name__}), its terminal says more; reload the page"
+            500, f"the server failed at this ({type(error).__name__}), its terminal has details; reload the page"
         )
 
     async def of_validation(request: Request, error: Exception) -> Response:

@@ -1,7 +1,7 @@
 """The ASGI application of the viewer: `/` is the built browser application, `/plan/` the plan folder, `/api/` the rest.
 
-A request passes `RequestGuard` (who asks, and how) before a file is looked for (`files.find_file`) and sent, or a route
-of the interface answers. Files are only read; what reviewers change goes through `/api/`.
+A request passes `RequestGuard` (who asks, and how) before a file is searched for (`files.find_file`) and sent, or a
+route of the interface answers. Files are only read; what reviewers change goes through `/api/`.
 """
 
 import re
@@ -54,7 +54,7 @@ def create_app(
     Parameters
     ----------
     plan_folder : Path
-        A folder written by `write_plan_folder`. It is looked up anew on every request, so a plan that is replaced
+        A folder written by `write_plan_folder`. It is opened anew on every request, so a plan that is replaced
         while the viewer is open shows after a reload.
     token : str
         What requests must bring along, see `viewer_web.server.token`.

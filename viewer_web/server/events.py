@@ -1,4 +1,4 @@
-"""What the server tells its pages by itself: server-sent events, one stream a page.
+"""What the server sends its pages by itself: server-sent events, one stream a page.
 
 Publishers may be any thread; a stream lives in the event loop. A page that reads too slowly is cut off: it comes back
 by itself and asks for everything anew, which is what the browser's `EventSource` and ours do anyway.
@@ -18,7 +18,7 @@ MOST_WAITING = 256
 LOOK_S = 1.0
 """How often a stream looks whether another process changed the review."""
 BEAT_S = 15.0
-"""How often an idle stream says that it is there: proxies cut silent ones after 30 to 60 s."""
+"""Seconds between signs of life of an idle stream: proxies cut silent ones after 30 to 60 s."""
 
 _END = None
 

@@ -54,7 +54,7 @@ class Made:
 
 
 class _EndedError(Exception):
-    """Raised from progress to end the child; `str(error)` says why."""
+    """Raised from progress to end the child; `str(error)` is the reason."""
 
 
 class Exports:
@@ -105,7 +105,7 @@ class Exports:
         Parameters
         ----------
         is_wanted
-            Asked all the time, from this thread: where it says no, the export ends.
+            Called all the time, from this thread: where it is False, the export ends.
 
         Raises
         ------
@@ -114,7 +114,7 @@ class Exports:
         ExportBusyError
             Another one is being made.
         PlannerError
-            It can't be made, took too long, or became too large; the message says what to do.
+            It can't be made, took too long, or became too large; the message names the remedy.
         """
         if name not in OFFERED:
             raise ExportUnknownError(f"export: got {name[:40]!r}, expected one of {', '.join(OFFERED)}")
@@ -158,10 +158,12 @@ class Exports:
         limits = Limits(silent_s=None, memory_bytes=limits_for(0).memory_bytes)
         try:
             remarks = run_apart(_FUNCTION, arguments, classes=(), limits=limits, stage=_STAGE, progress=look)
-            # A short one may be done before anybody looked.
+            # A short one may be done before anybody waited.
             look(ProgressEvent(_STAGE, 1, 1))
         except LostChildError as error:
-            raise PlannerError(f"{chosen.name}: its export {error}; {command.partition('` ')[0]}` says more") from error
+            raise PlannerError(
+                f"{chosen.name}: its export {error}; {command.partition('` ')[0]}` has details"
+            ) from error
         except _EndedError as error:
             raise PlannerError(str(error)) from error
         return Made(path, tuple(remarks))

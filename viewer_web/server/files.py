@@ -82,8 +82,9 @@ def _is_packed(file: Path, size_bytes: int, request: Request) -> bool:
 
 
 def etag_matches(request: Request, tag: str) -> bool:
-    """Whether the browser says that it has what bears this tag."""
-    return tag in {told.strip().removeprefix("W/") for told in request.headers.get("if-none-match", "").split(",")}
+    """Whether the browser has what bears this tag."""
+    sent = request.headers.get("if-none-match", "").split(",")
+    return tag in {each.strip().removeprefix("W/") for each in sent}
 
 
 def packed(content: bytes) -> bytes:

@@ -22,7 +22,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from viewer_web.server.connections import is_admitted, note_admitted
 from viewer_web.server.roles import MAY_ONLY_COMMENT, note_commenter
-from viewer_web.server.token import cookie_of, handed_in, is_token, is_told
+from viewer_web.server.token import cookie_of, handed_in, has_token, is_token
 
 LOOPBACK_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
 LONGEST_PATH = 1024
@@ -73,8 +73,8 @@ class RequestGuard:
     def __init__(self, app: ASGIApp, *, token: str, comment_token: str = "", allowed_hosts: Iterable[str] = ()) -> None:
         self._app = app
         self._token, self._comment_token = token, comment_token
-        self._told_hosts = {host.strip("[]").lower() for host in allowed_hosts} - LOOPBACK_NAMES
-        self._allowed_hosts = LOOPBACK_NAMES | self._told_hosts
+        self._given_hosts = {host.strip("[]").lower() for host in allowed_hosts} - LOOPBACK_NAMES
+        self._allowed_hosts = LOOPBACK_NAMES | self._given_hosts
         self._n_strangers = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -119,7 +119,7 @@ class RequestGuard:
                 "this host name is not served here; open the address that `tlsplan view` printed, or start it with "
                 "--allow-host and this name",
             )
-        if not (self._is_own_page(headers) and _is_asked_from_here(headers)):
+        if not (self._is_own_page(headers) and _is_same_site(headers)):
             return _refuse(scope, 403, "got a request from another site; open the address that `tlsplan view` printed")
         methods = ("GET", "POST", "DELETE") if _is_api(scope) else ("GET", "HEAD")
         if scope["method"] not in methods:
@@ -134,17 +134,17 @@ class RequestGuard:
     def _admission(self, scope: Scope) -> Response | None:
         """Take the token out of the first page's address; refuse whoever has none."""
         headers = Headers(scope=scope)
-        told = handed_in(scope["query_string"]) if scope["path"] == "/" else None
-        if told is not None:
-            token = next((token for token in self._tokens() if is_token(told, token)), None)
+        handed = handed_in(scope["query_string"]) if scope["path"] == "/" else None
+        if handed is not None:
+            token = next((token for token in self._tokens() if is_token(handed, token)), None)
             if token is None:
                 return _refuse(scope, 401, _NO_TOKEN)
             # Where the page is: what follows # in the address is kept by the browser.
             cookie = {"set-cookie": cookie_of(headers, token), "cache-control": "no-store"}
             return RedirectResponse("/", status_code=303, headers=cookie)
-        if is_told(headers, self._token):
+        if has_token(headers, self._token):
             note_admitted(scope)
-        elif self._comment_token and is_told(headers, self._comment_token):
+        elif self._comment_token and has_token(headers, self._comment_token):
             note_admitted(scope)
             note_commenter(scope)
             if scope["method"] not in ("GET", "HEAD") and scope["path"] not in _OF_COMMENTERS:
@@ -158,21 +158,21 @@ class RequestGuard:
 
     def _is_ours(self, host: str, scope: Scope) -> bool:
         try:
-            asked = urlsplit(f"//{host}")
-            name, _ = asked.hostname, asked.port  # reading the port refuses what is none
+            parts = urlsplit(f"//{host}")
+            name, _ = parts.hostname, parts.port  # reading the port refuses what is none
         except ValueError:
             return False
-        if asked.netloc != host or "@" in host or not name:
+        if parts.netloc != host or "@" in host or not name:
             return False
         server = scope.get("server")
         return name in self._allowed_hosts or (server is not None and _is_same_address(name, server[0]))
 
     def _is_own_page(self, headers: Headers) -> bool:
-        """Whether Origin is ours, where it is sent; for names that were told also by TLS, which a proxy ends."""
+        """Whether Origin is ours, where it is sent; for names given also by TLS, which a proxy ends."""
         origin, host = headers.get("origin"), headers.get("host", "")
         if origin is None or origin == f"http://{host}":
             return True
-        return origin == f"https://{host}" and urlsplit(f"//{host}").hostname in self._told_hosts
+        return origin == f"https://{host}" and urlsplit(f"//{host}").hostname in self._given_hosts
 
 
 def _is_same_address(name: str, local: str) -> bool:
@@ -182,7 +182,7 @@ def _is_same_address(name: str, local: str) -> bool:
         return False
 
 
-def _is_asked_from_here(headers: Headers) -> bool:
+def _is_same_site(headers: Headers) -> bool:
     if headers.get("sec-fetch-site", "same-origin") in ("same-origin", "none"):
         return True
     return headers.get("sec-fetch-mode") == "navigate" and headers.get("sec-fetch-dest") == "document"
@@ -198,7 +198,7 @@ def _needs_token(scope: Scope) -> bool:
 
 
 def _body_refusal(scope: Scope, headers: Headers) -> Response | None:
-    """Go by the length that is said: h11 hands on no more than that."""
+    """Go by the length stated: h11 hands on no more than that."""
     if "transfer-encoding" in headers:
         return _refuse(scope, 413, "body of unknown length; send content-length")
     length = headers.get("content-length", "0")

@@ -123,7 +123,7 @@ def _add_files(router: APIRouter, drafts: _DraftAnswers) -> None:
         summary="Valid tripod positions on a floor",
     )
     def ground(request: Request, floor: str) -> Response:
-        """A map of cells; see `GroundHead`. Made when it is first asked for."""
+        """A map of cells; see `GroundHead`. Made when it is first requested."""
 
         def answer(live: LivePlan, draft: Draft) -> bytes:
             if floor not in [each.id for each in live.survey.floors]:
@@ -299,7 +299,7 @@ class _Latest:
                 self._sequences.popitem(last=False)
 
     def is_overtaken(self, question: PreviewQuestion) -> bool:
-        """Whether the page has asked something newer since."""
+        """Whether the page has a newer request."""
         with self._lock:
             return bool(question.client) and self._sequences.get(question.client, 0) > question.sequence
 

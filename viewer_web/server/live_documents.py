@@ -44,7 +44,7 @@ class PreviewQuestion(BaseModel):
     station: Annotated[str, Field(max_length=64)] | None = Field(description="Id of the station; null: a new one.")
     floor: Annotated[str, Field(max_length=200)] = Field(description="Id of its floor.")
     position: Annotated[list[_Metres], Field(min_length=2, max_length=3)] = Field(
-        description="[x, y] or [x, y, z]; z, the sensor's, tells grounds above each other apart."
+        description="[x, y] or [x, y, z]; z, the sensor's, distinguishes grounds above each other."
     )
     instrument_height_m: Annotated[float, Field(ge=0, le=100, allow_inf_nan=False)]
     layer: Annotated[str, Field(max_length=32)] = Field(
@@ -183,7 +183,7 @@ def figures_document(live: LivePlan, figures: DraftFigures, revision: int) -> Fi
 
 def preview_head(live: LivePlan, preview: Preview, *, sequence: int, revision: int) -> PreviewHead:
     """Return the head of a preview."""
-    registration, asked = preview.registration, live.goals
+    registration, goals = preview.registration, live.goals
     return PreviewHead(
         sequence=sequence,
         revision=revision,
@@ -204,7 +204,7 @@ def preview_head(live: LivePlan, preview: Preview, *, sequence: int, revision: i
                 fraction_of_achievable=round(covered.fraction_of_achievable, 9),
                 met=covered.meets(goal.coverage),
             )
-            for goal, covered in zip(asked, preview.goals, strict=True)
+            for goal, covered in zip(goals, preview.goals, strict=True)
         ],
         station=StationAreas(covered_area_m2=round(preview.covered_m2, 6), own_area_m2=round(preview.own_m2, 6)),
         links=[LinkSection.model_validate(link, from_attributes=True) for link in preview.links],
@@ -223,8 +223,8 @@ def ground_head(live: LivePlan, ground: GroundMap) -> GroundHead:
 def draft_route_document(figures: DraftFigures, walk: Walk, revision: int) -> RouteOfDraft:
     """Return the route; `figures` are of the same draft."""
     plan = replace(figures.plan, route=walk.route, field_time=walk.field_time)
-    told = {"route": route_document(plan), "field_time": walk.field_time}
-    return RouteOfDraft.model_validate({"revision": revision, **told}, from_attributes=True)
+    sections = {"route": route_document(plan), "field_time": walk.field_time}
+    return RouteOfDraft.model_validate({"revision": revision, **sections}, from_attributes=True)
 
 
 def _unseen(surface: LeftSurface, scene: Scene) -> LeftSurfaceSection:

@@ -25,7 +25,7 @@ _THREAD = "live"
 
 
 class NotReadyError(PlannerError):
-    """The plan is not opened, or can't be: `str(error)` says so to a user."""
+    """The plan is not opened, or can't be: `str(error)` is a message for a user."""
 
 
 class _StoppedError(Exception):
@@ -52,7 +52,7 @@ class LiveSide:
         self._asking = threading.Lock()
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
-        self._told_s = -_TELL_S
+        self._reported_s = -_TELL_S
         self._n_done, self._n_steps, self._step = 0, 1, ""
 
     def start(self) -> None:
@@ -103,7 +103,7 @@ class LiveSide:
             return
         except PlannerError as error:
             self._set(_document("failed", message=str(error)))
-        except BaseException as error:  # told to the page here, and by Python to whoever reads the server's output
+        except BaseException as error:  # reported to the page here, and by Python to whoever reads the server's output
             self._set(_document("failed", message=f"live editing could not start ({type(error).__name__}: {error})"))
             raise
         else:
@@ -124,8 +124,8 @@ class LiveSide:
         fraction = min((self._n_done + within) / self._n_steps, 1.0)
         state = _document("starting", step=self._step, fraction=round(fraction, 3))
         now_s = time.monotonic()
-        if event.stage == STAGE or now_s - self._told_s >= _TELL_S:
-            self._told_s = now_s
+        if event.stage == STAGE or now_s - self._reported_s >= _TELL_S:
+            self._reported_s = now_s
             self._set(state)
         else:
             self._state = state

@@ -103,25 +103,25 @@ def review_router(session: Session) -> APIRouter:
         },
         summary="Change the review",
     )
-    def post_changes(told: Changes, request: Request) -> Response:
+    def post_changes(sent: Changes, request: Request) -> Response:
         """Make changes, all or none. They are on disk when this is answered; `undo` takes them back.
 
         With the token of commenters those of comments and verdicts only: others are refused with 403.
 
         Objects have revisions of their own: a change of one that somebody changed after `base_revision` is refused
-        with 409, and says who and when.
+        with 409, with who and when.
         """
         if session.read_only:
             return refuse(403, "this plan is shown read-only; start `tlsplan view` without --read-only to change it")
-        changes = [change_of(document) for document in told.changes]
+        changes = [change_of(document) for document in sent.changes]
         if is_commenter(request.scope) and not all(may_commenter_make(change) for change in changes):
             return refuse(403, MAY_ONLY_COMMENT)
-        outcome = session.store.commit(told.base_revision, changes, told.author, plan_sha256=told.plan_sha256)
+        outcome = session.store.commit(sent.base_revision, changes, sent.author, plan_sha256=sent.plan_sha256)
         if isinstance(outcome, Conflict):
             conflicts = [clash_document(clash) for clash in outcome.clashes]
             document: dict[str, Any] = {"message": outcome.message, "conflicts": conflicts}
             return JSONResponse({**document, "review": review_document(outcome.review)}, status_code=409)
-        session.tell_review(outcome.review, told.author, outcome.objects)
+        session.tell_review(outcome.review, sent.author, outcome.objects)
         return JSONResponse(
             {
                 "revision": outcome.review.revision,

@@ -134,7 +134,7 @@ class VerdictDocument(Document):
 
 
 class SignOffDocument(Document):
-    """Who says that the plan, as reviewed, is to be carried out; a later revision changed something since."""
+    """Who signed off the plan, as reviewed; a later revision changed something since."""
 
     name: Line
     time: Time
@@ -402,7 +402,7 @@ class Changes(Document):
     )
 
     base_revision: Annotated[Whole, Field(description="The revision that they were decided on.")]
-    author: Annotated[Line, Field(description="Who makes them: told, not proven.")]
+    author: Annotated[Line, Field(description="Who makes them: as given, not proven.")]
     changes: Annotated[list[ChangeDocument], Field(min_length=1, max_length=MOST_CHANGES)]
     plan_sha256: Annotated[
         str | None, Field(max_length=64, description="Of the plan that they were decided on; null: whichever it is.")
@@ -438,13 +438,13 @@ _NESTED = {"place": ForbiddenPlace, "zone": Zone, "pick": GroundPick, "entrance"
 
 
 def change_of(document: Document) -> Change:
-    """Return the change that a document of `ChangeDocument` says; raises `ReviewError` where it breaks a rule."""
-    told = document.model_dump(exclude={"kind"}, exclude_unset=True)
-    for name in _NESTED.keys() & told.keys():
+    """Return the change of a document of `ChangeDocument`; raises `ReviewError` where it breaks a rule."""
+    fields = document.model_dump(exclude={"kind"}, exclude_unset=True)
+    for name in _NESTED.keys() & fields.keys():
         part: Document | None = getattr(document, name)
-        told[name] = None if part is None else _NESTED[name](**_tuples(part.model_dump()))
+        fields[name] = None if part is None else _NESTED[name](**_tuples(part.model_dump()))
     kind: str = getattr(document, "kind")  # noqa: B009 - of the union, which has no type of its own
-    change: Change = KINDS[kind](**_tuples(told))
+    change: Change = KINDS[kind](**_tuples(fields))
     return change
 
 

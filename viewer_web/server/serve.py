@@ -57,7 +57,7 @@ def serve(
         Names besides the loopback ones, `host` and this machine's own addresses under which browsers reach it. Where
         `host` is a wildcard, this machine's own name is allowed too.
     scene
-        The scene file or files, for the live side; None: looked for where the plan says, and beside the folder.
+        The scene file or files, for the live side; None: searched for at the plan's paths, and beside the folder.
     read_only : bool
         Whether the review may not be changed, and no run started.
     comment_only : bool
@@ -114,7 +114,7 @@ def serve(
                 on_comment_address(of_commenters)
 
         def stopping() -> None:
-            session.events.close()  # streams end only when they are told to, and the server waits for them
+            session.events.close()  # streams end only when they are closed, and the server waits for them
             for side in sides:
                 side.stop()
 
@@ -209,7 +209,7 @@ def _listen(host: str, port: int) -> socket.socket:
         listener = socket.create_server((host, port), family=family)
     except (OSError, OverflowError) as error:
         words: str = getattr(error, "strerror", None) or str(error)
-        reason = words.partition(" (while ")[0]  # Python adds the address, which is told already
+        reason = words.partition(" (while ")[0]  # Python adds the address, which is there already
         raise RequirementError(
             f"can't listen on {host} port {port}: {reason}. Choose another port, or 0 for any free one."
         ) from error
@@ -220,7 +220,7 @@ def _listen(host: str, port: int) -> socket.socket:
 
 
 class _AnnouncingServer(uvicorn.Server):
-    """A server that says when it answers, and when it stops: uvicorn itself only logs it."""
+    """A server that prints when it answers, and when it stops: uvicorn itself only logs it."""
 
     def __init__(self, config: uvicorn.Config, announce: Callable[[], None], stopping: Callable[[], None]) -> None:
         super().__init__(config)

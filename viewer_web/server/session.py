@@ -10,7 +10,7 @@ from planner_core.model import PlanUnderReview, Review
 from planner_core.review.store import ReviewStore
 from viewer_web.server.events import EventHub
 
-#: In place of a revision: pages are told as soon as there is one again.
+#: In place of a revision: pages get a message as soon as there is one again.
 _UNREADABLE = -1
 LIVE_OFF: Mapping[str, Any] = {"state": "off", "step": None, "fraction": None, "message": None}
 
@@ -32,22 +32,22 @@ class Session:
         self.store = ReviewStore(plan_folder)
         self.events = EventHub(self.look)
         self.live_state: Callable[[], Mapping[str, Any]] = lambda: LIVE_OFF
-        self._told = threading.Lock()
-        self._told_revision: int | None = None
+        self._revision_lock = threading.Lock()
+        self._sent_revision: int | None = None
 
     def review(self) -> Review:
         """Return the review as it is on disk; raises `PlanFolderError` where it can't be read.
 
-        Whoever asks is told of what comes after the answer, though nobody looked before.
+        The caller gets events of all that comes after the answer, though nobody read it before.
         """
         try:
             review = self.store.current()
         except PlannerError:
             self._remember_unreadable()
             raise
-        with self._told:
-            if self._told_revision is None:
-                self._told_revision = review.revision
+        with self._revision_lock:
+            if self._sent_revision is None:
+                self._sent_revision = review.revision
         return review
 
     def plan(self) -> PlanUnderReview:
@@ -60,8 +60,8 @@ class Session:
 
     def tell_review(self, review: Review, author: str, objects: tuple[str, ...]) -> None:
         """Tell all pages of a commit that was made here."""
-        with self._told:
-            self._told_revision = review.revision
+        with self._revision_lock:
+            self._sent_revision = review.revision
         document = {"revision": review.revision, "author": author, "objects": list(objects)}
         self.events.publish("review", document)
 
@@ -69,11 +69,11 @@ class Session:
         """Tell all pages where another process changed the review on disk."""
         try:
             review = self.store.current()
-        except PlannerError:  # whoever asks for the review is told
+        except PlannerError:  # a request for the review is refused
             self._remember_unreadable()
             return
-        with self._told:
-            known, self._told_revision = self._told_revision, review.revision
+        with self._revision_lock:
+            known, self._sent_revision = self._sent_revision, review.revision
         if known is not None and known != review.revision:
             newer = {name: touch for name, touch in review.touched.items() if touch.revision > known}
             last = max(newer.values(), key=lambda touch: touch.revision, default=None)
@@ -81,5 +81,5 @@ class Session:
             self.events.publish("review", {"revision": review.revision, "author": author, "objects": sorted(newer)})
 
     def _remember_unreadable(self) -> None:
-        with self._told:
-            self._told_revision = _UNREADABLE
+        with self._revision_lock:
+            self._sent_revision = _UNREADABLE

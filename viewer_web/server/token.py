@@ -22,7 +22,7 @@ def new_token() -> str:
     return secrets.token_urlsafe(32)
 
 
-def is_told(headers: Headers, token: str) -> bool:
+def has_token(headers: Headers, token: str) -> bool:
     """Whether a request has the token, in its header or in our cookie."""
     return _same(headers.get(HEADER, ""), token) or _same(_cookie(headers), token)
 
@@ -30,15 +30,15 @@ def is_told(headers: Headers, token: str) -> bool:
 def handed_in(query_string: bytes) -> str | None:
     """Return the token in an address; None where there is none."""
     try:
-        told = parse_qs(query_string.decode("ascii"), max_num_fields=8).get(QUERY)
+        values = parse_qs(query_string.decode("ascii"), max_num_fields=8).get(QUERY)
     except ValueError:
         return None
-    return told[0] if told else None
+    return values[0] if values else None
 
 
-def is_token(told: str, token: str) -> bool:
-    """Whether `told` is the token; takes as long where it nearly is."""
-    return _same(told, token)
+def is_token(text: str, token: str) -> bool:
+    """Whether `text` is the token; takes as long where it nearly is."""
+    return _same(text, token)
 
 
 def cookie_of(headers: Headers, token: str) -> str:
@@ -65,5 +65,5 @@ def _cookie_name(headers: Headers) -> str:
     return f"tlsplan-{port if port.isdecimal() else 'token'}"
 
 
-def _same(told: str, token: str) -> bool:
-    return hmac.compare_digest(told.encode(), token.encode())
+def _same(text: str, token: str) -> bool:
+    return hmac.compare_digest(text.encode(), token.encode())

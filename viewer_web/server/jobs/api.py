@@ -41,13 +41,13 @@ def create_runs_router(runs: Runs, *, read_only: bool = False) -> APIRouter:
         responses=refusals(400, 409, 413, 415, 422, 503),
         summary="Start a run",
     )
-    def post_run(told: RunRequest) -> Response:
+    def post_run(requested: RunRequest) -> Response:
         """Plan again, beside the plan that is shown, in a process of its own. One run at a time: 409 while one goes on.
 
-        What becomes of it is told by the event `run` of /api/events. It outlives this server, unless that is ended
+        Its progress and result come by the event `run` of /api/events. It outlives this server, unless that is ended
         with Ctrl-C: then it is cancelled, and writes its best plan so far.
         """
-        return answer(lambda: runs.start(told), status=201)
+        return answer(lambda: runs.start(requested), status=201)
 
     @router.get("/{run}", response_model=RunDocument, responses=refusals(404, 422, 503), summary="A run")
     def get_run(run: str) -> Response:
@@ -60,7 +60,7 @@ def create_runs_router(runs: Runs, *, read_only: bool = False) -> APIRouter:
     def post_cancel(
         run: str, discard: bool = Query(default=False, description="Write no plan, whether or not there is one.")
     ) -> Response:
-        """Ask a run to end. Where it has a plan by now it writes the best one, and takes a while: its state tells."""
+        """End a run. Where it has a plan by now it writes the best one, and takes a while: see its state."""
         return answer(lambda: runs.cancel(run, discard=discard))
 
     @router.post(

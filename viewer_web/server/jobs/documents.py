@@ -1,4 +1,4 @@
-"""The documents of /api/runs: what a run is asked for, and how it stands; the same are its files on disk."""
+"""The documents of /api/runs: the request of a run, and its state; the same are its files on disk."""
 
 import json
 from typing import Annotated, Any, Literal
@@ -75,7 +75,7 @@ class RunBest(BaseModel):
         None
     )
     fraction_of_achievable: Annotated[float | None, Field(description="Covered; null: not counted yet.")] = None
-    stations: Annotated[list[_Point], Field(description="Scene frame, metres; empty: not told yet.")] = Field(
+    stations: Annotated[list[_Point], Field(description="Scene frame, metres; empty: not known yet.")] = Field(
         default_factory=list
     )
 
@@ -89,7 +89,7 @@ class RunDocument(BaseModel):
         Literal["running", "finished", "cancelled", "failed"],
         Field(description="A cancelled run has a plan where it was cancelled late enough to have one."),
     ]
-    cancelling: Annotated[bool, Field(description="It was asked to end, and still goes on.")] = False
+    cancelling: Annotated[bool, Field(description="It is cancelled, and still goes on.")] = False
     created: Annotated[str, Field(description="UTC.", examples=["2026-11-21T16:30:00Z"])]
     ended: str | None = None
     stage: Annotated[str | None, Field(description="What it is doing.")] = None
@@ -104,7 +104,7 @@ class RunDocument(BaseModel):
     ] = None
     request: RunRequest
     resumed_from: Annotated[str | None, Field(description="The run whose best stations it began with.")] = None
-    plan_sha256: Annotated[str, Field(description="Of the plan.json that it was asked for on.")]
+    plan_sha256: Annotated[str, Field(description="Of the plan.json that it was requested on.")]
     revision: Annotated[int, Field(description="Of the review then.")]
 
 

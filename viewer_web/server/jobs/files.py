@@ -3,10 +3,10 @@
 ===============  ======================================================================================================
 `run.json`       how the run stands: `documents.RunDocument`; appears whole, by one writer at a time
 `begun.json`     stations that its search begins with, where it goes on from another run
-`basis/`         plan.json and review.usda as they were when it was asked for
-`log.jsonl`      what it told while it worked, a line each
+`basis/`         plan.json and review.usda as they were when it was requested
+`log.jsonl`      its messages while it worked, a line each
 `output.txt`     what its process printed: nothing, unless something went wrong
-`cancel`         somebody wants it to end; what is in it says why
+`cancel`         it has to end; its text is the reason
 `plan/`          its plan, a whole plan folder, once it has one
 ===============  ======================================================================================================
 """

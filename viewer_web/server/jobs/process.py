@@ -1,6 +1,6 @@
-"""The process of one run: plans, tells how far it is, and writes the plan: `python -m viewer_web.server.jobs.process`.
+"""The process of one run: plans, reports its progress, and writes the plan: `python -m viewer_web.server.jobs.process`.
 
-It is on its own: what it needs is in its folder, what it tells it writes there, and the server may end and start again
+It is on its own: what it needs is in its folder, its messages go there, and the server may end and start again
 meanwhile. SIGINT ends the search, and the best plan so far is written; SIGTERM ends everything.
 """
 
@@ -48,7 +48,7 @@ class Interrupts:
     """
 
     def __init__(self) -> None:
-        self._asked = False
+        self._must_end = False
         self._discards = False
         self._has_plan = False
         self._searches = False
@@ -61,11 +61,11 @@ class Interrupts:
     def follow(self, event: ProgressEvent) -> None:
         """Look what the work is at; raises KeyboardInterrupt where one was not heard."""
         if event.settles_interrupts:
-            self._asked, self._has_plan, self._searches = self._discards, True, False
+            self._must_end, self._has_plan, self._searches = self._discards, True, False
         else:
             self._searches = event.stage in _SEARCHES
-        if self._asked and self._ends_something:
-            self._asked = False
+        if self._must_end and self._ends_something:
+            self._must_end = False
             raise KeyboardInterrupt
 
     def spare(self) -> None:
@@ -84,7 +84,7 @@ class Interrupts:
         return self._discards or self._searches or not self._has_plan
 
     def _hear(self, number: int, frame: FrameType | None) -> None:
-        self._asked = True
+        self._must_end = True
         self._discards = self._discards or number == signal.SIGTERM
         if self._ends_something:
             raise KeyboardInterrupt
@@ -130,16 +130,16 @@ class Telling:
         self._log({"state": state, "message": message})
         write_run(self.folder, self.run, keep=True)
 
-    def _best(self, told: BestSoFar) -> RunBest:
+    def _best(self, best: BestSoFar) -> RunBest:
         known = self.run.best
-        bound = told.lower_bound
+        bound = best.lower_bound
         if bound is None and known is not None and known.lower_bound is not None:
-            bound = min(known.lower_bound, told.n_stations)
+            bound = min(known.lower_bound, best.n_stations)
         return RunBest(
-            n_stations=told.n_stations,
+            n_stations=best.n_stations,
             lower_bound=bound,
-            fraction_of_achievable=told.fraction,
-            stations=[] if self.offset_m is None else in_scene(told.positions_m, self.offset_m),
+            fraction_of_achievable=best.fraction,
+            stations=[] if self.offset_m is None else in_scene(best.positions_m, self.offset_m),
         )
 
     def _log(self, document: dict[str, Any]) -> None:
@@ -227,8 +227,8 @@ def _tell_plan(telling: Telling, plan: Plan) -> None:
 
 def _why(folder: Path) -> str:
     marker = folder / CANCEL
-    told = marker.read_text(encoding="utf-8") if marker.is_file() else ""
-    return f" because {told}" if told else ""
+    reason = marker.read_text(encoding="utf-8") if marker.is_file() else ""
+    return f" because {reason}" if reason else ""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -237,16 +237,16 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("folder", type=Path, help="folder of the run")
     parser.add_argument("--scene", type=Path, nargs="+", required=True, help="the scene files")
     parser.add_argument("--turn", type=int, default=None, help="handle of the lock that this process inherits")
-    told = parser.parse_args(arguments)
-    if told.turn is not None:
-        os.set_inheritable(told.turn, False)
-        tell_turn(told.turn, told.folder.name, os.getpid())
+    parsed = parser.parse_args(arguments)
+    if parsed.turn is not None:
+        os.set_inheritable(parsed.turn, False)
+        tell_turn(parsed.turn, parsed.folder.name, os.getpid())
     lower_priority(_NICENESS)
     try:
-        return run(told.folder, told.scene)
+        return run(parsed.folder, parsed.scene)
     finally:
-        if told.turn is not None:
-            os.close(told.turn)  # the next one need not wait until all of this process is gone
+        if parsed.turn is not None:
+            os.close(parsed.turn)  # the next one need not wait until all of this process is gone
 
 
 if __name__ == "__main__":

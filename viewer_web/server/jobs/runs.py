@@ -2,7 +2,7 @@
 
 All of a run is in its folder, see `files`. Who may run is decided by a lock that a run's process holds, see
 `turn`; so a run goes on where its server is killed, is found again by the next one, and counts as failed, or
-cancelled, where its process is gone without having said how it ended.
+cancelled, where its process is gone without a record of how it ended.
 """
 
 import contextlib
@@ -45,7 +45,7 @@ from viewer_web.server.jobs.turn import holder_of_turn, last_run, take_turn, tel
 
 PLAN_FILE = "plan.json"
 _WATCH_S = 0.5
-#: A run that has told how it ended gives its turn back once the disk holds that: in a moment, but of a busy disk.
+#: A run that has recorded its end gives its turn back once the disk holds that: in a moment, but of a busy disk.
 _LEAVES_WITHIN_S = 20.0
 _OUTPUT_TAIL_BYTES = 4096
 _STOPPED = "`tlsplan view` was ended"
@@ -56,12 +56,12 @@ class RunNotFoundError(PlannerError):
 
 
 class RunBusyError(PlannerError):
-    """What is asked can't be done while a run is going, or while it is not."""
+    """The request can't be met while a run is going, or while it is not."""
 
 
 @dataclass(frozen=True)
 class LeftRun:
-    """A run that goes on when its server stops. is_ending : it was asked to end, and writes the best plan it has."""
+    """A run that goes on when its server stops. is_ending : it has to end, and writes the best plan it has."""
 
     run: str
     is_ending: bool
@@ -76,9 +76,9 @@ class Runs:
     plan_folder
         The folder that is shown.
     scene
-        The scene file or files; None: looked for where the plan says.
+        The scene file or files; None: searched for at the plan's paths.
     read_only
-        Nothing is written: what became of a run whose process is gone is only told.
+        Nothing is written: the end of a run whose process is gone is reported, not recorded.
     tell
         Gets the document of every run that changed while `watch` is on, and of one that is cancelled here.
     tell_deleted
@@ -108,7 +108,7 @@ class Runs:
         """Return all runs that can be read, the oldest first."""
         found = []
         for number in run_numbers(self._runs):
-            with contextlib.suppress(PlannerError):  # one that can't be read is told when it is asked for
+            with contextlib.suppress(PlannerError):  # one that can't be read is refused when it is requested
                 found.append(self.get(run_id(number)))
         return found
 
@@ -145,7 +145,7 @@ class Runs:
         RunBusyError
             Another one is going.
         RequirementError, ReviewError
-            What is asked makes no sense.
+            The request makes no sense.
         PlanFolderError
             The plan, its review or its scene can't be read, or the folder can't be written.
         """
@@ -184,7 +184,7 @@ class Runs:
         document = self.get(run)
         if document.state != "running":
             raise RunBusyError(f"run {run}: is {document.state} already, expected a running one; reload")
-        # The marker first: a process that has not told its number yet looks for it once it has.
+        # The marker first: a process that has not recorded its number yet looks for it once it has.
         with contextlib.suppress(FileExistsError), (self._folder(run) / CANCEL).open("x", encoding="utf-8") as marker:
             marker.write(why)
         if (pid := self._pid(run)) is not None:
@@ -267,7 +267,7 @@ class Runs:
     def _quietly(self, run: str) -> RunDocument | None:
         try:
             return self.get(run)
-        except PlannerError:  # deleted, or not to be read: whoever asks for it is told
+        except PlannerError:  # deleted, or not to be read: a request for it is refused
             return None
 
     # ------------------------------------------------------------------------------------------ the work
@@ -457,5 +457,5 @@ def _last_line(file: Path) -> str:
             lines = output.read().decode("utf-8", errors="replace").split("\n")
     except OSError:
         return ""
-    told = [" ".join(line.split()) for line in lines if line.strip()]
-    return told[-1][:200] if told else ""
+    messages = [" ".join(line.split()) for line in lines if line.strip()]
+    return messages[-1][:200] if messages else ""

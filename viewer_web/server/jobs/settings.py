@@ -17,7 +17,7 @@ from planner_core.scene.load import LoadOptions
 from viewer_web.server.jobs.documents import RunRequest
 
 _WHERE = "requirements"
-#: Entries that stay as in the plan where they are not said: there is no such thing as not asking for them.
+#: Entries that stay as in the plan where they are not given: a plan always has them.
 _STAYING = {
     "coverage": "coverage",
     "overlap": "overlap",
@@ -37,7 +37,7 @@ def run_settings(basis: Path, request: RunRequest, *, begun_m: Sequence[Sequence
     Parameters
     ----------
     basis
-        Folder with the plan.json and the review.usda that it is asked on.
+        Folder with the plan.json and the review.usda that it is requested on.
     begun_m
         Stations that the search begins with: (x, y, z), scene frame.
 
@@ -46,7 +46,7 @@ def run_settings(basis: Path, request: RunRequest, *, begun_m: Sequence[Sequence
     PlanFolderError
         The plan or its review can't be read, or are of an earlier version.
     RequirementError, ReviewError
-        What is asked makes no sense.
+        The request makes no sense.
     """
     planned = settings_of(read_plan_json(basis))
     requirements, site = requirements_from(request.requirements, where=_WHERE)
@@ -77,16 +77,16 @@ def run_load_options(basis: Path, request: RunRequest) -> tuple[LoadOptions, ...
     return tuple(load_options_with_review(each, review) for each in options)
 
 
-def _following(asked: Requirements, entries: Mapping[str, Any], planned: Requirements) -> Requirements:
-    """What is asked, with what is not said as in the plan."""
-    said = _named(entries)
-    staying = {field: getattr(planned, field) for entry, field in _STAYING.items() if entry not in said}
-    if not said & _PARTS:
-        return replace(asked, **staying, parts=planned.parts)
-    # Obstacles stay what they are unless the request says otherwise: its form is about what is to be covered.
-    named = {part.name for part in asked.parts}
+def _following(requested: Requirements, entries: Mapping[str, Any], planned: Requirements) -> Requirements:
+    """The requirements of the request, others as in the plan."""
+    named_entries = _named(entries)
+    staying = {field: getattr(planned, field) for entry, field in _STAYING.items() if entry not in named_entries}
+    if not named_entries & _PARTS:
+        return replace(requested, **staying, parts=planned.parts)
+    # Obstacles stay what they are unless the request names them: its form is about what is to be covered.
+    named = {part.name for part in requested.parts}
     obstacles = (part for part in planned.parts if part.coverage == 0 and part.name not in named)
-    return replace(asked, **staying, parts=(*asked.parts, *obstacles))
+    return replace(requested, **staying, parts=(*requested.parts, *obstacles))
 
 
 def _named(entries: Mapping[str, Any]) -> set[str]:
@@ -95,7 +95,7 @@ def _named(entries: Mapping[str, Any]) -> set[str]:
 
 
 def _method(planned: PlanSettings, time_limit_s: float | None) -> Proven:
-    """Method proven as in the plan, with the limit of time that is asked."""
+    """Method proven as in the plan, with the limit of time of the request."""
     kept = planned.method if isinstance(planned.method, Proven) else Proven()
     return replace(kept, time_limit_s=time_limit_s)
 

@@ -20,7 +20,7 @@ _TRIES, _PAUSE_S = 50, 0.02
 
 @dataclass(frozen=True)
 class Holder:
-    """The run that has its turn. pid : of its process; None: it has not told yet."""
+    """The run that has its turn. pid : of its process; None: not known yet."""
 
     run: str
     pid: int | None
@@ -58,7 +58,7 @@ def holder_of_turn(folder: Path) -> Holder | None:
         with contextlib.suppress(BlockingIOError):
             take_lock(handle, shared=True, wait=False)
             return None
-        return _told(handle)
+        return _holder(handle)
     except OSError:  # a file system without locks
         return None
     finally:
@@ -72,14 +72,14 @@ def last_run(folder: Path) -> str:
     except OSError:
         return ""
     try:
-        return _told(handle).run
+        return _holder(handle).run
     finally:
         os.close(handle)
 
 
-def _told(handle: int) -> Holder:
+def _holder(handle: int) -> Holder:
     try:
-        told = json.loads(os.read(handle, 1024))
-        return Holder(str(told["run"]), told["pid"])
+        row = json.loads(os.read(handle, 1024))
+        return Holder(str(row["run"]), row["pid"])
     except (ValueError, KeyError, TypeError):  # somebody has just taken the lock, or somebody else wrote this
         return Holder("", None)

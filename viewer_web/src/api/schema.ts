@@ -209,7 +209,7 @@ export interface Changes {
    */
   base_revision: number;
   /**
-   * Who makes them: told, not proven.
+   * Who makes them: as given, not proven.
    */
   author: string;
   changes: (
@@ -465,7 +465,7 @@ export interface Sign {
   earlier?: SignOffDocument | null;
 }
 /**
- * Who says that the plan, as reviewed, is to be carried out; a later revision changed something since.
+ * Who signed off the plan, as reviewed; a later revision changed something since.
  */
 export interface SignOffDocument {
   name: string;
@@ -877,7 +877,7 @@ export interface PreviewQuestion {
    */
   floor: string;
   /**
-   * [x, y] or [x, y, z]; z, the sensor's, tells grounds above each other apart.
+   * [x, y] or [x, y, z]; z, the sensor's, distinguishes grounds above each other.
    */
   position: number[];
   instrument_height_m: number;
@@ -922,7 +922,7 @@ export interface RunBest {
    */
   fraction_of_achievable?: number | null;
   /**
-   * Scene frame, metres; empty: not told yet.
+   * Scene frame, metres; empty: not known yet.
    */
   stations?: [number, number, number][];
 }
@@ -937,7 +937,7 @@ export interface RunDocument {
    */
   state: 'running' | 'finished' | 'cancelled' | 'failed';
   /**
-   * It was asked to end, and still goes on.
+   * It is cancelled, and still goes on.
    */
   cancelling?: boolean;
   /**
@@ -980,7 +980,7 @@ export interface RunDocument {
    */
   resumed_from?: string | null;
   /**
-   * Of the plan.json that it was asked for on.
+   * Of the plan.json that it was requested on.
    */
   plan_sha256: string;
   /**
