@@ -1,7 +1,7 @@
 """A plan against where the scanner really stood: what moved, missing and additional stations cost, and what to do.
 
 Input an open `LivePlan` and matched stations (scene frame, metres); output figures of the plan and of what was scanned,
-by the same reckoning, and the fewest further stations that bring back what was asked.
+by the same reckoning, and the fewest further stations that meet the requirements again.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class AsScanned:
 
     @property
     def met(self) -> bool:
-        """Whether what was asked is still met, as far as the plan met it."""
+        """Whether the requirements are still met, as far as the plan met it."""
         return is_met(self.planned.plan, self.actual.plan)
 
     def of_fate(self, fate: str) -> tuple[StationFate, ...]:
@@ -101,8 +101,8 @@ class AsScanned:
 class Rescan:
     """plan : scanned stations, which are fixed, and the further ones. further : these alone, in walking order.
 
-    figures : of all of them, by the reckoning of the earlier plan. met : they bring back what was asked, as far as the
-    plan met it. purposes : of the further ones, in their order.
+    figures : of all of them, by the reckoning of the earlier plan. met : they meet the requirements again, as far as
+    the plan met it. purposes : of the further ones, in their order.
     """
 
     plan: Plan
@@ -113,7 +113,7 @@ class Rescan:
 
 
 def is_met(planned: Plan, found: Plan) -> bool:
-    """Whether requirements and network are as asked; where the plan itself missed one, as good as in the plan."""
+    """Whether requirements and network are met; where the plan itself missed one, as good as in the plan."""
     parts = zip(planned.requirements, found.requirements, strict=True)
     return all(is_part_met(was, now) for was, now in parts) and is_network_met(planned, found)
 
@@ -124,20 +124,20 @@ def is_part_met(was: PartResult, now: PartResult) -> bool:
 
 
 def is_network_met(planned: Plan, found: Plan) -> bool:
-    """Whether the stations hang together as asked, or as well as the plan's."""
+    """Whether the stations are connected as required, or as well as the plan's."""
     was, now = registration_of(planned), registration_of(found)
     if planned.settings.requirements.network == NetworkKind.NONE or now.met:
         return True
     return not was.met and len(now.networks) <= len(was.networks) and (now.connected or not was.connected)
 
 
-def is_network_asked_met(plan: Plan) -> bool:
-    """Whether the stations hang together as asked, whatever another plan had."""
+def is_network_met_as_required(plan: Plan) -> bool:
+    """Whether the stations are connected as required, whatever another plan had."""
     return plan.settings.requirements.network == NetworkKind.NONE or registration_of(plan).met
 
 
 def registration_of(plan: Plan) -> Registration:
-    """Return how the stations of a draft's plan hang together; it always says."""
+    """Return how the stations of a draft's plan are connected, which it always has."""
     assert plan.registration is not None
     return plan.registration
 
@@ -161,7 +161,7 @@ def compare_as_scanned(
     Raises
     ------
     StationListError
-        A station whose height can't be told: listed with its ground point, and without instrument height.
+        A station of unknown height: listed with its ground point, and without instrument height.
     DeviceError
         The device fails.
     """
@@ -230,9 +230,9 @@ def _placed(
         else:
             name = match.planned.id if match.planned is not None else _free_name(match.actual.id, taken)
             taken.add(name)
-            station, said = _elsewhere(live, match, name)
+            station, lines = _elsewhere(live, match, name)
             placed.append(station)
-            remarks += () if _is_stray(match, station, floors) else said
+            remarks += () if _is_stray(match, station, floors) else lines
     return placed, tuple(remarks)
 
 
@@ -310,7 +310,7 @@ def _lost_m2(live: LivePlan, draft: Draft, planned: Plan) -> float:
 def plan_rescan(live: LivePlan, found: AsScanned, *, progress: Progress = silent) -> Rescan:
     """Plan the fewest further stations: those scanned are fixed, missing ones are taken first where as few do.
 
-    What is asked is what was asked; where the plan itself covered less, as much as it did.
+    The requirements are the plan's; where the plan itself covered less, as much as it did.
 
     Raises
     ------
@@ -356,15 +356,15 @@ def _prior(station: DraftStation, role: Role, offset_m: FloatArray) -> PriorStat
     return PriorStation(station.id, (x, y, z), role, station.floor, station.instrument_height_m)
 
 
-def _as_good_as(asked: Requirements, planned: Plan) -> Requirements:
-    """Ask for no more coverage than the plan had: of plans with a limit of stations that is less than was asked."""
+def _as_good_as(required: Requirements, planned: Plan) -> Requirements:
+    """Require no more coverage than the plan had: with a limit of stations that is less than was required."""
     reached = {result.name: max(result.fraction_of_achievable, 1e-6) for result in planned.requirements}
-    names = {part.name for part in asked.parts}
+    names = {part.name for part in required.parts}
     others = [fraction for name, fraction in reached.items() if name not in names]
     parts = tuple(
-        replace(part, coverage=min(part.coverage, reached.get(part.name, 0.0))) for part in asked.parts
+        replace(part, coverage=min(part.coverage, reached.get(part.name, 0.0))) for part in required.parts
     )  # parts of which nothing is required have no result
-    return replace(asked, coverage=min([asked.coverage, *others]), parts=parts)
+    return replace(required, coverage=min([required.coverage, *others]), parts=parts)
 
 
 def _as_draft(station: Station) -> DraftStation:

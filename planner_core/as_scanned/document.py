@@ -14,8 +14,8 @@ from planner_core.as_scanned.comparison import (
     AsScanned,
     Rescan,
     counted_links,
-    is_network_asked_met,
     is_network_met,
+    is_network_met_as_required,
     is_part_met,
     registration_of,
 )
@@ -59,8 +59,8 @@ def as_scanned_document(
             "planned_parts": len(registration_of(planned).networks),
             "actual_parts": len(registration_of(actual).networks),
             "met": is_network_met(planned, actual),
-            "planned_is_met": is_network_asked_met(planned),
-            "asked_is_met": is_network_asked_met(actual),
+            "planned_is_met": is_network_met_as_required(planned),
+            "asked_is_met": is_network_met_as_required(actual),
             "networks": [list(each.stations) for each in registration_of(actual).networks],
             "planned_links": len(counted_links(planned)),
             "actual_links": len(counted_links(actual)),
@@ -138,7 +138,7 @@ def _rescan(live: LivePlan, frame: SiteFrame, found: AsScanned, rescan: Rescan) 
         ],
         "coverage": _rounded(after.coverage.fraction_of_achievable, 6),
         "network_parts": len(registration_of(after).networks),
-        "network": {"met": is_network_met(planned, after), "asked_is_met": is_network_asked_met(after)},
+        "network": {"met": is_network_met(planned, after), "asked_is_met": is_network_met_as_required(after)},
         "requirements": [
             {
                 "name": now.name,

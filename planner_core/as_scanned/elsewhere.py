@@ -110,27 +110,27 @@ def _place(station: FieldStation, coordinates: str, of_ground: bool) -> FloatArr
 
 # ---------------------------------------------------------------------------------------------- by shape
 def _shape(listed: Sequence[ListedStation], readings: Sequence[str], plan: PlanSource) -> str:
-    """Return what to do about a list whose names tell nothing, by its shape; empty where that is not the plan's."""
+    """Return what to do about a list whose names match nothing, by its shape; empty where that is not the plan's."""
     as_listed = np.array([each.position_m for each in listed])
     doubtful = ""
-    for said, values in _variants(as_listed, _planned_m(listed, "scene", plan)):
+    for prefix, values in _variants(as_listed, _planned_m(listed, "scene", plan)):
         for name in readings:
             fit = shape_fit(values, _planned_m(listed, name, plan), may_turn=False)
             if fit is not None and fit.is_certain:
-                which = f"{said}by their shape {_agreeing(fit, listed)}"
+                which = f"{prefix}by their shape {_agreeing(fit, listed)}"
                 return _shifted_words(which, fit.shift_m, name, plan) + _names_words(fit, listed, plan)
         fit = shape_fit(values, _planned_m(listed, "scene", plan))
         if fit is not None and fit.is_certain:
             origin = ",".join(f"{value + 0.0:.3f}" for value in fit.shift_m.tolist())
             return (
-                f"{said}by their shape {_agreeing(fit, listed)} lie as planned, turned by {_degrees(fit)} degrees: "
+                f"{prefix}by their shape {_agreeing(fit, listed)} lie as planned, turned by {_degrees(fit)} degrees: "
                 f"where that is right, give --origin {origin} --rotation {_degrees(fit)}"
                 f"{_names_words(fit, listed, plan)}"
             )
         if fit is not None and not doubtful:
             doubtful = (
-                f"{said}they have the plan's shape, but fit it in several ways, so that stations can't be told "
-                "apart; give the scene's position with --origin or --control-points"
+                f"{prefix}they have the plan's shape, but fit it in several ways, so that stations can't be "
+                "distinguished; give the scene's position with --origin or --control-points"
             )
     return doubtful
 
@@ -177,8 +177,8 @@ def shape_doubts(
 ) -> tuple[str, ...]:
     """Return a line where a list (N, 3), read in the scene frame, is at the plan but fits it elsewhere only.
 
-    coordinates : of the list, `scene` or `site`; in them a shift is told. Lists of planned names that are all off
-    alike are told of when they are matched, see `matching.doubts`.
+    coordinates : of the list, `scene` or `site`; in them a shift is given. Lists of planned names that are all off
+    alike are reported when they are matched, see `matching.doubts`.
     """
     now = max(_at_stations(listed, at_m, plan.stations, within_m))
     if now >= _MOST * len(listed):

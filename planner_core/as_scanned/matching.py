@@ -12,7 +12,7 @@ from planner_core.errors import RequirementError, StationListError
 from planner_core.model import FloatArray, SiteFrame
 from planner_core.plan_folder.plan_source import FieldStation
 
-#: A crew sets up at most about so far from where it was told to.
+#: A crew sets up at most about so far from the planned place.
 WITHIN_M = 2.0
 #: How stations may be matched.
 MATCHES = ("name", "place")
@@ -23,8 +23,8 @@ _ALIKE_M, _TELLING_M = 0.05, 0.10
 _SHIFT_M = 1.0
 #: So much of a height is off where a list has ground points for sensors.
 _LOW_M = 0.5
-#: Names that a line tells.
-_MOST_TOLD = 3
+#: Names in a line.
+_MOST_NAMED = 3
 #: A list whose heights are this near to those of the planned ground points, nearly all of them, is one of these.
 _AT_GROUND_M, _NEARLY_ALL = 0.05, 0.8
 
@@ -179,7 +179,7 @@ def _is_at_ground(match: Match, within_m: float) -> bool:
 def doubts(matches: Sequence[Match], within_m: float = WITHIN_M, frame: SiteFrame | None = None) -> tuple[str, ...]:
     """Lines on matches that may be wrong: names of other stations, coordinates that are all off alike.
 
-    frame : of a list in site coordinates, in which a shift is told; None: it is in the scene's.
+    frame : of a list in site coordinates, in which a shift is given; None: it is in the scene's.
     """
     pairs = [match for match in matches if match.planned is not None and match.actual is not None]
     shifted = _shift_line(pairs, frame)
@@ -214,9 +214,9 @@ def _exchanged_line(matches: Sequence[Match]) -> tuple[str, ...]:
     found = [match for match in matches if match.exchanged]
     if not found:
         return ()
-    told = [f"{match.planned.id} as {match.actual.id}" for match in found if match.planned and match.actual]
-    more = f" and {len(told) - _MOST_TOLD} more" if len(told) > _MOST_TOLD else ""
-    names = f"{', '.join(told[:_MOST_TOLD])}{more}"
+    renamed = [f"{match.planned.id} as {match.actual.id}" for match in found if match.planned and match.actual]
+    more = f" and {len(renamed) - _MOST_NAMED} more" if len(renamed) > _MOST_NAMED else ""
+    names = f"{', '.join(renamed[:_MOST_NAMED])}{more}"
     planned = [match for match in matches if match.planned is not None]
     if all(match.actual is not None for match in planned):
         return (
@@ -235,8 +235,8 @@ def _far_lines(matches: Sequence[Match], pairs: Sequence[Match], within_m: float
         assert match.planned is not None and match.actual is not None
         others = [(float(np.linalg.norm(_moved_m(each, match.actual))), each.id) for each in planned]
         away_m, nearest = min(others)
-        told = f"station {match.planned.id}: is {np.linalg.norm(match.moved_m):.1f} m from its planned position"
+        line = f"station {match.planned.id}: is {np.linalg.norm(match.moved_m):.1f} m from its planned position"
         if nearest != match.planned.id and away_m <= within_m:
-            told += f", and {away_m:.2f} m from {nearest}; if the crew renamed stations, give --match place"
-        lines.append(told)
+            line += f", and {away_m:.2f} m from {nearest}; if the crew renamed stations, give --match place"
+        lines.append(line)
     return tuple(lines)

@@ -2,7 +2,7 @@
 
 Planned and listed places (N, 3), metres, z up -> turn about z and shift between them. Two stations of each, as far
 apart in both, give a turn and a shift; what most of the others agree with is refined and counted. What else fits nearly
-as well is looked for, too: in buildings with an axis of symmetry, or a grid of columns, a list fits in several ways.
+as well is searched for, too: in buildings with an axis of symmetry, or a grid of columns, a list fits in several ways.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _TURN_GAIN = 1.05
 #: Crews deviate: distances may differ so much before a fit is refined.
 _SAME_DISTANCE_M, _LOOSE_M = 0.8, 1.0
 #: Bounds of the search, which keep it to seconds with hundreds of stations.
-_MOST_PAIRS, _MOST_LOOKED_AT, _MOST_REFINED, _AT_ONCE = 40, 24, 64, 4_000_000
+_MOST_PAIRS, _MOST_COMPARED, _MOST_REFINED, _AT_ONCE = 40, 24, 64, 4_000_000
 _REFINEMENTS = 4
 
 
@@ -101,8 +101,8 @@ def _best(ways: FloatArray, counts: FloatArray) -> int:
 # ------------------------------------------------------------------------------------------ ways: (W, 4) turn, shift
 def _shifts(listed_m: FloatArray, planned_m: FloatArray) -> FloatArray:
     """Ways without a turn: of each listed station onto each planned one."""
-    looked_at = listed_m[_spread(len(listed_m), _MOST_LOOKED_AT)]
-    shifts_m = (looked_at[:, None] - planned_m[None]).reshape(-1, 3)
+    compared_m = listed_m[_spread(len(listed_m), _MOST_COMPARED)]
+    shifts_m = (compared_m[:, None] - planned_m[None]).reshape(-1, 3)
     return np.column_stack([np.zeros(len(shifts_m)), shifts_m])
 
 
@@ -146,7 +146,7 @@ def _refined(ways: FloatArray, listed_m: FloatArray, planned_m: FloatArray, *, m
     """The most promising ways, each fitted to the stations that agree with it."""
     if not len(ways):
         return ways
-    few = listed_m[_spread(len(listed_m), _MOST_LOOKED_AT)]
+    few = listed_m[_spread(len(listed_m), _MOST_COMPARED)]
     order = np.argsort(-_counted(ways, few, planned_m, _LOOSE_M), kind="stable")
     return np.array([_fitted(way, listed_m, planned_m, may_turn=may_turn) for way in ways[order[:_MOST_REFINED]]])
 

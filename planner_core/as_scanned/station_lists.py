@@ -19,15 +19,15 @@ from planner_core.model import METRE, FloatArray, LengthUnit
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.plan_folder.stations_csv import GivenStation, read_station_list, stations_of_text
 
-#: What a list may be told to be in.
+#: Coordinate systems that a list may be in.
 COORDINATES = ("auto", "scene", "site")
-#: Whose height a column of heights is told to hold.
+#: Heights that a column may hold.
 HEIGHTS = ("sensor", "ground")
 #: A tripod that was moved stands farther away: coordinates of one place differ by their rounding only.
 _ONE_PLACE_M = 0.001
 _EXPORT_POSES = "the poses are missing: export the scans after registration"
 #: Names that a line lists.
-_MOST_TOLD = 3
+_MOST_NAMED = 3
 _HEADERS = {
     "P": "id", "E": "x", "X": "x", "N": "y", "Y": "y", "Z": "z", "S": "z", "G": "ground_z",
     "H": "instrument_height", "F": "floor", "C": "code", "D": "description", "O": "order", "R": "crs",
@@ -75,8 +75,8 @@ def read_actual(
     Parameters
     ----------
     paths
-        CSV as of `read_station_list`, E57 (the poses of its scans; no points are read), plan folders. Ids are told
-        apart over all of them.
+        CSV as of `read_station_list`, E57 (the poses of its scans; no points are read), plan folders. Ids are made
+        distinct over all of them.
     coordinates
         Of `COORDINATES`; `auto`: scene or site, by which the list is nearer to the plan's stations.
     heights
@@ -97,7 +97,7 @@ def read_actual(
         if value not in words:
             raise RequirementError(f"{option}: got {value!r}, expected one of {', '.join(words)}")
     frame = plan.frame
-    # Numbers without a unit are in that of the coordinates: the scene's are metres, unless the user says otherwise.
+    # Numbers without a unit are in that of the coordinates: the scene's are metres, unless the user gives another.
     listed = _read_all(paths, heights, columns, frame.unit if frame.is_scene else METRE)
     in_feet = frame.unit.is_feet and not frame.is_scene
     lists = {"scene": listed, "site": _read_all(paths, heights, columns, frame.unit) if in_feet else listed}
@@ -163,8 +163,8 @@ def _check_identities(
     away_m = (_away_m(place, stations) if each.is_identity else 0.0 for each, place in zip(listed, at_m, strict=True))
     lost = [each.id for each, away in zip(listed, away_m, strict=True) if away > within_m]
     if lost:
-        more = f" and {len(lost) - _MOST_TOLD} more" if len(lost) > _MOST_TOLD else ""
-        names = f"{', '.join(lost[:_MOST_TOLD])}{more}"
+        more = f" and {len(lost) - _MOST_NAMED} more" if len(lost) > _MOST_NAMED else ""
+        names = f"{', '.join(lost[:_MOST_NAMED])}{more}"
         raise StationListError(
             f"stations: got {names} of {len(listed)} with the pose of no translation and no "
             f"rotation, expected where the scanner stood; {_EXPORT_POSES}, or leave these out"
@@ -212,9 +212,9 @@ def _at_plan(
     chosen = min(readings, key=lambda name: away_m[name])  # the first, the scene's own, where both are as near
     at_m, listed = readings[chosen], lists[chosen]
     if not is_near(at_m, plan.stations):
-        told = " and ".join(f"{_length(away_m[name])} as {name} coordinates" for name in readings)
+        distances = " and ".join(f"{_length(away_m[name])} as {name} coordinates" for name in readings)
         raise StationListError(
-            f"stations: none of {len(listed)} is near the plan, they are off by {told}; "
+            f"stations: none of {len(listed)} is near the plan, they are off by {distances}; "
             f"{_guess(lists, tuple(readings), plan, within_m)}"
         )
     _check_identities(listed, at_m, plan.stations, within_m)
