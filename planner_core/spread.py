@@ -16,7 +16,7 @@ from typing import Any, Protocol
 from planner_core.progress import Progress, silent
 
 Kept = Callable[[str, Callable[[], Any]], Any]
-"""What a process keeps by a key that tells its contents, such as an engine: made where it is not there."""
+"""What a process keeps by a key of its contents, such as an engine: made where it is not there."""
 
 
 class NotWantedError(Exception):
@@ -24,7 +24,7 @@ class NotWantedError(Exception):
 
 
 class Question(Protocol):
-    """What others are asked. Its tasks are answered alone, in any order: the same bytes by whoever is fit."""
+    """Work for other processes. Its tasks are answered alone, in any order: the same bytes by whoever is fit."""
 
     def answer(self, task: Any, kept: Kept, progress: Progress = silent) -> bytes:
         """Do one task. progress : raises `NotWantedError` once nobody waits for it."""
@@ -50,7 +50,7 @@ class Place:
 class Outcome:
     """message : why it failed; empty: it did not. is_of_worker : another worker may do it. answer : besides files.
 
-    is_bug : it failed in a way that nobody foresaw; message : says where.
+    is_bug : it failed in a way that nobody foresaw; message : where.
     """
 
     message: str = ""
@@ -71,7 +71,7 @@ class Errand(Protocol):
         ...
 
 
-class AskedErrand(Errand, Question, Protocol):
+class AnsweringErrand(Errand, Question, Protocol):
     """An errand that answers, too: by whose first answer it is known who does it as this process would."""
 
 
@@ -88,7 +88,7 @@ class Spread(Protocol):
     """Other processes that answer for this one."""
 
     def key_of(self, value: object) -> str:
-        """Return a key that tells a value's contents."""
+        """Return a key of a value's contents."""
         ...
 
     def answers(
@@ -111,7 +111,7 @@ class Spread(Protocol):
 
     def files(
         self,
-        errand: AskedErrand,
+        errand: AnsweringErrand,
         tasks: Sequence[Task],
         folder: Path,
         *,
@@ -146,6 +146,6 @@ def spread_over(spread: Spread | None) -> Iterator[None]:
 
 
 def parts_of_row(n: int, *, first: int, each: int) -> list[tuple[int, int]]:
-    """Return where parts of n things begin and end: a small first one, which everybody is asked, and the others."""
+    """Return where parts of n things begin and end: a small first one, which everybody gets, and the others."""
     begins = [0, *range(min(first, n), n, each)]
     return [(begin, end) for begin, end in zip(begins, [*begins[1:], n], strict=True) if end > begin]

@@ -1,8 +1,10 @@
-"""A connection to the workers of a Dask scheduler: asks them, sends them what they lack, and tells what went wrong.
+"""A connection to the workers of a Dask scheduler: sends them questions and what they lack, and reports what went
+wrong.
 
-WHAT FAILS. A worker or scheduler that is gone or silent (`Cluster.is_lost`) is looked for again. One that says that it
-lacks something (`UnfitError`) is told and not used. Anything else is a bug (`BugError`): told with where it came from,
-counted, and the worker asked nothing more of that question; where nobody else is there, this process does the rest.
+WHAT FAILS. A worker or scheduler that is gone or silent (`Cluster.is_lost`) is searched for again. One that reports
+that it lacks something (`UnfitError`) is reported and not used. Anything else is a bug (`BugError`): reported with its
+origin, counted, and the worker gets nothing more of that question; where nobody else is there, this process does the
+rest.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from planner_core.cluster.parcels import Packer, Parcel, squeezed
 from planner_core.errors import ClusterError, MissingPackageError, one_line
 from planner_core.operating_system import n_usable_cores
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.spread import AskedErrand, NotWantedError, Question, Task
+from planner_core.spread import AnsweringErrand, NotWantedError, Question, Task
 
 LOCAL = "local"
 _MOST_LOCAL = 1000
@@ -38,11 +40,11 @@ _OF_DASK = ("dask", "distributed", "tornado")
 
 
 class UnfitError(Exception):
-    """A worker can't do what it is asked; the message says why."""
+    """A worker can't do its task; the message has the reason."""
 
 
 class BugError(Exception):
-    """Something failed at a worker that nobody foresaw; the message says what, and where."""
+    """Something failed at a worker that nobody foresaw; the message names what, and where."""
 
 
 class Cluster:
@@ -59,7 +61,7 @@ class Cluster:
         self.has_helped, self.n_bugs = False, 0
 
     def key_of(self, value: object) -> str:
-        """Return a key that tells a value's contents."""
+        """Return a key of a value's contents."""
         return self._packer.parcel(value).digest
 
     def parcel(self, value: object) -> Parcel:
@@ -88,7 +90,7 @@ class Cluster:
         progress(ProgressEvent(stage, 0, sum(task.size for task in tasks), "cluster"))
         return Deal(self, self.parcel(question), tasks, here, stage, progress, answered).answers()
 
-    def files(self, errand: AskedErrand, tasks: Sequence[Task], folder: Path, **how: Any) -> list[bytes]:
+    def files(self, errand: AnsweringErrand, tasks: Sequence[Task], folder: Path, **how: Any) -> list[bytes]:
         """Have the files of all tasks in a folder, and return what they answered: `planner_core.spread.Spread.files`.
 
         Raises as `planner_core.cluster.errands.files_of`.
@@ -120,13 +122,13 @@ class Cluster:
             self.tell(one_line(f"{who}: internal error: {what}. This is a bug: please report it; the work goes on"))
 
     def last_words(self) -> list[str]:
-        """Return what has to be said at the end."""
+        """Return the message at the end."""
         if self.n_bugs == 0:
             return []
         errors = "1 internal error" if self.n_bugs == 1 else f"{self.n_bugs} internal errors"
         return [
-            f"workers: {errors}, told above, a bug to report; what failed was done again by others or by this machine, "
-            "and nothing is missing"
+            f"workers: {errors}, reported above (please report them); what failed was done again by others or by this "
+            "machine, and nothing is missing"
         ]
 
     def submit(self, address: str, function: Callable[..., Any], *arguments: Any) -> Any:
@@ -160,7 +162,7 @@ class Cluster:
         return isinstance(error, (*LOST, worker.LackingError)) or of in _OF_DASK or not self.is_connected
 
     def take_back(self, futures: Sequence[Any]) -> None:
-        """Wait no more for what workers were asked: what has begun there ends, too."""
+        """Wait no more for the tasks of workers: what has begun there ends, too."""
         with contextlib.suppress(Exception):  # of a scheduler that is gone there is nothing to take back
             self._client.cancel(futures)
 

@@ -15,7 +15,7 @@ from planner_core.cluster.connection import BugError, Cluster, UnfitError
 from planner_core.cluster.parcels import Parcel
 from planner_core.errors import ClusterError
 
-#: Workers that are asked at the same time whether they are fit: others work meanwhile.
+#: Workers that are checked at the same time: others work meanwhile.
 _JOIN_AT_ONCE = 16
 #: Of the same task, at the end.
 MOST_COPIES = 2
@@ -25,7 +25,7 @@ _LOOK_S = 0.5
 
 
 class Crew:
-    """Workers that are there and, asked once, were found fit. is_fit : asks one, and refuses it where it is not."""
+    """Workers that are there and, checked once, were found fit. is_fit : checks one, and refuses it where it is not."""
 
     def __init__(self, cluster: Cluster, is_fit: Callable[[str], bool]) -> None:
         self._cluster, self._is_fit = cluster, is_fit
@@ -34,7 +34,7 @@ class Crew:
         """Set where somebody has answered, or may be dealt to."""
         self._joining: dict[str, Future[bool]] = {}
         self._silent: set[str] = set()
-        """Those that did not answer in time: they are asked again, and count for nobody until they do."""
+        """Those that did not answer in time: they are checked again, and count for nobody until they do."""
         self._spared: set[str] = set()
         """Those at which a bug struck."""
         self._there: set[str] = set()
@@ -43,7 +43,7 @@ class Crew:
         self._alone_s = time.monotonic()
 
     def find(self, *, nothing_done: bool) -> set[str]:
-        """Look who is there, and have new ones asked; returns who is there.
+        """Look who is there, and have new ones checked; returns who is there.
 
         Raises
         ------
@@ -56,7 +56,7 @@ class Crew:
             del self._joining[address]
         for address in sorted(there - self.used - self._spared - self._joining.keys()):
             if not self._cluster.is_refused(address):
-                self._joining[address] = self._askers.submit(self._asked, address)
+                self._joining[address] = self._askers.submit(self._check, address)
                 self._joining[address].add_done_callback(lambda _: self.some_done.set())
         for address, fit in [each for each in self._joining.items() if each[1].done()]:
             del self._joining[address]
@@ -65,27 +65,27 @@ class Crew:
                 if fit.result() and address in there:
                     self.used.add(address)
                     self._was_used = True
-            except (Exception, AsyncCancelledError) as error:  # noqa: BLE001 - told unless Dask may raise it
-                if self._cluster.is_lost(error):  # if it still is there, it is asked again
+            except (Exception, AsyncCancelledError) as error:  # noqa: BLE001 - reported unless Dask may raise it
+                if self._cluster.is_lost(error):  # if it still is there, it is checked again
                     self._silent.add(address)
                 else:
                     self.spare(address, error)
         is_alone = not self.used and not self._joining and nothing_done and not self._cluster.has_helped
         if there and is_alone and all(map(self._cluster.is_refused, there)):
             raise ClusterError(
-                f"cluster: none of {len(there)} workers can be used, for the reasons told, expected one; mend "
+                f"cluster: none of {len(there)} workers can be used, for the reasons above, expected one; mend "
                 "these, or start workers of the same version of tlsplan and the same kind of device"
             )
         return there
 
     def spare(self, address: str, error: BaseException) -> None:
-        """Ask a worker nothing more here: a bug struck there, or here over it, and is told."""
+        """Use a worker no more here: a bug struck there, or here over it, and is reported."""
         self.used.discard(address)
         self._spared.add(address)
         self._note(f"worker {address}", error)
 
     def give_up(self, error: BaseException) -> None:
-        """Use nobody any more: a bug struck here, and is told."""
+        """Use nobody any more: a bug struck here, and is reported."""
         self._gave_up = True
         self._note("this machine", error)
 
@@ -97,7 +97,7 @@ class Crew:
         self.some_done.clear()
 
     def is_gone(self) -> bool:
-        """Whether nobody was there for too long, or can do it; told."""
+        """Whether nobody was there for too long, or can do it; reported."""
         if self.used or self._joining.keys() - self._silent:
             self._alone_s = time.monotonic()
         if self._gave_up or self._is_no_use():
@@ -110,20 +110,20 @@ class Crew:
         return True
 
     def _is_no_use(self) -> bool:
-        """Whether nobody who is there may be asked; where one was of use and none is a bug's, others may still come."""
+        """Whether nobody who is there may be used; where one was of use and none is a bug's, others may still come."""
         if not self._there or self.used or self._joining or (self._was_used and not self._spared):
             return False
         return all(address in self._spared or self._cluster.is_refused(address) for address in self._there)
 
     def _note(self, who: str, error: BaseException) -> None:
-        is_told = isinstance(error, BugError)
-        self._cluster.note_bug(who, str(error) if is_told else worker.bug_of(error, error.__traceback__))
+        is_known = isinstance(error, BugError)
+        self._cluster.note_bug(who, str(error) if is_known else worker.bug_of(error, error.__traceback__))
 
     def close(self) -> None:
         """Ask nobody any more."""
         self._askers.shutdown(wait=False, cancel_futures=True)
 
-    def _asked(self, address: str) -> bool:
+    def _check(self, address: str) -> bool:
         """Whether a worker is of this version, and fit."""
         own = asdict(worker.identity())
         try:

@@ -3,7 +3,7 @@
 Each worker gets its next task when it gives one back, so a slow one holds nobody up; when none are left, idle workers
 get copies of those that are out longest, and the first answer counts. A worker is used once it is fit (`Crew`). One
 that dies loses its tasks to the others. Where the scheduler is gone it is waited for; where nobody is left for
-`PATIENCE_S`, this process does the rest. Answers that are here are kept, whatever happens. Progress is told at each
+`PATIENCE_S`, this process does the rest. Answers that are here are kept, whatever happens. Progress is reported at each
 look, some times a second: what it raises ends the wait, and the tasks that are out are taken back, which ends them at
 workers.
 
@@ -78,7 +78,7 @@ class Deal:
                     self._collect()
             except ClusterError:
                 raise
-            except (Exception, AsyncCancelledError) as error:  # noqa: BLE001 - told unless Dask may raise it
+            except (Exception, AsyncCancelledError) as error:  # noqa: BLE001 - reported unless Dask may raise it
                 if not self._cluster.is_lost(error):
                     self._crew.give_up(error)
                 self._forget_workers()
@@ -150,7 +150,7 @@ class Deal:
         error = fault_of(future) if future.status == "error" else None
         self._put_back(number)
         if isinstance(error, worker.LackingError):
-            self._crew.used.discard(address)  # it is looked at anew
+            self._crew.used.discard(address)  # it is checked anew
             return
         self._failures[number] = self._failures.get(number, 0) + 1
         if isinstance(error, UnfitError):

@@ -1,9 +1,9 @@
 """Gives errands to Dask workers, one at a time each, and fetches the files that they make, in pieces.
 
 Whole jobs of a batch and clouds of stations go this way. A worker that dies loses its errand to another; one whose disk
-is full, or that lacks something else, is told and not used, and so is one at which a bug strikes; when none wait, idle
-workers get copies of those that are out for much longer than others took, and the first one that ends counts. What is
-fetched is whole: of what is not wanted any more nothing is written, and what was is removed.
+is full, or that lacks something else, is reported and not used, and so is one at which a bug strikes; when none wait,
+idle workers get copies of those that are out for much longer than others took, and the first one that ends counts.
+What is fetched is whole: of what is not wanted any more nothing is written, and what was is removed.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from planner_core.cluster.parcels import Parcel
 from planner_core.cluster.worker import LackingError
 from planner_core.errors import ClusterError, ExportError, one_line
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.spread import AskedErrand, Kept, NotWantedError, Outcome, Task
+from planner_core.spread import AnsweringErrand, Kept, NotWantedError, Outcome, Task
 
-#: How long a worker waits for the end of an errand before it says how far it is.
+#: How long a worker waits for the end of an errand before it reports its progress.
 _WAIT_S = 0.5
 _LOOK_S = 0.1
 _DROPS_WITHIN_S = 5.0
@@ -113,7 +113,7 @@ class Errands:
         return min(len(self._idle()), self._most - len(self._out)) - len(self._waiting)
 
     def orders(self) -> dict[Order, str]:
-        """Orders that are not done, and what each tells."""
+        """Orders that are not done, and the messages of each."""
         waiting = [*self._waiting, *self._for_here]
         return {**dict.fromkeys(waiting, ""), **{out.order: out.note for out in self._wanted()}}
 
@@ -153,7 +153,7 @@ class Errands:
                 self._deal()
         except ClusterError:
             raise
-        except (Exception, AsyncCancelledError) as error:  # noqa: BLE001 - told unless Dask may raise it
+        except (Exception, AsyncCancelledError) as error:  # noqa: BLE001 - reported unless Dask may raise it
             if not self._cluster.is_lost(error):
                 self._crew.give_up(error)
             self._crew.forget()
@@ -332,7 +332,7 @@ def _pieces(path: Path, digest: str) -> Iterator[tuple[bytes, bool]]:
 
 def files_of(
     cluster: Cluster,
-    errand: AskedErrand,
+    errand: AnsweringErrand,
     tasks: Sequence[Task],
     folder: Path,
     *,

@@ -1,7 +1,7 @@
 """What runs on workers: they take arrays and questions once, build the engine once per scene, and answer.
 
-State of the worker's process: arrays by their hashes, the questions that were asked last, what is kept for them. A
-worker that is started anew has none, says so (`LackingError`), and is sent it again.
+State of the worker's process: arrays by their hashes, the questions that came last, what is kept for them. A
+worker that is started anew has none, reports that (`LackingError`), and is sent it again.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _kept: dict[str, Any] = {}
 
 
 class LackingError(Exception):
-    """A worker has not been sent what it is asked about, or has forgotten it."""
+    """A worker has not been sent what its task needs, or has forgotten it."""
 
 
 def bug_of(error: BaseException, trace: TracebackType | None) -> str:
@@ -143,9 +143,9 @@ def answer(digest: str, task: Any) -> bytes:
     LackingError
         The question is not here.
     DeviceError
-        This worker has no engine of the kind that is asked for.
+        This worker has no engine of the kind required.
     NotWantedError
-        Who asked does not wait any more, or is gone.
+        The caller does not wait any more, or is gone.
     """
     hear = _ends_with_its_task()
     with _lock:  # one engine, one device: threads of a worker wait for each other

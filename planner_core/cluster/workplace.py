@@ -44,7 +44,7 @@ class State:
 @dataclass
 class _Going:
     folder: Path
-    asked_s: float
+    renewed_s: float
     is_wanted: bool = True
     note: str = ""
     outcome: Outcome | None = None
@@ -52,7 +52,7 @@ class _Going:
 
     def goes_on(self) -> bool:
         """Whether somebody waits for it."""
-        return self.is_wanted and time.monotonic() - self.asked_s < LEASE_S
+        return self.is_wanted and time.monotonic() - self.renewed_s < LEASE_S
 
 
 _going: dict[str, _Going] = {}
@@ -129,12 +129,12 @@ def begin(number: str, digest: str, task: Any) -> None:
             going.outcome = errand.do(task, place)
         except NotWantedError:
             going.is_wanted = False
-        except BaseException as error:  # noqa: BLE001 - told by `state`; Rust and C++ raise what is no Exception
+        except BaseException as error:  # noqa: BLE001 - reported by `state`; Rust and C++ raise what is no Exception
             going.outcome = _outcome_of(error)
         going.ended.set()
         while going.goes_on():  # until it is fetched
             time.sleep(0.1)
-        _going.pop(number, None)  # nobody is told of a folder that goes
+        _going.pop(number, None)  # nobody gets a folder that goes
         shutil.rmtree(going.folder, ignore_errors=True)
 
     _going[number] = going
@@ -183,7 +183,7 @@ def _of(number: str) -> _Going:
     going = _going.get(number)
     if going is None or not going.goes_on():
         raise LackingError(number)
-    going.asked_s = time.monotonic()
+    going.renewed_s = time.monotonic()
     return going
 
 

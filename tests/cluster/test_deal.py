@@ -152,7 +152,7 @@ def test_a_bug_at_workers_is_told_with_where_and_counted_and_this_machine_goes_o
     assert "internal error: ZeroDivisionError: odd rows (planner_core.requirements.look_spread:" in bug
     assert "in answer). This is a bug: please report it" in bug
     assert alone == "no worker can do this: this machine goes on alone"
-    assert f"{n_bugs} internal errors, told above" in last
+    assert f"{n_bugs} internal errors, reported above" in last
 
 
 def test_a_bug_over_one_task_takes_no_more_workers_than_others_are_left(

@@ -172,7 +172,7 @@ def test_an_errand_at_which_a_bug_strikes_is_left_to_this_machine_and_others_go_
     assert " (planner_core.cluster.workplace:" in bug
     assert ", in work). This is a bug: please report it" in bug
     assert "no worker can do what is left" in alone
-    assert "3 internal errors, told above" in last
+    assert "3 internal errors, reported above" in last
     assert not list(tmp_path.glob("odd*"))
 
 

@@ -244,7 +244,7 @@ def test_a_bug_at_workers_is_told_and_counted_in_the_end_and_the_batch_is_whole(
     told = [line for line in done.stderr.splitlines() if line.startswith("warning")]
     assert "internal error: ZeroDivisionError: odd (" in told[0]
     assert told[1:-1] == ["warning: no worker can do this: this machine goes on alone"][: n_struck - 1]
-    assert f"workers: {'1 internal error' if n_struck == 1 else '2 internal errors'}, told above" in told[-1]
+    assert f"workers: {'1 internal error' if n_struck == 1 else '2 internal errors'}, reported above" in told[-1]
     assert told[-1] == done.stderr.splitlines()[-1]
 
 

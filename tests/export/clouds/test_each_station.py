@@ -67,7 +67,7 @@ def test_a_bug_at_workers_is_in_the_last_line_and_the_clouds_are_whole(
     bug, alone, *_, last = done.stderr.splitlines()
     assert "internal error: ZeroDivisionError: odd beams (" in bug
     assert alone == "warning: no worker can do this: this machine goes on alone"
-    assert "workers: 2 internal errors, told above" in last
+    assert "workers: 2 internal errors, reported above" in last
     there = contents(tmp_path / "out")
     CliRunner().invoke(cli, [*words, "--overwrite", "-q"], catch_exceptions=False)
     assert contents(tmp_path / "out") == there
