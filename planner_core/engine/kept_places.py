@@ -1,4 +1,4 @@
-"""Places of patches, worked out once each: positions that are looked from one after another mostly see the same ones.
+"""Places of patches, worked out once each: positions that are scanned one after another mostly see the same ones.
 
 Input a `Scene` and its `Patches`, then patches by number; output `PatchPlaces`, those of `places_of` to the last bit.
 """
@@ -15,7 +15,7 @@ MOST_KEPT = 2_000_000
 
 
 class KeptPlaces:
-    """Places of the patches of one scene; memory is taken when they are first asked for."""
+    """Places of the patches of one scene; memory is taken when they are first used."""
 
     def __init__(self, scene: Scene, patches: Patches, *, most_kept: int = MOST_KEPT) -> None:
         self._scene, self._patches, self._most_kept = scene, patches, most_kept
@@ -23,7 +23,7 @@ class KeptPlaces:
         self._is_known = np.zeros(0, dtype=np.bool_)
 
     def of(self, patch: Int32Array) -> PatchPlaces:
-        """Places of patches (N,), in their order; one may be asked for several times."""
+        """Places of patches (N,), in their order; one may occur several times."""
         n = self._patches.n_patches
         if n > self._most_kept:
             distinct, which = np.unique(patch, return_inverse=True)

@@ -62,7 +62,7 @@ class Open3DEngine(RowCollector):
         casting = self._raycasting if through_glass else self._solid
         hits: dict[str, Any] = casting.cast_rays(self._core.Tensor(rays))
         range_m = np.array(hits["t_hit"].numpy(), dtype=np.float32)
-        # Compared as float32, as the kernels do; a miss is infinite and so has to be asked for by itself.
+        # Compared as float32, as the kernels do; a miss is infinite and so has to be tested by itself.
         inside = (range_m <= np.float32(range_max_m)) & np.isfinite(range_m)
         range_m[~inside] = np.nan
         triangle = np.where(inside, hits["primitive_ids"].numpy().astype(np.int64), -1).astype(np.int32)
@@ -72,7 +72,7 @@ class Open3DEngine(RowCollector):
 
     @cached_property
     def _solid(self) -> Any:
-        """What free rays meet: glass is in it. Made when first asked for, where it is another one."""
+        """What free rays meet: glass is in it. Made when first used, where it is another one."""
         return self._raycasting if self._traced.triangle is None else self._prepare(self._whole_scene)
 
     def _prepare(self, scene: Scene) -> Any:

@@ -54,8 +54,8 @@ class Open3DSamples:
         self._weights = np.ascontiguousarray(sample_pattern()[:, :2])
         optics = scene.optics_of_triangle
         returning = np.ones(scene.n_triangles, dtype=np.bool_) if optics is None else optics == Optics.RETURNS
-        asked = returning[patches.triangle_of_patch]
-        self._returning = np.flatnonzero(asked if only is None else asked & only).astype(np.int32)
+        required = returning[patches.triangle_of_patch]
+        self._returning = np.flatnonzero(required if only is None else required & only).astype(np.int32)
 
     def marks(self, view: View, positions_m: Float32Array, least_returns: float) -> UInt32Array:
         """(S, P) uint32: bit s, sample s of the patch is seen; the second pattern's only where not all of the first."""

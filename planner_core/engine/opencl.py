@@ -34,7 +34,7 @@ from planner_core.scanner.template import Band, bands
 #: Free rays a work-item and how many of those it has under way at once, a wave. A CPU looks ahead into the next steps
 #: of several walks; other devices have work-items for that. Measured: docs/method/scan-engine.md.
 _RAYS = {"cpu": (256, 32)}
-#: Results of a position larger than this don't fit into the cache of a core: their memory is asked for ahead, too.
+#: Results of a position larger than this don't fit into the cache of a core: their memory is prefetched, too.
 _CACHED_RESULTS_BYTES = 2**20
 
 #: Positions that one making of a band's tiles serves, and that progress hears of at the latest.
@@ -86,7 +86,7 @@ class OpenCLEngine(RowCollector):
 
     @cached_property
     def _solid(self) -> Tree:
-        """The tree that free rays go through: glass is in it. Made when first asked for, where it is another one."""
+        """The tree that free rays go through: glass is in it. Made when first used, where it is another one."""
         return self.tree if self.traced.triangle is None else build_tree(self._whole_scene, self._on)
 
     def cast_rays(

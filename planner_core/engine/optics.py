@@ -1,6 +1,6 @@
 """What engines trace: the surfaces that meet a beam. Scene, Patches -> Traced; glass is left out, mirrors end a beam.
 
-Local frame, metres. docs/method/materials.md says what is simulated of glass and mirrors, and what is not.
+Local frame, metres. docs/method/materials.md defines what is simulated of glass and mirrors, and what is not.
 """
 
 from __future__ import annotations

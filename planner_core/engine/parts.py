@@ -116,7 +116,7 @@ class Parts:
             buffer.release()
 
     def leave_device(self) -> None:
-        """Give all of the device's memory back; parts are brought again when they are asked for."""
+        """Give all of the device's memory back; parts are brought again when they are used."""
         for index in list(self._held):
             self._give_back(index)
 

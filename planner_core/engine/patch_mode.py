@@ -65,18 +65,18 @@ _WHOLE = np.uint32((1 << (N_RIM + N_FINE)) - 1)
 LEAST_RETURNS = 1.0
 
 
-def scan_mode_of(asked: ScanBy, template: BeamTemplate) -> ScanBy:
-    """`BEAMS` or `PATCHES`: what was asked for, or for `AUTO` what suits the number of beams a scan has."""
-    if asked != ScanBy.AUTO:
-        return asked
+def scan_mode_of(mode: ScanBy, template: BeamTemplate) -> ScanBy:
+    """`BEAMS` or `PATCHES`: `mode`, or for `AUTO` what suits the number of beams a scan has."""
+    if mode != ScanBy.AUTO:
+        return mode
     rows, columns = template.shape
     return ScanBy.PATCHES if min(rows, columns) > 1 and rows * columns >= AUTO_PATCHES_BEAMS else ScanBy.BEAMS
 
 
-def mode_that_counts_parts(asked: ScanBy, scanner: Scanner) -> ScanBy:
-    """Return what was asked for; for `AUTO` patches, of which parts are counted, for all but a single row or column."""
+def mode_that_counts_parts(mode: ScanBy, scanner: Scanner) -> ScanBy:
+    """Return `mode`; for `AUTO` patches, of which parts are counted, for all but a single row or column."""
     single = min(len(scanner.elevation_rad), scanner.n_azimuths) < 2
-    return ScanBy.PATCHES if asked == ScanBy.AUTO and not single else asked
+    return ScanBy.PATCHES if mode == ScanBy.AUTO and not single else mode
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ class _PatchEngine(Protocol):
 class PatchMode:
     """Patch mode of one engine: the patches are grouped and sent to the device once.
 
-    only : (P,) bool, patches that are asked about; the others hide, and nothing more. None: all.
+    only : (P,) bool, patches that visibility is computed of; the others only occlude. None: all.
     """
 
     def __init__(
@@ -163,7 +163,7 @@ class PatchMode:
         rows: list[Int32Array] = []
 
         def keep(marks: UInt32Array) -> None:
-            rows.extend(self._asked_of(row) for row in marks)
+            rows.extend(self._required_of(row) for row in marks)
 
         self._cast(view, check_positions(positions_m), least_returns, progress, keep)
         return Visibility(starts=_starts(rows), patch=_joined(rows), n_patches=self._patches.n_patches)
@@ -185,7 +185,7 @@ class PatchMode:
 
         def keep(marks: UInt32Array) -> None:
             for row in marks:
-                rows.append(self._asked_of(row))
+                rows.append(self._required_of(row))
                 masks.append(row[rows[-1]])
 
         self._cast(view, positions, least_returns, progress, keep)
@@ -225,8 +225,8 @@ class PatchMode:
 
         in_batches(len(positions), n_batch, work, on_smaller=self._warn)
 
-    def _asked_of(self, marks: UInt32Array) -> Int32Array:
-        """Patches with marks (P,) that are asked about: groups hold some that are not."""
+    def _required_of(self, marks: UInt32Array) -> Int32Array:
+        """Patches with marks (P,) that are required: groups hold some that are not."""
         found = np.flatnonzero(marks).astype(np.int32)
         return found if self._only is None else found[self._only[found]]
 
@@ -298,8 +298,8 @@ class _DevicePatchEngine:
         self._n_patches = patches.n_patches
         self._rounding_m = rounding_of(scene)
         traced = engine.traced
-        asked = None if only is None else traced.of_traced(only, patches)
-        grouped = make_groups(traced.scene, traced.patches, order, only=asked)
+        required = None if only is None else traced.of_traced(only, patches)
+        grouped = make_groups(traced.scene, traced.patches, order, only=required)
         self._n_groups = grouped.groups.shape[0]
         self._groups = self._on.upload(
             "groups of patches",

@@ -1,6 +1,6 @@
 """Rows of patches, one a position: kept while they stream in, joined band by band.
 
-Rows are `PatchReturns` with as much in them as was asked for: `Content`. Local frame, metres; docs/method/returns.md.
+Rows are `PatchReturns` with as much in them as `Content` requires. Local frame, metres; docs/method/returns.md.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Rows of patches on an OpenCL device: which patches a batch of positions sees, with counts and moments if asked for.
+"""Rows of patches on an OpenCL device: which patches a batch of positions sees, with counts and moments on request.
 
 Local frame, metres. Tiles write lists or records, the device joins them by position: kernels/patch_rows.cl. What the
 host gets is as long as the result.

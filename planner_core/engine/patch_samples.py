@@ -1,6 +1,7 @@
 """Sample points of patches and the scanner's view of them: what patch mode casts, whichever engine casts it.
 
-Input `Patches` (addresses), local frame, metres; output weights, points and limits. docs/method/patch-mode.md says why.
+Input `Patches` (addresses), local frame, metres; output weights, points and limits. docs/method/patch-mode.md gives
+the reasons.
 
             c           The first pattern: near the corners, near the middles of the edges, the centroid. What hides a
            / \\          part of a patch mostly has straight edges, so that the part that is seen mostly holds a corner.
@@ -222,8 +223,8 @@ def make_groups(scene: Scene, patches: Patches, order: Int32Array, *, only: Bool
 
     Of `only` some (P,) bool, groups and small triangles that have none of them are left out.
     """
-    n_asked = np.concatenate([[0], np.cumsum(np.ones(patches.n_patches, dtype=np.bool_) if only is None else only)])
-    order = order[n_asked[patches.first_patch[order + 1]] > n_asked[patches.first_patch[order]]]
+    n_required = np.concatenate([[0], np.cumsum(np.ones(patches.n_patches, dtype=np.bool_) if only is None else only)])
+    order = order[n_required[patches.first_patch[order + 1]] > n_required[patches.first_patch[order]]]
     coarse_depth = np.maximum(patches.depth.astype(np.int32) - GROUP_BITS, 0).astype(np.uint8)
     rounded = replace(scene, vertices_m=scene.vertices_m.astype(np.float32).astype(np.float64))
     parts = patch_triangles(rounded, replace(patches, depth=coarse_depth)).astype(np.float32)
@@ -240,11 +241,11 @@ def make_groups(scene: Scene, patches: Patches, order: Int32Array, *, only: Bool
     full = np.stack([rank, part << GROUP_BITS, np.full(rank.size, 1 << GROUP_BITS)], axis=1)
     full_box = box[np.repeat(first_part[big], count) + part]
     first = patches.first_patch[small_first[rank]] + full[:, 1]
-    asked = n_asked[first + full[:, 2]] > n_asked[first]
+    has_required = n_required[first + full[:, 2]] > n_required[first]
     return PatchGroups(
         order=np.ascontiguousarray(small_first, dtype=np.int32),
-        groups=np.ascontiguousarray(np.concatenate([few, full[asked]]), dtype=np.int32),
-        box=np.ascontiguousarray(np.concatenate([few_box, full_box[asked]])),
+        groups=np.ascontiguousarray(np.concatenate([few, full[has_required]]), dtype=np.int32),
+        box=np.ascontiguousarray(np.concatenate([few_box, full_box[has_required]])),
     )
 
 

@@ -87,7 +87,7 @@ class ScanEngine(Protocol):
     def patch_returns(
         self, template: BeamTemplate, positions_m: FloatArray, *, moments: bool = False, progress: Progress = silent
     ) -> PatchReturns:
-        """Numbers of returns by patch of a scan from each of positions (N, 3), and moments where asked for.
+        """Numbers of returns by patch of a scan from each of positions (N, 3), and moments on request.
 
         Streams as `visible_patches` does. The OpenCL engine gives the same bits whatever the batch, the tile and the
         number of cores; the two engines differ by rounding, docs/method/returns.md.
@@ -110,7 +110,7 @@ def open_engine(scene: Scene, patches: Patches, *, engine: str = "auto", device:
     RequirementError
         Unknown engine, a device given to Open3D, or a wrong TLSPLAN_MEMORY.
     DeviceError
-        `opencl`, or a device by name or by the variable TLSPLAN_DEVICE, was asked for and can't be had.
+        `opencl`, or a device by name or by the variable TLSPLAN_DEVICE, is required and can't be had.
     SceneError
         The scene has no triangles, or vertices too far from the local origin for float32.
     """
@@ -126,7 +126,7 @@ def open_engine(scene: Scene, patches: Patches, *, engine: str = "auto", device:
         return _opencl(scene, patches, device)
     except DeviceError as error:
         if engine == "opencl" or device is not None or os.environ.get(DEVICE_VARIABLE):
-            raise  # somebody asked for OpenCL, or for this device: nothing else will do
+            raise  # OpenCL, or this device, is required: nothing else will do
         warning = f"no OpenCL device is usable, scanning with Open3D instead (slower): {error}"
         return _open3d(scene, patches, (warning,))
 

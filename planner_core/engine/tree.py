@@ -29,7 +29,7 @@ WIDTH = 8
 
 @dataclass(frozen=True)
 class Tree:
-    """Arrays for the kernels, on the device; properties of the same names copy them to the host when first asked for.
+    """Arrays for the kernels, on the device; properties of the same names copy them to the host when first used.
 
     on_device : `boxes`, `children`, `geometry`, `triangle`, `slot`, `edges`, in the order of the kernels' arguments.
     """

@@ -38,7 +38,7 @@ _n_kept = 0
 
 @dataclass(frozen=True)
 class ShapeInUse:
-    """A shape and where it is from: `given`, `measured` or `shipped`; `detail` says more, for a user."""
+    """A shape and where it is from: `given`, `measured` or `shipped`; `detail` is for a user."""
 
     shape: Shape
     origin: str
