@@ -10,7 +10,7 @@ import sys
 
 import numpy as np
 
-from planner_core.device.check import ALL_WELL, SAID
+from planner_core.device.check import ALL_WELL, FAULT_FOUND
 from planner_core.device.choice import open_unchecked
 from planner_core.device.runtime import Device
 from planner_core.engine.opencl import OpenCLEngine
@@ -71,7 +71,7 @@ def ranges_wrongly(engine: ScanEngine, scene: Scene, patches: Patches) -> str:
 
 
 def _selects_wrongly(device: Device) -> str:
-    """Say where sets of candidates that the kernel of selection leaves behind miss something else than it says."""
+    """Say where sets of candidates that the kernel of selection leaves behind miss something else than it reports."""
     generator = np.random.default_rng(1)
     rows = [np.sort(generator.choice(200, size=20, replace=False)) for _ in range(60)]
     problem = CoverProblem(
@@ -84,9 +84,9 @@ def _selects_wrongly(device: Device) -> str:
     )
     sets = np.stack([generator.choice(60, size=12, replace=False) for _ in range(4)]).astype(np.int32)
     first = sets.copy()
-    said = DeviceWalks(Terrain(problem, seed=1), device).walk(sets, round_=0, steps=(0, 500), n_steps=500)
+    words = DeviceWalks(Terrain(problem, seed=1), device).walk(sets, round_=0, steps=(0, 500), n_steps=500)
     true = [int(problem.required[0] - problem.covered(each.tolist())[0]) for each in sets]
-    if said.tolist() != true or any(len(set(each.tolist())) < each.size for each in sets):
+    if words.tolist() != true or any(len(set(each.tolist())) < each.size for each in sets):
         return "selection miscounts what its sets miss"
     return (
         ""
@@ -108,7 +108,7 @@ def main(index: str, label: str, lanes: str) -> int:
         sys.stderr.write(f"{error}\n")
         return 1
     except DeviceError as error:
-        # What to do about it is said by who asked.
+        # The caller adds the remedy.
         return _say(str(error).partition("; take another device")[0].replace(f" on {label}", ""))
     if wrong:
         return _say(f"it gives wrong results: {wrong}")
@@ -118,7 +118,7 @@ def main(index: str, label: str, lanes: str) -> int:
 
 def _say(what_is_wrong: str) -> int:
     sys.stdout.write(f"{' '.join(what_is_wrong.split())}\n")
-    return SAID
+    return FAULT_FOUND
 
 
 if __name__ == "__main__":

@@ -24,9 +24,9 @@ _CHILD = "planner_core.self_check"
 #: What the child prints where all is well.
 ALL_WELL = "all well"
 #: Exit code of a child that can say in one line what is wrong.
-SAID = 3
+FAULT_FOUND = 3
 _SCHEMA = "tlsplan/device-check/2"
-#: Compiling all kernels takes some seconds; on a busy machine a minute. A compiler told a wrong processor was seen to
+#: Compiling all kernels takes some seconds; on a busy machine a minute. A compiler given a wrong processor was seen to
 #: hang: that verdict is kept, too, since every command would wait so long.
 _TIME_LIMIT_S = 300.0
 #: SIGILL, SIGTRAP, SIGABRT, SIGBUS, SIGFPE, SIGSEGV: the driver's own crashes. Others come from outside.
@@ -104,11 +104,11 @@ def _ask_child(device: Device, index: int) -> tuple[str, bool]:
     except OSError as error:
         return f"a process to check it in could not be started ({error.strerror or error})", False
     # The last line: drivers print, too.
-    said = (done.stdout.strip().splitlines() or [""])[-1]
-    if done.returncode == 0 and said == ALL_WELL:
+    last_line = (done.stdout.strip().splitlines() or [""])[-1]
+    if done.returncode == 0 and last_line == ALL_WELL:
         return "", True
-    if done.returncode == SAID:
-        return said, True
+    if done.returncode == FAULT_FOUND:
+        return last_line, True
     if -done.returncode in _CRASHES:
         return f"its driver crashes ({_CRASHES[-done.returncode]})", True
     last = (done.stderr.strip().splitlines() or ["no message"])[-1]

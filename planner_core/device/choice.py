@@ -62,7 +62,7 @@ def open_device(name: str | None = None) -> Device:
     ----------
     name
         Part of the device's or its platform's name (any case), or its number in `list_devices`. None: what the
-        environment variable TLSPLAN_DEVICE says, and where it is unset the one that was measured to be the fastest
+        environment variable TLSPLAN_DEVICE names, and where it is unset the one that was measured to be the fastest
         (`tlsplan tune`), else the first GPU, else the first device. Where that one can't be used, the next that can.
 
     Raises

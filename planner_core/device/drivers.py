@@ -2,7 +2,7 @@
 
 The loader finds drivers that the system names (`/etc/OpenCL/vendors`) and the PoCL beside pyopencl. Intel's runtime for
 processors, `pip install tlsplan[intel]`, is found by neither: its package names a place that does not exist. So where
-it is installed, and the user has not told the loader himself where to look, the loader is shown a folder that names it
+it is installed, and the user has not set the loader's own variables, the loader is shown a folder that names it
 and all that the system names. The loader reads it once, at its first call, and it is gone after that.
 """
 
@@ -38,10 +38,10 @@ _OURS = "zz-tlsplan-intel.icd"
 #: Binds each of PoCL's workers to a core of its own. Otherwise Linux, after the calling thread has been busy, wakes two
 #: of them on ONE core, where the second waits until the first is done: docs/method/scan-engine.md.
 _BIND_WORKERS = "POCL_AFFINITY"
-#: How many workers there are, where the user says so.
+#: How many workers there are, where the user sets it.
 _N_WORKERS = "POCL_MAX_PTHREAD_COUNT"
 _loading = threading.Lock()
-_loader_was_asked = False
+_loader_was_called = False
 
 
 def all_devices() -> list[Any]:
@@ -108,8 +108,8 @@ def load_shared_threads() -> None:
 @contextmanager
 def _drivers_shown() -> Iterator[None]:
     """Let the loader find Intel's runtime too, should this be its first call."""
-    global _loader_was_asked
-    is_first, _loader_was_asked = not _loader_was_asked, True
+    global _loader_was_called
+    is_first, _loader_was_called = not _loader_was_called, True
     library = intel_library() if is_first and not any(os.environ.get(name) for name in _USERS_VARIABLES) else None
     named = {file.name: file.read_bytes() for file in sorted(_SYSTEM_VENDORS.glob("*.icd"))}
     if library is None or any(_INTEL_LIBRARY.encode() in text for text in named.values()):

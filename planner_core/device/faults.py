@@ -23,9 +23,9 @@ _NO_COMPILER_CODE = -3
 _ELSE = "or scan without OpenCL (`--engine open3d`)"
 
 
-def device_error(what: str, device: str, code: int, said: str) -> DeviceError:
-    """Return the error for a driver's status `code`, whose words are `said`, while doing `what` on `device`."""
-    got = f"({' '.join(said.split())[:200]})"
+def device_error(what: str, device: str, code: int, words: str) -> DeviceError:
+    """Return the error for a driver's status `code`, with the words `words`, while doing `what` on `device`."""
+    got = f"({' '.join(words.split())[:200]})"
     if code in _MEMORY_CODES:
         return DeviceMemoryError(
             f"{what}: {device} ran out of memory {got}, expected enough; close other programs that use it, "
@@ -49,7 +49,7 @@ def device_error(what: str, device: str, code: int, said: str) -> DeviceError:
 
 @contextmanager
 def driver_errors(what: str, device: str) -> Iterator[None]:
-    """Turn an error of the driver into a `DeviceError` that says what was being done."""
+    """Turn an error of the driver into a `DeviceError` that names what was being done."""
     import pyopencl
 
     try:
@@ -77,7 +77,7 @@ def in_batches(
     DeviceMemoryError
         One item alone does not fit.
     """
-    first, told = 0, False
+    first, is_reported = 0, False
     while first < n_items:
         end = min(first + n_batch, n_items)
         try:
@@ -87,11 +87,11 @@ def in_batches(
                 raise
             n_batch = (end - first) // 2
             gc.collect()  # frames of the error may hold buffers in cycles: what they take is wanted now
-            if not told:
+            if not is_reported:
                 on_smaller(
                     f"the device ran out of memory with {end - first} positions at a time; went on with {n_batch} and, "
                     f"where needed, fewer (slower, same results): {str(error).partition(', expected')[0]}"
                 )
-                told = True
+                is_reported = True
             continue
         first = end

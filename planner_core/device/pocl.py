@@ -3,7 +3,7 @@
 THE PROCESSOR'S NAME. PoCL compiles with the LLVM that it was built with, and asks it for the processor's name. A
 processor that came later is called `generic` there, and clang refuses that name: no kernel builds (PoCL issue 1049).
 The PoCL that pyopencl brings is of 2022 (LLVM 14). It takes AMD's Zen 4, which came next, for Zen 3, which lacks
-AVX-512. So where it says `generic`, or Zen 3 of a processor with AVX-512, and only there, the name is replaced by that
+AVX-512. So where it is `generic`, or Zen 3 of a processor with AVX-512, and only there, the name is replaced by that
 of the x86-64 level whose instructions the processor has, before anything is built.
 
 PoCL has no call for that; the name is a pointer in its device structure, whose place is known for the versions in
@@ -93,7 +93,7 @@ def linker_problem() -> str:
     """Return why PoCL can't link kernels here, or nothing.
 
     PoCL 3.0 calls the system's linker for every kernel it compiles and aborts the whole process where that fails, so
-    the linker and the two libraries it is asked for have to be looked for beforehand.
+    the linker and the two libraries it needs have to be searched for beforehand.
     """
     compiler = any(shutil.which(name) for name in ("cc", "gcc", "clang"))
     libgcc = any(path.is_file() for root in _LIBRARY_ROOTS for path in Path(root).glob("gcc/*/*/libgcc.a"))

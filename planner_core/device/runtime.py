@@ -30,7 +30,7 @@ MEMORY_VARIABLE = "TLSPLAN_MEMORY"
 _USABLE_SHARE = 0.9
 #: BUILD_PROGRAM_FAILURE, COMPILE_PROGRAM_FAILURE, LINK_PROGRAM_FAILURE, INVALID_BUILD_OPTIONS: there is a log to read.
 _BUILD_FAILURES = frozenset({-11, -15, -17, -43})
-#: What LLVM says where a signal, such as a Ctrl-C that others hear too, came while it wrote: it removes the file then.
+#: LLVM's message where a signal, such as a Ctrl-C that others hear too, came while it wrote: it removes the file then.
 _LOST_FILE = "unable to rename temporary"
 NARROW_LANES = 8
 """Floats side by side that kernels may be built for on every device."""
@@ -39,7 +39,7 @@ _WIDE_LANES = 16
 _LARGE_BYTES = 4 * 2**20
 #: Bytes; the largest vector type of OpenCL.
 _ALIGNMENT = 128
-#: Launches whose fate has not been looked at yet; their events hold memory of the driver.
+#: Launches whose fate has not been checked yet; their events hold memory of the driver.
 _MAX_LAUNCHED = 1024
 
 
@@ -59,7 +59,7 @@ class Buffer:
         if self._memory is not None:
             self._device.outlived.append(self._memory)
             self._memory = None
-        # A lost device refuses even this; its memory is gone with it, and the error that said so is on its way.
+        # A lost device refuses even this; its memory is gone with it, and the error that reported it is on its way.
         with suppress(self._device.driver_error):
             handle.release()
 
@@ -94,8 +94,8 @@ class Program:
         device = self._device
         what = f"kernel {kernel} of {self._title}"
         local_size = (1,) * len(global_size) if device.kind == "cpu" else None
-        # Told the types beforehand, pyopencl need not find out, number by number, what each is not: that took more than
-        # half of a launch.
+        # Given the types beforehand, pyopencl need not find out, number by number, what each is not: that took more
+        # than half of a launch.
         key = (kernel, tuple(map(_type_of_argument, arguments)))
         with driver_errors(what, device.label):
             launch = self._kernels.get(key)
@@ -150,7 +150,7 @@ class Device:
             self.max_buffer_bytes = int(device.max_mem_alloc_size)
             n_native = int(device.native_vector_width_float)
             rounds_rightly = device.single_fp_config & pyopencl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT
-        #: The processor that the driver was told to compile for, because it does not know this one; else None.
+        #: The processor that the driver was set to compile for, because it does not know this one; else None.
         self.compiled_for = name_given(device)
         #: Floats side by side that the processor has and the driver makes use of.
         is_wide = kind == "cpu" and n_native >= _WIDE_LANES and self.compiled_for in (None, HIGHEST_LEVEL)
@@ -299,7 +299,7 @@ class Device:
         self.reserve(what, {what: n_bytes})
         flags, memory = pyopencl.mem_flags.READ_WRITE, None
         if is_filled and self.kind == "cpu" and n_bytes >= _LARGE_BYTES:
-            with suppress(MemoryError):  # the driver tells of it, below
+            with suppress(MemoryError):  # the driver reports it, below
                 memory = _large_pages(n_bytes)
         with driver_errors(what, self.label):
             if memory is None:
@@ -356,7 +356,7 @@ class Device:
                 self.queue.finish()
         except DeviceError:
             self._abandon_context()
-            # A kernel's own failure tells more than that of the queue, which it may have brought down.
+            # A kernel's own failure is more specific than that of the queue, which it may have brought down.
             self._look_at(launched)
             raise
         self.outlived.clear()

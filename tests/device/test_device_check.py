@@ -208,7 +208,7 @@ def test_the_box_is_scanned_rightly_by_both_engines_and_wrong_ranges_are_found(m
 
 @pytest.mark.opencl
 def test_a_device_that_is_not_there_is_said_in_one_line(capfd: pytest.CaptureFixture[str]) -> None:
-    assert self_check.main("99", "no such device", "8") == check.SAID
+    assert self_check.main("99", "no such device", "8") == check.FAULT_FOUND
     assert capfd.readouterr().out.count("\n") == 1
-    assert self_check.main("0", "another label", "8") == check.SAID
+    assert self_check.main("0", "another label", "8") == check.FAULT_FOUND
     assert "expected another label" in capfd.readouterr().out

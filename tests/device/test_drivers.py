@@ -24,7 +24,7 @@ def first_call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A loader that was not asked yet, a system with one driver, and Intel's runtime."""
     for name in drivers._USERS_VARIABLES:
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(drivers, "_loader_was_asked", False)
+    monkeypatch.setattr(drivers, "_loader_was_called", False)
     vendors = tmp_path / "vendors"
     vendors.mkdir()
     (vendors / "gpu.icd").write_text("libgpu.so.1\n")
@@ -63,7 +63,7 @@ def test_nothing_is_shown_where_there_is_no_runtime_or_the_system_names_it(
     with drivers._drivers_shown():
         assert "OCL_ICD_VENDORS" not in os.environ
     (first_call / "intel.icd").unlink()
-    monkeypatch.setattr(drivers, "_loader_was_asked", False)
+    monkeypatch.setattr(drivers, "_loader_was_called", False)
     monkeypatch.setattr(drivers, "intel_library", lambda: None)
     with drivers._drivers_shown():
         assert "OCL_ICD_VENDORS" not in os.environ
