@@ -79,12 +79,12 @@ def write_campus(path: Path | str, *, n_triangles: int, seed: int = 0, progress:
     """
     maker = _Maker(n_triangles, seed)
 
-    def told() -> Iterator[tuple[str, Part]]:
+    def parts_of_campus() -> Iterator[tuple[str, Part]]:
         for group, part in maker.parts():
             yield group, part
             progress(ProgressEvent("writing", maker.n_made, n_triangles, group))
 
-    stream_file(path, told(), "campus", n_triangles=n_triangles)
+    stream_file(path, parts_of_campus(), "campus", n_triangles=n_triangles)
     progress(ProgressEvent("writing", n_triangles, n_triangles))
     return maker.campus()
 

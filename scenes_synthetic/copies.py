@@ -45,7 +45,7 @@ def georeferenced(*, seed: int = 0) -> SyntheticScene:
 
 
 def on_map(original: SyntheticScene, placement: MapPlacement = SURVEYED) -> SyntheticScene:
-    """Any scene, whose IFC file says besides where on earth it is; its coordinates stay the same."""
+    """Any scene, whose IFC file states besides where on earth it is; its coordinates stay the same."""
     return replace(original, frame=replace(original.frame, on_map=placement))
 
 
@@ -59,7 +59,7 @@ def millimetres_y_up(*, seed: int = 0) -> SyntheticScene:
 
 
 def without_slabs(*, seed: int = 0) -> SyntheticScene:
-    """A copy of walls alone, as architects' models often are: only the storey tells where the floor would be."""
+    """A copy of walls alone, as architects' models often are: only the storey shows where the floor would be."""
     original = rooms.corridor_comb(seed=seed)
     (x0, y0, _), (x1, y1, _) = original.truth.extents_m.tolist()
     found = assemble(

@@ -65,7 +65,7 @@ _FABRIC = ("IfcWall", "IfcSlab", "IfcRoof", "IfcStair", "IfcDoor", "IfcWindow", 
 _CUT_COLOUR = "#4a4f57"
 _EDGE_COLOUR = "#33373d"
 _BELOW = 0.62
-"""Brightness of storeys below the highest one of a cut: what is seen through a void is told from the floor round it."""
+"""Brightness of storeys below the highest one of a cut: what is seen through a void differs from the floor round it."""
 _MOST_LIFT_M = 0.05
 _UNCUT_M = 99.0
 _LIGHTS = (((-1.0, -2.0, 3.0), 0.75), ((2.0, -1.0, 2.0), 0.35), ((0.0, 2.0, 1.0), 0.3))

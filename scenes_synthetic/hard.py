@@ -154,7 +154,7 @@ def atrium(*, seed: int = 0, n_storeys: int = 3) -> SyntheticScene:
 
 
 def tunnel(*, seed: int = 0, length_m: float = 80.0) -> SyntheticScene:
-    """A tunnel of 6 m width under a smooth vault: scans can slide along it, as nothing but its ends tells where.
+    """A tunnel of 6 m width under a smooth vault: scans can slide along it, as nothing but its ends fixes them.
 
     Every surface but the two portals is parallel to x, so shifting a scan along x leaves its points on the surface.
     """

@@ -190,36 +190,37 @@ def _place(model: Any, product: Any, at_m: Point) -> None:
     ifcopenshell.api.geometry.edit_object_placement(model, product=product, matrix=matrix)
 
 
-def _add_map(model: Any, told: MapPlacement) -> None:
+def _add_map(model: Any, placement: MapPlacement) -> None:
     """Say where on earth the model is: map conversion to metres, projected system, true north, and the site's place."""
     context = next(c for c in model.by_type("IfcGeometricRepresentationContext", include_subtypes=False))
     metre = model.create_entity("IfcSIUnit", None, "LENGTHUNIT", None, "METRE")
     system = model.create_entity(
         "IfcProjectedCRS",
-        Name=told.crs,
-        Description=told.crs_description,
-        GeodeticDatum=told.geodetic_datum,
-        VerticalDatum=told.vertical_datum,
-        MapProjection=told.projection,
-        MapZone=told.zone,
+        Name=placement.crs,
+        Description=placement.crs_description,
+        GeodeticDatum=placement.geodetic_datum,
+        VerticalDatum=placement.vertical_datum,
+        MapProjection=placement.projection,
+        MapZone=placement.zone,
         MapUnit=metre,
     )
     model.create_entity(
         "IfcMapConversion",
         SourceCRS=context,
         TargetCRS=system,
-        Eastings=told.east_m,
-        Northings=told.north_m,
-        OrthogonalHeight=told.height_m,
-        XAxisAbscissa=math.cos(told.rotation_rad),
-        XAxisOrdinate=math.sin(told.rotation_rad),
+        Eastings=placement.east_m,
+        Northings=placement.north_m,
+        OrthogonalHeight=placement.height_m,
+        XAxisAbscissa=math.cos(placement.rotation_rad),
+        XAxisOrdinate=math.sin(placement.rotation_rad),
         Scale=1 / _MM,
     )
     # Seen in the plan of the scene, grid north is clockwise from +y by the rotation.
-    north_rad = told.rotation_rad - told.convergence_rad
+    north_rad = placement.rotation_rad - placement.convergence_rad
     context.TrueNorth = model.create_entity("IfcDirection", [math.sin(north_rad), math.cos(north_rad)])
     (site,) = model.by_type("IfcSite")
-    site.RefLatitude, site.RefLongitude, site.RefElevation = told.latitude, told.longitude, _mm(told.height_m)
+    site.RefLatitude, site.RefLongitude = placement.latitude, placement.longitude
+    site.RefElevation = _mm(placement.height_m)
 
 
 def _mm(length_m: float) -> float:

@@ -1,6 +1,6 @@
 """Synthetic scenes as OBJ (text, an object a part), PLY (binary, double) and STL (binary, float32).
 
-Metres and z up, unless the scene's `FileFrame` says otherwise.
+Metres and z up, unless the scene's `FileFrame` has others.
 """
 
 from __future__ import annotations

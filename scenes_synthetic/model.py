@@ -54,7 +54,7 @@ class Part:
     room: str = ""
     fills: str = ""
     predefined_type: str = ""
-    """IFC4 PredefinedType where the class alone says too little (`FLOOR`, `ROOF`, `TABLE`)."""
+    """IFC4 PredefinedType where the class alone is too wide (`FLOOR`, `ROOF`, `TABLE`)."""
     material: str = ""
     """`glass` or `mirror`, which return nothing to a scanner; empty: any opaque one."""
 
@@ -134,7 +134,7 @@ class Truth:
 
 @dataclass(frozen=True)
 class MapPlacement:
-    """Where on earth a scene is said to be: a map conversion, and what else an IFC file says of its site.
+    """Where on earth a scene is stated to be: a map conversion, and other entries of an IFC file's site.
 
     rotation_rad : of the scene on the grid, counter-clockwise. convergence_rad : of grid north there, clockwise from
     true north. latitude, longitude : of the scene's origin, whole degrees, minutes, seconds and their millionths.
@@ -240,7 +240,7 @@ def _scene(name: str, levels: Sequence[Level], parts: Sequence[Part]) -> Scene:
 
 
 def _optics(parts: Sequence[Part]) -> UInt8Array | None:
-    """(T,) what the parts' materials do to beams, as a reader of the scene's file tells it; None where all return."""
+    """(T,) what the parts' materials do to beams, as a reader of the scene's file has it; None where all return."""
     optics = np.array([optics_of_name(part.material) or Optics.RETURNS for part in parts], dtype=np.uint8)
     return np.repeat(optics, [len(part.solid.triangles) for part in parts]) if optics.any() else None
 

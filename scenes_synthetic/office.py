@@ -40,7 +40,7 @@ _OUTLET, _SPRINKLER = "IfcAirTerminal", "IfcFireSuppressionTerminal"
 
 
 def build(*, seed: int = 0) -> SyntheticScene:
-    """Generate the office. The seed turns chairs, fills shelves and says who has a plant, a lamp or a mug."""
+    """Generate the office. The seed turns chairs, fills shelves and chooses who has a plant, a lamp or a mug."""
     rng = np.random.default_rng(seed)
     rooms = [room for storey in range(_N_STOREYS) for room in _rooms(storey)]
     fabric = [*_slabs(), *(part for storey in range(_N_STOREYS) for part in _walls(storey))]

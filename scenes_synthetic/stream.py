@@ -127,7 +127,7 @@ def _write_glb(path: Path, folder: Path, parts: Parts, name: str) -> None:
 
 def _write_usdz(path: Path, folder: Path, parts: Parts, name: str) -> None:
     """Write a layer a group, and a root layer that refers to them all, and pack them: one file, as USDZ is."""
-    # usd-core is heavy: loaded only where its format is asked for.
+    # usd-core is heavy: loaded only where its format is required.
     from scenes_synthetic.usd import write_group, write_root
 
     layers = {}

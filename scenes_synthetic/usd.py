@@ -1,4 +1,4 @@
-"""Synthetic scenes as OpenUSD: an Xform a storey, a Mesh a part; metres and z up, unless its frame says otherwise.
+"""Synthetic scenes as OpenUSD: an Xform a storey, a Mesh a part; metres and z up, unless its frame has others.
 
 A Mesh carries `tlsplan:name`, `tlsplan:kind` and, where it has one, `tlsplan:material`; its prim's name is the part's
 with signs replaced by underscores.
@@ -18,7 +18,7 @@ from scenes_synthetic.model import FileFrame, Part, SyntheticScene
 
 
 def write_usd(synthetic: SyntheticScene, path: Path) -> None:
-    """Write the stage to `path`, whose extension says text (`.usda`) or binary (`.usd`, `.usdc`)."""
+    """Write the stage to `path`, whose extension means text (`.usda`) or binary (`.usd`, `.usdc`)."""
     stage = Usd.Stage.CreateInMemory()
     frame = synthetic.frame
     UsdGeom.SetStageUpAxis(stage, frame.up_axis)

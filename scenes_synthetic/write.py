@@ -59,7 +59,7 @@ def write(synthetic: SyntheticScene, path: Path | str) -> Path:
 
 
 def _fill(synthetic: SyntheticScene, path: Path, suffix: str) -> None:
-    # ifcopenshell and usd-core are heavy: loaded only where their format is asked for.
+    # ifcopenshell and usd-core are heavy: loaded only where their format is required.
     if suffix == ".ifc":
         from scenes_synthetic.ifc import write_ifc
 

@@ -1,13 +1,13 @@
 """Eq. 2 and 6 with the plain Euclidean distance, in metres, where `point_distribution` has its square.
 
 The paper prints d^2 and writes "Euclidean distance". Squares come from moments of the returns; distances do not: all
-pairs of points are looked at. So that a patch next to the sensor does not take a second, at most `MOST_POINTS` of its
+pairs of points are used. So that a patch next to the sensor does not take a second, at most `MOST_POINTS` of its
 returns are, every so many-th in the order of beams, and stand for the others. Local frame, metres; host alone, whatever
 engine casts the beams.
 
 References
 ----------
-López et al. 2023, Eq. 2 and 6. docs/method/f2.md says what the choice changes.
+López et al. 2023, Eq. 2 and 6. docs/method/f2.md gives what the choice changes.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from planner_core.paper.triangle_points import halton_weights
 from planner_core.scanner.template import directions
 from planner_core.scene.patches import patch_triangles
 
-#: Returns of a patch that are looked at. Without loss up to here; of 10 000 returns the mean is off by less than 1 %.
+#: Returns of a patch that are used. Without loss up to here; of 10 000 returns the mean is off by less than 1 %.
 MOST_POINTS = 256
 
 
@@ -136,7 +136,7 @@ def _mean_run(
             x, y, z = p[i, 0] - position_m[0], p[i, 1] - position_m[1], p[i, 2] - position_m[2]
             away = size * np.sqrt(x * x + y * y + z * z)
             w[i] = 2.0 - abs(nx * x + ny * y + nz * z) / away if away > 0 else 2.0
-        # A return that is looked at stands for have / kept of them, a pair for as many pairs as there are of all.
+        # A return that is used stands for have / kept of them, a pair for as many pairs as there are of all.
         one = have / kept
         two = have * (have - 1.0) / (kept * (kept - 1.0)) if kept > 1 else 1.0
         among, beside, fixed = 0.0, 0.0, 0.0

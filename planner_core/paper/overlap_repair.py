@@ -11,7 +11,7 @@ station that is added goes through (1). Each step takes a candidate from the poo
 
 References
 ----------
-López et al. 2023, section 3.3.2, Eq. 3 to 5. docs/method/f3-overlap.md says what we read into them.
+López et al. 2023, section 3.3.2, Eq. 3 to 5. docs/method/f3-overlap.md gives our reading of them.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@
 
 References
 ----------
-López et al. 2023, sections 3.4 to 3.6 and Tables 1 to 3; docs/method/paper.md says what the defaults are and why.
+López et al. 2023, sections 3.4 to 3.6 and Tables 1 to 3; docs/method/paper.md gives the defaults and their reasons.
 """
 
 from __future__ import annotations

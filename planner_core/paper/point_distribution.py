@@ -12,7 +12,7 @@ that end in `_m2` are then metres.
 
 References
 ----------
-López et al. 2023, Eq. 2 and Fig. 5. docs/method/f2.md says where we deviate and why.
+López et al. 2023, Eq. 2 and Fig. 5. docs/method/f2.md gives our deviations and their reasons.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class DistributionSums:
         Notes
         -----
         Eq. 2 is (all references - references of reached) + sum over reached of (mean distance - reference). Without the
-        second sum, Fig. 5's second image, only what patches have in excess of their reference tells positions apart.
+        second sum, Fig. 5's second image, only what patches have in excess of their reference distinguishes positions.
         """
         times = 1.0 if keep_reached else 2.0
         return self.reference_total_m2 + self.mean_distance_m2 - times * self.reference_m2

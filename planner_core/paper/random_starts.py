@@ -64,7 +64,7 @@ def _on_floor(
         kept = tripods.tests(index).keep(position, ground, tally, progress)
         position_m = np.concatenate([position_m, position[kept]])
         height_m = np.concatenate([height_m, height[kept]])
-    tally.refuse("more than asked for", max(0, height_m.size - n_wanted))
+    tally.refuse("more than required", max(0, height_m.size - n_wanted))
     return position_m[:n_wanted], height_m[:n_wanted]
 
 

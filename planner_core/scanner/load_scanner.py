@@ -71,7 +71,7 @@ def scanner_title(name_or_path: str | Path) -> str:
 
 
 def _find(key: str) -> tuple[str, str, str | None]:
-    """The text of the file that `key` means, what to call it, and the mode asked for, None for the default one."""
+    """The text of the file that `key` means, what to call it, and the mode required, None for the default one."""
     own = _own_files()
     name, colon, mode = key.rpartition(":")
     if key.lower() in own:
@@ -157,11 +157,11 @@ def _read(content: str, *, where: str, mode: str | None = None) -> Scanner:
     )
 
 
-def _beams_of_mode(spec: ScannerFile, asked: str | None, where: str) -> tuple[ScanMode, int, FloatArray]:
-    """Even beams over a full turn and the vertical field, in steps of the mode asked for or the default one."""
+def _beams_of_mode(spec: ScannerFile, mode_name: str | None, where: str) -> tuple[ScanMode, int, FloatArray]:
+    """Even beams over a full turn and the vertical field, in steps of the mode required or the default one."""
     modes = tuple(entry.mode() for entry in spec.modes or ())
     default = pick_mode(spec.default_mode or modes[0].id, modes, where)
-    mode = default if asked is None else pick_mode(asked, modes, where)
+    mode = default if mode_name is None else pick_mode(mode_name, modes, where)
     field = spec.vertical_field()
     grid = grid_of(mode, field_rad=math.radians(field.first - field.last))
     if grid.n_beams > MAX_BEAMS or max(grid.n_azimuths, grid.n_channels) > MAX_ANGLES:
@@ -178,14 +178,14 @@ def _channel_modes(spec: ScannerFile) -> tuple[ScanMode, ...]:
     return tuple(entry.mode(spec.azimuths()[0]) for entry in spec.channel_modes)
 
 
-def _channel_mode(spec: ScannerFile, asked: str, where: str) -> ScanMode:
-    """The table of channels that is asked for, of a scanner that lists channels one by one."""
+def _channel_mode(spec: ScannerFile, mode_name: str, where: str) -> ScanMode:
+    """The table of channels that is required, of a scanner that lists channels one by one."""
     modes = {mode.id: mode for mode in _channel_modes(spec)}
     if not modes:
-        raise bad(where, f"mode {shown(asked)}", "no mode: it has one resolution alone", f"use {where}")
-    found = modes.get(asked.strip().lower())
+        raise bad(where, f"mode {shown(mode_name)}", "no mode: it has one resolution alone", f"use {where}")
+    found = modes.get(mode_name.strip().lower())
     if found is None:
-        raise bad(where, f"mode {shown(asked)}", " or ".join(modes), f"pick one, or {where} for its default")
+        raise bad(where, f"mode {shown(mode_name)}", " or ".join(modes), f"pick one, or {where} for its default")
     return found
 
 

@@ -4,7 +4,7 @@ A mode's file entry (docs/formats/scanner.md) -> `ScanMode`; `ScanMode` and vert
 
 A step rarely fits the turn and the vertical field a whole number of times. The nearest number of steps is taken, halves
 upwards: floor(2 pi / step + 1/2) azimuths in a turn, and floor(field / step + 1/2) + 1 channels from the field's top to
-its bottom, both included. So beams are even, and at most half a step in the whole field away from the step asked for.
+its bottom, both included. So beams are even, and at most half a step in the whole field away from the step required.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def spacing_mode(name: str) -> ScanMode | None:
     return ScanMode(f"{spacing_mm:g}mm", f"{spacing_mm:g} mm at 10 m", step_rad, step_rad)
 
 
-def pick_mode(asked: str, modes: tuple[ScanMode, ...], where: str) -> ScanMode:
+def pick_mode(mode_name: str, modes: tuple[ScanMode, ...], where: str) -> ScanMode:
     """Return the mode of that id, or the one of that spacing at 10 m.
 
     A spacing that one of the scanner's own modes has takes its time, too; of others no time is known.
@@ -83,13 +83,13 @@ def pick_mode(asked: str, modes: tuple[ScanMode, ...], where: str) -> ScanMode:
     Raises
     ------
     RequirementError
-        `asked` is neither; the message lists the ids.
+        `mode_name` is neither; the message lists the ids.
     """
-    name = asked.strip().lower()
+    name = mode_name.strip().lower()
     found = next((mode for mode in modes if mode.id == name), None) or spacing_mode(name)
     if found is None:
         ids = ", ".join(mode.id for mode in modes)
-        raise bad(where, f"mode {shown(asked)}", f"{ids}, or a spacing at 10 m such as 6mm", "pick one of these")
+        raise bad(where, f"mode {shown(mode_name)}", f"{ids}, or a spacing at 10 m such as 6mm", "pick one of these")
     if found.seconds is None:
         same = (mode for mode in modes if _has_same_steps(mode, found))
         found = replace(found, seconds=next((mode.seconds for mode in same), None))

@@ -165,7 +165,7 @@ class ModeEntry(Entries):
     """Of a whole scan."""
 
     @model_validator(mode="after")
-    def _steps_told_once(self) -> ModeEntry:
+    def _steps_given_once(self) -> ModeEntry:
         given = sorted(self.given() - {"id", "title", "seconds"})
         if given not in (["spacing_at_10m_mm"], ["step_deg"], ["azimuth_step_deg", "elevation_step_deg"]):
             raise RequirementError(

@@ -19,7 +19,7 @@ BARRED = np.iinfo(np.int64).min
 
 
 def rate_range(settings: GeneticSettings, n_genes: int) -> tuple[int, int]:
-    """Least rate of active genes of random individuals and the span above it, of 2^32; the mean is what was asked for.
+    """Least rate of active genes of random individuals and the span above it, of 2^32; the mean is the rate required.
 
     Rates are drawn evenly from 0 to twice the mean; from 2 mean - 1 to 1 where the mean is above a half.
     """

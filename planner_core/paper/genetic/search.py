@@ -5,7 +5,7 @@ OpenCL device, or on the host with the same operators and random numbers: the re
 
 References
 ----------
-López et al. 2023, section 3.6; docs/method/genetic-selection.md says what we read differently, and why.
+López et al. 2023, section 3.6; docs/method/genetic-selection.md gives our deviations and their reasons.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def select_genetic(
     RequirementError
         An unknown engine, no candidates, more given sets than individuals, or candidates that do not exist.
     DeviceError
-        No device, where one is asked for; or it fails.
+        No device, where one is required; or it fails.
     """
     if engine not in ENGINES:
         raise RequirementError(f"genetic engine: got {engine!r}, expected one of {', '.join(ENGINES)}")

@@ -37,7 +37,7 @@ class Annealing:
         walk.last[agents] = -1
         start = 0
         while start < walk.n_directions and waiting.size:
-            # Most are soon accepted while it is hot: few are looked at first, then ever more at a time.
+            # Most are soon accepted while it is hot: few are evaluated first, then ever more at a time.
             part = slice(start, start + max(1, start))
             worth = walk.look(at[waiting, part], wanted[waiting, part])
             accepted = chance[waiting, part] < acceptance(

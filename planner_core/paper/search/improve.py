@@ -50,7 +50,7 @@ def search(
     starts_m
         (N, 3) float64, local frame. A start that is not valid counts as worse than any valid position.
     fitness
-        Judges positions; asked about many at a time, none outside the bounds.
+        Evaluates positions, many at a time, none outside the bounds.
     bounds_m
         (2, 3) float64, [[x, y, z least], [greatest]]: where agents may go, and where tabu search begins anew.
 

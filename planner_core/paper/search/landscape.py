@@ -1,4 +1,4 @@
-"""The landscape that a search walks on: F1 and F2 of positions, asked of a `Fitness` or remembered by lattice cell.
+"""The landscape that a search walks on: F1 and F2 of positions, from a `Fitness` or remembered by lattice cell.
 
 Positions are kept in lattice coordinates, `position_m = lattice_origin_m + cell_m * at`, because sums of steps round:
 after a thousand of them a position would be no multiple of the step any more, and a remembered cell another one.
@@ -73,7 +73,7 @@ class Worth:
 class Landscape:
     """Asks the fitness in batches, never outside the bounds, and once a cell where settings say `memoised`.
 
-    `n_evaluations` counts positions the fitness was asked about; `n_hits` those that were remembered, those met twice
+    `n_evaluations` counts positions evaluated by the fitness; `n_hits` those that were remembered, those met twice
     in one batch included.
     """
 

@@ -4,7 +4,7 @@ References
 ----------
 López et al. 2023, section 3.5.4. An agent begins anew where all its neighbours are tabu (or not valid), where the best
 of the others is worse than both its present and its best position, or where it has found no new best for some
-iterations. The best is never worse than the present one, so that the second rule says: worse than the present one.
+iterations. The best is never worse than the present one, so that the second rule reads: worse than the present one.
 """
 
 from __future__ import annotations

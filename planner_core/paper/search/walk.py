@@ -1,6 +1,6 @@
 """The agents of a search: where each stands, what that is worth, the best it has seen, and how it came there.
 
-All agents step together, so that a landscape is asked about many positions at once. Nothing of an agent depends on the
+All agents step together, so that a landscape evaluates many positions at once. Nothing of an agent depends on the
 others: each has its own random stream, of the seed and its number among the starts.
 """
 
@@ -45,7 +45,7 @@ class SearchResult:
     f2: FloatArray
     history: SearchHistory
     n_evaluations: int
-    """Positions that the fitness was asked about."""
+    """Positions evaluated by the fitness."""
     n_hits: int
     """Positions that were remembered instead."""
 
