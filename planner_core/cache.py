@@ -25,7 +25,7 @@ def cache_folder() -> Path | None:
     if own:
         return Path(own)
     shared = os.environ.get("XDG_CACHE_HOME")
-    if shared and Path(shared).is_absolute():  # the specification says to ignore relative ones
+    if shared and Path(shared).is_absolute():  # by the specification relative ones are ignored
         return Path(shared) / "tlsplan"
     home = os.environ.get("HOME")
     return Path(home) / ".cache" / "tlsplan" if home else None

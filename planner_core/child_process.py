@@ -1,7 +1,7 @@
 """Native libraries in a child process: what crashes, hangs or takes all memory there is one line here.
 
 `run_apart` calls a function in a new Python process and returns what it returned. The two share one nameless file: its
-first page says where the child is (`at`, and progress), what follows is the request, then the answer. So nothing is
+first page has the state of the child (`at`, and progress), what follows is the request, then the answer. So nothing is
 left behind however either of them ends, and the last place is known even of a child that was killed. The answer is
 JSON and plain arrays: a child that a file has taken over can't make this process do anything.
 
@@ -55,7 +55,7 @@ _COUNTS = struct.Struct("<QQQ")
 _NOTE, _PLACE = slice(24, 280), slice(280, _PAGE_BYTES)
 _LOOK_S = 0.05
 _TELL_AGAIN_S = 2.0
-"""A child that is this long at one thing has that told, and for how long."""
+"""A child that is this long at one thing is reported, with the time."""
 _CODE = "from planner_core.child_process import main; main()"
 
 _page: mmap.mmap | None = None
@@ -89,15 +89,15 @@ class LostChildError(Exception):
 
 
 def limits_for(n_bytes: int) -> Limits:
-    """Limits for a child that reads so many bytes: as the environment says, else by the file and the machine.
+    """Limits for a child that reads so many bytes: by the environment, else by the file and the machine.
 
     Raises
     ------
     RequirementError
         A variable of the environment is no number.
     """
-    silent_s = _told(LIMIT_VARIABLE, "seconds")
-    memory_gb = _told(MEMORY_VARIABLE, "GB")
+    silent_s = _limit_of(LIMIT_VARIABLE, "seconds")
+    memory_gb = _limit_of(MEMORY_VARIABLE, "GB")
     own = memory_bytes()
     return Limits(
         silent_s=SILENT_S + SILENT_S_PER_BYTE * n_bytes if silent_s is None else silent_s or None,
@@ -107,7 +107,7 @@ def limits_for(n_bytes: int) -> Limits:
     )
 
 
-def _told(variable: str, unit: str) -> float | None:
+def _limit_of(variable: str, unit: str) -> float | None:
     text = os.environ.get(variable, "")
     if not text:
         return None
@@ -185,8 +185,8 @@ def _waited(
     -------
     Why it gave no answer, empty where it did; whether that is for lack of progress.
     """
-    seen, told = b"", (0, 0, "")
-    silent_s = asleep_s = told_s = 0.0
+    seen, shown = b"", (0, 0, "")
+    silent_s = asleep_s = since_shown_s = 0.0
     cpu_s, now = -1.0, time.monotonic()
     begun_s: dict[int, float] = {}
     while True:
@@ -196,14 +196,14 @@ def _waited(
             code = None
         before, now = now, time.monotonic()
         passed_s = min(now - before, 1.0)  # a laptop that slept, or a process that was stopped, has not waited
-        silent_s, told_s, asleep_s = silent_s + passed_s, told_s + passed_s, asleep_s + passed_s
+        silent_s, since_shown_s, asleep_s = silent_s + passed_s, since_shown_s + passed_s, asleep_s + passed_s
         if page[:] != seen:
-            seen, silent_s, told_s = page[:], 0.0, 0.0
+            seen, silent_s, since_shown_s = page[:], 0.0, 0.0
             begun_s = thread_times_s(child.pid)
         _, done, total = _COUNTS.unpack_from(page)
         news = done, total, _text(page, _NOTE)
-        if news != told or told_s > _TELL_AGAIN_S:
-            told, told_s = news, 0.0
+        if news != shown or since_shown_s > _TELL_AGAIN_S:
+            shown, since_shown_s = news, 0.0
             progress(ProgressEvent(stage, done, total, _doing(page, news[2], silent_s)))
         if code is not None:
             return why_ended(code), False
@@ -357,9 +357,9 @@ def _decoded(value: Any, read: Callable[[str, Sequence[int]], Any], classes: Map
 
 def _answer(file: IO[bytes], classes: Mapping[str, type]) -> Any:
     (n_bytes,) = struct.unpack("<Q", file.read(8))
-    told = json.loads(file.read(n_bytes))
-    if "error" in told:
-        raise _raised(*told["error"])
+    answer = json.loads(file.read(n_bytes))
+    if "error" in answer:
+        raise _raised(*answer["error"])
 
     def read(kind: str, shape: Sequence[int]) -> Any:
         dtype = np.dtype(kind)
@@ -374,7 +374,7 @@ def _answer(file: IO[bytes], classes: Mapping[str, type]) -> Any:
             rest = rest[n:]
         return values
 
-    return _decoded(told["value"], read, classes)
+    return _decoded(answer["value"], read, classes)
 
 
 def _raised(name: str, text: str, of_system: Sequence[Any], where: str) -> Exception:

@@ -7,7 +7,8 @@ Compiled code is kept below our cache folder (`planner_core.cache`), as a driver
 that can't be written, functions are compiled anew in every process. numba compiles anew when a function's file changes,
 and looks at no other file: functions call, and take constants from, their own file alone.
 
-Floating point is as NumPy's: numba neither contracts a * b + c nor reorders sums unless asked to, and is not asked to.
+Floating point is as NumPy's: numba neither contracts a * b + c nor reorders sums unless an option allows it, and none
+does.
 """
 
 from __future__ import annotations

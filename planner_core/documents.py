@@ -1,7 +1,7 @@
 """What the models of documents have in common: plan.json, requirements, scanner files, reviews.
 
 Each is one pydantic model in the group that owns it. Reading validates by it; `make docs` makes its JSON Schema in
-docs/formats of it. What does not fit is told in one line, by its place in the document.
+docs/formats of it. What does not fit is reported in one line, by its place in the document.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Mirror(Document):
 
     @classmethod
     def written(cls, value: object) -> dict[str, Any]:
-        """Return what the file says of `value`, as plain dicts and lists."""
+        """Return the file's entry for `value`, as plain dicts and lists."""
         return cls.model_validate(value, from_attributes=True).model_dump(mode="json", by_alias=True)
 
     def read(self, **more: object) -> Any:
@@ -136,7 +136,7 @@ def read_as(
     Parameters
     ----------
     where
-        What messages begin with, up to the place in the document: `asked.yaml: `, `site.`.
+        What messages begin with, up to the place in the document: `contract.yaml: `, `site.`.
     remedy
         What to do, where what does not fit does not say so itself.
 

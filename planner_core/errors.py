@@ -1,6 +1,6 @@
 """Every error the library raises on purpose: one root, each also the builtin it refines.
 
-A message says, in one line: what, got, expected, remedy. The command line prints it as it is: what it quotes of files
+A message has, in one line: what, got, expected, remedy. The command line prints it as it is: what it quotes of files
 and names is made fit for a terminal here, once for all messages.
 """
 
@@ -21,7 +21,7 @@ def escaped(text: str, spell: Callable[[str], str] | None = None) -> str:
 
     These are: control characters, which command terminals; those that turn or break lines; halves of surrogate pairs,
     which stand for bytes of file names that are no UTF-8; marks of byte order and blanks of no width, which nobody
-    sees; and numbers that are no character. spell : says otherwise how one is spelt.
+    sees; and numbers that are no character. spell : another spelling of one.
     """
     if text.isprintable():
         return text
@@ -92,7 +92,7 @@ class ReviewError(PlannerError, ValueError):
 
 
 class OutputExistsError(PlannerError, FileExistsError):
-    """The output exists and overwriting was not asked for."""
+    """The output exists and overwriting was not allowed."""
 
 
 class DeviceError(PlannerError, RuntimeError):
@@ -108,7 +108,7 @@ class ClusterError(PlannerError, RuntimeError):
 
 
 class MissingPackageError(PlannerError, ImportError):
-    """An optional package or system library is missing; the message says how to get it."""
+    """An optional package or system library is missing; the message names how to get it."""
 
 
 class CoordinatesError(PlannerError, ValueError):

@@ -187,7 +187,7 @@ def memory_bytes() -> int | None:
 
 
 def lower_priority(by: int) -> None:
-    """Let other processes go before this one, where the system can be asked."""
+    """Let other processes go before this one, where the system has a call for it."""
     if sys.platform != "win32":
         os.nice(by)
 

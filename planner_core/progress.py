@@ -14,7 +14,7 @@ class BestSoFar:
     """The best that a search has found while it goes on.
 
     lower_bound : no plan on these candidates has fewer stations; None: not known yet. chosen : candidates by number,
-    whichever the search numbers. positions_m : of the stations, local frame; empty: whoever tells knows numbers only.
+    whichever the search numbers. positions_m : of the stations, local frame; empty: the sender knows numbers only.
     fraction : of the achievable area that is covered; None: not counted.
     """
 
@@ -29,8 +29,8 @@ class BestSoFar:
 class ProgressEvent:
     """`done` of `total` steps of `stage` are finished; `total` 0 means: not known. `note` is a short remark.
 
-    settles_interrupts : a search is over, and so is every interrupt until now: where there was one, `note` says what
-    became of it. best : what a search has so far, where it tells.
+    settles_interrupts : a search is over, and so is every interrupt until now: where there was one, `note` is what
+    became of it. best : what a search has so far, where it reports that.
     """
 
     stage: str

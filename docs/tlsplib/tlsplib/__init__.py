@@ -1,1 +1,1 @@
-"""TLSPLIB: problems of scan planning with proven answers; docs/tlsplib/index.md says what they are for."""
+"""TLSPLIB: problems of scan planning with proven answers; docs/tlsplib/index.md describes their purpose."""

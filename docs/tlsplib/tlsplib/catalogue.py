@@ -1,6 +1,6 @@
 """The instances of the library: their names, what they are made from, and what is required.
 
-A name says kind, number and what is special: `rooms-09-links`. Nothing in here may change for an instance that is
+A name has kind, number and what is special: `rooms-09-links`. Nothing in here may change for an instance that is
 published: its digest is in library.json. Classes go by candidates: small up to 130, medium up to 300, large beyond.
 """
 
@@ -56,7 +56,7 @@ def make(entry: Entry, *, gallery: Path | None = None) -> Instance:
     Raises
     ------
     SceneError
-        The art-gallery set is not where it is said to be, or has other files.
+        The art-gallery set is not at the path given, or has other files.
     """
     if entry.scan is not None:
         return scanned(entry.name, entry.scan, entry.survey)
@@ -93,8 +93,8 @@ def _plans(
     generator: str, numbers: Iterable[int], required: str, survey: dict[str, int], **size: int
 ) -> Iterator[Entry]:
     for seed in numbers:
-        told = Survey(**{"grid": 150, "most": 800, **survey, **_REQUIRED[required]})
-        yield Entry(f"{generator}-{seed:02d}-{required}", generator, told, {"seed": seed, **size})
+        settings = Survey(**{"grid": 150, "most": 800, **survey, **_REQUIRED[required]})
+        yield Entry(f"{generator}-{seed:02d}-{required}", generator, settings, {"seed": seed, **size})
 
 
 def _rooms() -> Iterator[Entry]:

@@ -1,7 +1,7 @@
 """Check a certificate of TLSPLIB: the plan meets what is required, and no plan has fewer stations than the bound.
 
 Run as `python checker.py INSTANCE CERTIFICATE`, each .json or .json.xz; exit code 1 where it is refused. Nothing but
-Python's own library and whole numbers, no code of the solvers; docs/tlsplib/formats.md says why it holds.
+Python's own library and whole numbers, no code of the solvers; docs/tlsplib/formats.md proves that it holds.
 """
 
 import hashlib
@@ -18,7 +18,7 @@ Cut = tuple[dict[int, int], int]  # coefficients by candidate, right side: sum o
 
 
 class RefusedError(ValueError):
-    """A file does not hold what it says."""
+    """A file does not hold what it claims."""
 
 
 def demand(holds: object, message: str) -> None:
@@ -44,9 +44,9 @@ def parsed(raw: bytes, form: str) -> dict[str, Any]:
         demand(len(text) <= MOST_DIGITS and text.lstrip("-").isdigit(), f"got {text:.30}, expected whole numbers")
         return int(text)
 
-    told = json.loads(raw.decode("ascii"), parse_float=whole, parse_constant=whole, parse_int=whole)
-    demand(isinstance(told, dict) and told.get("format") == form, f"got another format, expected {form}")
-    return dict(told)
+    document = json.loads(raw.decode("ascii"), parse_float=whole, parse_constant=whole, parse_int=whole)
+    demand(isinstance(document, dict) and document.get("format") == form, f"got another format, expected {form}")
+    return dict(document)
 
 
 def members(mask: int) -> list[int]:
@@ -62,15 +62,15 @@ class Instance:
     """The problem: sees[i] and links[i] are sets as bits of one number, rows[i] the first as a list."""
 
     def __init__(self, raw: bytes) -> None:
-        told = parsed(raw, "tlsplib instance 1")
-        self.name, self.digest = str(told["name"]), hashlib.sha256(raw).hexdigest()
-        self.ticks = [number(t, 1, 10**12, "ticks") for t in told["ticks"]]
-        self.n, size = len(told["sees"]), len(self.ticks)
-        self.sees = [bits(text, size) for text in told["sees"]]
+        document = parsed(raw, "tlsplib instance 1")
+        self.name, self.digest = str(document["name"]), hashlib.sha256(raw).hexdigest()
+        self.ticks = [number(t, 1, 10**12, "ticks") for t in document["ticks"]]
+        self.n, size = len(document["sees"]), len(self.ticks)
+        self.sees = [bits(text, size) for text in document["sees"]]
         self.rows = [members(sees) for sees in self.sees]
-        needs = [(c["rows"], c["required"], c["seen_from"]) for c in told["constraints"]]
+        needs = [(c["rows"], c["required"], c["seen_from"]) for c in document["constraints"]]
         self.needs = [(bits(r, size), number(a, 1, 10**15, "need"), number(m, 1, 8, "need")) for r, a, m in needs]
-        self.links = None if told["links"] is None else [bits(text, self.n) for text in told["links"]]
+        self.links = None if document["links"] is None else [bits(text, self.n) for text in document["links"]]
         ends = {(i, j) for i, near in enumerate(self.links or ()) for j in members(near)}
         demand(len(self.links or self.sees) == self.n and all((j, i) in ends and i != j for i, j in ends), "one-sided")
 
@@ -93,18 +93,18 @@ class Instance:
             found, allowed = [*found, piece], allowed & ~piece
         return found
 
-    def cover_cut(self, k: int, told: list[int]) -> tuple[list[int], list[int], int]:
+    def cover_cut(self, k: int, pairs_given: list[int]) -> tuple[list[int], list[int], int]:
         """Of constraint k and shares of stations: weights of rows, what each candidate is spared, the right side."""
         (counted, required, m), full, spared = self.needs[k], 0, [0] * self.n
         weight = [t * (LOOKS // m) * (counted >> r & 1) for r, t in enumerate(self.ticks)]
-        pairs = zip(told[::2], told[1::2], strict=True)
+        pairs = zip(pairs_given[::2], pairs_given[1::2], strict=True)
         shares = {number(i, 0, self.n - 1, "cut"): -number(v, 0, SHARE, "share") for i, v in pairs}
         seers: dict[int, list[tuple[int, int]]] = {}
         for i, share in shares.items():
             for r in filter(weight.__getitem__, self.rows[i]):
                 seers.setdefault(r, []).append((share, i))
         for r, found in seers.items():
-            found.sort()  # the t largest shares are left out, with the t that says least
+            found.sort()  # the t largest shares are left out, with the t of least weight
             least, left_out = min((-sum(v for v, _ in found[t:]) * LOOKS // (m - t), t) for t in range(m))
             weight[r] = self.ticks[r] * (LOOKS // (m - left_out))
             if least >= SHARE * LOOKS:
@@ -113,10 +113,10 @@ class Instance:
                 spared[i] += weight[r]
         return weight, spared, (required - full) * LOOKS
 
-    def rows_cut(self, k: int, told: list[int]) -> tuple[list[int], list[int], int]:
+    def rows_cut(self, k: int, values: list[int]) -> tuple[list[int], list[int], int]:
         """The same of constraint k and shares of its rows; with links, what the one before sees is spared."""
         (counted, required, m), weight, spared = self.needs[k], [0] * len(self.ticks), [0] * self.n
-        for r, v in zip(members(counted), told, strict=True):
+        for r, v in zip(members(counted), values, strict=True):
             weight[r], required = number(v, 0, SHARE, "share") * self.ticks[r], required - self.ticks[r]
         if self.links and m == 1:  # all but the first stand after a linked one
             own = [set(filter(weight.__getitem__, rows)) for rows in self.rows]
@@ -180,15 +180,15 @@ class Instance:
 def check(instance: bytes, certificate: bytes) -> tuple[str, int, int]:
     """Name, stations and proven bound of two files. Raises RefusedError, of one line, where they do not hold."""
     try:
-        problem, told = Instance(unpacked(instance)), parsed(unpacked(certificate), "tlsplib certificate 1")
-        demand(told["sha256"] == problem.digest, "certificate: it is one of another instance, its sha256 differs")
-        plan = [number(i, 0, problem.n - 1, "plan") for i in told["plan"]]
+        problem, document = Instance(unpacked(instance)), parsed(unpacked(certificate), "tlsplib certificate 1")
+        demand(document["sha256"] == problem.digest, "certificate: it is one of another instance, its sha256 differs")
+        plan = [number(i, 0, problem.n - 1, "plan") for i in document["plan"]]
         demand(len(set(plan)) == len(plan) and problem.meets(plan), "plan: a station twice, or it misses a constraint")
         demand(len(problem.pieces(sum(1 << i for i in plan))) == 1, "plan: its stations are not connected by links")
-        bound = number(told["bound"], 1, len(plan), "bound")
-        problem.check_tree(bound, [problem.cut(*cut) for cut in told["cuts"]], told["tree"])
+        bound = number(document["bound"], 1, len(plan), "bound")
+        problem.check_tree(bound, [problem.cut(*cut) for cut in document["cuts"]], document["tree"])
     except (KeyError, TypeError, AttributeError, ValueError, IndexError, RecursionError, lzma.LZMAError) as error:
-        raise error if isinstance(error, RefusedError) else RefusedError(f"not as the format says: {error!r}") from None
+        raise error if isinstance(error, RefusedError) else RefusedError(f"not as in the format: {error!r}") from None
     return problem.name, len(plan), bound
 
 

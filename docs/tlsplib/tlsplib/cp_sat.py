@@ -39,13 +39,13 @@ def main() -> int:
     with stopped_after(float(sys.argv[1]), solver.stop_search):
         status = solver.solve(model)
     found = status in (cp_model.OPTIMAL, cp_model.FEASIBLE)
-    told = {
+    result = {
         "chosen": [i for i, variable in enumerate(x) if found and solver.boolean_value(variable)],
         "bound": max(0.0, solver.best_objective_bound),
         "ended": "proven" if status == cp_model.OPTIMAL else "time limit",
         "cpu_s": time.process_time() - began,
     }
-    sys.stdout.write(json.dumps(told))
+    sys.stdout.write(json.dumps(result))
     return 0
 
 

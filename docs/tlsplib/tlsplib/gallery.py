@@ -35,8 +35,8 @@ def plan_of(path: Path, *, unit_cm: int) -> Plan:
         graph = ET.fromstring(raw)
         corners = {}
         for node in graph.iter(f"{_SPACE}node"):
-            told = {data.get("key"): float(data.text or "") for data in node.iter(f"{_SPACE}data")}
-            corners[node.get("id")] = tuple(round(told[key] * unit_cm) for key in ("d0", "d1"))
+            values = {data.get("key"): float(data.text or "") for data in node.iter(f"{_SPACE}data")}
+            corners[node.get("id")] = tuple(round(values[key] * unit_cm) for key in ("d0", "d1"))
         ends = [(corners[e.get("source")], corners[e.get("target")]) for e in graph.iter(f"{_SPACE}edge")]
     except (lzma.LZMAError, ET.ParseError, KeyError, ValueError) as error:
         raise SceneError(f"{path}: got {error!r}, expected GraphML of a polygon packed by xz; get it again") from None

@@ -84,7 +84,7 @@ class Instance:
     @cached_property
     def raw(self) -> bytes:
         """The file's text: the same instance, the same bytes."""
-        told = {
+        document = {
             "format": "tlsplib instance 1",
             "name": self.name,
             "kind": self.kind,
@@ -104,7 +104,7 @@ class Instance:
             "links": None if self.links is None else [hex_of(row) for row in self.links],
             "sees": [hex_of(row) for row in self.sees],
         }
-        return (json.dumps(told, indent=0, separators=(",", ":")) + "\n").encode("ascii")
+        return (json.dumps(document, indent=0, separators=(",", ":")) + "\n").encode("ascii")
 
     @property
     def sha256(self) -> str:
@@ -125,21 +125,21 @@ def _members(text: str, size: int) -> BoolArray:
 
 def from_raw(raw: bytes) -> Instance:
     """Read the text of an instance's file; `checker.Instance` is the reader that trusts nothing."""
-    told = json.loads(raw)
-    ticks = np.array(told["ticks"], dtype=np.int64)
-    n = len(told["sees"])
+    document = json.loads(raw)
+    ticks = np.array(document["ticks"], dtype=np.int64)
+    n = len(document["sees"])
     return Instance(
-        name=told["name"],
-        kind=told["kind"],
-        about=told["about"],
-        candidates_cm=np.array(told["candidates_cm"], dtype=np.int64),
+        name=document["name"],
+        kind=document["kind"],
+        about=document["about"],
+        candidates_cm=np.array(document["candidates_cm"], dtype=np.int64),
         ticks=ticks,
-        sees=np.array([_members(text, ticks.size) for text in told["sees"]]),
+        sees=np.array([_members(text, ticks.size) for text in document["sees"]]),
         needs=tuple(
             Need(c["title"], _members(c["rows"], ticks.size), c["required"], c["seen_from"])
-            for c in told["constraints"]
+            for c in document["constraints"]
         ),
-        links=None if told["links"] is None else np.array([_members(text, n) for text in told["links"]]),
+        links=None if document["links"] is None else np.array([_members(text, n) for text in document["links"]]),
     )
 
 

@@ -56,9 +56,9 @@ class Library:
         found: dict[str, dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))
         return found
 
-    def _write(self, name: str, told: dict[str, dict[str, Any]]) -> None:
+    def _write(self, name: str, entries: dict[str, dict[str, Any]]) -> None:
         # One line an instance, so that changes are seen.
-        lines = ",\n".join(f"{json.dumps(key)}: {json.dumps(told[key])}" for key in told)
+        lines = ",\n".join(f"{json.dumps(key)}: {json.dumps(entries[key])}" for key in entries)
         write_atomically(self.folder / name, ("{\n" + lines + "\n}\n").encode())
 
     # ------------------------------------------------------------------------------------------ generate
@@ -87,20 +87,20 @@ class Library:
         return instance
 
     def _check_digest(self, entry: Entry, instance: Instance) -> None:
-        told = self.listed().get(entry.name)
-        if told is not None and told["sha256"] != instance.sha256:
+        row = self.listed().get(entry.name)
+        if row is not None and row["sha256"] != instance.sha256:
             raise SceneError(
-                f"{entry.name}: got an instance of digest {instance.sha256[:12]}, expected {told['sha256'][:12]}; "
+                f"{entry.name}: got an instance of digest {instance.sha256[:12]}, expected {row['sha256'][:12]}; "
                 "its source is another one, or the file was changed: get them anew"
             )
 
     def generate(self, names: Sequence[str], into: Path) -> Iterator[tuple[str, bool]]:
-        """Write instances to a folder; tells the name and whether it was there already."""
+        """Write instances to a folder; yields the name and whether it was there already."""
         into.mkdir(parents=True, exist_ok=True)
         for entry in self._here(names):
             path = path_of(into, entry.name)
-            told = self.listed().get(entry.name)
-            there = path.exists() and told is not None and _digest(path) == told["sha256"]
+            row = self.listed().get(entry.name)
+            there = path.exists() and row is not None and _digest(path) == row["sha256"]
             if not there:
                 # Scans are copied: made anew, they are the same on the same version alone.
                 instance = self.instance(entry) if entry.scan is not None else make(entry, gallery=self.gallery)
@@ -132,11 +132,11 @@ class Library:
         """Run solvers, and certify the best plan that any of them found."""
         for entry in self._here(names):
             instance = None if entry.name in self.listed() else self.instance(entry)
-            told = self.enlist(entry, instance)
-            limit_s, work, most_nodes, proof_s = LIMITS[told["class"]]
+            row = self.enlist(entry, instance)
+            limit_s, work, most_nodes, proof_s = LIMITS[row["class"]]
             results = self.results()
             mine = results.setdefault(entry.name, {})
-            fit = [name for name in solvers if name != LARGE or told["class"] == LARGE]
+            fit = [name for name in solvers if name != LARGE or row["class"] == LARGE]
             left = [name for name in fit if again or name not in mine]
             certified = self._certified(entry.name)
             if not left and certified is not None:
@@ -151,7 +151,7 @@ class Library:
                 if found.valid and (not best or len(found.chosen) < len(best)):
                     best = list(found.chosen)
             if best and (certified is None or len(best) < len(certified)):
-                more = LARGE_PROOF if told["class"] == "large" else {}
+                more = LARGE_PROOF if row["class"] == "large" else {}
                 certificate = certify(instance, best, most_nodes=most_nodes, time_limit_s=proof_s, **more)
                 self.keep(instance, certificate)
                 tell(f"{entry.name}: certificate: {len(certificate['plan'])} stations, at least {certificate['bound']}")
@@ -180,22 +180,22 @@ class Library:
         Raises
         ------
         PlannerError
-            One does not hold, or proves something else than library.json says.
+            One does not hold, or proves something else than library.json.
         """
         listed = self.listed()
         for entry in self._here(names):
             path = path_of(self.folder / "certificates", entry.name)
-            told = listed.get(entry.name, {})
-            if "bound" not in told or not path.exists():
+            row = listed.get(entry.name, {})
+            if "bound" not in row or not path.exists():
                 raise PlannerError(f"{entry.name}: got no certificate, expected {path}; run `tlsplan tlsplib solve`")
             try:
                 found = checker.check(self.instance(entry).raw, checker.unpacked(path.read_bytes()))
             except checker.RefusedError as error:
                 raise PlannerError(f"{entry.name}: refused: {error}") from None
-            if found[1:] != (told["stations"], told["bound"]):
+            if found[1:] != (row["stations"], row["bound"]):
                 raise PlannerError(
-                    f"{entry.name}: got {found[1]} stations, at least {found[2]}, expected {told['stations']} and "
-                    f"{told['bound']} as library.json says"
+                    f"{entry.name}: got {found[1]} stations, at least {found[2]}, expected {row['stations']} and "
+                    f"{row['bound']} as in library.json"
                 )
             yield found
 
@@ -236,10 +236,10 @@ def _digest(path: Path) -> str:
 
 
 def _record(found: Outcome) -> dict[str, Any]:
-    told = asdict(found)
-    told["stations"] = len(told.pop("chosen"))
-    told["cpu_s"] = round(found.cpu_s, 3)
-    return told
+    document = asdict(found)
+    document["stations"] = len(document.pop("chosen"))
+    document["cpu_s"] = round(found.cpu_s, 3)
+    return document
 
 
 def _line(found: Outcome) -> str:

@@ -30,12 +30,12 @@ def ranking(listed: Listed, results: Listed, names: Sequence[str] = ()) -> tuple
 def compared(listed: Listed, results: Listed) -> list[str]:
     """Instances on which every solver that has any result in their class was run: others would tilt a ranking."""
     solvers: dict[str, set[str]] = {}
-    for name, told in listed.items():
-        solvers.setdefault(told["class"], set()).update(results.get(name, {}))
+    for name, row in listed.items():
+        solvers.setdefault(row["class"], set()).update(results.get(name, {}))
     return [
         name
-        for name, told in listed.items()
-        if "stations" in told and solvers[told["class"]] <= results.get(name, {}).keys()
+        for name, row in listed.items()
+        if "stations" in row and solvers[row["class"]] <= results.get(name, {}).keys()
     ]
 
 
@@ -72,9 +72,9 @@ def _times(ratio: float) -> str:
 def page(listed: Listed, results: Listed) -> str:
     """All tables as Markdown."""
     n = len(listed)
-    solved = [told for told in listed.values() if "bound" in told]
-    proven = sum(told["bound"] == told["stations"] for told in solved)
-    near = sum(told["bound"] >= told["stations"] - 1 for told in solved)
+    solved = [row for row in listed.values() if "bound" in row]
+    proven = sum(row["bound"] == row["stations"] for row in solved)
+    near = sum(row["bound"] >= row["stations"] - 1 for row in solved)
     lines = [
         "# TLSPLIB: results",
         "Written by `tlsplan tlsplib rank --write docs/tlsplib/results.md` from `results.json` and `library.json`. "
@@ -101,10 +101,10 @@ def page(listed: Listed, results: Listed) -> str:
         _row(header),
         _row("---" for _ in header),
     ]
-    for name, told in listed.items():
+    for name, row in listed.items():
         mine = results.get(name, {})
         ratios = (_ratio(mine, solver) if solver in mine else None for solver in ("highs", "cp-sat"))
-        sizes = [told["candidates"], told["rows"], told["links"], told.get("stations", "-"), told.get("bound", "-")]
+        sizes = [row["candidates"], row["rows"], row["links"], row.get("stations", "-"), row.get("bound", "-")]
         cells = [_cell(mine.get(solver)) for solver in ORDER]
         lines.append(_row([name, *map(str, sizes), *cells, *("-" if r is None else _times(r) for r in ratios)]))
     return "\n".join(lines) + "\n"
@@ -115,7 +115,7 @@ def _groups(listed: Listed) -> list[tuple[str, list[str]]]:
     found = []
     for size in _CLASSES:
         for linked in (False, True):
-            which = [name for name, told in listed.items() if told["class"] == size and bool(told["links"]) == linked]
+            which = [name for name, row in listed.items() if row["class"] == size and bool(row["links"]) == linked]
             if which:
                 found.append((f"{size.capitalize()}, {'links required' if linked else 'no links'}", which))
     return found

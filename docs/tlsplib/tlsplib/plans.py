@@ -161,9 +161,9 @@ def instance_of(name: str, kind: str, about: dict[str, Any], plan: Plan, survey:
     sees = seen_from(stations, surfaces, walls, least_cm=survey.least, most_cm=survey.most)
     zone = _zones(surfaces, walls, plan.zones)
     links = linked(sees, surfaces.ticks, percent=survey.overlap) if survey.overlap else None
-    told = {**about, "range_cm": survey.most, "survey": asdict(survey), "walls_cm": [list(w) for w in plan.walls]}
+    facts = {**about, "range_cm": survey.most, "survey": asdict(survey), "walls_cm": [list(w) for w in plan.walls]}
     surveyed = Surveyed(stations, sees, surfaces.ticks, surfaces.wall >= 0, zone, links)
-    return assembled(name, kind, told, surveyed, survey)
+    return assembled(name, kind, facts, surveyed, survey)
 
 
 @dataclass(frozen=True)
@@ -199,10 +199,10 @@ def assembled(name: str, kind: str, about: dict[str, Any], surveyed: Surveyed, s
     parts = [("whole", seen, survey.whole, 1), ("floors", seen & ~of_wall, survey.floor, 1)]
     parts += [("walls", seen & of_wall, survey.wall, 1), ("twice", n_seers > 1, survey.twice, 2)]
     parts += [(f"zone {z}", seen & (zone == z), survey.zone, 1) for z in range(int(zone.max(initial=-1)) + 1)]
-    asked = [(title, part, share, m) for title, part, share, m in parts if share and part.any()]
-    merged, row_ticks, first = _merged(sees, ticks, [part for _, part, _, _ in asked])
+    required = [(title, part, share, m) for title, part, share, m in parts if share and part.any()]
+    merged, row_ticks, first = _merged(sees, ticks, [part for _, part, _, _ in required])
     needs = []
-    for title, part, share, m in asked:
+    for title, part, share, m in required:
         whole = int(ticks[part].sum())
         needs.append(Need(title, part[first], -(-whole * share // 100), m))
     return Instance(name, kind, about, stations, row_ticks, merged, tuple(needs), links)

@@ -7,7 +7,7 @@ a cut of links by the candidates in between. CONTROL FLOW, `certify`: for large 
 shares are prices of the linear relaxation; solve the root by rounds of cuts; prove by a tree that no plan is smaller
 than the one at hand; where that takes too long, than by one station less; else the root's bound is the bound.
 
-A node is closed where its prices, as they are written, reach the bound in whole numbers: `exact_bound` says so. Its
+A node is closed where its prices, as they are written, reach the bound in whole numbers: `exact_bound` checks that. Its
 coefficients are those of the cuts or a little larger, so that the checker, which rounds up exactly, finds no less.
 """
 
@@ -241,7 +241,7 @@ class Prover:
         return exact_bound(program.cuts, program.right, self._of_path(price), node.lower, node.upper, program.most)
 
     def _of_path(self, price: FloatArray) -> FloatArray:
-        """Prices without those of sides of groups that no branch has bounded: nothing in the tree says them."""
+        """Prices without those of sides of groups that no branch has bounded: nothing in the tree has them."""
         program = self._program
         bounded = program.most < NO_MOST
         free_above = bounded & (program.most >= program.cuts.sum(axis=1)) & (price < 0)
@@ -344,11 +344,11 @@ def rows_cuts(instance: Instance, *, n_stations: int, work_limit: float) -> list
         share = np.rint(np.clip(price[need.rows] / worth[need.rows], 0.0, 1.0) * SHARE).astype(np.int64)
         name = ["rows", k, share.tolist()]
         try:
-            told, right = reader.cut(*name)
+            terms, right = reader.cut(*name)
         except checker.RefusedError:
             continue  # it asks for nothing, less what the first station is spared
         coefficient = np.zeros(instance.n_candidates, dtype=np.int64)
-        coefficient[list(told)] = list(told.values())
+        coefficient[list(terms)] = list(terms.values())
         cuts.append((Cut(coefficient, right), name))
     return cuts
 

@@ -9,7 +9,7 @@
     proven         method `proven`                                                      planner_core.select
 
 Time is CPU time of the process, all threads together; so is the limit of the two general solvers: a watcher stops them.
-Ours stops by its count of work. The general models: y_r says that row r counts; of constraint k
+Ours stops by its count of work. The general models: y_r is 1 where row r counts; of constraint k
 
     sum of ticks_r y_r >= required_k      y_r m_k <= sum of x_i over those who see r
 
@@ -218,8 +218,8 @@ def _cp_sat(instance: Instance, limit_s: float, work: float) -> Found:
         )
     if done.returncode:
         raise PlannerError(f"cp-sat: got exit code {done.returncode}: {done.stderr.decode(errors='replace')[-300:]}")
-    told = json.loads(done.stdout)
-    return told["chosen"], rounded_up(told["bound"]), told["ended"], told["cpu_s"]
+    result = json.loads(done.stdout)
+    return result["chosen"], rounded_up(result["bound"]), result["ended"], result["cpu_s"]
 
 
 def rounded_up(bound: float) -> int:

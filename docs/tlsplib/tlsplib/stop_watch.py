@@ -1,4 +1,4 @@
-"""Stopping a solver after so much CPU time: its own limits go by the clock, which tells of other work, too."""
+"""Stopping a solver after so much CPU time: its own limits go by the clock, which counts other work, too."""
 
 from __future__ import annotations
 

@@ -161,7 +161,7 @@ def test_a_changed_instance_and_a_changed_list_are_told(tmp_path):
     listed = library.listed()
     listed["rooms-01-whole"]["bound"] -= 1
     (tmp_path / "library.json").write_text(json.dumps(listed))
-    with pytest.raises(PlannerError, match=r"as library\.json says"):
+    with pytest.raises(PlannerError, match=r"as in library\.json"):
         list(library.check(("rooms-01-whole",)))
     other = path_of(tmp_path / "instances", "rooms-02-whole")
     shutil.copy(path_of(tmp_path / "instances", "rooms-01-whole"), other)

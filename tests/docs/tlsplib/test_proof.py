@@ -216,14 +216,14 @@ def test_trees_that_leave_something_out_are_refused(instance, certificate):
     for tree, told in (
         ([], "has no node"),
         (certificate["tree"][:-1], "has no node"),
-        ([*certificate["tree"], leaf], "not as the format says"),
+        ([*certificate["tree"], leaf], "not as in the format"),
         ([[0, [], None]], "may hold a plan of fewer"),
         ([[0, [], group], leaf], "has no node"),
         ([[0, [], [1]]], "no candidates"),
         ([[0, [], [0, 3, 3]]], "no candidates"),
         ([[0, [10**6, 1], None]], "expected 0 to"),
         ([[0, [0, -1], None]], "expected 0 to"),
-        ([[0, [0], None]], "not as the format says"),
+        ([[0, [0], None]], "not as in the format"),
         ([[99, [0, 1], None]], "expected 0 to"),
     ):
         assert told in refusal(instance.raw, text_of(certificate | {"tree": tree})), tree
@@ -249,9 +249,9 @@ def test_false_cuts_are_refused(instance, certificate):
         (["cover", 0, everybody], "its rows alone"),
         (["cover", 7, [0, 256]], "expected 0 to"),
         (["cover", 0, [0, 300]], "expected 0 to"),
-        (["cover", 0, [0]], "not as the format says"),
+        (["cover", 0, [0]], "not as in the format"),
         (["rows", 0, [0] * len(instance.ticks)], "its rows alone"),
-        (["rows", 0, [256]], "not as the format says"),
+        (["rows", 0, [256]], "not as in the format"),
         (["rows", 0, [257] * len(instance.ticks)], "expected 0 to 256"),
         (["rows", 7, []], "expected 0 to"),
         (["links", [], []], "a piece will do alone"),
