@@ -81,7 +81,7 @@ def reasons_of_patches(
     candidates_m: FloatArray,
     unseen: Surfaces,
     *,
-    asked: PointLimits,
+    required: PointLimits,
     sealed: tuple[SealedArea, ...] = (),
 ) -> UInt8Array:
     """(P,) uint8 of `REASONS`; `OUT_OF_SCOPE` where not required.
@@ -106,7 +106,7 @@ def reasons_of_patches(
     left = np.flatnonzero(reason == COVERED)
     sample, of_sample = samples_of(unseen, left)
     samples, views_m = unseen.take(sample), viewpoints(candidates_m)
-    found = sight_reasons(survey, asked, engine, samples, views_m)
+    found = sight_reasons(survey, required, engine, samples, views_m)
     hidden = np.flatnonzero(found == COVERED)
     found[hidden] = _hidden_reasons(survey, engine, samples.take(hidden), views_m, candidates_m, sealed)
     reason[left] = found[of_sample]

@@ -58,7 +58,7 @@ def viewpoints(positions_m: FloatArray) -> FloatArray:
 
 def sight_reasons(
     survey: Survey,
-    asked: PointLimits,
+    required: PointLimits,
     engine: ScanEngine,
     samples: Surfaces,
     views_m: FloatArray,
@@ -76,7 +76,7 @@ def sight_reasons(
         own, other = _plain_view(survey, engine, samples, sample, at_m)
         out[np.setdiff1d(sample[other], sample[own])] = IN_SOLIDS
         sample, at_m = sample[own], at_m[own]
-        fails, range_m = _failures(survey, asked, samples.take(sample), at_m)
+        fails, range_m = _failures(survey, required, samples.take(sample), at_m)
         # The view that fails by the fewest limits, of those the nearest.
         order = np.lexsort((range_m, fails.sum(axis=1), sample))
         seen, best = np.unique(sample[order], return_index=True)
@@ -143,7 +143,9 @@ class _Look:
     cosine: FloatArray
 
 
-def _failures(survey: Survey, asked: PointLimits, samples: Surfaces, at_m: FloatArray) -> tuple[BoolArray, FloatArray]:
+def _failures(
+    survey: Survey, required: PointLimits, samples: Surfaces, at_m: FloatArray
+) -> tuple[BoolArray, FloatArray]:
     """(M, 5) bool: limits, as `_LIMITS`, that lines of sight fail; and their ranges (M,)."""
     to_m = samples.centroid_m - at_m
     range_m = np.sqrt((to_m * to_m).sum(axis=1))
@@ -151,23 +153,23 @@ def _failures(survey: Survey, asked: PointLimits, samples: Surfaces, at_m: Float
     look = _Look(to_m, range_m, cosine)
     incidence = np.arccos(cosine)
     template = survey.template
-    limit_m = template.range_max_m if asked.range_m is None else min(template.range_max_m, asked.range_m)
+    limit_m = template.range_max_m if required.range_m is None else min(template.range_max_m, required.range_m)
     far = (range_m > limit_m) | (range_m < template.range_min_m)
-    outside, sparse = _by_template(template, asked, samples, look)
+    outside, sparse = _by_template(template, required, samples, look)
     steep = incidence > GRAZING_RAD
     oblique = sparse & steep
-    if asked.incidence_rad is not None:
-        oblique |= incidence > asked.incidence_rad
+    if required.incidence_rad is not None:
+        oblique |= incidence > required.incidence_rad
     noisy = np.zeros(range_m.size, dtype=np.bool_)
-    if asked.noise_m is not None:
+    if required.noise_m is not None:
         observations = Observations(np.array([0]), np.zeros(0, np.int32), 0, range_m, range_m, incidence)
         noise_m = with_noise(observations, survey.scanner, reflectivity=survey.reflectivity).noise_m
-        noisy = np.ones_like(noisy) if noise_m is None else ~(noise_m <= asked.noise_m)
+        noisy = np.ones_like(noisy) if noise_m is None else ~(noise_m <= required.noise_m)
     return np.column_stack([far, outside, oblique, sparse & ~steep, noisy]), range_m
 
 
 def _by_template(
-    template: BeamTemplate, asked: PointLimits, samples: Surfaces, look: _Look
+    template: BeamTemplate, required: PointLimits, samples: Surfaces, look: _Look
 ) -> tuple[BoolArray, BoolArray]:
     """(M,) bool each: outside the field of view; fewer points than required, or none to be expected."""
     none = np.zeros(look.range_m.size, dtype=np.bool_)
@@ -178,8 +180,8 @@ def _by_template(
     outside = ~in_view(anywhere, look.to_m[:, None], samples.normal)[:, 0]
     relative_m = samples.corners_m - (samples.centroid_m - look.to_m)[:, None]
     sparse = expected_returns(view, relative_m, samples.normal, samples.area_m2) < LEAST_RETURNS
-    if asked.spacing_m is not None:
-        sparse |= _spacing_m(view, samples.normal, look) > asked.spacing_m
+    if required.spacing_m is not None:
+        sparse |= _spacing_m(view, samples.normal, look) > required.spacing_m
     return outside, sparse & ~outside
 
 

@@ -57,7 +57,7 @@ def explain(
     scannable: BoolArray | None = None,
     links: Sequence[Link] = (),
     sealed: tuple[SealedArea, ...] = (),
-    asked: PointLimits | None = None,
+    required: PointLimits | None = None,
     seen_from: int | None = None,
     progress: Progress = silent,
 ) -> Why:
@@ -79,8 +79,8 @@ def explain(
         Of the stations, all that are known; those that the requirements count are named.
     sealed
         Rooms that nobody can walk into.
-    asked, seen_from
-        None: as the requirements say of all.
+    required, seen_from
+        None: as required of all.
 
     Notes
     -----
@@ -99,8 +99,8 @@ def explain(
     progress(ProgressEvent(_STAGE, 0, 3, "unseen"))
     unseen = surfaces_of(survey, np.flatnonzero(scope & ~covered).astype(np.int32))
     seen = Seen(n_candidates, achievable, covered, scope)
-    limits = requirements.asked if asked is None else asked
-    reason = reasons_of_patches(survey, engine, seen, candidates_m, unseen, asked=limits, sealed=sealed)
+    limits = requirements.asked if required is None else required
+    reason = reasons_of_patches(survey, engine, seen, candidates_m, unseen, required=limits, sealed=sealed)
     progress(ProgressEvent(_STAGE, 1, 3, "pieces"))
     why_unseen = reason[unseen.patch].astype(np.int64)
     surfaces, piece_of_patch = _unseen_surfaces(survey, unseen, why_unseen, candidates_m, seen_by_candidates)

@@ -25,7 +25,7 @@ from planner_core.model import (
 )
 from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import Goal, Goals
-from planner_core.requirements.look_around import Looked, Rows, look_around, merged
+from planner_core.requirements.look_around import CandidateObservations, Rows, look_around, merged
 from planner_core.requirements.wording import area_in_words, figure_in_words, limits_in_words, name_of
 from planner_core.select.problem import Constraint
 
@@ -64,7 +64,7 @@ class Known:
     """Positions observed from before. row : (K,) int64 distinct, among all. looked : what they see."""
 
     row: Int64Array
-    looked: Looked
+    looked: CandidateObservations
 
 
 def demand_of(
@@ -89,16 +89,16 @@ def demand_of(
         The device fails.
     """
     if known is None:
-        looked = look_around(survey, engine, positions_m, goals, progress=progress)
+        observed = look_around(survey, engine, positions_m, goals, progress=progress)
     else:
-        looked, new = known.looked, np.setdiff1d(np.arange(positions_m.shape[0]), known.row)
+        observed, new = known.looked, np.setdiff1d(np.arange(positions_m.shape[0]), known.row)
         if new.size or (np.diff(known.row) < 0).any():  # all of them, but in another order
             found = look_around(survey, engine, positions_m[new], goals, progress=progress)
-            looked = merged(looked, found, np.argsort(np.concatenate([known.row, new])))
+            observed = merged(observed, found, np.argsort(np.concatenate([known.row, new])))
     counted = survey.patches.counted
     if counted is None:
-        counted = looked.counted(survey, engine, positions_m)
-    rows = looked.rows_of(counted)
+        counted = observed.counted(survey, engine, positions_m)
+    rows = observed.rows_of(counted)
     n_patches, n_qualities = survey.patches.n_patches, len(goals.qualities)
     demand = Demand(
         n_patches=n_patches,
@@ -107,7 +107,7 @@ def demand_of(
         constraints=tuple(_constraint(goals, goal) for goal in goals.each),
         area_m2=np.tile(replace(survey.patches, counted=counted).area_m2, n_qualities),
         times_met=times_seen(rows.met).reshape(n_qualities, n_patches),
-        needed=looked.needed,
+        needed=observed.needed,
         counted=counted,
     )
     check_possible(demand)
@@ -118,8 +118,8 @@ def rows_from(
     survey: Survey, engine: ScanEngine, positions_m: FloatArray, demand: Demand, *, progress: Progress = silent
 ) -> Rows:
     """What further positions (N, 3) see, by the qualities of `demand`: for places that are not among its own."""
-    looked = look_around(survey, engine, positions_m, demand.goals, notes_needed=False, progress=progress)
-    return looked.rows_of(demand.counted)
+    observed = look_around(survey, engine, positions_m, demand.goals, notes_needed=False, progress=progress)
+    return observed.rows_of(demand.counted)
 
 
 def check_possible(demand: Demand) -> None:

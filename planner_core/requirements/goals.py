@@ -81,7 +81,8 @@ class Goals:
     def wanted(self) -> tuple[BoolArray | None, ...]:
         """Of each quality the patches, (P,) bool, that a goal requires it of; None: all, for that required of all."""
         others = [
-            np.any([goal.patches for goal in self.each if goal.asked == asked], axis=0) for asked in self.qualities[1:]
+            np.any([goal.patches for goal in self.each if goal.asked == limits], axis=0)
+            for limits in self.qualities[1:]
         ]
         return (None, *others)
 

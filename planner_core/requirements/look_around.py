@@ -1,6 +1,6 @@
 """Looking around from positions: which patches each sees, which it meets the limits on, and how much of each.
 
-A `Survey`, `Goals`, an open engine, positions (N, 3) in the local frame, metres -> `Looked`, and from it `Rows` once it
+A `Survey`, `Goals`, an open engine, positions (N, 3) in the local frame, metres -> `CandidateObservations`, and from it `Rows` once it
 is known how much of each patch counts, see `planner_core.coverage.counted`.
 """
 
@@ -61,7 +61,7 @@ class Parts:
 
 
 @dataclass(frozen=True)
-class Looked:
+class CandidateObservations:
     """What positions see. parts : None where patches are seen or not, and nothing between: by beams, and where it is
     known what counts.
 
@@ -115,7 +115,7 @@ def look_around(
     *,
     notes_needed: bool = True,
     progress: Progress = silent,
-) -> Looked:
+) -> CandidateObservations:
     """Look from each of positions (N, 3), here or, within `spread_over`, elsewhere: the same to the bit."""
     spread = who_answers()
     if spread is None or positions_m.shape[0] < _WORTH_SPREADING:
@@ -133,7 +133,7 @@ def look_around_here(
     *,
     notes_needed: bool,
     progress: Progress,
-) -> Looked:
+) -> CandidateObservations:
     """Look from each of positions (N, 3). Where the survey knows what counts, only enough of a patch is seen at all."""
     n_patches = survey.patches.n_patches
     needed = tuple(
@@ -142,12 +142,12 @@ def look_around_here(
     )
     if goals.plain and not survey.counts_parts:
         seen = _plainly_seen(survey, engine, positions_m, progress)
-        return Looked(Rows(seen, seen), None, needed)
+        return CandidateObservations(Rows(seen, seen), None, needed)
     found = _Found(goals, n_patches, needed, keeps_parts=survey.counts_parts and survey.patches.counted is None)
     noise = goals.requirements.limits_noise
     for observations in observations_in_batches(survey, engine, positions_m, noise=noise, progress=progress):
         found.add(observations)
-    return found.looked()
+    return found.all_observations()
 
 
 def _plainly_seen(survey: Survey, engine: ScanEngine, positions_m: FloatArray, progress: Progress) -> Visibility:
@@ -166,12 +166,12 @@ def _plainly_seen(survey: Survey, engine: ScanEngine, positions_m: FloatArray, p
     return pieces.joined(survey.patches.n_patches)[0]
 
 
-def limits_of(asked: PointLimits) -> tuple[str, ...]:
+def limits_of(quality_limits: PointLimits) -> tuple[str, ...]:
     """Names of the limits that are set."""
-    return tuple(field.name for field in fields(asked) if getattr(asked, field.name) is not None)
+    return tuple(field.name for field in fields(quality_limits) if getattr(quality_limits, field.name) is not None)
 
 
-def merged(first: Looked, second: Looked, order: Int64Array) -> Looked:
+def merged(first: CandidateObservations, second: CandidateObservations, order: Int64Array) -> CandidateObservations:
     """Looks of the same survey and settings, one behind the other, in `order`."""
     for least, before in zip(second.needed, first.needed, strict=True):
         for limit, figures in least.items():
@@ -192,10 +192,10 @@ def merged(first: Looked, second: Looked, order: Int64Array) -> Looked:
             any_met=first.parts.any_met | second.parts.any_met,
         )
     rows = Rows(seen, met).take(order)
-    return Looked(rows, parts, second.needed)
+    return CandidateObservations(rows, parts, second.needed)
 
 
-def in_a_row(looks: Sequence[Looked]) -> Looked:
+def in_a_row(looks: Sequence[CandidateObservations]) -> CandidateObservations:
     """Observations of the same survey and settings, one or more, in a row: as if all were observed at once."""
     first = looks[0]
     n_patches, n_stacked = first.rows.seen.n_patches, first.rows.met.n_patches
@@ -220,7 +220,7 @@ def in_a_row(looks: Sequence[Looked]) -> Looked:
     seen, seen_share = pieces[0].joined(n_patches)
     met, met_share = (seen, seen_share) if plain else pieces[1].joined(n_stacked)
     together = Parts(seen_share, met_share, any_seen, any_seen if plain else any_met) if by_parts else None
-    return Looked(Rows(seen, met), together, needed)
+    return CandidateObservations(Rows(seen, met), together, needed)
 
 
 class _Found:
@@ -249,10 +249,10 @@ class _Found:
         self._met.add(sizes, patch, share if part is None else share[kept])
         if part is not None:
             np.bitwise_or.at(self._any[1], observations.patch[kept], part[kept])
-        for asked, least in zip(self._goals.qualities, self._needed, strict=True):
-            _note_needed(observations, asked, least)
+        for quality_limits, least in zip(self._goals.qualities, self._needed, strict=True):
+            _note_needed(observations, quality_limits, least)
 
-    def looked(self) -> Looked:
+    def all_observations(self) -> CandidateObservations:
         """All of it; the pieces are gone then."""
         seen, share = self._seen.joined(self._n_patches)
         if self._goals.plain:
@@ -262,13 +262,13 @@ class _Found:
         parts = None
         if self._any:
             parts = Parts(share, met_share, self._any[0], self._any[0] if self._goals.plain else self._any[1])
-        return Looked(Rows(seen, met), parts, self._needed)
+        return CandidateObservations(Rows(seen, met), parts, self._needed)
 
     def _stacked(self, observations: Observations) -> tuple[Int64Array, Int64Array]:
         """Numbers of observations that meet a quality, row by row, and of the quality."""
         numbers, qualities = [], []
-        for quality, (asked, wanted) in enumerate(zip(self._goals.qualities, self._goals.wanted, strict=True)):
-            kept = observations_meeting(observations, asked)
+        for quality, (quality_limits, wanted) in enumerate(zip(self._goals.qualities, self._goals.wanted, strict=True)):
+            kept = observations_meeting(observations, quality_limits)
             if wanted is not None:
                 kept &= wanted[observations.patch]
             numbers.append(np.flatnonzero(kept))
@@ -302,10 +302,10 @@ class _Pieces:
         return self._patch.rows(starts, n_patches), share
 
 
-def _note_needed(observations: Observations, asked: PointLimits, least: dict[str, Float32Array]) -> None:
+def _note_needed(observations: Observations, quality_limits: PointLimits, least: dict[str, Float32Array]) -> None:
     """Lower `least`, (P,) by limit, to the figures of observations that meet all other limits."""
     for limit, figures in least.items():
-        rest = observations_meeting(observations, replace(asked, **{limit: None}))
+        rest = observations_meeting(observations, replace(quality_limits, **{limit: None}))
         found = getattr(observations, limit)[rest]
         np.fmin.at(figures, observations.patch[rest], np.where(np.isnan(found), np.float32(np.inf), found))
 

@@ -17,7 +17,7 @@ from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import Float32Array, FloatArray, Survey, Visibility
 from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import Goals
-from planner_core.requirements.look_around import Looked, Parts, Rows, in_a_row, look_around_here
+from planner_core.requirements.look_around import CandidateObservations, Parts, Rows, in_a_row, look_around_here
 from planner_core.spread import Kept, Spread, Task, parts_of_row
 
 #: Positions of a task: enough that it outweighs its overhead, few enough that the last ones are soon done.
@@ -59,7 +59,7 @@ def look_spread(
     *,
     notes_needed: bool,
     progress: Progress,
-) -> Looked:
+) -> CandidateObservations:
     """Look from each of positions (N, 3), as `look_around_here`."""
     scene_key = spread.key_of((survey.scene, replace(survey.patches, counted=None)))
     question = LookQuestion(survey, goals, notes_needed, engine.name, scene_key)
@@ -76,7 +76,7 @@ def look_spread(
     return in_a_row([unpack_observed(each, n_patches, n_stacked) for each in answers])
 
 
-def pack_observed(observed: Looked) -> bytes:
+def pack_observed(observed: CandidateObservations) -> bytes:
     """Return what positions see, in short: the same bytes for the same look."""
     plain = observed.rows.met is observed.rows.seen
     packed: list[Any] = [plain, _rows(observed.rows.seen), None if plain else _rows(observed.rows.met)]
@@ -93,8 +93,8 @@ def pack_observed(observed: Looked) -> bytes:
     return zlib.compress(pickle.dumps(packed, protocol=5), _LEVEL)
 
 
-def unpack_observed(content: bytes, n_patches: int, n_stacked: int) -> Looked:
-    """Return the look of `pack_observed`. n_stacked : patches by quality."""
+def unpack_observed(content: bytes, n_patches: int, n_stacked: int) -> CandidateObservations:
+    """Return the observations of `pack_observed`. n_stacked : patches by quality."""
     plain, seen_rows, met_rows, parts_packed, needed_packed = pickle.loads(zlib.decompress(content))
     seen = _visibility(seen_rows, n_patches)
     met = seen if plain else _visibility(met_rows, n_stacked)
@@ -108,7 +108,7 @@ def unpack_observed(content: bytes, n_patches: int, n_stacked: int) -> Looked:
         {name: _filled(values, np.full(n_patches, np.nan, dtype=np.float32)) for name, values in each.items()}
         for each in needed_packed
     )
-    return Looked(Rows(seen, met), parts, needed)
+    return CandidateObservations(Rows(seen, met), parts, needed)
 
 
 def _rows(rows: Visibility) -> tuple[NDArray[Any], NDArray[Any]]:

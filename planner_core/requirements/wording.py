@@ -8,12 +8,12 @@ from dataclasses import fields
 from planner_core.model import OverlapMeasure, OverlapOf, PointLimits
 
 
-def limits_in_words(asked: PointLimits, seen_from: int = 1) -> str:
+def limits_in_words(limits: PointLimits, seen_from: int = 1) -> str:
     """Limits as a user states them, such as `spacing 6 mm, range 20 m, 2 stations`; empty where there are none."""
     parts = [
         f"{name_of(field.name)} {figure_in_words(field.name, limit)}"
-        for field in fields(asked)
-        if (limit := getattr(asked, field.name)) is not None
+        for field in fields(limits)
+        if (limit := getattr(limits, field.name)) is not None
     ]
     return ", ".join([*parts, f"{seen_from} stations"] if seen_from > 1 else parts)
 

@@ -394,7 +394,7 @@ def test_needed_figures_and_stacked_rows_are_those_of_plain_loops(seed: int) -> 
     )
     found = _Found(Goals(Requirements(), goals, counted), n_patches, needed, keeps_parts=False)
     found.add(observations)
-    rows_found = found.looked().rows
+    rows_found = found.all_observations().rows
     assert rows_found.seen.patch.tolist() == observations.patch.tolist()
     sizes, stacked = np.diff(rows_found.met.starts), rows_found.met.patch
 
