@@ -20,7 +20,7 @@ from planning_cases import Case, cases
 
 from planner_core.engine.scan_engine import device_of
 from planner_core.model import Proven, ScanBy
-from planner_core.requirements.look_around import Looked
+from planner_core.requirements.look_around import CandidateObservations
 from planner_core.select.large import select_by_size
 from planner_core.select.proven import ProvenSelection
 from tests.benchmarks.bench_real_buildings import put
@@ -34,7 +34,7 @@ HEAD = [
 @contextmanager
 def whole_patches() -> Iterator[None]:
     """Count patches whole where any sample is seen, as plans of survey scanners did."""
-    with mock.patch.object(Looked, "counted", lambda *_: None):
+    with mock.patch.object(CandidateObservations, "counted", lambda *_: None):
         yield
 
 

@@ -31,7 +31,7 @@ from planner_core.model import (
 )
 from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import Goals, goals_of
-from planner_core.requirements.look_around import Looked, look_around_here
+from planner_core.requirements.look_around import CandidateObservations, look_around_here
 from planner_core.requirements.look_spread import look_spread
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.spread import Spread
@@ -58,11 +58,11 @@ class Look:
     positions_m: FloatArray
     settings: PlanSettings = SETTINGS
 
-    def here(self, positions_m: FloatArray | None = None) -> Looked:
+    def here(self, positions_m: FloatArray | None = None) -> CandidateObservations:
         at_m = self.positions_m if positions_m is None else positions_m
         return look_around_here(self.survey, self.engine, at_m, self.goals, notes_needed=True, progress=silent)
 
-    def by(self, spread: Spread, progress: Progress = silent) -> Looked:
+    def by(self, spread: Spread, progress: Progress = silent) -> CandidateObservations:
         return look_spread(
             spread, self.survey, self.engine, self.positions_m, self.goals, notes_needed=True, progress=progress
         )
@@ -84,7 +84,7 @@ def look() -> Look:
     return made_look(replace(SETTINGS, requirements=Requirements(coverage=0.9, asked=limits, parts=(low,))))
 
 
-def assert_same_bits(found: Looked, expected: Looked) -> None:
+def assert_same_bits(found: CandidateObservations, expected: CandidateObservations) -> None:
     for name in ("seen", "met"):
         one, other = getattr(found.rows, name), getattr(expected.rows, name)
         np.testing.assert_array_equal(one.starts, other.starts)

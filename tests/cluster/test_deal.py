@@ -31,7 +31,7 @@ from planner_core.plan_folder.plan_json import DROPPABLE_KEYS, plan_document
 from planner_core.planning.plan import make_plan
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements import look_spread
-from planner_core.requirements.look_around import Looked
+from planner_core.requirements.look_around import CandidateObservations
 from planner_core.spread import Kept, NotWantedError, Task, spread_over
 
 from .conftest import SETTINGS, Killer, Look, Processes, assert_same_bits, cluster_of, stand_in
@@ -126,7 +126,7 @@ def test_a_bug_at_workers_is_told_with_where_and_counted_and_this_machine_goes_o
 
     sound, asked = look_spread.look_around_here, list[str]()
 
-    def looked(survey: Any, engine: Any, at_m: Any, *of: Any, **more: Any) -> Looked:
+    def looked(survey: Any, engine: Any, at_m: Any, *of: Any, **more: Any) -> CandidateObservations:
         with contextlib.suppress(ValueError):  # this is no worker
             asked.append(get_worker().address)
             if when != "later" or len(at_m) > look_spread.FIRST_POSITIONS:
@@ -349,7 +349,7 @@ def test_where_all_workers_are_gone_this_machine_goes_on_alone(look: Look, monke
 
 
 # ------------------------------------------------------------------------------------------------ processes
-def looked_while(look: Look, processes: Processes, disturb: Any) -> Looked:
+def looked_while(look: Look, processes: Processes, disturb: Any) -> CandidateObservations:
     """What workers see while something goes wrong, told by how far they are."""
 
     def hear(event: ProgressEvent) -> None:
