@@ -1,7 +1,7 @@
 """Looking around from positions: which patches each sees, which it meets the limits on, and how much of each.
 
-A `Survey`, `Goals`, an open engine, positions (N, 3) in the local frame, metres -> `CandidateObservations`, and from it `Rows` once it
-is known how much of each patch counts, see `planner_core.coverage.counted`.
+A `Survey`, `Goals`, an open engine, positions (N, 3) in the local frame, metres -> `CandidateObservations`, and from
+it `Rows` once it is known how much of each patch counts, see `planner_core.coverage.counted`.
 """
 
 from __future__ import annotations
