@@ -315,7 +315,7 @@ method_option = click.option(
 effort_option = click.option(
     "--effort", type=click.Choice(["quick", "normal", "proof"]), default="normal", show_default=True,
     help="How long method proven goes on. quick: a first plan, with a weak bound and no search off the grid; normal: "
-    "minutes; proof: twenty times that, for a bound as near as it gets. Ctrl-C ends it with the best plan so far.",
+    "minutes; proof: twenty times that, for the tightest bound. Ctrl-C ends it with the best plan so far.",
 )  # fmt: skip
 time_limit_option = click.option(
     "--time-limit", "time_limit_s", type=click.FloatRange(min=0), default=None, metavar="SECONDS",

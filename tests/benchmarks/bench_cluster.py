@@ -48,7 +48,7 @@ from planner_core.operating_system import n_usable_cores
 from planner_core.progress import silent
 from planner_core.requirements.goals import goals_of
 from planner_core.requirements.look_around import look_around_here
-from planner_core.requirements.look_spread import TASK_POSITIONS, LookQuestion, look_spread, pack_looked
+from planner_core.requirements.look_spread import TASK_POSITIONS, LookQuestion, look_spread, pack_observed
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.select.block_looks import BlockQuestion, Look
 from planner_core.select.blocks import blocks_of
@@ -284,7 +284,7 @@ def measure_looks(rounds: int) -> str:
 
     looked = here(at_m[:TASK_POSITIONS])
     supplied = sent_bytes(LookQuestion(survey, goals, True, engine.name, "x" * 64))
-    entries, answer = looked.rows.seen.patch.size + looked.rows.met.patch.size, len(pack_looked(looked))
+    entries, answer = looked.rows.seen.patch.size + looked.rows.met.patch.size, len(pack_observed(looked))
     alone = [seconds(lambda: here(at_m[:TASK_POSITIONS])) for _ in range(5)]
     at_once = seconds(here)
     lines = [
