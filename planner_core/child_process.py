@@ -1,6 +1,6 @@
 """Native libraries in a child process: what crashes, hangs or takes all memory there is one line here.
 
-`run_apart` calls a function in a new Python process and returns what it returned. The two share one nameless file: its
+`run_isolated` calls a function in a new Python process and returns its result. The two share one nameless file: its
 first page has the state of the child (`at`, and progress), what follows is the request, then the answer. So nothing is
 left behind however either of them ends, and the last place is known even of a child that was killed. The answer is
 JSON and plain arrays: a child that a file has taken over can't make this process do anything.
@@ -121,7 +121,7 @@ def _limit_of(variable: str, unit: str) -> float | None:
 
 
 # ------------------------------------------------------------------------------------------------ this side
-def run_apart(
+def run_isolated(
     function: str,
     arguments: Mapping[str, Any],
     *,

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from planner_core import child_process
-from planner_core.child_process import Limits, LostChildError, limits_for, run_apart
+from planner_core.child_process import Limits, LostChildError, limits_for, run_isolated
 from planner_core.errors import RequirementError, SceneError
 from planner_core.model import Element
 from planner_core.progress import ProgressEvent, silent
@@ -30,7 +30,7 @@ DEAF = IMPORTS + "[signal.signal(n, signal.SIG_IGN) for n in (signal.SIGINT, sig
 
 
 def run(function: str, limits: Limits = FREE, progress=silent, classes=(), **arguments):
-    return run_apart(function, arguments, classes=classes, limits=limits, stage="load", progress=progress)
+    return run_isolated(function, arguments, classes=classes, limits=limits, stage="load", progress=progress)
 
 
 def statement(text: str, **options):
@@ -228,8 +228,8 @@ def test_child_ends_with_the_process_that_waits_for_it(tmp_path):
     """Which is killed and can clean nothing up."""
     told = tmp_path / "pid"
     program = (
-        "import sys; from planner_core.child_process import Limits, run_apart\n"
-        "run_apart('timeit:timeit', {'stmt': sys.argv[1], 'number': 1}, classes=(), limits=Limits(None, None), "
+        "import sys; from planner_core.child_process import Limits, run_isolated\n"
+        "run_isolated('timeit:timeit', {'stmt': sys.argv[1], 'number': 1}, classes=(), limits=Limits(None, None), "
         "stage='load', progress=lambda event: None)"
     )
     waiting = subprocess.Popen(

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.as_scanned.matching import WITHIN_M, Match
-from planner_core.as_scanned.purposes import Purpose, purposes_of
+from planner_core.as_scanned.rescan_gain import Purpose, purposes_of
 from planner_core.errors import StationListError
 from planner_core.model import (
     FloatArray,
@@ -52,7 +52,7 @@ AS_PLANNED, MOVED, MISSING, SCANNED_BEFORE, ADDITIONAL, NOT_COMPARED = FATES = (
 
 
 @dataclass(frozen=True, eq=False)
-class StationFate:
+class StationStatus:
     """What became of one station. id : the plan's; of an additional one its own. listed_as : empty: it is not listed.
 
     moved_m : (3,) float64; zeros where it is not known or makes no sense. position_m : (3,) float64, scene frame, where
@@ -78,7 +78,7 @@ class AsScanned:
     count, of one only. warnings : one line each.
     """
 
-    stations: tuple[StationFate, ...]
+    stations: tuple[StationStatus, ...]
     draft: Draft
     planned: DraftFigures
     actual: DraftFigures
@@ -92,7 +92,7 @@ class AsScanned:
         """Whether the requirements are still met, as far as the plan met it."""
         return is_met(self.planned.plan, self.actual.plan)
 
-    def of_fate(self, fate: str) -> tuple[StationFate, ...]:
+    def of_fate(self, fate: str) -> tuple[StationStatus, ...]:
         """Stations of one fate, in their order."""
         return tuple(station for station in self.stations if station.fate == fate)
 
@@ -274,7 +274,7 @@ def _sensor(match: Match) -> tuple[FloatArray, float | None]:
 
 def _fate(
     live: LivePlan, match: Match, there: DraftStation | None, planned: Plan, floors: Collection[str]
-) -> StationFate:
+) -> StationStatus:
     known = {station.id: station for station in live.draft.stations}
     offset_m = live.survey.scene.offset_m
     zeros = np.zeros(3)
@@ -282,15 +282,15 @@ def _fate(
         assert there is not None and match.actual is not None
         lost_m2 = _lost_m2(live, live.draft.having(there), planned)
         at_m = there.at_m + offset_m
-        return StationFate(there.id, match.actual.id, ADDITIONAL, "", there.floor, at_m, zeros, lost_m2)
+        return StationStatus(there.id, match.actual.id, ADDITIONAL, "", there.floor, at_m, zeros, lost_m2)
     before = known[match.planned.id]
     if _is_elsewhere(match, floors):
-        return StationFate(before.id, "", NOT_COMPARED, "", before.floor, before.at_m + offset_m, zeros, 0.0)
+        return StationStatus(before.id, "", NOT_COMPARED, "", before.floor, before.at_m + offset_m, zeros, 0.0)
     if match.actual is None:
         fate = SCANNED_BEFORE if there is not None else MISSING
         lost_m2 = 0.0 if there is not None else _lost_m2(live, live.draft.without(before.id), planned)
         at_m = before.at_m + offset_m
-        return StationFate(before.id, "", fate, "", before.floor, at_m, zeros, lost_m2)
+        return StationStatus(before.id, "", fate, "", before.floor, at_m, zeros, lost_m2)
     assert there is not None
     moved = there.position_m != before.position_m
     moved_m = there.at_m - before.at_m
@@ -298,7 +298,7 @@ def _fate(
     # Lists round: a station that stands at the very limit is within it.
     is_off = float(np.linalg.norm(moved_m)) > AS_PLANNED_M + SAME_PLACE_M
     fate, at_m = MOVED if is_off else AS_PLANNED, there.at_m + offset_m
-    return StationFate(before.id, match.actual.id, fate, match.by, there.floor, at_m, moved_m, lost_m2)
+    return StationStatus(before.id, match.actual.id, fate, match.by, there.floor, at_m, moved_m, lost_m2)
 
 
 def _lost_m2(live: LivePlan, draft: Draft, planned: Plan) -> float:

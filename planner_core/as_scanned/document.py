@@ -19,7 +19,7 @@ from planner_core.as_scanned.comparison import (
     is_part_met,
     registration_of,
 )
-from planner_core.as_scanned.purposes import Purpose
+from planner_core.as_scanned.rescan_gain import Purpose
 from planner_core.model import Coverage, FloatArray, Link, Plan, SiteFrame, Station
 from planner_core.network.weak_motion import overlap_share
 from planner_core.planning.live.live_plan import DraftFigures, LivePlan

@@ -36,7 +36,7 @@ def e57_poses(paths: Sequence[Path]) -> tuple[Pose, ...]:
         if not path.is_file():
             raise StationListError(f"{path}: no such file, expected an E57 file; check the path")
     try:
-        poses: tuple[Pose, ...] = child_process.run_apart(
+        poses: tuple[Pose, ...] = child_process.run_isolated(
             "planner_core.as_scanned.e57_poses:read",
             {"paths": [os.fspath(path) for path in paths]},
             classes=(),

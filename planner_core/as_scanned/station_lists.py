@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from planner_core.as_scanned.coordinate_diagnosis import AT_STATION_M, guess, is_near, shape_doubts, swap_doubts
 from planner_core.as_scanned.e57_poses import e57_poses
-from planner_core.as_scanned.elsewhere import AT_STATION_M, guess, is_near, shape_doubts, swap_doubts
 from planner_core.errors import RequirementError, StationListError
 from planner_core.model import METRE, FloatArray, LengthUnit
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource

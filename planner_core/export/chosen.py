@@ -87,12 +87,14 @@ def require_ground(stations: tuple[FieldStation, ...], what: str) -> None:
         )
 
 
-def staked(plan: PlanSource, station: FieldStation, options: Options) -> FloatArray:
-    """(3,) float64 E, N, H as `written`: of the point that is set out, ground or sensor."""
-    return written(plan, station.site_m if options.instrument == "sensor" else station.site_ground_m, options)
+def stakeout_point(plan: PlanSource, station: FieldStation, options: Options) -> FloatArray:
+    """(3,) float64 E, N, H as `to_output_coordinates`: of the point that is set out, ground or sensor."""
+    return to_output_coordinates(
+        plan, station.site_m if options.instrument == "sensor" else station.site_ground_m, options
+    )
 
 
-def written(plan: PlanSource, site_m: FloatArray, options: Options) -> FloatArray:
+def to_output_coordinates(plan: PlanSource, site_m: FloatArray, options: Options) -> FloatArray:
     """(3,) float64 of the site frame, metres -> in the unit of the plan's frame, less `options.subtract`."""
     return np.asarray(plan.frame.written(site_m) - np.array(options.subtract, dtype=np.float64))
 

@@ -16,9 +16,9 @@ from planner_core.export.chosen import (
     coordinates_line,
     description_of,
     require_ground,
-    staked,
+    stakeout_point,
     subtracted_remark,
-    written,
+    to_output_coordinates,
 )
 from planner_core.export.options import Options
 from planner_core.export.point_names import fitted_names, plain_text
@@ -242,7 +242,7 @@ def _teller(plan: PlanSource, profile: CsvProfile, options: Options) -> Callable
     """Return what writes one cell: of a letter, a station and its name in the list."""
 
     def tell(letter: str, station: FieldStation, name: str) -> str:
-        at = staked(plan, station, options)
+        at = stakeout_point(plan, station, options)
         if letter == "P":
             return name
         if letter in "DFRC":
@@ -261,8 +261,8 @@ def _teller(plan: PlanSource, profile: CsvProfile, options: Options) -> Callable
             "N": at[1],
             "Y": at[1],
             "Z": at[2],
-            "G": written(plan, station.site_ground_m, options)[2],
-            "S": written(plan, station.site_m, options)[2],
+            "G": to_output_coordinates(plan, station.site_ground_m, options)[2],
+            "S": to_output_coordinates(plan, station.site_m, options)[2],
             "H": plan.frame.unit.of(station.instrument_height_m),
         }[letter]
         return figure(float(value), profile.decimals)

@@ -20,7 +20,7 @@ from planner_core.export.chosen import chosen_floors, chosen_stations, descripti
 from planner_core.export.floor_outlines import FloorOutline, outlines_of
 from planner_core.export.geographic import geographic_of
 from planner_core.export.options import Options
-from planner_core.export.route_lines import Way, route_remarks, ways_of
+from planner_core.export.route_lines import RouteLeg, route_remarks, ways_of
 from planner_core.model import FloatArray, SiteFrame
 from planner_core.network.weak_motion import overlap_share
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
@@ -129,7 +129,7 @@ def _floor_feature(plan: PlanSource, floor: FieldFloor, positions: Positions, ou
     return feature("MultiPolygon", polygons, properties)
 
 
-def _route_feature(plan: PlanSource, way: Way, positions: Positions) -> dict[str, Any]:
+def _route_feature(plan: PlanSource, way: RouteLeg, positions: Positions) -> dict[str, Any]:
     properties = {
         "kind": "route",
         "id": way.title,

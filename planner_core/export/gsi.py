@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from planner_core.errors import ExportError, RequirementError
-from planner_core.export.chosen import chosen_stations, require_ground, staked, subtracted_remark
+from planner_core.export.chosen import chosen_stations, require_ground, stakeout_point, subtracted_remark
 from planner_core.export.options import Options
 from planner_core.export.point_names import fitted_names, plain_text
 from planner_core.model import METRE, SiteFrame
@@ -162,7 +162,7 @@ def _crs_words(crs: str) -> list[str]:
 def _station_block(
     plan: PlanSource, station: FieldStation, name: str, number: int, options: Options, layout: _Layout
 ) -> str:
-    east, north, height = staked(plan, station, options).tolist()
+    east, north, height = stakeout_point(plan, station, options).tolist()
     words = [
         layout.text("11", name, f"{number:04d}"),
         layout.length("81", east, f"the easting of {station.id}"),

@@ -24,7 +24,7 @@ from planner_core.plan_folder import palette
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.plan_folder.tripod import tripod
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.scene.native import open_tried
+from planner_core.scene.isolated_readers import open_tried
 
 try:
     import ifcopenshell

@@ -28,7 +28,7 @@ from planner_core.export.csv_profiles import figure
 from planner_core.export.floor_outlines import GROUND, outlines_of
 from planner_core.export.geographic import DECIMALS, Geographic, geographic_of
 from planner_core.export.options import Options
-from planner_core.export.route_lines import Way, route_remarks, ways_of
+from planner_core.export.route_lines import RouteLeg, route_remarks, ways_of
 from planner_core.model import FloatArray
 from planner_core.network.weak_motion import overlap_percent
 from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
@@ -164,7 +164,7 @@ def _add_line(placemark: ElementTree.Element, site_m: FloatArray, places: _Place
     _texts(line, tessellate="0", altitudeMode=places.mode, coordinates=places.text(site_m))
 
 
-def _add_route(document: ElementTree.Element, plan: PlanSource, ways: list[Way], places: _Places) -> None:
+def _add_route(document: ElementTree.Element, plan: PlanSource, ways: list[RouteLeg], places: _Places) -> None:
     if not ways:
         return
     folder = _folder(document, "route")

@@ -26,7 +26,7 @@ from planner_core.export.chosen import (
 )
 from planner_core.export.csv_profiles import figure
 from planner_core.export.options import Options
-from planner_core.export.route_lines import Way, route_remarks, ways_of
+from planner_core.export.route_lines import RouteLeg, route_remarks, ways_of
 from planner_core.model import US_SURVEY_FOOT, FloatArray, SiteFrame
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.progress import Progress
@@ -148,7 +148,7 @@ def _properties(frame: SiteFrame, station: FieldStation, *, scanned: bool) -> It
     yield "scanned_before", "true" if scanned else "false"
 
 
-def _add_route(root: ElementTree.Element, frame: SiteFrame, ways: list[Way]) -> None:
+def _add_route(root: ElementTree.Element, frame: SiteFrame, ways: list[RouteLeg]) -> None:
     if not ways:
         return
     features = _add(root, "PlanFeatures", {"name": "route", "desc": "the route from station to station, on the ground"})

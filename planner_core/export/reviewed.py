@@ -26,7 +26,7 @@ from planner_core.plan_folder.plan_model.given import SiteSection
 from planner_core.plan_folder.plan_settings import ScenePaths, settings_of
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource, open_plan
 from planner_core.progress import Progress, silent
-from planner_core.review.again import site_with_areas
+from planner_core.review.replan import site_with_areas
 from planner_core.review.stations import reviewed_stations
 from planner_core.review.store import ReviewStore
 
@@ -91,7 +91,7 @@ def export_reviewed(
 
 
 def export_in_child(name: str, folder: str, target: str, scene: Sequence[str] | None) -> tuple[str, ...]:
-    """Do what `export_reviewed` does, as a function for `planner_core.child_process.run_apart`."""
+    """Do what `export_reviewed` does, as a function for `planner_core.child_process.run_isolated`."""
     paths = None if scene is None else tuple(Path(path) for path in scene)
     return export_reviewed(name, Path(folder), Path(target), scene=paths, progress=progress_of_child)
 

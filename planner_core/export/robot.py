@@ -25,7 +25,7 @@ from planner_core.export.map_sheets import map_sheets
 from planner_core.export.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap, entered, occupancy_maps, write_map
 from planner_core.export.options import Options
 from planner_core.export.robot_ways import Ground, Piece, RobotWay, robot_ways
-from planner_core.export.route_lines import Way, route_remarks, ways_of
+from planner_core.export.route_lines import RouteLeg, route_remarks, ways_of
 from planner_core.model import FloatArray, PlanSettings, Survey
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.positions.local_site import LocalSite, local_site
@@ -161,7 +161,7 @@ def _stand(ground: Ground, foot_m: FloatArray, floor: int) -> _Stand:
 
 
 def _visits(
-    plan: PlanSource, stations: tuple[FieldStation, ...], ways: tuple[Way, ...]
+    plan: PlanSource, stations: tuple[FieldStation, ...], ways: tuple[RouteLeg, ...]
 ) -> tuple[tuple[FieldStation, ...], tuple[FieldStation, ...]]:
     """Part stations into those of the walk and the others: scanned before, with no way to them, over unknown ground."""
     route = plan.document.get("route")

@@ -13,7 +13,7 @@ import numpy as np
 
 from planner_core.export.map_sheets import MapSheets
 from planner_core.export.occupancy import FREE, OccupancyMap, beside
-from planner_core.export.route_lines import Way
+from planner_core.export.route_lines import RouteLeg
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
 from planner_core.positions.free_space import FreeSpace
 from planner_core.positions.reach import Reach
@@ -77,7 +77,7 @@ class Ground:
 
 
 def robot_ways(
-    ground: Ground, legs: tuple[Way, ...], offset_m: FloatArray
+    ground: Ground, legs: tuple[RouteLeg, ...], offset_m: FloatArray
 ) -> tuple[tuple[RobotWay, ...], tuple[str, ...]]:
     """Cut legs that can be walked to ways on the maps, and lay those anew that leave the free cells; and remarks.
 

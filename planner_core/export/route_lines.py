@@ -12,7 +12,7 @@ from planner_core.plan_folder.plan_source import PlanSource
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class RouteLeg:
     """A leg of the walk. from_id, to_id : stations; empty for where the walk begins and ends.
 
     points_m : (M, 3) float64, its corners; M is 0 where no way inside the model leads there. length_m : NaN there.
@@ -36,13 +36,13 @@ class Way:
         return f"{self.from_id or 'start'} to {self.to_id or 'end'}"
 
 
-def ways_of(plan: PlanSource) -> tuple[Way, ...]:
+def ways_of(plan: PlanSource) -> tuple[RouteLeg, ...]:
     """Return the legs of the route in their order; none where no route was planned."""
     route = plan.document["route"]
     if route is None:
         return ()
     return tuple(
-        Way(
+        RouteLeg(
             from_id=leg["from"] or "",
             to_id=leg["to"] or "",
             points_m=np.array(leg["points"], dtype=np.float64).reshape(-1, 3),
@@ -53,7 +53,7 @@ def ways_of(plan: PlanSource) -> tuple[Way, ...]:
     )
 
 
-def route_remarks(ways: tuple[Way, ...]) -> tuple[str, ...]:
+def route_remarks(ways: tuple[RouteLeg, ...]) -> tuple[str, ...]:
     """Say what of the walk is missing, a line each."""
     if not ways:
         return ("the plan has no route, so none is written",)

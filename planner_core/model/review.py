@@ -180,7 +180,7 @@ class SignOff:
 
 
 @dataclass(frozen=True)
-class Touch:
+class LastChange:
     """When an object was last changed, and by whom. revision : the one that the change made."""
 
     revision: int
@@ -207,7 +207,7 @@ class Review:
     comments: Mapping[str, Comment] = field(default_factory=dict)
     verdicts: Mapping[str, Verdict] = field(default_factory=dict)
     sign_off: SignOff | None = None
-    touched: Mapping[str, Touch] = field(default_factory=dict)
+    touched: Mapping[str, LastChange] = field(default_factory=dict)
 
     @property
     def n_objects(self) -> int:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from planner_core.errors import ReviewError
-from planner_core.model.review import PlanUnderReview, Review, Touch, check_line
+from planner_core.model.review import LastChange, PlanUnderReview, Review, check_line
 from planner_core.review.apply import apply
 from planner_core.review.changes import Change, Context, Sign, Signature, objects_of
 
@@ -30,7 +30,7 @@ class Committed:
 
 
 @dataclass(frozen=True)
-class Clash:
+class EditConflict:
     """An object that was changed meanwhile. by, at : whose change it was, and when."""
 
     object: str
@@ -43,7 +43,7 @@ class Conflict:
     """Nothing was changed: somebody else was first. review : as it stands."""
 
     message: str
-    clashes: tuple[Clash, ...]
+    clashes: tuple[EditConflict, ...]
     review: Review
 
 
@@ -84,20 +84,20 @@ def commit(
         after = applied.review
         undo.append(applied.inverse)
         objects[applied.touched] = None
-    touched = {**review.touched, **dict.fromkeys(objects, Touch(context.revision, by.name, by.time))}
+    touched = {**review.touched, **dict.fromkeys(objects, LastChange(context.revision, by.name, by.time))}
     done = dataclasses.replace(after, revision=context.revision, touched=_remembered(after, touched))
     return Committed(done, tuple(reversed(undo)), tuple(objects))
 
 
-def _clashes(review: Review, base_revision: int, changes: Sequence[Change]) -> tuple[Clash, ...]:
+def _clashes(review: Review, base_revision: int, changes: Sequence[Change]) -> tuple[EditConflict, ...]:
     names = {name: None for change in changes for name in objects_of(change)}
     if any(isinstance(change, Sign) for change in changes):
         names.update(dict.fromkeys(review.touched))  # whoever signs answers for everything
     newer = ((name, review.touched[name]) for name in names if name in review.touched)
-    return tuple(Clash(name, touch.by, touch.at) for name, touch in newer if touch.revision > base_revision)
+    return tuple(EditConflict(name, touch.by, touch.at) for name, touch in newer if touch.revision > base_revision)
 
 
-def _text(clashes: tuple[Clash, ...]) -> str:
+def _text(clashes: tuple[EditConflict, ...]) -> str:
     first = clashes[0]
     more = f" and {len(clashes) - 1} more were" if len(clashes) > 1 else " was"
     return (
@@ -118,7 +118,7 @@ def described(name: str) -> str:
     return f"{words.get(kind, kind)} {rest}".strip()
 
 
-def _remembered(review: Review, touched: dict[str, Touch]) -> dict[str, Touch]:
+def _remembered(review: Review, touched: dict[str, LastChange]) -> dict[str, LastChange]:
     """Forget the oldest of objects that are gone: a review of years would else carry all of them."""
     there = {
         *(f"forbidden:{name}" for name in review.forbidden),

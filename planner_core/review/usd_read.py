@@ -16,13 +16,13 @@ from planner_core.model.review import (
     Comment,
     Entrance,
     ForbiddenPlace,
+    LastChange,
     PlanUnderReview,
     Point,
     Review,
     ReviewedStation,
     SignOff,
     StationEdit,
-    Touch,
     Verdict,
     Zone,
     check_door_state,
@@ -100,14 +100,14 @@ class _Reader:
             raise ReviewError(f"schema is {schema!r}, expected {usd.SCHEMA!r} (another version of tlsplan wrote it)")
         return _whole(prim, "revision", 0)
 
-    def _touched(self, prim: Any) -> dict[str, Touch]:
+    def _touched(self, prim: Any) -> dict[str, LastChange]:
         names, revisions, people, times = (
             list(usd.value_of(prim, f"{usd.PREFIX}touched{what}") or ()) for what in ("", "Revisions", "By", "At")
         )
         if not len(names) == len(revisions) == len(people) == len(times):
             raise ReviewError("the lists of what was touched differ in length, expected one entry per object in each")
         rows = zip(names, revisions, people, times, strict=True)
-        return {str(name): Touch(int(revision), str(by), str(at)) for name, revision, by, at in rows}
+        return {str(name): LastChange(int(revision), str(by), str(at)) for name, revision, by, at in rows}
 
     # -------------------------------------------------------------------------------------------- stations
     def _stations(self) -> dict[str, StationEdit]:

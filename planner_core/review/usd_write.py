@@ -18,12 +18,12 @@ from planner_core.model.review import (
     Comment,
     Entrance,
     ForbiddenPlace,
+    LastChange,
     PlanUnderReview,
     Point,
     Review,
     SignOff,
     StationEdit,
-    Touch,
     Verdict,
     Zone,
 )
@@ -119,7 +119,7 @@ class _Writer:
         if review.sign_off is not None:
             self._sign_off(define(self.layer, usd.SIGN_OFF, "Scope"), review.sign_off)
 
-    def _write_touched(self, root: Any, touched: Mapping[str, Touch]) -> None:
+    def _write_touched(self, root: Any, touched: Mapping[str, LastChange]) -> None:
         """One row an object, in four lists: a prim each would say nothing more, and removed objects have none."""
         rows = sorted(touched.items())
         name = f"{usd.PREFIX}touched"

@@ -12,7 +12,7 @@ import numpy as np
 
 from planner_core.errors import SceneError
 from planner_core.model import FloatArray, Scene
-from planner_core.scene.bulk import fence_m, is_outside
+from planner_core.scene.outliers import fence_m, is_outside
 from planner_core.scene.portions import portions
 
 LONGEST_M, SHORTEST_M = 1000.0, 0.5

@@ -4,7 +4,7 @@ Geometry comes from IfcOpenShell: openings are cut out of their hosts, mapped (i
 instance. Spaces, openings, grids, annotations and other things that no beam can meet are left out.
 
 IfcOpenShell crashes on some damaged files: what is known of those is searched for first (`ifc_faults`), and
-`planner_core.scene.native` calls this reader in a child process.
+`planner_core.scene.isolated_readers` calls this reader in a child process.
 """
 
 from __future__ import annotations

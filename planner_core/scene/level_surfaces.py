@@ -12,8 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
-from planner_core.scene.bulk import fence_m, is_outside, named_few
 from planner_core.scene.columns import Columns, sample_scene
+from planner_core.scene.outliers import fence_m, is_outside, named_few
 from planner_core.scene.portions import portions
 
 #: Ramps up to 10 degrees are ground; the steepest that building codes let people walk on is about 7.

@@ -21,12 +21,12 @@ from planner_core.model import Doors, Georeference, Glass, LoadReport, Optics, S
 from planner_core.model.choices import one_of
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
-from planner_core.scene.bulk import named_few
 from planner_core.scene.doors import without_door_leaves
 from planner_core.scene.extent import LONGEST_M, MAX_LENGTH_M, SHORTEST_M, UNITS_M, extent_m, likely_unit
 from planner_core.scene.federation import federated
 from planner_core.scene.gltf_draco import names_draco
 from planner_core.scene.leave_out import without_elements
+from planner_core.scene.outliers import named_few
 from planner_core.scene.raw import RawScene, unit_name
 from planner_core.scene.rooms import with_rooms
 from planner_core.scene.up_axis import UpAxes, UpAxisDoubt, up_axis_doubt
@@ -338,7 +338,7 @@ def _check_unit(path: Path, raw: RawScene, options: LoadOptions) -> None:
 def _read(path: Path, file_format: str, options: LoadOptions, progress: Progress) -> RawScene:
     """Run the format's reader; its module, and the library behind it, is imported only here."""
     if file_format in ("ifc", "usd") or (file_format == "gltf" and names_draco(path)):
-        from planner_core.scene.native import read_apart
+        from planner_core.scene.isolated_readers import read_apart
 
         return read_apart(
             path,

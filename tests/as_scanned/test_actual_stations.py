@@ -164,7 +164,7 @@ def test_an_e57_that_ends_its_library_is_refused_in_one_line(tmp_path: Path, mon
         raise LostChildError("crashed (segmentation fault)", str(tmp_path / "b.e57"), ())
 
     paths = [write_e57(tmp_path / name, {"A": np.zeros(3)}) for name in ("a.e57", "b.e57")]
-    monkeypatch.setattr("planner_core.child_process.run_apart", fail)
+    monkeypatch.setattr("planner_core.child_process.run_isolated", fail)
     with pytest.raises(StationListError, match=r"b\.e57: libE57Format crashed \(segmentation fault\), expected an E57"):
         e57_poses(paths)
 

@@ -10,7 +10,7 @@ from planner_core.errors import ReviewError
 from planner_core.model import PlanUnderReview, Review, Zone
 from planner_core.review import changes as c
 from planner_core.review import commit as commit_module
-from planner_core.review.commit import Clash, Committed, Conflict, commit
+from planner_core.review.commit import Committed, Conflict, EditConflict, commit
 
 from .conftest import ANA, BEN, OFFSET_M, content, make_plan, some_changes
 
@@ -45,7 +45,7 @@ def test_changes_of_different_objects_do_not_get_in_each_others_way() -> None:
 def test_who_changes_what_somebody_changed_meanwhile_is_told_who_and_when() -> None:
     review = committed(Review(), 0, c.MoveStation("S001", HERE))
     conflict = refused(review, 0, c.RemoveStation("S001"))
-    assert conflict.clashes == (Clash("station:S001", "Ana", ANA.time),)
+    assert conflict.clashes == (EditConflict("station:S001", "Ana", ANA.time),)
     assert "station S001 was changed in the meantime, last by Ana at 16:30:00 UTC" in conflict.message
     assert committed(review, 1, c.RemoveStation("S001"), by=BEN).stations["S001"].removed
 

@@ -407,14 +407,14 @@ def in_this_process_unless_apart(request: pytest.FixtureRequest) -> None:
 @pytest.fixture
 def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Native readers run in this process, where a test can change them: by the test's own patches, undone in order."""
-    monkeypatch.setattr("planner_core.child_process.run_apart", _run_here)
+    monkeypatch.setattr("planner_core.child_process.run_isolated", _run_here)
 
 
 @contextmanager
 def native_readers_here() -> Iterator[None]:
     """Run native readers in this process."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("planner_core.child_process.run_apart", _run_here)
+        patch.setattr("planner_core.child_process.run_isolated", _run_here)
         yield
 
 

@@ -117,7 +117,7 @@ def test_compressed_file_is_read_apart_and_a_plain_one_here(tmp_path, house, wri
     def fail(*args, **options):
         raise LostChildError("crashed (segmentation fault)", "", ())
 
-    monkeypatch.setattr("planner_core.child_process.run_apart", fail)
+    monkeypatch.setattr("planner_core.child_process.run_isolated", fail)
     assert load_scene(write_house(tmp_path, "house.glb")).n_triangles == len(house.triangles)
     with pytest.raises(SceneError, match=r"^a\.gltf: the Draco library crashed \(segmentation fault\), exp"):
         load_scene(write(tmp_path / "a.gltf", packed_house(house)))

@@ -110,7 +110,7 @@ def test_one_is_made_at_a_time(ask: Ask, monkeypatch: pytest.MonkeyPatch) -> Non
         go_on.wait(60)
         raise PlannerError("csv: enough")
 
-    monkeypatch.setattr(exporting, "run_apart", slow)
+    monkeypatch.setattr(exporting, "run_isolated", slow)
     answers: list[httpx.Response] = []
     first = threading.Thread(target=lambda: answers.append(ask("/api/exports/csv")))
     first.start()

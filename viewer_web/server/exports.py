@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from planner_core.child_process import Limits, LostChildError, limits_for, run_apart
+from planner_core.child_process import Limits, LostChildError, limits_for, run_isolated
 from planner_core.errors import PlannerError
 from planner_core.export.formats import FORMATS, Format
 from planner_core.export.reviewed import OFFERED, WITH_FIGURES, edited_stations
@@ -157,7 +157,7 @@ class Exports:
         }
         limits = Limits(silent_s=None, memory_bytes=limits_for(0).memory_bytes)
         try:
-            remarks = run_apart(_FUNCTION, arguments, classes=(), limits=limits, stage=_STAGE, progress=look)
+            remarks = run_isolated(_FUNCTION, arguments, classes=(), limits=limits, stage=_STAGE, progress=look)
             # A short one may be done before anybody waited.
             look(ProgressEvent(_STAGE, 1, 1))
         except LostChildError as error:

@@ -23,7 +23,7 @@ from planner_core.model.review import (
 from planner_core.model.site import GroundPick
 from planner_core.review.apply import KINDS
 from planner_core.review.changes import Change
-from planner_core.review.commit import MOST_CHANGES, Clash
+from planner_core.review.commit import MOST_CHANGES, EditConflict
 
 Metres = Annotated[float, Field(strict=True, ge=-FARTHEST_M, le=FARTHEST_M, allow_inf_nan=False)]
 Point = Annotated[list[Metres], Field(min_length=3, max_length=3, description="x, y, z: scene frame, metres.")]
@@ -458,7 +458,7 @@ def review_document(review: Review) -> dict[str, Any]:
     return dataclasses.asdict(review)
 
 
-def clash_document(clash: Clash) -> dict[str, Any]:
+def clash_document(clash: EditConflict) -> dict[str, Any]:
     """Return a clash as plain JSON."""
     return dataclasses.asdict(clash)
 

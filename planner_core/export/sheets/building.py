@@ -130,7 +130,7 @@ class _Mesh:
 def _read_stage(path: Path) -> tuple[Scene, Patches, Int32Array, Int32Array]:
     """Scene, patches, the floor whose ground each triangle is, and the numbers of the elements."""
     try:
-        meshes, offset_m = child_process.run_apart(
+        meshes, offset_m = child_process.run_isolated(
             "planner_core.export.sheets.building:read_meshes",
             {"path": os.fspath(path)},
             classes=(_Mesh, Element),

@@ -14,7 +14,7 @@ from planner_core.export.chosen import scanned_before
 from planner_core.export.floor_outlines import solid_rings
 from planner_core.export.section import CUT_HEIGHT_M, SectionLine, floor_section, lines_below
 from planner_core.export.sheets.building import Building
-from planner_core.export.sheets.route import Mark, Way, breaks_on, ends_on, sealed_on, ways_on, zones_on
+from planner_core.export.sheets.route import FloorSegment, Mark, breaks_on, ends_on, sealed_on, ways_on, zones_on
 from planner_core.export.sheets.unseen import UnseenSurface, unseen_surface
 from planner_core.model import BoolArray, FloatArray, Floor, Scene
 from planner_core.plan_folder.drawing import links
@@ -48,7 +48,7 @@ class FloorView:
     floor: FieldFloor
     window_m: FloatArray
     stations: tuple[FieldStation, ...]
-    ways: tuple[Way, ...]
+    ways: tuple[FloorSegment, ...]
     ends: tuple[Mark, ...]
     breaks: tuple[Mark, ...]
     sealed: tuple[Mark, ...]

@@ -29,7 +29,7 @@ _STEP_M = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class FloorSegment:
     """A stretch of the walk on one floor. points_m : (M, 2). heights_m : (M,). Scene frame.
 
     arrives, leaves : what to say where it goes over from or to another floor.
@@ -64,7 +64,7 @@ class Mark:
     words: str
 
 
-def ways_on(plan: PlanSource, floor: FieldFloor, building: Building | None = None) -> list[Way]:
+def ways_on(plan: PlanSource, floor: FieldFloor, building: Building | None = None) -> list[FloorSegment]:
     """Stretches of the walk on a floor, in the order of the walk.
 
     building : gives where the upper floor's ground begins; without it a way changes floors at one of its corners.
@@ -72,7 +72,7 @@ def ways_on(plan: PlanSource, floor: FieldFloor, building: Building | None = Non
     route = plan.document.get("route")
     number = {each.id: index for index, each in enumerate(plan.floors)}
     floor_of = {station.id: number[station.floor_id] for station in plan.stations if station.floor_id in number}
-    ways: list[Way] = []
+    ways: list[FloorSegment] = []
     for leg in [] if route is None else route["legs"]:
         points_m = np.array(leg["points"], dtype=np.float64).reshape(-1, 3)
         if len(points_m) < 2:
@@ -87,7 +87,7 @@ def ways_on(plan: PlanSource, floor: FieldFloor, building: Building | None = Non
                 after = stretches[place + 1][0] if place + 1 < len(stretches) else here
                 arrives = _stairs(plan, "from", leg["from"], before) if before != here else ""
                 leaves = _stairs(plan, "to", leg["to"], after) if after != here else ""
-                ways.append(Way(part_m[:, :2], part_m[:, 2], arrives, leaves))
+                ways.append(FloorSegment(part_m[:, :2], part_m[:, 2], arrives, leaves))
     return ways
 
 

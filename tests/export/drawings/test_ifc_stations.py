@@ -23,12 +23,12 @@ from planner_core.model import SiteFrame
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.tripod import tripod
 from planner_core.progress import silent
-from planner_core.scene import native
+from planner_core.scene import isolated_readers
 from planner_core.scene.ifc import try_model
 from planner_core.scene.load import load_scene
 from tests.scene import broken_ifc
 
-in_child = child_process.run_apart
+in_child = child_process.run_isolated
 DUPLEX = Path(__file__).resolve().parents[3].parent / "shared" / "data" / "ifc" / "duplex.ifc"
 
 
@@ -50,11 +50,11 @@ def within(house_in_munich: PlanSource, tmp_path_factory: pytest.TempPathFactory
 def _tried_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Starting a child and importing IfcOpenShell in it takes longer than writing a model; `within` has had one."""
 
-    def run_apart(function: str, arguments: Any, **options: Any) -> Any:
+    def run_isolated(function: str, arguments: Any, **options: Any) -> Any:
         assert function == "planner_core.scene.ifc:try_model"
         return try_model(**arguments)
 
-    monkeypatch.setattr(child_process, "run_apart", run_apart)
+    monkeypatch.setattr(child_process, "run_isolated", run_isolated)
 
 
 @pytest.mark.parametrize("name", ["alone", "within"])
@@ -124,7 +124,7 @@ def test_map_conversion_leads_from_placements_to_site_coordinates(alone, house_i
 
 
 def test_our_own_reader_finds_the_frame_again(alone, house_in_munich, monkeypatch):
-    monkeypatch.setattr(child_process, "run_apart", in_child)
+    monkeypatch.setattr(child_process, "run_isolated", in_child)
     told = load_scene(alone).georeference
     assert told is not None
     assert np.allclose(told.to_map, house_in_munich.frame.matrix, rtol=0, atol=1e-9)
@@ -383,11 +383,11 @@ def test_overlap_that_falls_short_never_reads_as_what_was_asked(house_in_munich,
 def test_model_that_crashes_ifcopenshell_is_refused(house_in_munich, tmp_path, monkeypatch):
     """As some damaged files do while they are opened: the child process dies, this one says so."""
 
-    def run_apart(function: str, arguments: Any, **options: Any) -> Any:
+    def run_isolated(function: str, arguments: Any, **options: Any) -> Any:
         crash = {"stmt": "import faulthandler; faulthandler._sigsegv()", "number": 1}
         return in_child("timeit:timeit", crash, **options)
 
-    monkeypatch.setattr(child_process, "run_apart", run_apart)
+    monkeypatch.setattr(child_process, "run_isolated", run_isolated)
     with pytest.raises(ExportError, match=r"IfcOpenShell crashed \(segmentation fault\), expected a file that it can"):
         write_ifc_model(house_in_munich, tmp_path / "x.ifc", Options(), silent)
     assert not (tmp_path / "x.ifc").exists()
@@ -402,4 +402,4 @@ def test_model_whose_storeys_are_placed_by_something_else_is_refused(house_in_mu
     broken = broken_ifc.changed(text, number, 5, broken_ifc.instance(text, "IfcCartesianPoint"))
     (tmp_path / path.name).write_text(broken)
     with pytest.raises(SceneError, match=r"its contents do not follow IFC"):
-        native.open_tried(tmp_path / path.name)
+        isolated_readers.open_tried(tmp_path / path.name)

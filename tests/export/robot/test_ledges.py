@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from planner_core.export.map_sheets import map_sheets
 from planner_core.export.occupancy import FREE, OCCUPIED, UNKNOWN, occupancy_maps
 from planner_core.export.robot_ways import Ground, Piece, robot_ways
-from planner_core.export.route_lines import Way
+from planner_core.export.route_lines import RouteLeg
 from planner_core.model import Floor, Survey
 from planner_core.positions.carrier import Mover
 from planner_core.positions.footprints import Grid
@@ -102,9 +102,9 @@ def flight(x: range, y: range, *, tread: int, first_m: float = 0.2, floor: int =
     }  # fmt: skip
 
 
-def way_on(site: Site, start: int, end: int) -> Way:
+def way_on(site: Site, start: int, end: int) -> RouteLeg:
     path = Walking(site.ground.reach).path(*(site.ground.space.position_m()[[start, end]]))
-    return Way("A", "B", path.points_m, path.length_m, ("F0",))
+    return RouteLeg("A", "B", path.points_m, path.length_m, ("F0",))
 
 
 def pixels_along(site: Site, piece: Piece) -> set[int]:
@@ -227,7 +227,7 @@ def test_a_way_round_an_open_corner_keeps_off_the_drop() -> None:
     well = {cell: found for cell, found in level(range(40), range(40)).items() if cell[0] < 20 or cell[1] < 20}
     site = site_of(well, (40, 40), (0.0,), radius_m=0.25)
     leg = way_on(site, site.node.index((2, 38, 0.0)), site.node.index((38, 2, 0.0)))
-    past = Way("A", "B", np.array([leg.points_m[0], [1.01, 1.01, 0.0], leg.points_m[-1]]), 3.0, ("F0",))
+    past = RouteLeg("A", "B", np.array([leg.points_m[0], [1.01, 1.01, 0.0], leg.points_m[-1]]), 3.0, ("F0",))
     (way,), remarks = robot_ways(site.ground, (past,), np.zeros(3))
     assert remarks == ("the path from A to B crosses occupied cells or a drop: rerouted around them",)
     assert not way.as_planned
@@ -247,7 +247,7 @@ def test_a_way_along_a_drop_keeps_off_it_where_there_is_room() -> None:
         site = site_of(level(range(60), range(5, 5 + n_rows)), (60, 40), (0.0,), radius_m=0.25)
         ends = [0.1, 5.9 * CELL, 0.0], [2.9, 5.9 * CELL, 0.0]
         along_edge = [[0.1, 0.6, 0.0], ends[0], ends[1], [2.9, 0.6, 0.0]]
-        leg = Way("A", "B", np.array(along_edge), 3.4, ("F0",))
+        leg = RouteLeg("A", "B", np.array(along_edge), 3.4, ("F0",))
         (way,), remarks = robot_ways(site.ground, (leg,), np.zeros(3))
         assert way.as_planned == as_planned
         assert bool(remarks) == (not as_planned)
@@ -260,7 +260,7 @@ def test_no_great_detour_is_made_to_keep_off_a_drop() -> None:
     edge = set(range(15)) | set(range(65, 80))
     frame = {(x, y): found for (x, y), found in level(range(80), range(80)).items() if x in edge or y in edge}
     site = site_of({**frame, **level(range(15, 65), range(38, 42))}, (80, 80), (0.0,), radius_m=0.25)
-    across = Way("A", "B", np.array([[0.375, 2.0, 0.0], [3.625, 2.0, 0.0]]), 3.25, ("F0",))
+    across = RouteLeg("A", "B", np.array([[0.375, 2.0, 0.0], [3.625, 2.0, 0.0]]), 3.25, ("F0",))
     (way,), remarks = robot_ways(site.ground, (across,), np.zeros(3))
     assert way.as_planned
     assert remarks == ()
@@ -269,7 +269,7 @@ def test_no_great_detour_is_made_to_keep_off_a_drop() -> None:
 def test_a_leg_without_free_ground_is_left_out_and_told() -> None:
     site = site_of(joined(level(range(10), range(8)), level(range(12, 20), range(8))), (20, 8), (0.0,))
     a, b = site.ground.space.position_m()[[site.node.index((2, 4, 0.0)), site.node.index((17, 4, 0.0))]]
-    ways, remarks = robot_ways(site.ground, (Way("A", "B", np.array([a, b]), 0.75, ("F0",)),), np.zeros(3))
+    ways, remarks = robot_ways(site.ground, (RouteLeg("A", "B", np.array([a, b]), 0.75, ("F0",)),), np.zeros(3))
     assert ways == ()
     assert remarks == ("no path on free cells of the maps leads from A to B: left out of the paths",)
 
@@ -337,7 +337,7 @@ def test_ways_never_leave_free_cells(
 
 def test_a_leg_over_no_ground_at_all_is_left_out_and_told() -> None:
     site = site_of(level(range(10), range(8)), (10, 8), (0.0,))
-    high = Way("", "B", np.array([[0.1, 0.1, 9.0], [0.3, 0.3, 9.0]]), 0.3, ("F0",))
+    high = RouteLeg("", "B", np.array([[0.1, 0.1, 9.0], [0.3, 0.3, 9.0]]), 0.3, ("F0",))
     assert robot_ways(site.ground, (high,), np.zeros(3)) == (
         (),
         ("no path on free cells of the maps leads from start to B: left out of the paths",),

@@ -11,7 +11,7 @@ from planner_core.coverage.survey import make_survey
 from planner_core.export.map_sheets import map_sheets
 from planner_core.export.occupancy import FREE, entered, occupancy_maps
 from planner_core.export.robot_ways import Ground, robot_ways
-from planner_core.export.route_lines import Way
+from planner_core.export.route_lines import RouteLeg
 from planner_core.model import PlanSettings, Requirements, Scanner, Scene
 from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.reach import reachability
@@ -48,13 +48,13 @@ def ground(
     return Ground(reach, sheets, occupancy_maps(survey, space, sheets))
 
 
-def legs_of(ground: Ground) -> list[Way]:
+def legs_of(ground: Ground) -> list[RouteLeg]:
     """Ways between places drawn at random, in pairs on any floors."""
     stand = np.flatnonzero(ground.reach.reached_node)
     ends = np.random.default_rng(5).choice(stand, size=(N_WAYS, 2))
     walking, at = Walking(ground.reach), ground.space.position_m()
     paths = [walking.path(at[a], at[b]) for a, b in ends.tolist()]
-    return [Way("A", "B", path.points_m, path.length_m, ()) for path in paths if path.points_m.size]
+    return [RouteLeg("A", "B", path.points_m, path.length_m, ()) for path in paths if path.points_m.size]
 
 
 def test_no_way_meets_a_cell_that_is_not_free(ground: Ground) -> None:

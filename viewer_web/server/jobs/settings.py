@@ -11,7 +11,7 @@ from planner_core.model.choices import one_of
 from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.plan_folder.plan_settings import load_options_of, settings_of
 from planner_core.requirements.read import requirements_from
-from planner_core.review.again import load_options_with_review, settings_with_review
+from planner_core.review.replan import load_options_with_review, settings_with_review
 from planner_core.review.store import ReviewStore
 from planner_core.scene.load import LoadOptions
 from viewer_web.server.jobs.documents import RunRequest

@@ -25,8 +25,8 @@ from planner_core.model import (
 )
 from planner_core.model.site import GroundPick
 from planner_core.review import changes as c
-from planner_core.review.again import load_options_with_review, settings_with_review
 from planner_core.review.commit import Committed, commit
+from planner_core.review.replan import load_options_with_review, settings_with_review
 from planner_core.scene.load import LoadOptions
 
 from .conftest import ANA, OFFSET_M, make_plan

@@ -15,7 +15,7 @@ from planner_core import child_process
 from planner_core.child_process import LostChildError
 from planner_core.errors import SceneError
 from planner_core.progress import ProgressEvent, silent
-from planner_core.scene import native
+from planner_core.scene import isolated_readers
 from planner_core.scene.ifc_shapes import SHAPES
 from planner_core.scene.load import load_scene
 from planner_core.scene.usd import read_usd
@@ -56,8 +56,8 @@ def written(path: Path, text: str) -> Path:
 
 # ------------------------------------------------------------------------------------------------ the same
 def check_same(path: Path, file_format: str) -> None:
-    apart = native.read_apart(path, file_format, skip_bad_faces=False, progress=silent)
-    here = native.read(str(path), file_format, skip_bad_faces=False)
+    apart = isolated_readers.read_apart(path, file_format, skip_bad_faces=False, progress=silent)
+    here = isolated_readers.read(str(path), file_format, skip_bad_faces=False)
     assert len(apart.triangles)
     for each in fields(here):
         assert is_same(getattr(apart, each.name), getattr(here, each.name)), each.name
@@ -168,9 +168,9 @@ def test_element_that_hangs_is_found(tmp_path, building_text, monkeypatch):
     monkeypatch.setattr(child_process, "ASLEEP_S", 2.0)
     wall = broken_ifc.instance(building_text, "IfcWall")
     path = written(tmp_path / "a.ifc", broken_ifc.bad_id("IfcWall", "$")(building_text))
-    assert native._culprit(path, LostChildError("hung", SHAPES, ()), silent) == f"{wall} IfcWall 'Wall' None"
+    assert isolated_readers._culprit(path, LostChildError("hung", SHAPES, ()), silent) == f"{wall} IfcWall 'Wall' None"
     made = tuple(int(number) for number in re.findall(r"#(\d+)=IFCWALL\(", building_text))
-    assert native._culprit(path, LostChildError("hung", SHAPES, made), silent) == SHAPES
+    assert isolated_readers._culprit(path, LostChildError("hung", SHAPES, made), silent) == SHAPES
 
 
 @pytest.mark.slow
@@ -196,14 +196,14 @@ def test_more_slow_elements_than_are_left_out_are_refused(tmp_path, building_tex
     steps_s: list[float] = []
     monkeypatch.delenv(child_process.LIMIT_VARIABLE, raising=False)
 
-    def run_apart(function: str, arguments: Any, *, limits: child_process.Limits, **_: Any) -> Any:
+    def run_isolated(function: str, arguments: Any, *, limits: child_process.Limits, **_: Any) -> Any:
         steps_s.append(limits.step_cpu_s or 0.0)
-        if function == "planner_core.scene.native:read":
+        if function == "planner_core.scene.isolated_readers:read":
             raise LostChildError("made no progress", SHAPES, (), is_slow=True)
         made.append(arguments["made"])
         raise LostChildError("made no progress", f"#{len(made)} IfcWall 'Wall'", (), is_slow=True)
 
-    monkeypatch.setattr(child_process, "run_apart", run_apart)
+    monkeypatch.setattr(child_process, "run_isolated", run_isolated)
     path = written(tmp_path / "a.ifc", building_text)
     assert (
         "a.ifc: more than 20 elements take IfcOpenShell too long, the first is #1 IfcWall 'Wall'; simplify them"
@@ -220,13 +220,13 @@ def test_limit_that_the_user_set_counts_for_every_slow_element(tmp_path, buildin
     monkeypatch.setenv(child_process.LIMIT_VARIABLE, "7")
     steps_s: list[float | None] = []
 
-    def run_apart(function: str, arguments: Any, *, limits: child_process.Limits, **_: Any) -> Any:
+    def run_isolated(function: str, arguments: Any, *, limits: child_process.Limits, **_: Any) -> Any:
         steps_s.append(limits.step_cpu_s)
         assert limits.whole_cpu_s is None
-        place = SHAPES if function == "planner_core.scene.native:read" else f"#{len(steps_s)} IfcWall 'Wall'"
+        place = SHAPES if function == "planner_core.scene.isolated_readers:read" else f"#{len(steps_s)} IfcWall 'Wall'"
         raise LostChildError("made no progress", place, (), is_slow=True)
 
-    monkeypatch.setattr(child_process, "run_apart", run_apart)
+    monkeypatch.setattr(child_process, "run_isolated", run_isolated)
     message_of(written(tmp_path / "a.ifc", building_text))
     assert set(steps_s) == {7.0}
 
@@ -249,15 +249,15 @@ def test_elements_that_are_slow_together_are_read_but_for_one_that_is_slow_alone
     """A first child that shows no step, and a second one that shows none at the wall, or goes through."""
     number = broken_ifc.instance(building_text, "IfcWall")
     wall = f"{number} IfcWall 'Wall' {broken_ifc.slots(building_text, number)[0].strip(chr(39))}"
-    real, places = child_process.run_apart, [SHAPES, wall] if is_slow_alone else [SHAPES]
+    real, places = child_process.run_isolated, [SHAPES, wall] if is_slow_alone else [SHAPES]
 
-    def run_apart(function: str, arguments: Any, **options: Any) -> Any:
+    def run_isolated(function: str, arguments: Any, **options: Any) -> Any:
         if places:
             raise LostChildError("made no progress", places.pop(0), (), is_slow=True)
-        assert (function == "planner_core.scene.native:read") == (options["limits"].step_cpu_s is None)
+        assert (function == "planner_core.scene.isolated_readers:read") == (options["limits"].step_cpu_s is None)
         return real(function, arguments, **options)
 
-    monkeypatch.setattr(child_process, "run_apart", run_apart)
+    monkeypatch.setattr(child_process, "run_isolated", run_isolated)
     scene = load_scene(written(tmp_path / "a.ifc", building_text))
     assert places == []
     assert (len(scene.elements), "Wall" in [e.name for e in scene.elements]) == (
@@ -289,6 +289,6 @@ def test_file_that_takes_too_much_memory_of_python_is_refused(tmp_path, monkeypa
     def fail(*args: Any, **options: Any) -> None:
         raise MemoryError("no")
 
-    monkeypatch.setattr(child_process, "run_apart", fail)
+    monkeypatch.setattr(child_process, "run_isolated", fail)
     message = message_of(write_house(tmp_path, "four.ifc"))
     assert "reading it takes more memory than there is; export it in parts" in message

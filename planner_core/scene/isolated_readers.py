@@ -85,7 +85,7 @@ def open_tried(path: Path) -> Any:
     from planner_core.scene.ifc import open_model
 
     try:
-        child_process.run_apart(
+        child_process.run_isolated(
             "planner_core.scene.ifc:try_model",
             {"path": os.fspath(path)},
             classes=(),
@@ -107,8 +107,13 @@ def _unreadable(path: Path, file_format: str, lost: LostChildError, place: str) 
 
 
 def _read_apart(arguments: dict[str, object], limits: Limits, progress: Progress) -> RawScene:
-    raw: RawScene = child_process.run_apart(
-        "planner_core.scene.native:read", arguments, classes=_CLASSES, limits=limits, stage="load", progress=progress
+    raw: RawScene = child_process.run_isolated(
+        "planner_core.scene.isolated_readers:read",
+        arguments,
+        classes=_CLASSES,
+        limits=limits,
+        stage="load",
+        progress=progress,
     )
     return raw
 
@@ -197,7 +202,7 @@ def _limits_of_next(limits: Limits, n_found: int) -> Limits:
 
 
 def _make_one_by_one(path: Path, made: Collection[int], limits: Limits, progress: Progress) -> None:
-    child_process.run_apart(
+    child_process.run_isolated(
         "planner_core.scene.ifc:make_one_by_one",
         {"path": os.fspath(path), "made": list(made)},
         classes=(),
