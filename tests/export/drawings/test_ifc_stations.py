@@ -51,8 +51,9 @@ def _tried_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Starting a child and importing IfcOpenShell in it takes longer than writing a model; `within` has had one."""
 
     def run_isolated(function: str, arguments: Any, **options: Any) -> Any:
-        assert function == "planner_core.scene.ifc:try_model"
-        return try_model(**arguments)
+        if function == "planner_core.scene.ifc:try_model":
+            return try_model(**arguments)
+        return in_child(function, arguments, **options)  # the first test of a run makes the plan
 
     monkeypatch.setattr(child_process, "run_isolated", run_isolated)
 
@@ -123,8 +124,7 @@ def test_map_conversion_leads_from_placements_to_site_coordinates(alone, house_i
         assert ifcopenshell.util.geolocation.auto_xyz2enh(model, *local) == pytest.approx(station.site_m, abs=1e-4)
 
 
-def test_our_own_reader_finds_the_frame_again(alone, house_in_munich, monkeypatch):
-    monkeypatch.setattr(child_process, "run_isolated", in_child)
+def test_our_own_reader_finds_the_frame_again(alone, house_in_munich):
     told = load_scene(alone).georeference
     assert told is not None
     assert np.allclose(told.to_map, house_in_munich.frame.matrix, rtol=0, atol=1e-9)
