@@ -1,7 +1,7 @@
 """Fig. 2, how triangles are cut: by the longest edge, by edges in turn or at random; and the returns that cuts lose.
 
 The test of a ray against a triangle is the usual one (Moeller and Trumbore) in float32, as on a GPU: without the margin
-by which our own engine makes triangles larger, and asked for comparison.
+by which our own engine makes triangles larger, and required for comparison.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ def run(bench: Bench) -> Outcome:
 
 
 def agreement(by_cells: list[float], by_points: list[list[float]]) -> Literal["yes", "partly", "no"]:
-    """Whether accuracy depends on the grid and on the number of points, as the paper says.
+    """Whether accuracy depends on the grid and on the number of points, as in the paper.
 
     by_cells : mean errors, coarsest grid first; by_points : for each grid, mean errors, fewest points first. Either
     counts where the last error is less than half of the first.

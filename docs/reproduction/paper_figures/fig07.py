@@ -19,7 +19,8 @@ from scenes_synthetic.solids import pierced_box
 from .charts import COLOURS, chart, label
 from .figure import Bench, Outcome, Picture
 
-#: Points a square metre: so many that the seat's triangles get some hundred each, as few as can be told apart on paper.
+#: Points a square metre: so many that the seat's triangles get some hundred each, as few as can be distinguished on
+#: paper.
 POINTS_PER_M2 = 6000.0
 #: Triangles with fewer points have no evenness worth measuring.
 LEAST_POINTS = 30

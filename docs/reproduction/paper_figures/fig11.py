@@ -22,7 +22,7 @@ from .figure import Bench, Outcome, Picture, Verdict, at_native_columns, by_shar
 from .levels import Level, open_level
 
 N_BEST = 30
-#: Least distances of chosen positions that are tried; the paper tells none.
+#: Least distances of chosen positions that are tried; the paper gives none.
 _APART_M = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0)
 #: The one that is drawn and judged: nearer ones are the same spot at another height, or the next voxel.
 APART_M = 1.0

@@ -37,7 +37,7 @@ SMALL = (f"Girls {FLOOR}", f"Boys {FLOOR}", f"Staff room {FLOOR}")
 COVERAGE = 0.95
 #: Rooms that are named as those where most improved positions are.
 _N_CROWDED = 3
-#: Ranges that are asked how far they reach through the void: Table 2's, and a farther one.
+#: Ranges that are tested for how far they reach through the void: Table 2's, and a farther one.
 _RANGES_M = (5.0, 20.0)
 #: Faces of a room lie on its outline.
 _FACE_M = 0.05

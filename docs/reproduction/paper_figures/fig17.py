@@ -22,7 +22,7 @@ from .levels import Level as OpenLevel
 from .levels import open_level
 
 N_BEST = 10
-#: Least distance of chosen positions; the paper tells none.
+#: Least distance of chosen positions; the paper gives none.
 APART_M = 0.5
 #: A position is next to a hole if either mouth of it is within this in plan, whatever its height.
 NEXT_WITHIN_M = 1.0
@@ -32,7 +32,7 @@ ALL_NEXT = 0.9
 FIXED_M = 1.5
 _HEIGHTS_M = tuple(float(z) for z in np.round(np.arange(1.0, 2.05, 0.1), 1))
 _SCANNERS = {"hdl-64e": "HDL-64E", "pandar64": "Pandar64"}
-#: Of all positions, every so many-th is asked for what it sees, to know what is usual.
+#: Of all positions, every so many-th is scanned for what it sees, to know what is usual.
 _EVERY = 10
 #: Random sets that the fixed height is compared with.
 _N_SETS = 200

@@ -85,7 +85,7 @@ class Figure:
     """What the command line calls it: `fig04`, `eq9`."""
     title: str
     paper_found: str
-    """What the paper shows and says, in our words."""
+    """What the paper shows and states, in our words."""
     run: Callable[[Bench], Outcome]
     small_size: str
     """What a run without `--full` is smaller by, in a sentence."""

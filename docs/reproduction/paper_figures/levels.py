@@ -20,7 +20,7 @@ from planner_core.scanner.load_scanner import load_scanner
 if TYPE_CHECKING:
     from .figure import Bench
 
-#: Table 2's patch size is not told; ours is the planner's own.
+#: Table 2's patch size is not given; ours is the planner's own.
 PATCH_AREA_M2 = 0.04
 
 

@@ -27,7 +27,7 @@ _COLUMNS = (450, 900, 1800, 4500)
 _DISTANCES = ("squared", "euclidean")
 _AREAS_M2 = (0.01, 0.02, 0.04, 0.08, 0.16)
 _HEIGHT_M = 1.3
-#: The paper's second scanner, asked at its own columns alone.
+#: The paper's second scanner, used at its own columns alone.
 _OTHER = "pandar64"
 #: Shares up to which reaching pays: of positions worse than one that sees nothing, of patches dearer than unreached.
 FEW_WORSE, FEW_DEARER = 0.05, 0.5
