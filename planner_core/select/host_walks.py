@@ -1,8 +1,8 @@
 """Annealing of station sets on the host: kernels/swap_walks.cl and kernels/slot_network.h once more, compiled by numba.
 
 Whole numbers alone, in the kernel's order of drawing: the same sets come out, bit for bit. A walk is one thread. Unlike
-the kernel it takes any number of classes. Steps are numbered and arrays named as there; what a step does, and why, is
-said there.
+the kernel it takes any number of classes, keeps what one look more at each row adds, and finds bridges by words of 64
+places. Steps are numbered and arrays named as in the kernel, which describes what a step does, and why.
 """
 
 from __future__ import annotations
@@ -17,8 +17,10 @@ from planner_core.model import Int32Array, Int64Array
 from planner_core.select.swap_walks import LUCK_BITS, TRIES, check_pinned
 
 if TYPE_CHECKING:
+    from planner_core.select.problem import CoverProblem
     from planner_core.select.swap_walks import Terrain
 
+UInt32Array = NDArray[np.uint32]
 UInt64Array = NDArray[np.uint64]
 
 # numba takes a sum of uint64 and a signed number for float64: every word is a uint64, constants too.
@@ -42,9 +44,7 @@ class HostWalks:
         counted = [np.flatnonzero(counts) for counts in terrain.counts]
         self._shape = (n, problem.n_rows, terrain.counts.shape[1], terrain.n_levels)
         self._fixed: tuple[Any, ...] = (
-            problem.starts.astype(np.int64),
-            problem.row,
-            terrain.class_of,
+            *_rows_by_class(problem, terrain.class_of, terrain.counts.shape[1]),
             problem.ticks.astype(np.int64),
             problem.required.astype(np.int64),
             np.minimum(problem.seen_from, terrain.n_levels).astype(np.int64),
@@ -90,6 +90,15 @@ class HostWalks:
 
         in_threads(go, len(sets))
         return missing
+
+
+def _rows_by_class(problem: CoverProblem, class_of: Int32Array, n_classes: int) -> tuple[Int64Array, UInt32Array]:
+    """Rows that each candidate sees, those of one class together, as CSR: (N * classes + 1,) and (M,)."""
+    owner = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))
+    piece = owner * n_classes + class_of[problem.row]
+    order = np.argsort(piece, kind="stable")
+    starts = np.searchsorted(piece[order], np.arange(problem.n_candidates * n_classes + 1)).astype(np.int64)
+    return starts, problem.row[order].astype(np.uint32)
 
 
 def _link_words(starts: Int64Array, neighbour: Int32Array) -> UInt64Array:
@@ -148,82 +157,64 @@ def _link_place(bits: Any, place: int, sets: Any, n: int, link_words: Any) -> No
 
 
 @compiled
-def _linked_from(row: Any, first: int, n: int) -> Any:
-    w = first >> 6
-    while w * 64 < n:
-        left = row[w]
-        if w == first >> 6:
-            left &= ~np.uint64(0) << np.uint64(first & 63)
-        if left != 0:
-            return w * 64 + _lowest_bit(left)
-        w += 1
-    return n
+def _faults_of(
+    bits: Any, loops: bool, sets: Any, part: Any, n_in_part: Any, spared_starts: Any, spared: Any, seen: Any,
+    queue: Any, parent: Any, below: Any, linked: Any,
+) -> Any:  # fmt: skip
+    """Components of the places; with `loops` also bridges that might be avoided, in parts of three places or more.
 
-
-@compiled
-def _components_of(bits: Any, queue: Any, seen: Any) -> Any:
+    Places are found breadth first. The link from a place to its parent is a bridge where no other leads out of what was
+    found from the place on: `below`, and where its links lead: `linked`. The last five arguments are room to work in.
+    """
     n_set, words = bits.shape
-    components = 0
+    faults, head, tail = 0, 0, 0
     seen[:] = 0
     for root in range(n_set):
         if (seen[root >> 6] >> np.uint64(root & 63)) & _ONE != 0:
             continue
-        components += 1
+        faults += 1
         seen[root >> 6] |= _ONE << np.uint64(root & 63)
-        queue[0] = root
-        head, tail = 0, 1
+        parent[root] = -1
+        queue[tail] = root
+        tail += 1
         while head < tail:
+            p = queue[head]
             for w in range(words):
-                fresh = bits[queue[head], w] & ~seen[w]
+                fresh = bits[p, w] & ~seen[w]
                 seen[w] |= fresh
                 while fresh != 0:
                     queue[tail] = w * 64 + _lowest_bit(fresh)
+                    parent[queue[tail]] = p
                     tail += 1
                     fresh &= fresh - _ONE
             head += 1
-    return components
-
-
-@compiled
-def _components_and_bridges(
-    bits: Any, sets: Any, part: Any, n_in_part: Any, spared_starts: Any, spared: Any, marks: Any
-) -> Any:
-    found, low, parent, following = marks[0], marks[1], marks[2], marks[3]
-    n_set = bits.shape[0]
-    faults, time = 0, 0
-    found[:] = 0
-    for root in range(n_set):
-        if found[root] != 0:
+    if not loops:
+        return faults
+    linked[:] = bits
+    below[:] = 0
+    for at in range(n_set - 1, -1, -1):
+        p = queue[at]
+        above = parent[p]
+        below[p, p >> 6] |= _ONE << np.uint64(p & 63)
+        if above < 0:
             continue
-        faults += 1
-        time += 1
-        found[root] = low[root] = time
-        parent[root] = -1
-        following[root] = 0
-        p = root
-        while p >= 0:
-            other = _linked_from(bits[p], following[p], n_set)
-            if other < n_set:
-                following[p] = other + 1
-                if found[other] == 0:
-                    time += 1
-                    found[other] = low[other] = time
-                    parent[other] = p
-                    following[other] = 0
-                    p = other
-                elif other != parent[p]:
-                    low[p] = min(low[p], found[other])
-                continue
-            above = parent[p]
-            if above >= 0:
-                low[above] = min(low[above], low[p])
-                if low[p] > found[above] and n_in_part[part[sets[p]]] > 2:
-                    avoidable = 1
-                    for e in range(spared_starts[sets[p]], spared_starts[sets[p] + 1]):
-                        if spared[e] == sets[above]:
-                            avoidable = 0
-                    faults += avoidable
-            p = above
+        others = np.uint64(0)
+        for w in range(words):
+            out = linked[p, w] & ~below[p, w]
+            back = bits[above, w] & below[p, w]
+            if w == above >> 6:
+                out &= ~(_ONE << np.uint64(above & 63))
+            if w == p >> 6:
+                back &= ~(_ONE << np.uint64(p & 63))
+            others |= out | back
+            below[above, w] |= below[p, w]
+            linked[above, w] |= linked[p, w]
+        if others == 0 and n_in_part[part[sets[p]]] > 2:
+            avoidable = 1
+            for e in range(spared_starts[sets[p]], spared_starts[sets[p] + 1]):
+                if spared[e] == sets[above]:
+                    avoidable = 0
+            faults += avoidable
     return faults
 
 
@@ -241,9 +232,44 @@ def _missing_of(required: Any, seen_from: Any, class_starts: Any, classes: Any, 
 
 
 @compiled
+def _change_looks(
+    by: int, candidate: int, starts: Any, row: Any, ticks: Any, count: Any, added: Any, covered: Any
+) -> None:
+    """Let a candidate come (1) or go (-1): how often its rows are seen, what one look more adds, what is covered."""
+    n_classes, n_levels = covered.shape
+    for c in range(n_classes):
+        for e in range(starts[candidate * n_classes + c], starts[candidate * n_classes + c + 1]):
+            r = row[e]
+            before = count[r]
+            after = before + by
+            count[r] = after
+            if min(before, after) < n_levels:
+                covered[c, min(before, after)] += by * ticks[r]
+                if before < n_levels:
+                    added[before, r] = 0
+                if after < n_levels:
+                    added[after, r] = ticks[r]
+
+
+@compiled
+def _add_ticks(covered: Any, candidate: int, starts: Any, row: Any, added: Any) -> None:
+    """Add what one look more by a candidate covers, of each class by each number of looks."""
+    n_classes, n_levels = covered.shape
+    for c in range(n_classes):
+        first, end = starts[candidate * n_classes + c], starts[candidate * n_classes + c + 1]
+        for look in range(n_levels):
+            worth = 0
+            for e in range(first, end):
+                worth += added[look, row[e]]
+                if worth < 0:
+                    break  # never: without it the compiler takes instructions that gather, which are slower here
+            covered[c, look] += worth
+
+
+@compiled
 def _walk(
     n_candidates: int, n_rows: int, n_classes: int, n_levels: int,
-    starts: Any, row: Any, class_of: Any, ticks: Any, required: Any, seen_from: Any, class_starts: Any, classes: Any,
+    starts: Any, row: Any, ticks: Any, required: Any, seen_from: Any, class_starts: Any, classes: Any,
     near: Any, luck: Any, heat: Any, n_tries: int, luck_shift: Any,
     has_network: bool, loops: bool, link_starts: Any, link: Any, link_words: Any, part: Any, spared_starts: Any,
     spared: Any, n_parts: int,
@@ -253,23 +279,22 @@ def _walk(
     """One walk. sets : (n_set,) int64, read and written. Returns what it misses."""
     n_set, n_near = sets.size, near.shape[1]
     inside = np.zeros(n_candidates, dtype=np.uint8)
-    count = np.zeros(n_rows, dtype=np.uint16)
+    count = np.zeros(n_rows, dtype=np.int32)
+    added = np.zeros((n_levels, n_rows), dtype=np.int64)
+    added[0] = ticks
     covered = np.zeros((n_classes, n_levels), dtype=np.int64)
     without, then_covered = np.empty_like(covered), np.empty_like(covered)
 
     # 1. How often each row is seen, and how much of each class.
     for place in range(n_set):
         inside[sets[place]] = 1
-        for e in range(starts[sets[place]], starts[sets[place] + 1]):
-            looks = count[row[e]]
-            count[row[e]] += 1
-            if looks < n_levels:
-                covered[class_of[row[e]], looks] += ticks[row[e]]
+        _change_looks(1, sets[place], starts, row, ticks, count, added, covered)
     least = _missing_of(required, seen_from, class_starts, classes, covered)
     n_set_of_bits = n_set if has_network else 0
     bits = np.zeros((n_set_of_bits, (n_set_of_bits + 63) >> 6), dtype=np.uint64)
     seen = np.zeros(bits.shape[1], dtype=np.uint64)
-    marks = np.zeros((4, n_set_of_bits), dtype=np.int64)
+    queue, parent = np.zeros(n_set_of_bits, dtype=np.int64), np.zeros(n_set_of_bits, dtype=np.int64)
+    below, linked = np.zeros_like(bits), np.zeros_like(bits)
     n_in_part = np.zeros(n_parts, dtype=np.int64)
     n_parts_used = 0
     if has_network:
@@ -277,10 +302,9 @@ def _walk(
             _link_place(bits, place, sets, place, link_words)
             n_parts_used += n_in_part[part[sets[place]]] == 0
             n_in_part[part[sets[place]]] += 1
-        if loops:
-            faults = _components_and_bridges(bits, sets, part, n_in_part, spared_starts, spared, marks)
-        else:
-            faults = _components_of(bits, marks[0], seen)
+        faults = _faults_of(
+            bits, loops, sets, part, n_in_part, spared_starts, spared, seen, queue, parent, below, linked
+        )
         least += penalty * (faults - n_parts_used)
 
     step = first_step
@@ -290,11 +314,7 @@ def _walk(
         place = n_pinned + _below(_philox(round_, step, walk, 0, seed)[0], n_set - n_pinned)
         out = sets[place]
         without[:] = covered
-        for e in range(starts[out], starts[out + 1]):
-            r = row[e]
-            count[r] -= 1
-            if count[r] < n_levels:
-                without[class_of[r], count[r]] -= ticks[r]
+        _change_looks(-1, out, starts, row, ticks, count, added, without)
         if has_network:
             _unlink_place(bits, place)
             n_in_part[part[out]] -= 1
@@ -319,10 +339,7 @@ def _walk(
             if inside[other] != 0:
                 continue
             then_covered[:] = without
-            for e in range(starts[other], starts[other + 1]):
-                r = row[e]
-                if count[r] < n_levels:
-                    then_covered[class_of[r], count[r]] += ticks[r]
+            _add_ticks(then_covered, other, starts, row, added)
             then = _missing_of(required, seen_from, class_starts, classes, then_covered)
             most = least + ((warmth * luck[z >> luck_shift]) >> 16)
             if then > most:
@@ -332,10 +349,9 @@ def _walk(
                 _link_place(bits, place, sets, n_set, link_words)
                 is_first = n_in_part[part[other]] == 0
                 n_in_part[part[other]] += 1
-                if loops:
-                    faults = _components_and_bridges(bits, sets, part, n_in_part, spared_starts, spared, marks)
-                else:
-                    faults = _components_of(bits, marks[0], seen)
+                faults = _faults_of(
+                    bits, loops, sets, part, n_in_part, spared_starts, spared, seen, queue, parent, below, linked
+                )
                 then += penalty * (faults - n_parts_used - is_first)
                 if then > most:
                     _unlink_place(bits, place)
@@ -348,8 +364,7 @@ def _walk(
             covered[:] = then_covered
             break
         # 4. Whoever it is counts.
-        for e in range(starts[into], starts[into + 1]):
-            count[row[e]] += 1
+        _change_looks(1, into, starts, row, ticks, count, added, without)
         sets[place] = into
         inside[out] = 0
         inside[into] = 1
