@@ -72,7 +72,7 @@ campaigns: ## every campaign in full: other machines, oclgrind, faults, fuzzing,
 	@$(MAKE) --no-print-directory --keep-going $(CAMPAIGNS)
 
 # Machines unlike this one: tests/machines/README.md.
-ON_UNKNOWN_PROCESSOR := tests/device tests/kernels tests/engine/test_engines.py tests/engine/test_tree.py tests/select/test_swap_walks.py
+ON_UNKNOWN_PROCESSOR := tests/device tests/kernels tests/engine/test_engines.py tests/engine/test_tree.py
 WITHOUT_OPENCL := tests/select tests/planning/live tests/requirements tests/planning/test_proven_method.py tests/planning/test_plan_network.py tests/planning/test_plan_interrupt.py
 
 test-machines: setup $(DEV) ## the demo, and a part of the suite, as on an unknown processor and without OpenCL

@@ -1,4 +1,4 @@
-"""Functions that numba compiles for the processor at hand: twins of kernels, for machines without OpenCL.
+"""Functions that numba compiles for the processor at hand, among them twins of kernels for machines without OpenCL.
 
 `compiled` is the only way to numba in this project. Importing this module imports it, which takes a third of a second:
 modules that compile functions are imported where they are used, not at the head of others.

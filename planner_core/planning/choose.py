@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.engine.scan_engine import ScanEngine, device_of
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, Crew, FloatArray, Objective, Paper, PlanSettings, Proven, Role, Route
 from planner_core.paper.pipeline import repair, select_by_genes, shortfall
 from planner_core.planning.pool import Choice, Pool
@@ -85,12 +85,12 @@ def choose(
     begun = (*pool.given, *(int(row) for row in places.rows_of(Role.BEGUN)))
     tolerance_m = settings.set_up_tolerance_m
     if settings.max_stations is not None:
-        choice = _most_covered(pool, settings.max_stations, budget, engine, progress, begun=begun)
+        choice = _most_covered(pool, settings.max_stations, budget, progress, begun=begun)
         return _as_set_up(choice, places, tolerance_m, engine, progress)
-    choice = _fewest(pool, budget, engine, progress, begun=begun)
+    choice = _fewest(pool, budget, progress, begun=begun)
     try:  # from here on there is a plan, whoever interrupts what
         if pool.kept:
-            choice = _replanned(choice, budget, engine, progress)
+            choice = _replanned(choice, budget, progress)
         elif settings.refine and _goes_on(choice, budget):
             choice = _refined(choice, places, engine, budget, progress)
         choice = _as_set_up(choice, places, tolerance_m, engine, progress, budget=None if pool.kept else budget)
@@ -129,9 +129,9 @@ def _settle(progress: Progress, stage: str, why_stopped: str) -> None:
 
 
 # ------------------------------------------------------------------------------------------ fewest stations
-def _fewest(pool: Pool, budget: _Budget, engine: ScanEngine, progress: Progress, *, begun: tuple[int, ...]) -> Choice:
+def _fewest(pool: Pool, budget: _Budget, progress: Progress, *, begun: tuple[int, ...]) -> Choice:
     meets = len(begun) > len(pool.given) and bool((pool.problem.covered(list(begun)) >= pool.problem.required).all())
-    found = _select(pool, budget.left, engine, progress, start=begun if meets else None)
+    found = _select(pool, budget.left, progress, start=begun if meets else None)
     return Choice(
         pool,
         found.chosen,
@@ -145,7 +145,6 @@ def _fewest(pool: Pool, budget: _Budget, engine: ScanEngine, progress: Progress,
 def _select(
     pool: Pool,
     selection: Proven,
-    engine: ScanEngine,
     progress: Progress,
     *,
     given: tuple[int, ...] | None = None,
@@ -157,7 +156,6 @@ def _select(
         network=pool.network,
         given=pool.given if given is None else given,
         start=start,
-        device=device_of(engine),
         # With other given stations, the bound is one of plans that have these.
         progress=pool.placing(progress, bounds=given is None),
     )
@@ -165,7 +163,7 @@ def _select(
     return found
 
 
-def _replanned(choice: Choice, budget: _Budget, engine: ScanEngine, progress: Progress) -> Choice:
+def _replanned(choice: Choice, budget: _Budget, progress: Progress) -> Choice:
     """Keep the earlier plan's stations, add the fewest that are missing, drop those that are not needed any more.
 
     Of the plan from scratch only its bound, and how many it takes, are told.
@@ -174,7 +172,7 @@ def _replanned(choice: Choice, budget: _Budget, engine: ScanEngine, progress: Pr
     stays = tuple(dict.fromkeys((*pool.given, *pool.kept)))
     # Somebody who has interrupted once waits for the least that makes a plan.
     left = replace(budget.left, work_limit=0.0) if choice.why_stopped == INTERRUPTED else budget.left
-    filled = _select(pool, left, engine, progress, given=stays)
+    filled = _select(pool, left, progress, given=stays)
     needed = drop_redundant(pool.problem, list(filled.chosen), given=pool.given, network=pool.network)
     chosen = polish(pool.problem, needed, network=pool.network, given=pool.given, keep=pool.kept)
     lines = []
@@ -201,7 +199,7 @@ def _refined(
         return replace(choice, pool=better.pool, chosen=better.chosen, why_stopped=why_stopped)
     # Somebody who has interrupted waits for a bound that needs no search.
     left = replace(budget.left, work_limit=0.0) if better.interrupted else budget.left
-    again = _select(better.pool, left, engine, progress, start=better.chosen)
+    again = _select(better.pool, left, progress, start=better.chosen)
     chosen = again.chosen
     if len(chosen) < len(better.chosen):
         chosen = polish(better.pool.problem, chosen, network=better.pool.network, given=better.pool.given)
@@ -254,7 +252,7 @@ def _as_set_up(
             break
         pool = holding
         work = replace(budget.left, prove=False)
-        found = _select(pool, work, engine, progress)
+        found = _select(pool, work, progress)
         chosen = polish(pool.problem, found.chosen, network=pool.network, given=pool.given)
         if found.why_stopped == INTERRUPTED:
             break
@@ -342,9 +340,7 @@ def route_through(
     return route, scanned
 
 
-def _most_covered(
-    pool: Pool, n_most: int, budget: _Budget, engine: ScanEngine, progress: Progress, *, begun: tuple[int, ...]
-) -> Choice:
+def _most_covered(pool: Pool, n_most: int, budget: _Budget, progress: Progress, *, begun: tuple[int, ...]) -> Choice:
     # Of the pool's problem, in which stations that nobody can be registered with see nothing, what is asked of all.
     goals = pool.demand.goals
     overall = [goals.each.index(goals.overall)]
@@ -362,7 +358,6 @@ def _most_covered(
         network=pool.network,
         given=pool.given,
         start=begun if len(pool.given) < len(begun) <= n_most else None,
-        device=device_of(engine),
         progress=pool.placing(progress),
     )
     _settle(progress, "select", found.why_stopped)

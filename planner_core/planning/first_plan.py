@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner_core.engine.scan_engine import ScanEngine, device_of
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import Candidates, Int64Array, Proven, Role, Survey
 from planner_core.model.stored_rows import VISIBILITY_VARIABLE, visibility_budget
@@ -81,7 +81,6 @@ def tell_first_plan(
         replace(selection, work_limit=0.0, time_limit_s=None),
         network=pool.network,
         given=pool.given,
-        device=device_of(engine),
     )
     if found.why_stopped == INTERRUPTED:
         raise KeyboardInterrupt  # there is no plan to keep yet

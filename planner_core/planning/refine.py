@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.engine.scan_engine import ScanEngine, device_of
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Candidates, Proven
 from planner_core.planning.pool import Pool, extended, narrowed
 from planner_core.positions.allowed_positions import AllowedPositions
@@ -77,7 +77,7 @@ def refine(
             if not more.floor.size:
                 continue
             wide = extended(pool, more, engine, progress=progress)
-            best, interrupted = _better(wide, chosen, left, engine, progress)
+            best, interrupted = _better(wide, chosen, left, progress)
             pool, chosen = _without_unused(wide, best, n_first)
         except KeyboardInterrupt:
             interrupted = True
@@ -116,9 +116,7 @@ def _around(
     return around.take(places.allows(around))
 
 
-def _better(
-    wide: Pool, chosen: tuple[int, ...], selection: Proven, engine: ScanEngine, progress: Progress
-) -> tuple[tuple[int, ...], bool]:
+def _better(wide: Pool, chosen: tuple[int, ...], selection: Proven, progress: Progress) -> tuple[tuple[int, ...], bool]:
     """A set of fewer stations, or else of as many that cover more; and whether the search for it was interrupted."""
     found = select_by_size(
         wide.problem,
@@ -126,7 +124,6 @@ def _better(
         network=wide.network,
         given=wide.given,
         start=chosen,
-        device=device_of(engine),
         progress=wide.placing(progress, bounds=False),
     )
     best = found.chosen if len(found.chosen) < len(chosen) else chosen

@@ -9,7 +9,7 @@ for problems small enough to prove. CONTROL FLOW, `select_large`:
 4. greedy selection again, begun with the candidates of which that solution takes the most
 5. as 2, until the work is done; without a network, or for several looks or loops, 6 and 7 instead of 2 and 5
 6. the core: candidates that the solution takes part of or that cost little, and the best set
-7. sets of fewer stations of the core, annealed; what they miss in the end is filled up greedily    swap_walks.py
+7. sets of fewer stations of the core, annealed; what they miss in the end is filled up greedily    annealing.py
 
 With a network fewest components come first, then fewest stations: a set in fewer parts of it is the better one as long
 as it has no more stations than greedy selection's. The bound is one of sets in no more parts than the best.
@@ -27,22 +27,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner_core.device import Device
 from planner_core.errors import RequirementError
 from planner_core.model import Int64Array, Proven
 from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.large_bound import LagrangeBound, large_bound
-from planner_core.select.limits import INTERRUPTED, PROVEN, Limits
+from planner_core.select.limits import INTERRUPTED, PROVEN, Limits, work_of_a_step
 from planner_core.select.network import Network, network_within
 from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem
 from planner_core.select.proven import Point, ProvenSelection, select
 from planner_core.select.relaxation import BOUND_UNIT
-from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, Walks, open_walks
 
 if TYPE_CHECKING:
+    from planner_core.select.annealing import Annealer
     from planner_core.select.regrow import Regrowth
 
 #: Beyond so many candidates, or entries (candidates times the rows that each sees), prices serve better than `select`.
@@ -88,7 +87,7 @@ class Core:
         Raises
         ------
         ValueError
-            One is not: a fault of ours, and on a device a wild address.
+            One is not: a fault of ours.
         """
         at = np.searchsorted(self.candidate, np.array(chosen, dtype=np.int64))
         if not np.array_equal(self.candidate[np.minimum(at, self.candidate.size - 1)], chosen):
@@ -129,15 +128,13 @@ def select_large(
     network: Network | None = None,
     given: Sequence[int] = (),
     start: Sequence[int] | None = None,
-    device: Device | None = None,
-    host: bool = False,
     progress: Progress = silent,
 ) -> ProvenSelection:
     """Find few candidates that meet every target, and a lower bound on how few could: as `select`, for large problems.
 
     Parameters
     ----------
-    network, given, start, device, host, progress
+    network, given, start, progress
         See `planner_core.select.proven.select`. The result is no larger than `start` (where that holds all of `given`
         and hangs together), nor than greedy selection's set, joined where a network is asked for. With a network it is
         in the fewest of its parts that were found, whatever number of stations up to these that takes.
@@ -150,7 +147,7 @@ def select_large(
         The result is not what it should be: a fault of ours.
     """
     _check_asked(problem, network, given, start)
-    search = _Search(problem, settings, network, tuple(given), device, host, progress)
+    search = _Search(problem, settings, network, tuple(given), progress)
     search.begin(start)
     try:
         search.run()
@@ -196,12 +193,10 @@ class _Search:
         settings: Proven,
         network: Network | None,
         given: tuple[int, ...],
-        device: Device | None,
-        host: bool,
         progress: Progress,
     ) -> None:
         self._problem, self._settings, self._network, self._given = problem, settings, network, given
-        self._device, self._host, self._progress = device, host, progress
+        self._progress = progress
         self.limits = Limits(work_limit=settings.work_limit, time_limit_s=settings.time_limit_s)
         self._work = 0.0
         self._best: list[int] = []
@@ -334,51 +329,50 @@ class _Search:
     # ------------------------------------------------------------------------------------------- annealing
     def _anneal(self, prices: LagrangeBound) -> None:
         """Sets of fewer stations of the core, one size after the other, until a limit is reached."""
-        core, walks = self._core_of(prices)
+        core, annealer = self._core_of(prices)
         less, round_, n_steps = 0, 0, self._first_steps(core)
         while self._go_on():
             if not np.isin(self._best, core.candidate).all():
-                core, walks = self._core_of(prices)  # sets are filled up from all candidates, and begun with again
+                core, annealer = self._core_of(prices)  # sets are filled up from all candidates, and begun with again
             aimed = max(1, less or (len(self._best) - self._bound) // 2)
             size = max(len(self._best) - aimed, self._bound, len(self._given) + 1)
             if size >= len(self._best):
                 self.limits.why_stopped = EXHAUSTED
                 return
             round_ += 1
-            reached = self._walk(core, walks, size, round_=round_, n_steps=n_steps)
+            reached = self._annealed(core, annealer, size, round_=round_, n_steps=n_steps)
             if len(reached) > size:
                 less = (len(reached) - size + 1) // 2
             if not self._offer(reached):
                 n_steps = min(2 * n_steps, _MOST_STEPS)
 
-    def _core_of(self, prices: LagrangeBound) -> tuple[Core, Walks]:
-        """Candidates that matter, those of the best set among them, and walks on them."""
-        core = core_problem(self._problem, prices, n_stations=len(self._best), also=self._best, network=self._network)
-        terrain = Terrain(core.problem, seed=self._settings.seed or 0, network=core.network)
-        return core, open_walks(terrain, device=self._device, host=self._host)
+    def _core_of(self, prices: LagrangeBound) -> tuple[Core, Annealer]:
+        """Candidates that matter, those of the best set among them, and their annealer."""
+        from planner_core.select.annealing import Annealer, AnnealingProblem  # brings numba along
 
-    def _walk(self, core: Core, walks: Walks, size: int, *, round_: int, n_steps: int) -> list[int]:
+        core = core_problem(self._problem, prices, n_stations=len(self._best), also=self._best, network=self._network)
+        return core, Annealer(AnnealingProblem(core.problem, seed=self._settings.seed or 0, network=core.network))
+
+    def _annealed(self, core: Core, annealer: Annealer, size: int, *, round_: int, n_steps: int) -> list[int]:
         """Anneal sets of `size` stations; return the one that misses least, filled up."""
         sets = self._smaller_sets(core, size)
-        for first in range(0, n_steps, STEPS_A_LOOK):
-            steps = (first, min(first + STEPS_A_LOOK, n_steps))
-            missing = walks.walk(sets, round_=round_, steps=steps, n_steps=n_steps, n_pinned=len(self._given))
-            self._work += 1e-9 * (steps[1] - first) * self._work_of_a_step(core)
+        for done, n_new, missing in annealer.in_turns(sets, round_=round_, n_steps=n_steps, n_pinned=len(self._given)):
+            self._work += 1e-9 * n_new * self._work_of_a_step(core)
             note = f"{len(self._best)} stations, trying {size}; at least {self._bound}"
             best = BestSoFar(len(self._best), self._bound, tuple(self._best))
-            self._progress(ProgressEvent("select", steps[1], n_steps, note, best=best))
+            self._progress(ProgressEvent("select", done, n_steps, note, best=best))
             if (missing == 0).any() or not self._go_on():
                 break
         return self._completed(self._problem, core.whole(sets[int(np.argmin(missing))]))
 
     def _smaller_sets(self, core: Core, size: int) -> np.ndarray[tuple[int, int], np.dtype[np.int32]]:
-        """(W, size): the best set without some of its stations, others for each walk; given ones first."""
+        """(W, size): the best set without some of its stations, others for each set; given ones first."""
         own = core.own(self._best)
         n_given, n_out = len(self._given), len(self._best) - size
         loose = len(own) - n_given
         sets = []
-        for walk in range(self._settings.n_walks):
-            out = {n_given + (walk + i * loose // n_out) % loose for i in range(n_out)}
+        for number in range(self._settings.n_walks):
+            out = {n_given + (number + i * loose // n_out) % loose for i in range(n_out)}
             sets.append([c for place, c in enumerate(own) if place not in out])
         return np.array(sets, dtype=np.int32)
 
@@ -386,6 +380,4 @@ class _Search:
         return _FIRST_STEPS_A_CANDIDATE * core.candidate.size
 
     def _work_of_a_step(self, core: Core) -> float:
-        rows = core.problem.row.size / core.problem.n_candidates
-        links = 0 if core.network is None else len(self._best) * (1 + len(self._best) // 32)
-        return self._settings.n_walks * (TRIES + 2) * (rows + 50 + links)
+        return work_of_a_step(core.problem, core.network, n_sets=self._settings.n_walks, n_stations=len(self._best))

@@ -1,4 +1,4 @@
-"""When a search has to end: nothing left to prove, work done, or time over.
+"""When a search has to end: nothing left to prove, work done, or time over; and how much work annealing is.
 
 Input the limits of the settings and what was done so far, output whether to go on, and why not.
 """
@@ -7,10 +7,15 @@ from __future__ import annotations
 
 import time
 
+from planner_core.select.network import Network
+from planner_core.select.problem import CoverProblem
+
 PROVEN = "proven"
 WORK_DONE = "work limit"
 TIME_OVER = "time limit"
 INTERRUPTED = "interrupted"
+#: Candidates that a step of annealing tries for the place of one station, so that taking it out serves more than one.
+TRIES = 4
 
 
 class Limits:
@@ -40,3 +45,10 @@ class Limits:
         else:
             return False
         return True
+
+
+def work_of_a_step(problem: CoverProblem, network: Network | None, *, n_sets: int, n_stations: int) -> float:
+    """Numbers that one step of annealing looks at, for so many sets of about `n_stations`."""
+    rows = problem.row.size / problem.n_candidates
+    links = 0 if network is None else n_stations * (1 + n_stations // 32)
+    return n_sets * (TRIES + 2) * (rows + 50 + links)

@@ -6,8 +6,8 @@ the others require is dropped, since n stations may be too few for it.
 CONTROL FLOW, `most_coverage`:
 
 1. stations one after the other, each the one that adds most; with a network among those that keep the set joined
-2. sets of n stations, annealed towards what the whole target has (swap_walks.py), longer and longer; the best is kept
-3. a bound from the prices of a smallest plan that covers about as much (lagrange.py)
+2. sets of n stations, annealed towards what the whole target has (annealing.py), longer and longer; the best is kept
+3. a bound from the prices of a smallest plan that covers about as much (large_bound.py)
 
 The bound. For any prices, u >= 0 of rows and p > 0 of a tick, m the looks that the target asks for, a set S that holds
 the given candidates G covers at most
@@ -27,19 +27,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.device import Device
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, Int64Array, Proven
 from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant
 from planner_core.select.large_bound import LagrangeBound, large_bound
-from planner_core.select.limits import INTERRUPTED, PROVEN, Limits
+from planner_core.select.limits import INTERRUPTED, PROVEN, Limits, work_of_a_step
 from planner_core.select.network import Network
 from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import BOUND_UNIT, TARGET_UNIT
-from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, open_walks
 
 #: Steps of the first annealing, a candidate; the next one gets twice as many.
 _FIRST_STEPS_A_CANDIDATE = 50
@@ -88,8 +86,6 @@ def most_coverage(
     network: Network | None = None,
     given: Sequence[int] = (),
     start: Sequence[int] | None = None,
-    device: Device | None = None,
-    host: bool = False,
     progress: Progress = silent,
 ) -> MostCoverage:
     """Find at most `n_stations` candidates that cover much of the last target, and a bound on how much could be.
@@ -103,8 +99,6 @@ def most_coverage(
     start
         Another set of at most so many candidates. The result covers no less, where it holds all of `given` and hangs
         together.
-    device, host
-        Where sets are annealed; results do not depend on it.
     progress
         A KeyboardInterrupt that it raises ends the search, not the call, once there is a set.
 
@@ -116,7 +110,7 @@ def most_coverage(
         The result is not what it should be: a fault of ours.
     """
     _check_asked(problem, n_stations, given, start, network)
-    search = _Search(_last_constraint(problem), n_stations, settings, network, tuple(given), device, host, progress)
+    search = _Search(_last_constraint(problem), n_stations, settings, network, tuple(given), progress)
     search.begin(start)
     try:
         search.run()
@@ -200,14 +194,12 @@ class _Search:
         settings: Proven,
         network: Network | None,
         given: tuple[int, ...],
-        device: Device | None,
-        host: bool,
         progress: Progress,
     ) -> None:
         self._problem, self._network, self._given = problem, network, given
         self._n = min(n_stations, problem.n_candidates)
         self._asked = n_stations
-        self._settings, self._device, self._host, self._progress = settings, device, host, progress
+        self._settings, self._progress = settings, progress
         self.limits = Limits(work_limit=settings.work_limit, time_limit_s=settings.time_limit_s)
         self._whole = self._bound = _whole(problem)
         self._best: list[int] = []
@@ -239,8 +231,9 @@ class _Search:
         self._prove()
         if not self._go_on():
             return
-        terrain = Terrain(self._problem, seed=self._settings.seed or 0, network=self._network)
-        walks = open_walks(terrain, device=self._device, host=self._host)
+        from planner_core.select.annealing import Annealer, AnnealingProblem  # brings numba along
+
+        annealer = Annealer(AnnealingProblem(self._problem, seed=self._settings.seed or 0, network=self._network))
         round_, n_steps = 0, _FIRST_STEPS_A_CANDIDATE * self._problem.n_candidates
         while self._go_on():
             round_ += 1
@@ -249,16 +242,14 @@ class _Search:
                 self.limits.why_stopped = NOBODY_JOINS
                 return
             sets = np.array([whole_set] * self._settings.n_walks, dtype=np.int32)
-            for first in range(0, n_steps, STEPS_A_LOOK):
-                steps = (first, min(first + STEPS_A_LOOK, n_steps))
-                walks.walk(sets, round_=round_, steps=steps, n_steps=n_steps, n_pinned=len(self._given))
-                self._work += 1e-9 * (steps[1] - first) * self._work_of_a_step()
+            for done, n_new, _ in annealer.in_turns(sets, round_=round_, n_steps=n_steps, n_pinned=len(self._given)):
+                self._work += 1e-9 * n_new * self._work_of_a_step()
                 for each in sets.tolist():
                     if self._network is None or self._network.faults(each) == 0:
                         self._offer(each)
                 share = self._ticks / self._whole
                 best = BestSoFar(len(self._best), chosen=tuple(self._best), fraction=share)
-                self._progress(ProgressEvent("select", steps[1], n_steps, f"{share:.2%} covered", best=best))
+                self._progress(ProgressEvent("select", done, n_steps, f"{share:.2%} covered", best=best))
                 if not self._go_on():
                     break
             n_steps = min(2 * n_steps, _MOST_STEPS)
@@ -309,9 +300,7 @@ class _Search:
         return not self.limits.reached(self._work)
 
     def _work_of_a_step(self) -> float:
-        rows = self._problem.row.size / self._problem.n_candidates
-        links = 0 if self._network is None else self._n * (1 + self._n // 32)
-        return self._settings.n_walks * (TRIES + 2) * (rows + 50 + links)
+        return work_of_a_step(self._problem, self._network, n_sets=self._settings.n_walks, n_stations=self._n)
 
 
 def fill(

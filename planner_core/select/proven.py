@@ -5,7 +5,7 @@ arithmetic, and whether both are the same. CONTROL FLOW, `select`:
 
 1. leave out what cannot matter                                          reductions.py
 2. greedy selection, joined where a network is asked for                  greedy.py, network_start.py
-3. one station less, annealed, as long as that succeeds                   swap_walks.py
+3. one station less, annealed, as long as that succeeds                   annealing.py
 4. the linear relaxation by cutting planes, without the network, then with it                 relaxation.py
 5. where parts of the network hardly see the same: a proof by such blocks  block_proof.py
 6. in turns: branch and bound to raise the bound, longer annealing for one station less     branching.py
@@ -20,11 +20,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner_core.device import Device
 from planner_core.errors import RequirementError
 from planner_core.model import Int32Array, Proven
 from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
@@ -33,13 +32,15 @@ from planner_core.select.blocks import blocks_of
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
-from planner_core.select.limits import INTERRUPTED, PROVEN, Limits
+from planner_core.select.limits import INTERRUPTED, PROVEN, Limits, work_of_a_step
 from planner_core.select.network import Network
 from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem
 from planner_core.select.quick_bound import counting_bound
 from planner_core.select.reductions import Reduced, reduce_problem
-from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, Walks, open_walks
+
+if TYPE_CHECKING:
+    from planner_core.select.annealing import Annealer
 
 __all__ = ["INTERRUPTED", "PROVEN", "ROUNDING", "Point", "ProvenSelection", "select"]
 
@@ -110,8 +111,6 @@ def select(
     network: Network | None = None,
     given: Sequence[int] = (),
     start: Sequence[int] | None = None,
-    device: Device | None = None,
-    host: bool = False,
     progress: Progress = silent,
 ) -> ProvenSelection:
     """Find few candidates that meet every target, and a lower bound on how few could.
@@ -126,8 +125,6 @@ def select(
         Another set that meets the targets, such as one of a genetic search. The result is no larger than it (where it
         holds all of `given` and hangs together), nor than that of greedy selection (where none are given, and no
         network asked for).
-    device, host
-        Where sets are annealed, see `planner_core.select.swap_walks.open_walks`; results do not depend on it.
     progress
         A KeyboardInterrupt that it raises ends the search, not the call, once there is a set.
 
@@ -147,7 +144,7 @@ def select(
             f"network: got one of {network.n_candidates} candidates, expected the problem's {problem.n_candidates}"
         )
     reduced = reduce_problem(problem, given=given, rows_only=network is not None)
-    search = _Search(reduced, settings, network=network, device=device, host=host, progress=progress)
+    search = _Search(reduced, settings, network=network, progress=progress)
     search.begin(_known(problem, reduced, start))
     try:
         search.run()
@@ -204,7 +201,6 @@ def _known(problem: CoverProblem, reduced: Reduced, start: Sequence[int] | None)
 
 def _find_in_block(
     settings: Proven,
-    how: dict[str, Any],
     problem: CoverProblem,
     network: Network,
     pinned: tuple[int, ...],
@@ -212,9 +208,9 @@ def _find_in_block(
     work: float,
     progress: Progress,
 ) -> tuple[tuple[int, ...], float]:
-    """Few candidates of a block; see `planner_core.select.block_looks.Find`. how : other arguments of `select`."""
+    """Few candidates of a block; see `planner_core.select.block_looks.Find`."""
     settings = replace(settings, work_limit=work, prove=False)
-    found = select(problem, settings, network=network, given=pinned, start=start, progress=progress, **how)
+    found = select(problem, settings, network=network, given=pinned, start=start, progress=progress)
     if found.why_stopped == INTERRUPTED:
         raise KeyboardInterrupt
     return found.chosen, found.work
@@ -229,16 +225,14 @@ class _Search:
         settings: Proven,
         *,
         network: Network | None,
-        device: Device | None,
-        host: bool,
         progress: Progress,
     ) -> None:
         self._reduced, self._problem, self._settings, self._network = reduced, reduced.problem, settings, network
         self._pinned = reduced.pinned
-        self._device, self._host, self._progress = device, host, progress
+        self._progress = progress
         self.limits = Limits(work_limit=settings.work_limit, time_limit_s=settings.time_limit_s)
-        self._walks: Walks | None = None
-        self._walk_work = 0.0
+        self._annealer: Annealer | None = None
+        self._annealing_work = 0.0
         self._round, self._n_steps = 0, _FIRST_STEPS_A_CANDIDATE * self._problem.n_candidates
         self._sets: Int32Array = np.zeros((0, 0), dtype=np.int32)
         self._tree: BranchAndBound | None = None
@@ -306,7 +300,7 @@ class _Search:
             blocks,
             n_stations=len(self._best),
             find=self._find,
-            sent_find=partial(_find_in_block, replace(self._settings, time_limit_s=None), {"host": self._host}),
+            sent_find=partial(_find_in_block, replace(self._settings, time_limit_s=None)),
             work_limit=min(_BLOCK_SHARE * self._settings.work_limit, self._settings.work_limit - self._work),
         )
 
@@ -319,9 +313,8 @@ class _Search:
         return promise and blocks.work < most and not blocks.finished
 
     def _find(self, *asked: Any) -> tuple[tuple[int, ...], float]:
-        """`_find_in_block` on the device at hand, within the time that is left."""
-        how = {"device": self._device, "host": self._host}
-        return _find_in_block(replace(self._settings, time_limit_s=self.limits.left_s), how, *asked)
+        """`_find_in_block` within the time that is left."""
+        return _find_in_block(replace(self._settings, time_limit_s=self.limits.left_s), *asked)
 
     def _tell_of_blocks(self, event: ProgressEvent) -> None:
         """Tell of the whole instead of a block."""
@@ -330,7 +323,7 @@ class _Search:
 
     def _proof_due(self, tree: BranchAndBound) -> float:
         next_work = 1e-9 * self._n_steps * self._work_of_a_step()
-        return _PROOF_SHARE * (self._walk_work + next_work) - tree.work
+        return _PROOF_SHARE * (self._annealing_work + next_work) - tree.work
 
     def result(self) -> ProvenSelection:
         """What was found so far."""
@@ -354,7 +347,7 @@ class _Search:
     @property
     def _work(self) -> float:
         proofs = (proof.work for proof in (self._tree, self._blocks) if proof is not None)
-        return self._walk_work + sum(proofs)
+        return self._annealing_work + sum(proofs)
 
     def _go_on(self) -> bool:
         """Whether there is anything left to prove, and leave to do so."""
@@ -398,20 +391,21 @@ class _Search:
         """Look for one station less, once; longer the next time if there is none."""
         if not self._can_anneal():
             return False
-        if self._walks is None:
-            terrain = Terrain(self._problem, seed=self._settings.seed or 0, network=self._network)
-            self._walks = open_walks(terrain, device=self._device, host=self._host)
+        if self._annealer is None:
+            from planner_core.select.annealing import Annealer, AnnealingProblem  # brings numba along
+
+            self._annealer = Annealer(
+                AnnealingProblem(self._problem, seed=self._settings.seed or 0, network=self._network)
+            )
         if self._sets.shape != (self._settings.n_walks, len(self._best) - 1):
             self._sets = self._without_one()
         self._round += 1
-        for first in range(0, self._n_steps, STEPS_A_LOOK):
-            steps = (first, min(first + STEPS_A_LOOK, self._n_steps))
-            missing = self._walks.walk(
-                self._sets, round_=self._round, steps=steps, n_steps=self._n_steps, n_pinned=len(self._pinned)
-            )
-            self._walk_work += 1e-9 * (steps[1] - first) * self._work_of_a_step()
+        for done, n_new, missing in self._annealer.in_turns(
+            self._sets, round_=self._round, n_steps=self._n_steps, n_pinned=len(self._pinned)
+        ):
+            self._annealing_work += 1e-9 * n_new * self._work_of_a_step()
             note = f"{len(self._best)} stations, trying one less"
-            self._progress(ProgressEvent("select", steps[1], self._n_steps, note, best=self._best_so_far()))
+            self._progress(ProgressEvent("select", done, self._n_steps, note, best=self._best_so_far()))
             met = np.flatnonzero(missing == 0)
             if met.size:
                 self._best = self._fit([int(c) for c in self._sets[met[0]]])
@@ -423,19 +417,17 @@ class _Search:
         return False
 
     def _can_anneal(self) -> bool:
-        """There is no walk of no candidates, nor of pinned ones alone."""
+        """No set without candidates is annealed, nor one of pinned candidates alone."""
         return len(self._best) - 1 > len(self._pinned)
 
     def _work_of_a_step(self) -> float:
-        rows = self._problem.row.size / self._problem.n_candidates
-        links = 0 if self._network is None else len(self._best) * (1 + len(self._best) // 32)
-        return self._settings.n_walks * (TRIES + 2) * (rows + 50 + links)
+        return work_of_a_step(self._problem, self._network, n_sets=self._settings.n_walks, n_stations=len(self._best))
 
     def _without_one(self) -> Int32Array:
-        """(W, k - 1), pinned ones first: the best set without one station, another one for each walk if it can be."""
+        """(W, k - 1), pinned ones first: the best set without one station, another one for each set if it can be."""
         n_pinned, loose = len(self._pinned), len(self._best) - len(self._pinned)
         sets = [
-            [c for place, c in enumerate(self._best) if place != n_pinned + walk % loose]
-            for walk in range(self._settings.n_walks)
+            [c for place, c in enumerate(self._best) if place != n_pinned + number % loose]
+            for number in range(self._settings.n_walks)
         ]
         return np.array(sets, dtype=np.int32)

@@ -18,7 +18,6 @@ from unittest import mock
 from bench_planning import ready
 from planning_cases import Case, cases
 
-from planner_core.engine.scan_engine import device_of
 from planner_core.model import Proven, ScanBy
 from planner_core.requirements.look_around import CandidateObservations
 from planner_core.select.large import select_by_size
@@ -47,7 +46,7 @@ def planned(case: Case) -> ProvenSelection | None:
     method = case.settings.seeded_method
     assert isinstance(method, Proven)
     limit = replace(method, work_limit=case.work)
-    return select_by_size(problem, limit, network=on.network, device=device_of(on.engine))
+    return select_by_size(problem, limit, network=on.network)
 
 
 def row(case: Case) -> str | None:

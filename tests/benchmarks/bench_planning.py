@@ -30,7 +30,7 @@ from planning_cases import Case, cases
 from planning_page import page
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import ScanEngine, device_of, open_engine
+from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import Candidates, Paper, Proven, Survey
 from planner_core.paper.pipeline import repair, searched, select_by_genes
 from planner_core.paper.point_distribution import PointDistribution
@@ -211,11 +211,10 @@ def ours(on: Ready) -> tuple[dict[str, Found], float]:
     """
     settings = on.case.settings.seeded_method
     assert isinstance(settings, Proven)
-    device = device_of(on.engine)
 
     def searched(network: Network | None, problem: CoverProblem, work: float) -> tuple[ProvenSelection, float, float]:
         limit = replace(settings, work_limit=work)
-        return timed(lambda: select_by_size(problem, limit, network=network, device=device))
+        return timed(lambda: select_by_size(problem, limit, network=network))
 
     linked, *linked_s = searched(on.network, on.pool.problem, on.case.work)
     off_grid, cpu_s, wall_s = timed(lambda: refined(on, linked.chosen))

@@ -128,7 +128,7 @@ def measure(on: Task, device: Device, *, work: float) -> Row:
     first = [np.array(greedy)]
     genetic, genetic_s = timed(lambda: select_genetic(problem, settings, device=device, given=first).chosen)
     before = lower_bound(problem, n_stations=len(greedy))
-    ours, ours_s = timed(lambda: select(problem, Proven(work_limit=work), device=device))
+    ours, ours_s = timed(lambda: select(problem, Proven(work_limit=work)))
     for chosen in (greedy, genetic, ours.chosen):
         on.check([int(c) for c in chosen])
     row = Row(on, len(greedy), greedy_s, len(genetic), genetic_s, before, ours, ours_s)

@@ -119,16 +119,16 @@ def problem_of(seen: list[np.ndarray], area_m2: FloatArray, parts: list[BoolArra
     return cover_problem(visibility, area_m2, tuple(Constraint(part, COVERAGE) for part in parts))
 
 
-def measure(name: str, problem: CoverProblem, device: Device, *, work: float) -> Row:
+def measure(name: str, problem: CoverProblem, *, work: float) -> Row:
     n_greedy, greedy_s = timed(lambda: len(select_greedy(problem).chosen))
     bound, bound_s = timed(lambda: large_bound(problem, n_stations=n_greedy, work_limit=work))
-    found, found_s = timed(lambda: select_large(problem, Proven(work_limit=work), device=device))
+    found, found_s = timed(lambda: select_large(problem, Proven(work_limit=work)))
     print(f"{name}: {len(found.chosen)} of {n_greedy}, bound {bound.value:.2f}, {found_s:.1f} s", file=sys.stderr)
     points = [max(1, len(found.chosen) * part // 4) for part in (1, 2, 3)]
     curve: list[MostCoverage] = []
     for point in points:
         start = curve[-1].chosen if curve else None
-        curve.append(most_coverage(problem, point, Proven(work_limit=work / 4), start=start, device=device))
+        curve.append(most_coverage(problem, point, Proven(work_limit=work / 4), start=start))
     return Row(name, problem, bound, bound_s, greedy_s, found, found_s, tuple(curve))
 
 
@@ -139,7 +139,7 @@ def report(device: Device, *, quick: bool, work: float) -> str:
         "clear discs": lambda: discs(n, n_patches, seen_share=1.0),
         "hazy discs": lambda: discs(n, n_patches, seen_share=0.7),
     }
-    rows = [measure(name, make(), device, work=work) for name, make in made.items()]
+    rows = [measure(name, make(), work=work) for name, make in made.items()]
     memory_gib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     lines = [
         "# Selection of large problems",

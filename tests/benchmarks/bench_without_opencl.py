@@ -1,10 +1,9 @@
-"""What the host takes for what kernels do otherwise: looks, patch mode, walks of selection; medians, by turns.
+"""What the host takes for what kernels do otherwise: looks, patch mode; medians, by turns.
 
     python tests/benchmarks/bench_without_opencl.py        # prints the table of docs/benchmarks/machines.md
 
-The demo house, 12 places at eye level, patches of 0.04 m2; walks of 4 sets of 33 of 850 candidates with 20 000 rows.
-Both do the same work in one process: processor time of all threads, and the clock, which on a machine that others use
-counts their work, too. Not a test: nothing here can fail.
+The demo house, 12 places at eye level, patches of 0.04 m2. Both do the same work in one process: processor time of
+all threads, and the clock, which on a machine that others use counts their work, too. Not a test: it cannot fail.
 """
 
 from __future__ import annotations
@@ -27,11 +26,8 @@ from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import directions, make_template
 from planner_core.scene.load import load_scene
 from planner_core.scene.patches import make_patches
-from planner_core.select.problem import CoverProblem
-from planner_core.select.swap_walks import Terrain, Walks, open_walks
 
 _ROUNDS = 5
-_STEPS = 5000
 
 Work = dict[str, Callable[[], object]]
 
@@ -71,27 +67,6 @@ def main() -> None:
     template = make_template(load_scanner("rtc360:6mm"))
     works = {name: lambda mode=mode: mode.visible_patches(template, at_m) for name, mode in modes.items()}
     tell("rtc360:6mm: patch mode", works, per=len(at_m))
-    terrain = Terrain(problem(), seed=3)
-    walks = {"opencl": open_walks(terrain), "host": open_walks(terrain, host=True)}
-    steps = {name: lambda walk=walk: go(walk) for name, walk in walks.items()}
-    tell("1000 steps of a walk of selection", steps, per=4 * _STEPS / 1000)
-
-
-def problem() -> CoverProblem:
-    rng = np.random.default_rng(1)
-    sees = rng.random((850, 20_000)) < 0.05
-    ticks = rng.integers(1, 10**9, sees.shape[1])
-    counts_for = np.ones((3, sees.shape[1]), dtype=bool)
-    counts_for[1:] = rng.random((2, sees.shape[1])) < 0.5
-    required = (counts_for * ticks).sum(axis=1)
-    starts = np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64)
-    return CoverProblem(starts, np.nonzero(sees)[1].astype(np.int64), ticks, counts_for, required, required)
-
-
-def go(walks: Walks) -> None:
-    rng = np.random.default_rng(1)
-    sets = np.array([rng.permutation(850)[:33] for _ in range(4)], dtype=np.int32)
-    walks.walk(sets, round_=1, steps=(0, _STEPS), n_steps=_STEPS)
 
 
 def tell(what: str, works: Work, *, per: float) -> None:

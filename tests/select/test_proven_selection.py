@@ -111,7 +111,7 @@ def test_order_of_candidates_and_rows_does_not_change_the_number(seed):
 
 
 def test_nothing_required_needs_no_station():
-    result = select(problem_of([[1, 1], [0, 1]], [3, 4], [[1, 1]], [0]), host=True)
+    result = select(problem_of([[1, 1], [0, 1]], [3, 4], [[1, 1]], [0]))
     assert (result.chosen, result.lower_bound, result.proven, result.gap) == ((), 0, True, 0.0)
 
 
@@ -183,7 +183,7 @@ def test_interrupt_returns_the_best_set_so_far(stage):
 def test_same_seed_gives_the_same_result_on_the_device_and_on_the_host():
     problem = hall(3)
     quick = Proven(work_limit=0.3, n_walks=2, seed=5)
-    assert select(problem, quick) == select(problem, quick, host=True)
+    assert select(problem, quick) == select(problem, quick)
 
 
 @pytest.mark.parametrize(
@@ -255,7 +255,7 @@ def test_interrupt_in_the_middle_of_a_node_proves_nothing(monkeypatch):
 
 def test_annealing_waits_until_the_proof_has_had_three_times_as_much_work_the_next_one_counted():
     search = proven._Search.__new__(proven._Search)
-    search._walk_work, search._n_steps = 10.0, 1000
+    search._annealing_work, search._n_steps = 10.0, 1000
     search._work_of_a_step = lambda: 5_000_000  # 5 in 1e9 for all steps
     assert search._proof_due(SimpleNamespace(work=44.0)) == pytest.approx(1.0)
     assert search._proof_due(SimpleNamespace(work=45.5)) < 0

@@ -1,4 +1,4 @@
-"""Networks of chosen candidates against networkx, and walks that look for one: kernel and host against NumPy."""
+"""Networks of chosen candidates against networkx, and annealing for one against NumPy."""
 
 import itertools
 
@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy_walks import NumpyWalks
+from numpy_annealer import NumpyAnnealer
 from selection_instances import graph_of, network_of, problem_of, random_network
 
+from planner_core.select.annealing import Annealer, AnnealingProblem
 from planner_core.select.problem import CoverProblem
-from planner_core.select.swap_walks import Terrain
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -38,21 +38,21 @@ def random_problem(seed, *, n=40, r=120, seen_from=(1, 1)):
     return problem_of(sees, ticks, counts_for & enough, required, seen_from=seen_from)
 
 
-def first_sets(n, size, n_walks=3):
+def first_sets(n, size, n_sets=3):
     rng = np.random.default_rng(1)
-    return np.array([rng.permutation(n)[:size] for _ in range(n_walks)], dtype=np.int32)
+    return np.array([rng.permutation(n)[:size] for _ in range(n_sets)], dtype=np.int32)
 
 
-def energy(terrain, chosen):
+def energy(annealed, chosen):
     """What a set misses, in Python's whole numbers and by networkx."""
-    problem, missing = terrain.problem, 0
+    problem, missing = annealed.problem, 0
     looks = [sum(r in problem.rows_of(c) for c in chosen) for r in range(problem.n_rows)]
     for counted, required, enough in zip(problem.counts_for, problem.required, problem.seen_from, strict=True):
         for look in range(1, enough + 1):
             covered = sum(int(problem.ticks[r]) for r in range(problem.n_rows) if counted[r] and looks[r] >= look)
             missing += max(int(required) - covered, 0)
-    network = terrain.network
-    return missing + (0 if network is None else terrain.penalty * faults_by_networkx(network, chosen))
+    network = annealed.network
+    return missing + (0 if network is None else annealed.penalty * faults_by_networkx(network, chosen))
 
 
 @settings(max_examples=25, deadline=None)
@@ -78,43 +78,43 @@ CASES = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("seen_from", "links", "sizes"), CASES)
-def test_device_and_host_walk_the_way_of_numpy_with_looks_and_links(walks_on, seen_from, links, sizes):
+def test_annealing_takes_the_steps_of_numpy_with_looks_and_links(seen_from, links, sizes):
     (share, loops), (n, size, n_pinned) = links, sizes
     problem = random_problem(7, n=n, seen_from=seen_from)
     network = None if share is None else random_network(5, n, share=share, loops=loops)
-    terrain = Terrain(problem, seed=2**63 + 5, network=network)
+    annealed = AnnealingProblem(problem, seed=2**63 + 5, network=network)
     ours, theirs = first_sets(n, size), first_sets(n, size)
     pinned = ours[:, :n_pinned].copy()
     for steps in ((0, 40), (40, 90)):
-        a = walks_on(terrain).walk(ours, round_=3, steps=steps, n_steps=90, n_pinned=n_pinned)
-        b = NumpyWalks(terrain).walk(theirs, round_=3, steps=steps, n_steps=90, n_pinned=n_pinned)
+        a = Annealer(annealed).anneal(ours, round_=3, steps=steps, n_steps=90, n_pinned=n_pinned)
+        b = NumpyAnnealer(annealed).anneal(theirs, round_=3, steps=steps, n_steps=90, n_pinned=n_pinned)
         assert np.array_equal(ours, theirs)
         assert np.array_equal(a, b)
     assert np.array_equal(ours[:, :n_pinned], pinned)
     for chosen, missing in zip(ours.tolist(), a.tolist(), strict=True):
         assert len(set(chosen)) == size
-        assert energy(terrain, chosen) == missing
+        assert energy(annealed, chosen) == missing
 
 
 @pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(SEEDS, st.booleans())
-def test_what_a_long_walk_says_is_missing_is_missing(walks_on, seed, loops):
+def test_long_annealing_reports_what_sets_miss(seed, loops):
     problem = random_problem(seed, n=20, r=30, seen_from=(2, 1))
-    terrain = Terrain(problem, seed=seed, network=random_network(seed, 20, share=0.15, loops=loops))
+    annealed = AnnealingProblem(problem, seed=seed, network=random_network(seed, 20, share=0.15, loops=loops))
     sets = first_sets(20, 9)
-    missing = walks_on(terrain).walk(sets, round_=0, steps=(0, 3000), n_steps=3000)
+    missing = Annealer(annealed).anneal(sets, round_=0, steps=(0, 3000), n_steps=3000)
     for chosen, left in zip(sets.tolist(), missing.tolist(), strict=True):
-        assert energy(terrain, chosen) == left, f"seed {seed}"
+        assert energy(annealed, chosen) == left, f"seed {seed}"
 
 
-def test_a_set_of_pinned_candidates_alone_is_refused(walks_on):
-    terrain = Terrain(random_problem(1), seed=1)
+def test_a_set_of_pinned_candidates_alone_is_refused():
+    annealed = AnnealingProblem(random_problem(1), seed=1)
     with pytest.raises(ValueError, match="pinned"):
-        walks_on(terrain).walk(first_sets(40, 3), round_=0, steps=(0, 5), n_steps=5, n_pinned=3)
+        Annealer(annealed).anneal(first_sets(40, 3), round_=0, steps=(0, 5), n_steps=5, n_pinned=3)
 
 
-def test_walks_join_what_coverage_alone_leaves_apart(walks_on):
+def test_annealing_connects_what_coverage_alone_leaves_apart():
     # Rows of candidates 0, 1, 2 are all there is; 3 .. 8 see nothing, and only 3 - 4 joins all three.
     n = 9
     sees = np.zeros((n, 3), dtype=bool)
@@ -129,8 +129,8 @@ def test_walks_join_what_coverage_alone_leaves_apart(walks_on):
     )
     graph = nx.empty_graph(n)
     graph.add_edges_from([(0, 3), (1, 3), (3, 4), (4, 2), (0, 5), (5, 6), (6, 1), (7, 8), (7, 0), (8, 1)])
-    terrain = Terrain(problem, seed=4, network=network_of(graph))
+    annealed = AnnealingProblem(problem, seed=4, network=network_of(graph))
     sets = np.array([[0, 1, 2, 7, 8]] * 4, dtype=np.int32)
-    missing = walks_on(terrain).walk(sets, round_=0, steps=(0, 2000), n_steps=2000)
+    missing = Annealer(annealed).anneal(sets, round_=0, steps=(0, 2000), n_steps=2000)
     assert missing.min() == 0
     assert sorted(sets[int(np.argmin(missing))].tolist()) == [0, 1, 2, 3, 4]

@@ -1,26 +1,58 @@
-"""Annealing of station sets on the host: kernels/swap_walks.cl and kernels/slot_network.h once more, compiled by numba.
+"""Annealing of station sets: sets of a fixed size, each exchanging one station after the other for a candidate.
 
-Whole numbers alone, in the kernel's order of drawing: the same sets come out, bit for bit. A walk is one thread. Unlike
-the kernel it takes any number of classes, keeps what one look more at each row adds, and finds bridges by words of 64
-places. Steps are numbered and arrays named as in the kernel, which describes what a step does, and why.
+Input a `CoverProblem` and sets of k candidates, output sets of k candidates and what each misses (ticks). A step takes
+out a random station and tries up to TRIES candidates for its place. With m what the set misses in all, a candidate is
+accepted where
+
+    m' - m <= t e,   e exponentially distributed: the rule of Metropolis, exp(-(m' - m) / t), solved for m'
+
+and the station goes back if none is. The temperature t falls with the steps. Three of four candidates are drawn from
+those that see nearly what the station sees, the others from all.
+
+m: for every constraint and each of the looks 1 .. `seen_from` that it requires, the ticks that lack so many. With a
+`Network` also `penalty` for each of its `faults`, which are computed only where the ticks alone would let a candidate
+in; of eight candidates two are then drawn from those linked to a random station, one from all.
+
+Sets are independent of each other, one thread each. All is whole numbers, with random numbers by counter: the same sets
+come out on any machine with any number of cores. Importing this module imports numba, see `planner_core.compiled`.
+
+References
+----------
+Kirkpatrick, Gelatt, Vecchi 1983 (annealing) and Metropolis et al. 1953 (the rule): known results, restated here.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import math
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.compiled import compiled, in_threads
 from planner_core.model import Int32Array, Int64Array
-from planner_core.select.swap_walks import LUCK_BITS, TRIES, check_pinned
+from planner_core.select.bit_rows import classes_of
+from planner_core.select.limits import TRIES
+from planner_core.select.network import Network
+from planner_core.select.problem import CoverProblem
 
-if TYPE_CHECKING:
-    from planner_core.select.problem import CoverProblem
-    from planner_core.select.swap_walks import Terrain
-
-UInt32Array = NDArray[np.uint32]
+#: Candidates that see most nearly the same, for which a station is exchanged three times of four.
+N_NEAR = 24
+#: Rows from which it is computed how much two candidates share.
+_SAMPLE_ROWS = 2048
+#: Temperature at the start, as a share of what a candidate sees in the mean, and the ratio of one of N_TEMPERATURES to
+#: the one before, in 2^-16: it ends at a fiftieth. Starts or ends several times as hot or cold cost stations.
+_FIRST_TEMPERATURE_DIVISOR = 20
+_TEMPERATURE_RATIO = 64538
+N_TEMPERATURES = 256
+#: What a set pays for each of its faults as a network, as a share of what a candidate sees in the mean: a fifth. With
+#: an eightieth sets come apart faster than they are connected.
+_PENALTY_DIVISOR = 5
+#: Steps from one turn to the next: some tenths of a second.
+STEPS_PER_TURN = 20_000
+#: Bits of a random number that choose an entry of the acceptance table.
+ACCEPTANCE_BITS = 12
 UInt64Array = NDArray[np.uint64]
 
 # numba takes a sum of uint64 and a signed number for float64: every word is a uint64, constants too.
@@ -34,27 +66,48 @@ _BIT_OF_WINDOW[[(0x03F79D71B4CB0A89 << bit & 2**64 - 1) >> 58 for bit in range(6
 _WINDOW_SHIFT = np.uint64(58)
 
 
-class HostWalks:
-    """See `planner_core.select.swap_walks.Walks`."""
+class AnnealingProblem:
+    """What annealing knows of a problem.
 
-    def __init__(self, terrain: Terrain) -> None:
-        problem, network = terrain.problem, terrain.network
-        self._seed, self._penalty = np.uint64(terrain.seed), terrain.penalty
+    class_of : (R,) int32, rows that the same constraints count are of one class. counts : (K, classes) bool, constraint
+    k counts class c. nearest : see `nearest_candidates`. penalty : ticks of one of `Network.faults`.
+    """
+
+    def __init__(self, problem: CoverProblem, *, seed: int, network: Network | None = None) -> None:
+        class_of, counts = classes_of(problem)
+        self.problem, self.seed, self.network = problem, seed, network
+        self.n_levels = int(problem.seen_from.max(initial=1))
+        self.class_of = class_of.astype(np.int32)
+        self.counts = counts.astype(bool)
+        self.nearest = nearest_candidates(problem, N_NEAR)
+        self.acceptance = acceptance_table()
+        seen_ticks = int(problem.ticks[problem.row].sum())
+        mean_ticks = seen_ticks // max(problem.n_candidates, 1)
+        self.temperature = temperatures(mean_ticks)
+        self.penalty = max(mean_ticks // _PENALTY_DIVISOR, 1)
+
+
+class Annealer:
+    """Annealing of sets of one problem."""
+
+    def __init__(self, annealed: AnnealingProblem) -> None:
+        problem, network = annealed.problem, annealed.network
+        self._seed, self._penalty = np.uint64(annealed.seed), annealed.penalty
         n = problem.n_candidates
-        counted = [np.flatnonzero(counts) for counts in terrain.counts]
-        self._shape = (n, problem.n_rows, terrain.counts.shape[1], terrain.n_levels)
+        counted = [np.flatnonzero(counts) for counts in annealed.counts]
+        self._shape = (n, problem.n_rows, annealed.counts.shape[1], annealed.n_levels)
         self._fixed: tuple[Any, ...] = (
-            *_rows_by_class(problem, terrain.class_of, terrain.counts.shape[1]),
+            *_rows_by_class(problem, annealed.class_of, annealed.counts.shape[1]),
             problem.ticks.astype(np.int64),
             problem.required.astype(np.int64),
-            np.minimum(problem.seen_from, terrain.n_levels).astype(np.int64),
+            np.minimum(problem.seen_from, annealed.n_levels).astype(np.int64),
             np.cumsum([0, *(classes.size for classes in counted)]).astype(np.int64),
             np.concatenate([np.zeros(0, dtype=np.int64), *counted]).astype(np.int64),
-            terrain.near.astype(np.int64),
-            terrain.luck.astype(np.int64),
-            terrain.heat.astype(np.int64),
+            annealed.nearest.astype(np.int64),
+            annealed.acceptance.astype(np.int64),
+            annealed.temperature.astype(np.int64),
             TRIES,
-            np.uint64(32 - LUCK_BITS),
+            np.uint64(32 - ACCEPTANCE_BITS),
         )
         self._links: tuple[Any, ...]
         if network is None:
@@ -74,25 +127,47 @@ class HostWalks:
                 network.n_parts,
             )
 
-    def walk(
+    def in_turns(
+        self, sets: Int32Array, *, round_: int, n_steps: int, n_pinned: int
+    ) -> Iterator[tuple[int, int, Int64Array]]:
+        """Anneal all `n_steps`, turn by turn: yields steps done, steps of the turn, and what each set misses."""
+        for first in range(0, n_steps, STEPS_PER_TURN):
+            end = min(first + STEPS_PER_TURN, n_steps)
+            yield (
+                end,
+                end - first,
+                self.anneal(sets, round_=round_, steps=(first, end), n_steps=n_steps, n_pinned=n_pinned),
+            )
+
+    def anneal(
         self, sets: Int32Array, *, round_: int, steps: tuple[int, int], n_steps: int, n_pinned: int = 0
     ) -> Int64Array:
-        """See `Walks`."""
-        check_pinned(n_pinned, sets.shape[1])
+        """Go steps[0] .. steps[1] - 1 of `n_steps` with every set of (W, k), which is changed; return (W,) missing.
+
+        The first `n_pinned` of a set, fewer than k, stay. Missing is 0 where all constraints are met and the set hangs
+        together; otherwise ticks, over all looks that are required, and the penalty for each of `Network.faults`. A set
+        that misses nothing stays as it is.
+        """
+        if not 0 <= n_pinned < sets.shape[1]:
+            raise ValueError(
+                f"pinned candidates: got {n_pinned} of {sets.shape[1]}, expected fewer than there are in a set"
+            )
         missing = np.zeros(len(sets), dtype=np.int64)
 
-        def go(walk: int) -> None:
-            chosen = sets[walk].astype(np.int64)
-            own = (round_, walk, *steps, n_steps, n_pinned, chosen)
+        def go(number: int) -> None:
+            chosen = sets[number].astype(np.int64)
+            own = (round_, number, *steps, n_steps, n_pinned, chosen)
             given: list[Any] = [*self._shape, *self._fixed, *self._links, self._penalty, self._seed, *own]
-            missing[walk] = _walk(*given)
-            sets[walk] = chosen
+            missing[number] = _anneal(*given)
+            sets[number] = chosen
 
         in_threads(go, len(sets))
         return missing
 
 
-def _rows_by_class(problem: CoverProblem, class_of: Int32Array, n_classes: int) -> tuple[Int64Array, UInt32Array]:
+def _rows_by_class(
+    problem: CoverProblem, class_of: Int32Array, n_classes: int
+) -> tuple[Int64Array, NDArray[np.uint32]]:
     """Rows that each candidate sees, those of one class together, as CSR: (N * classes + 1,) and (M,)."""
     owner = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))
     piece = owner * n_classes + class_of[problem.row]
@@ -110,11 +185,52 @@ def _link_words(starts: Int64Array, neighbour: Int32Array) -> UInt64Array:
     return words
 
 
-# ------------------------------------------------------------------------------------------ kernels/genetic_random.h
+def acceptance_table() -> NDArray[np.uint32]:
+    """(4096,) uint32: quantiles of the exponential distribution at evenly spaced probabilities, in units of 2^-16."""
+    n = 1 << ACCEPTANCE_BITS
+    return np.array([round(-math.log((i + 0.5) / n) * 65536) for i in range(n)], dtype=np.uint32)
+
+
+def temperatures(mean_ticks: int) -> Int64Array:
+    """(N_TEMPERATURES,) int64, ticks: a geometric sequence, in whole numbers."""
+    falling = [mean_ticks // _FIRST_TEMPERATURE_DIVISOR]
+    for _ in range(N_TEMPERATURES - 1):
+        falling.append(falling[-1] * _TEMPERATURE_RATIO >> 16)
+    return np.array(falling, dtype=np.int64)
+
+
+def nearest_candidates(problem: CoverProblem, n_near: int) -> Int32Array:
+    """(N, M) int32, M = min(n_near, N - 1): candidates that share the greatest part of what either sees, best first.
+
+    Judged by a sample of rows, evenly spread; ties go to the lower number. Sums of zeros and ones are exact in float32,
+    so that the order of summing does not matter.
+    """
+    n, m = problem.n_candidates, min(n_near, problem.n_candidates - 1)
+    if m < 1:
+        return np.zeros((n, 0), dtype=np.int32)
+    n_sample = min(_SAMPLE_ROWS, problem.n_rows)
+    sample = np.arange(n_sample) * problem.n_rows // max(n_sample, 1)
+    place = np.full(problem.n_rows, -1)
+    place[sample] = np.arange(n_sample)
+    owner = np.repeat(np.arange(n), np.diff(problem.starts))
+    kept = place[problem.row] >= 0
+    sees = np.zeros((n, n_sample), dtype=np.float32)
+    sees[owner[kept], place[problem.row[kept]]] = 1.0
+    size = sees.sum(axis=1)
+    near = np.empty((n, m), dtype=np.int32)
+    for begin in range(0, n, 512):
+        shared = sees[begin : begin + 512] @ sees.T
+        part = shared / np.maximum(size[begin : begin + 512, None] + size[None] - shared, 1.0)
+        part[np.arange(part.shape[0]), begin + np.arange(part.shape[0])] = -1.0
+        near[begin : begin + 512] = np.argsort(-part, axis=1, kind="stable")[:, :m]
+    return near
+
+
+# ----------------------------------------------------------------------------------- random numbers
 @compiled
-def _philox(round_: int, step: int, walk: int, draw: int, seed: Any) -> Any:
-    """Four numbers below 2^32, as uint64."""
-    x0, x1, x2, x3 = np.uint64(round_), np.uint64(step), np.uint64(walk), np.uint64(draw)
+def _philox(round_: int, step: int, number: int, draw: int, seed: Any) -> Any:
+    """Four numbers below 2^32, as uint64: Philox 4x32, ten rounds (Salmon et al. 2011)."""
+    x0, x1, x2, x3 = np.uint64(round_), np.uint64(step), np.uint64(number), np.uint64(draw)
     k0, k1 = seed & _LOW, seed >> _HALF
     for _ in range(10):
         p0, p1 = x0 * _MULTIPLY_0, x2 * _MULTIPLY_1
@@ -128,7 +244,7 @@ def _below(number: Any, n: int) -> Any:
     return np.int64((number * np.uint64(n)) >> _HALF)
 
 
-# -------------------------------------------------------------------------------------------- kernels/slot_network.h
+# --------------------------------------------------------------------------------- links of a set
 @compiled
 def _lowest_bit(word: Any) -> Any:
     return _BIT_OF_WINDOW[((word & (~word + _ONE)) * _WINDOWS) >> _WINDOW_SHIFT]
@@ -218,7 +334,7 @@ def _faults_of(
     return faults
 
 
-# ---------------------------------------------------------------------------------------------- kernels/swap_walks.cl
+# ----------------------------------------------------------------------------------- one set's steps
 @compiled
 def _missing_of(required: Any, seen_from: Any, class_starts: Any, classes: Any, covered: Any) -> Any:
     missing = 0
@@ -267,17 +383,17 @@ def _add_ticks(covered: Any, candidate: int, starts: Any, row: Any, added: Any) 
 
 
 @compiled
-def _walk(
+def _anneal(
     n_candidates: int, n_rows: int, n_classes: int, n_levels: int,
     starts: Any, row: Any, ticks: Any, required: Any, seen_from: Any, class_starts: Any, classes: Any,
-    near: Any, luck: Any, heat: Any, n_tries: int, luck_shift: Any,
+    nearest: Any, acceptance: Any, temperature: Any, n_tries: int, acceptance_shift: Any,
     has_network: bool, loops: bool, link_starts: Any, link: Any, link_words: Any, part: Any, spared_starts: Any,
     spared: Any, n_parts: int,
-    penalty: int, seed: Any, round_: int, walk: int, first_step: int, last_step: int, n_steps: int, n_pinned: int,
+    penalty: int, seed: Any, round_: int, number: int, first_step: int, last_step: int, n_steps: int, n_pinned: int,
     sets: Any,
 ) -> Any:  # fmt: skip
-    """One walk. sets : (n_set,) int64, read and written. Returns what it misses."""
-    n_set, n_near = sets.size, near.shape[1]
+    """Anneal one set. sets : (n_set,) int64, read and written. Returns what it misses."""
+    n_set, n_near = sets.size, nearest.shape[1]
     inside = np.zeros(n_candidates, dtype=np.uint8)
     count = np.zeros(n_rows, dtype=np.int32)
     added = np.zeros((n_levels, n_rows), dtype=np.int64)
@@ -310,8 +426,8 @@ def _walk(
     step = first_step
     while step < last_step and least > 0:
         # 2. One station goes.
-        warmth = heat[step * heat.size // n_steps]
-        place = n_pinned + _below(_philox(round_, step, walk, 0, seed)[0], n_set - n_pinned)
+        at_ticks = temperature[step * temperature.size // n_steps]
+        place = n_pinned + _below(_philox(round_, step, number, 0, seed)[0], n_set - n_pinned)
         out = sets[place]
         without[:] = covered
         _change_looks(-1, out, starts, row, ticks, count, added, without)
@@ -322,7 +438,7 @@ def _walk(
         # 3. One comes: the first that is let in.
         into = out
         for draw in range(1, n_tries + 1):
-            x, y, z, w = _philox(round_, step, walk, draw, seed)
+            x, y, z, w = _philox(round_, step, number, draw, seed)
             way = _below(x, 8 if has_network else 4)
             if has_network and (way == 1 or way == 2):
                 origin = sets[_below(w, n_set)]
@@ -333,7 +449,7 @@ def _walk(
             elif way != 0:
                 if n_near == 0:
                     continue
-                other = near[out, _below(y, n_near)]
+                other = nearest[out, _below(y, n_near)]
             else:
                 other = _below(y, n_candidates)
             if inside[other] != 0:
@@ -341,7 +457,7 @@ def _walk(
             then_covered[:] = without
             _add_ticks(then_covered, other, starts, row, added)
             then = _missing_of(required, seen_from, class_starts, classes, then_covered)
-            most = least + ((warmth * luck[z >> luck_shift]) >> 16)
+            most = least + ((at_ticks * acceptance[z >> acceptance_shift]) >> 16)
             if then > most:
                 continue
             if has_network:
