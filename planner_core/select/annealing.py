@@ -33,9 +33,9 @@ from numpy.typing import NDArray
 from planner_core.compiled import compiled, in_threads
 from planner_core.model import Int32Array, Int64Array
 from planner_core.select.bit_rows import classes_of
-from planner_core.select.limits import TRIES
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
+from planner_core.select.search import TRIES
 
 #: Candidates that see most nearly the same, for which a station is exchanged three times of four.
 N_NEAR = 24

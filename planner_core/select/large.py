@@ -31,14 +31,13 @@ from planner_core.errors import RequirementError
 from planner_core.model import Int64Array, Proven
 from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.check import check_selection
-from planner_core.select.greedy import drop_redundant, select_greedy
+from planner_core.select.greedy import select_greedy
 from planner_core.select.large_bound import LagrangeBound, large_bound
-from planner_core.select.limits import INTERRUPTED, PROVEN, Limits, work_of_a_step
 from planner_core.select.network import Network, network_within
-from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem
 from planner_core.select.proven import Point, ProvenSelection, select
 from planner_core.select.relaxation import BOUND_UNIT
+from planner_core.select.search import Search, check_input
 
 if TYPE_CHECKING:
     from planner_core.select.annealing import Annealer
@@ -146,13 +145,14 @@ def select_large(
     SelectionCheckError
         The result is not what it should be: a fault of ours.
     """
-    _check_asked(problem, network, given, start)
-    search = _Search(problem, settings, network, tuple(given), progress)
+    check_input(problem, network, given, start)
+    if start is not None and (problem.covered(list(start)) < problem.required).any():
+        raise RequirementError(
+            f"start of selection: got {len(start)} candidates that do not meet all targets, expected a set that does"
+        )
+    search = _Search(problem, settings, network=network, given=tuple(given), progress=progress)
     search.begin(start)
-    try:
-        search.run()
-    except KeyboardInterrupt:
-        search.limits.why_stopped = INTERRUPTED
+    search.run_until_interrupted()
     result = search.result()
     check_selection(problem, result.chosen, given=given, network=network)
     return result
@@ -169,38 +169,20 @@ def is_large(problem: CoverProblem) -> bool:
     return problem.n_candidates > _MOST_CANDIDATES or problem.row.size > _MOST_ENTRIES
 
 
-def _check_asked(
-    problem: CoverProblem, network: Network | None, given: Sequence[int], start: Sequence[int] | None
-) -> None:
-    n = problem.n_candidates
-    if network is not None and network.n_candidates != n:
-        raise RequirementError(f"network: got one of {network.n_candidates} candidates, expected the problem's {n}")
-    for name, chosen in (("given candidates", given), ("start of selection", start or ())):
-        if any(not 0 <= c < n for c in chosen) or len(set(chosen)) != len(chosen):
-            raise RequirementError(f"{name}: got {list(chosen)}, expected different numbers from 0 to {n - 1}")
-    if start is not None and (problem.covered(list(start)) < problem.required).any():
-        raise RequirementError(
-            f"start of selection: got {len(start)} candidates that do not meet all targets, expected a set that does"
-        )
-
-
-class _Search:
-    """The state of one `select_large`: the best set, the bound, and the work done."""
+class _Search(Search):
+    """One `select_large`."""
 
     def __init__(
         self,
         problem: CoverProblem,
         settings: Proven,
+        *,
         network: Network | None,
         given: tuple[int, ...],
         progress: Progress,
     ) -> None:
-        self._problem, self._settings, self._network, self._given = problem, settings, network, given
-        self._progress = progress
-        self.limits = Limits(work_limit=settings.work_limit, time_limit_s=settings.time_limit_s)
-        self._work = 0.0
-        self._best: list[int] = []
-        self._bound = self._n_greedy = self._most = 0
+        super().__init__(problem, settings, network=network, given=given, progress=progress)
+        self._n_greedy = self._most = 0
         self._growth: Regrowth | None = None
         self._curve: list[Point] = []
 
@@ -256,18 +238,11 @@ class _Search:
         return ProvenSelection(
             chosen=tuple(self._best),
             lower_bound=self._bound,
-            why_stopped=PROVEN if self._bound >= len(self._best) else self.limits.why_stopped,
+            why_stopped=self._why_stopped,
             work=self._work,
             n_greedy=self._n_greedy,
             curve=tuple(self._curve),
         )
-
-    # ------------------------------------------------------------------------------------------- limits
-    def _go_on(self) -> bool:
-        """Whether there is anything left to prove, and leave to do so."""
-        if self._bound >= len(self._best):
-            return False
-        return not self.limits.reached(self._work)
 
     def _note(self) -> None:
         self._curve.append(Point(self._work, len(self._best), self._bound))
@@ -291,13 +266,6 @@ class _Search:
         """`chosen` and greedily more until all targets are met, less what is spare, joined."""
         begun = list(dict.fromkeys(chosen))
         return self._fit(list(select_greedy(problem, given=begun).chosen))
-
-    def _fit(self, chosen: Sequence[int]) -> list[int]:
-        """`chosen`, given ones first, joined, less what is spare."""
-        whole = list(dict.fromkeys((*self._given, *chosen)))
-        if self._network is not None:
-            whole = joined(self._problem, self._network, whole)
-        return drop_redundant(self._problem, whole, given=self._given, network=self._network)
 
     # ------------------------------------------------------------------------------------------- growing
     def _regrow(self, work: float) -> None:
@@ -348,16 +316,14 @@ class _Search:
 
     def _core_of(self, prices: LagrangeBound) -> tuple[Core, Annealer]:
         """Candidates that matter, those of the best set among them, and their annealer."""
-        from planner_core.select.annealing import Annealer, AnnealingProblem  # brings numba along
-
         core = core_problem(self._problem, prices, n_stations=len(self._best), also=self._best, network=self._network)
-        return core, Annealer(AnnealingProblem(core.problem, seed=self._settings.seed or 0, network=core.network))
+        return core, self._annealer(core.problem, core.network)
 
     def _annealed(self, core: Core, annealer: Annealer, size: int, *, round_: int, n_steps: int) -> list[int]:
         """Anneal sets of `size` stations; return the one that misses least, filled up."""
         sets = self._smaller_sets(core, size)
-        for done, n_new, missing in annealer.in_turns(sets, round_=round_, n_steps=n_steps, n_pinned=len(self._given)):
-            self._work += 1e-9 * n_new * self._work_of_a_step(core)
+        step_work = self._work_of_a_step(core.problem, core.network, len(self._best))
+        for done, missing in self._anneal_in_turns(annealer, sets, round_=round_, n_steps=n_steps, step_work=step_work):
             note = f"{len(self._best)} stations, trying {size}; at least {self._bound}"
             best = BestSoFar(len(self._best), self._bound, tuple(self._best))
             self._progress(ProgressEvent("select", done, n_steps, note, best=best))
@@ -378,6 +344,3 @@ class _Search:
 
     def _first_steps(self, core: Core) -> int:
         return _FIRST_STEPS_A_CANDIDATE * core.candidate.size
-
-    def _work_of_a_step(self, core: Core) -> float:
-        return work_of_a_step(core.problem, core.network, n_sets=self._settings.n_walks, n_stations=len(self._best))

@@ -33,11 +33,11 @@ from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant
 from planner_core.select.large_bound import LagrangeBound, large_bound
-from planner_core.select.limits import INTERRUPTED, PROVEN, Limits, work_of_a_step
 from planner_core.select.network import Network
 from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import BOUND_UNIT, TARGET_UNIT
+from planner_core.select.search import Search, check_input
 
 #: Steps of the first annealing, a candidate; the next one gets twice as many.
 _FIRST_STEPS_A_CANDIDATE = 50
@@ -112,10 +112,7 @@ def most_coverage(
     _check_asked(problem, n_stations, given, start, network)
     search = _Search(_last_constraint(problem), n_stations, settings, network, tuple(given), progress)
     search.begin(start)
-    try:
-        search.run()
-    except KeyboardInterrupt:
-        search.limits.why_stopped = INTERRUPTED
+    search.run_until_interrupted()
     return search.result()
 
 
@@ -171,21 +168,13 @@ def _check_asked(
         )
     if problem.required.size == 0:
         raise RequirementError("most coverage: got no target, expected one to be covered")
-    if network is not None and network.n_candidates != problem.n_candidates:
-        raise RequirementError(
-            f"network: got one of {network.n_candidates} candidates, expected the problem's {problem.n_candidates}"
-        )
-    for name, chosen in (("given candidates", given), ("start of selection", start or ())):
-        wrong = any(not 0 <= c < problem.n_candidates for c in chosen) or len(set(chosen)) != len(chosen)
-        if wrong or len(chosen) > n_stations:
-            raise RequirementError(
-                f"{name}: got {list(chosen)}, expected at most {n_stations} different numbers from 0 to "
-                f"{problem.n_candidates - 1}"
-            )
+    check_input(problem, network, given, start)
+    if start is not None and len(start) > n_stations:
+        raise RequirementError(f"start of selection: got {len(start)} candidates, expected at most {n_stations}")
 
 
-class _Search:
-    """The state of one `most_coverage`: the best set, the bound, and the work done."""
+class _Search(Search):
+    """One `most_coverage`; its bound is one of ticks."""
 
     def __init__(
         self,
@@ -196,15 +185,15 @@ class _Search:
         given: tuple[int, ...],
         progress: Progress,
     ) -> None:
-        self._problem, self._network, self._given = problem, network, given
+        super().__init__(problem, settings, network=network, given=given, progress=progress)
         self._n = min(n_stations, problem.n_candidates)
         self._asked = n_stations
-        self._settings, self._progress = settings, progress
-        self.limits = Limits(work_limit=settings.work_limit, time_limit_s=settings.time_limit_s)
         self._whole = self._bound = _whole(problem)
-        self._best: list[int] = []
         self._ticks = -1
-        self._work = 0.0
+
+    @property
+    def _is_proven(self) -> bool:
+        return self._ticks >= self._bound
 
     # ------------------------------------------------------------------------------------------ the flow
     def begin(self, start: Sequence[int] | None) -> None:
@@ -231,9 +220,8 @@ class _Search:
         self._prove()
         if not self._go_on():
             return
-        from planner_core.select.annealing import Annealer, AnnealingProblem  # brings numba along
-
-        annealer = Annealer(AnnealingProblem(self._problem, seed=self._settings.seed or 0, network=self._network))
+        annealer = self._annealer(self._problem, self._network)
+        step_work = self._work_of_a_step(self._problem, self._network, self._n)
         round_, n_steps = 0, _FIRST_STEPS_A_CANDIDATE * self._problem.n_candidates
         while self._go_on():
             round_ += 1
@@ -242,8 +230,7 @@ class _Search:
                 self.limits.why_stopped = NOBODY_JOINS
                 return
             sets = np.array([whole_set] * self._settings.n_walks, dtype=np.int32)
-            for done, n_new, _ in annealer.in_turns(sets, round_=round_, n_steps=n_steps, n_pinned=len(self._given)):
-                self._work += 1e-9 * n_new * self._work_of_a_step()
+            for done, _ in self._anneal_in_turns(annealer, sets, round_=round_, n_steps=n_steps, step_work=step_work):
                 for each in sets.tolist():
                     if self._network is None or self._network.faults(each) == 0:
                         self._offer(each)
@@ -259,8 +246,8 @@ class _Search:
         met = _requiring(self._problem, self._ticks)
         chosen = drop_redundant(met, self._best, given=self._given, network=self._network)
         check_selection(met, chosen, given=self._given, network=self._network)
-        why = PROVEN if self._ticks >= self._bound else self.limits.why_stopped
-        return MostCoverage(self._asked, tuple(chosen), self._ticks, self._bound, self._whole, why, self._work)
+        ticks, why = self._ticks, self._why_stopped
+        return MostCoverage(self._asked, tuple(chosen), ticks, self._bound, self._whole, why, self._work)
 
     # ------------------------------------------------------------------------------------------- the turns
     def _offer(self, chosen: list[int]) -> None:
@@ -273,7 +260,7 @@ class _Search:
         """Bound by prices for about what can be covered: what is, at first, then what the bound says."""
         about = max(self._ticks, 1)
         for _ in range(_BOUND_ROUNDS):
-            if self._ticks >= self._bound or self._whole == 0 or not self._go_on():
+            if self._whole == 0 or not self._go_on():
                 return
             prices = large_bound(
                 _requiring(self._problem, about),
@@ -292,15 +279,6 @@ class _Search:
                 about = (about + before) // 2  # it led beyond the whole: too far to the left
             else:
                 return
-
-    def _go_on(self) -> bool:
-        """Whether there is anything left to prove, and leave to do so."""
-        if self._ticks >= self._bound:
-            return False
-        return not self.limits.reached(self._work)
-
-    def _work_of_a_step(self) -> float:
-        return work_of_a_step(self._problem, self._network, n_sets=self._settings.n_walks, n_stations=self._n)
 
 
 def fill(

@@ -31,13 +31,12 @@ from planner_core.select.block_proof import BlockProof
 from planner_core.select.blocks import blocks_of
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.check import check_selection
-from planner_core.select.greedy import drop_redundant, select_greedy
-from planner_core.select.limits import INTERRUPTED, PROVEN, Limits, work_of_a_step
+from planner_core.select.greedy import select_greedy
 from planner_core.select.network import Network
-from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem
 from planner_core.select.quick_bound import counting_bound
 from planner_core.select.reductions import Reduced, reduce_problem
+from planner_core.select.search import INTERRUPTED, PROVEN, Search
 
 if TYPE_CHECKING:
     from planner_core.select.annealing import Annealer
@@ -146,10 +145,7 @@ def select(
     reduced = reduce_problem(problem, given=given, rows_only=network is not None)
     search = _Search(reduced, settings, network=network, progress=progress)
     search.begin(_known(problem, reduced, start))
-    try:
-        search.run()
-    except KeyboardInterrupt:
-        search.limits.why_stopped = INTERRUPTED
+    search.run_until_interrupted()
     try:
         return _checked(problem, search, network, given, start)
     except KeyboardInterrupt:  # the first one, or that of somebody in a hurry: what there is is ready in a moment
@@ -216,8 +212,8 @@ def _find_in_block(
     return found.chosen, found.work
 
 
-class _Search:
-    """The state of one `select`: the best set of the reduced problem, the bound, and the work done."""
+class _Search(Search):
+    """One `select`, of the reduced problem. `_work` is that of annealing."""
 
     def __init__(
         self,
@@ -227,19 +223,14 @@ class _Search:
         network: Network | None,
         progress: Progress,
     ) -> None:
-        self._reduced, self._problem, self._settings, self._network = reduced, reduced.problem, settings, network
-        self._pinned = reduced.pinned
-        self._progress = progress
-        self.limits = Limits(work_limit=settings.work_limit, time_limit_s=settings.time_limit_s)
-        self._annealer: Annealer | None = None
-        self._annealing_work = 0.0
+        super().__init__(reduced.problem, settings, network=network, given=reduced.pinned, progress=progress)
+        self._reduced = reduced
+        self._annealing: Annealer | None = None
         self._round, self._n_steps = 0, _FIRST_STEPS_A_CANDIDATE * self._problem.n_candidates
         self._sets: Int32Array = np.zeros((0, 0), dtype=np.int32)
         self._tree: BranchAndBound | None = None
         self._blocks: BlockProof | None = None
         self._blocks_rose = 0, 0.0  # to which bound they did last, and after what work
-        self._best: list[int] = []
-        self._bound = 0
         self._n_greedy = 0
         self._curve: list[Point] = []
 
@@ -251,7 +242,7 @@ class _Search:
     # ------------------------------------------------------------------------------------------ the flow
     def begin(self, known: list[int] | None) -> None:
         """Take a first set; from here on there is a result."""
-        greedy = select_greedy(self._problem, given=self._pinned, progress=self._progress).chosen
+        greedy = select_greedy(self._problem, given=self._given, progress=self._progress).chosen
         self._best = self._fit(list(greedy))
         self._n_greedy = len(self._best)
         if known is not None and (self._problem.covered(known) >= self._problem.required).all():
@@ -271,7 +262,7 @@ class _Search:
             n_stations=len(self._best),
             lower_bound=self._bound,
             network=self._network,
-            given=self._pinned,
+            given=self._given,
         )
         tree.root(sweeping=_SWEEP_SHARE * self._settings.work_limit, progress=self._prove)
         self._take_from(tree)
@@ -292,7 +283,7 @@ class _Search:
         """Proof of what hardly see the same apart, where there are such blocks."""
         if self._network is None or not self._go_on():
             return None
-        blocks = blocks_of(self._problem, self._network, self._pinned)
+        blocks = blocks_of(self._problem, self._network, self._given)
         if not blocks:
             return None
         return BlockProof(
@@ -301,7 +292,7 @@ class _Search:
             n_stations=len(self._best),
             find=self._find,
             sent_find=partial(_find_in_block, replace(self._settings, time_limit_s=None)),
-            work_limit=min(_BLOCK_SHARE * self._settings.work_limit, self._settings.work_limit - self._work),
+            work_limit=min(_BLOCK_SHARE * self._settings.work_limit, self._settings.work_limit - self._total_work()),
         )
 
     def _blocks_are_due(self, blocks: BlockProof, tree: BranchAndBound) -> bool:
@@ -322,8 +313,9 @@ class _Search:
         self._prove(replace(event, done=0, total=0, note=note))
 
     def _proof_due(self, tree: BranchAndBound) -> float:
-        next_work = 1e-9 * self._n_steps * self._work_of_a_step()
-        return _PROOF_SHARE * (self._annealing_work + next_work) - tree.work
+        step_work = self._work_of_a_step(self._problem, self._network, len(self._best))
+        next_work = 1e-9 * self._n_steps * step_work
+        return _PROOF_SHARE * (self._work + next_work) - tree.work
 
     def result(self) -> ProvenSelection:
         """What was found so far."""
@@ -337,34 +329,27 @@ class _Search:
         return ProvenSelection(
             chosen=self._reduced.whole(self._best),
             lower_bound=self._bound + forced,
-            why_stopped=PROVEN if self._bound >= len(self._best) else self.limits.why_stopped,
-            work=self._work,
+            why_stopped=self._why_stopped,
+            work=self._total_work(),
             n_greedy=self._n_greedy + forced,
             curve=tuple(self._curve),
         )
 
     # ------------------------------------------------------------------------------------------- limits
-    @property
-    def _work(self) -> float:
+    def _total_work(self) -> float:
         proofs = (proof.work for proof in (self._tree, self._blocks) if proof is not None)
-        return self._annealing_work + sum(proofs)
-
-    def _go_on(self) -> bool:
-        """Whether there is anything left to prove, and leave to do so."""
-        if self._bound >= len(self._best):
-            return False
-        return not self.limits.reached(self._work)
+        return self._work + sum(proofs)
 
     def _prove(self, event: ProgressEvent) -> None:
         """Pass progress of the proof on, and end it where a limit is reached."""
         self._progress(replace(event, best=self._best_so_far()))
         for proof in (self._tree, self._blocks):
-            if proof is not None and self.limits.reached(self._work):
+            if proof is not None and self.limits.reached(self._total_work()):
                 proof.stop()
 
     def _note(self) -> None:
         forced = len(self._reduced.forced)
-        self._curve.append(Point(self._work, len(self._best) + forced, self._bound + forced))
+        self._curve.append(Point(self._total_work(), len(self._best) + forced, self._bound + forced))
 
     def _best_so_far(self) -> BestSoFar:
         chosen = self._reduced.whole(self._best)
@@ -380,30 +365,19 @@ class _Search:
         if (len(self._best), self._bound) != before:
             self._note()
 
-    def _fit(self, chosen: list[int]) -> list[int]:
-        """`chosen`, which meet the targets, less what is spare; with pinned candidates, these first, and joined."""
-        whole = list(dict.fromkeys((*self._pinned, *chosen)))
-        if self._network is not None:
-            whole = joined(self._problem, self._network, whole)
-        return drop_redundant(self._problem, whole, given=self._pinned, network=self._network)
-
     def _anneal(self) -> bool:
         """Look for one station less, once; longer the next time if there is none."""
         if not self._can_anneal():
             return False
-        if self._annealer is None:
-            from planner_core.select.annealing import Annealer, AnnealingProblem  # brings numba along
-
-            self._annealer = Annealer(
-                AnnealingProblem(self._problem, seed=self._settings.seed or 0, network=self._network)
-            )
+        if self._annealing is None:
+            self._annealing = self._annealer(self._problem, self._network)
         if self._sets.shape != (self._settings.n_walks, len(self._best) - 1):
             self._sets = self._without_one()
         self._round += 1
-        for done, n_new, missing in self._annealer.in_turns(
-            self._sets, round_=self._round, n_steps=self._n_steps, n_pinned=len(self._pinned)
+        step_work = self._work_of_a_step(self._problem, self._network, len(self._best))
+        for done, missing in self._anneal_in_turns(
+            self._annealing, self._sets, round_=self._round, n_steps=self._n_steps, step_work=step_work
         ):
-            self._annealing_work += 1e-9 * n_new * self._work_of_a_step()
             note = f"{len(self._best)} stations, trying one less"
             self._progress(ProgressEvent("select", done, self._n_steps, note, best=self._best_so_far()))
             met = np.flatnonzero(missing == 0)
@@ -418,14 +392,11 @@ class _Search:
 
     def _can_anneal(self) -> bool:
         """No set without candidates is annealed, nor one of pinned candidates alone."""
-        return len(self._best) - 1 > len(self._pinned)
-
-    def _work_of_a_step(self) -> float:
-        return work_of_a_step(self._problem, self._network, n_sets=self._settings.n_walks, n_stations=len(self._best))
+        return len(self._best) - 1 > len(self._given)
 
     def _without_one(self) -> Int32Array:
         """(W, k - 1), pinned ones first: the best set without one station, another one for each set if it can be."""
-        n_pinned, loose = len(self._pinned), len(self._best) - len(self._pinned)
+        n_pinned, loose = len(self._given), len(self._best) - len(self._given)
         sets = [
             [c for place, c in enumerate(self._best) if place != n_pinned + number % loose]
             for number in range(self._settings.n_walks)

@@ -20,9 +20,9 @@ from planner_core.select.block_proof import BlockProof
 from planner_core.select.blocks import blocks_of
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
-from planner_core.select.limits import Limits
 from planner_core.select.network_start import joined
 from planner_core.select.proven import select
+from planner_core.select.search import Limits
 from planner_core.spread import NotWantedError, spread_over
 
 from ..cluster.conftest import cluster_of

@@ -255,7 +255,9 @@ def test_interrupt_in_the_middle_of_a_node_proves_nothing(monkeypatch):
 
 def test_annealing_waits_until_the_proof_has_had_three_times_as_much_work_the_next_one_counted():
     search = proven._Search.__new__(proven._Search)
-    search._annealing_work, search._n_steps = 10.0, 1000
-    search._work_of_a_step = lambda: 5_000_000  # 5 in 1e9 for all steps
+    search._work, search._n_steps = 10.0, 1000
+    search._problem = search._network = None
+    search._best = []
+    search._work_of_a_step = lambda *_: 5_000_000  # 5 in 1e9 for all steps
     assert search._proof_due(SimpleNamespace(work=44.0)) == pytest.approx(1.0)
     assert search._proof_due(SimpleNamespace(work=45.5)) < 0
