@@ -4,7 +4,7 @@ Input a `CoverProblem` of, say, 10 000 candidates and 100 000 rows, output a `Pr
 for problems small enough to prove. CONTROL FLOW, `select_large`:
 
 1. greedy selection                                                                             greedy.py
-2. parts of the set, taken out and grown again                                                   regrow.py
+2. parts of the set, taken out and recreated                                                     ruin_recreate.py
 3. prices: the bound, what each candidate adds to it, nearly a solution of the relaxation        large_bound.py
 4. greedy selection again, begun with the candidates of which that solution takes the most
 5. as 2, until the work is done; without a network, or for several looks or loops, 6 and 7 instead of 2 and 5
@@ -41,7 +41,7 @@ from planner_core.select.search import Search, check_input
 
 if TYPE_CHECKING:
     from planner_core.select.annealing import Annealer
-    from planner_core.select.regrow import Regrowth
+    from planner_core.select.ruin_recreate import RuinRecreate
 
 #: Beyond so many candidates, or entries (candidates times the rows that each sees), prices serve better than `select`.
 _MOST_CANDIDATES, _MOST_ENTRIES = 1000, 3_000_000
@@ -53,9 +53,9 @@ _FIRST_SHARES = (0.9, 0.7, 0.5, 0.3)
 #: Share of the work that prices may do at most.
 _BOUND_SHARE = 0.3
 #: And what is done before them, which says how many parts of the network a set has.
-_FIRST_GROWTH_SHARE = 0.15
+_FIRST_LOCAL_SHARE = 0.15
 #: Work of growing again between two looks.
-_GROWTH_TURN = 0.2
+_LOCAL_TURN = 0.2
 #: Steps of the first annealing, a candidate of the core; the next one after a failure gets twice as many.
 _FIRST_STEPS_A_CANDIDATE = 50
 _MOST_STEPS = 2**28
@@ -183,7 +183,7 @@ class _Search(Search):
     ) -> None:
         super().__init__(problem, settings, network=network, given=given, progress=progress)
         self._n_greedy = self._most = 0
-        self._growth: Regrowth | None = None
+        self._local_search: RuinRecreate | None = None
         self._curve: list[Point] = []
 
     # ------------------------------------------------------------------------------------------ the flow
@@ -208,7 +208,7 @@ class _Search(Search):
         several = bool((self._problem.seen_from > 1).any())
         grows = not several and self._network is not None and not self._network.loops
         if grows:
-            self._regrow(_FIRST_GROWTH_SHARE * self._settings.work_limit)
+            self._search_locally(_FIRST_LOCAL_SHARE * self._settings.work_limit)
             if not self._go_on():
                 return
         prices = large_bound(
@@ -229,7 +229,7 @@ class _Search(Search):
             likely = np.argsort(-prices.share, kind="stable")[: int((prices.share > share).sum())]
             self._offer(self._completed(self._problem, [*self._given, *likely.tolist()]))
         if grows:
-            self._regrow(float("inf"))
+            self._search_locally(float("inf"))
         elif self._go_on():
             self._anneal(prices)
 
@@ -254,7 +254,7 @@ class _Search(Search):
         fits = len(chosen) <= self._most
         if not better or not fits or (self._network is not None and self._network.faults(chosen) > 0):
             return False
-        self._best, self._growth = chosen, None
+        self._best, self._local_search = chosen, None
         self._note()
         return True
 
@@ -268,12 +268,12 @@ class _Search(Search):
         return self._fit(list(select_greedy(problem, given=begun).chosen))
 
     # ------------------------------------------------------------------------------------------- growing
-    def _regrow(self, work: float) -> None:
+    def _search_locally(self, work: float) -> None:
         """Grow parts of the best set again for so much work, or until a limit is reached."""
-        from planner_core.select.regrow import Regrowth  # brings numba along, which takes a while
+        from planner_core.select.ruin_recreate import RuinRecreate  # brings numba along, which takes a while
 
-        if self._growth is None:
-            self._growth = Regrowth(
+        if self._local_search is None:
+            self._local_search = RuinRecreate(
                 self._problem,
                 self._best,
                 network=self._network,
@@ -281,14 +281,14 @@ class _Search(Search):
                 most=self._most,
                 seed=self._settings.seed or 0,
             )
-        growth, n_tries, end = self._growth, 1, self._work + work
+        local_search, n_tries, end = self._local_search, 1, self._work + work
         while self._go_on() and self._work < end:
-            before = growth.work
-            better = growth.tries(n_tries)
-            self._work += growth.work - before
-            n_tries = max(1, min(2 * n_tries, int(n_tries * _GROWTH_TURN / max(growth.work - before, 1e-9))))
+            before = local_search.work
+            better = local_search.tries(n_tries)
+            self._work += local_search.work - before
+            n_tries = max(1, min(2 * n_tries, int(n_tries * _LOCAL_TURN / max(local_search.work - before, 1e-9))))
             if better:
-                self._best = growth.chosen
+                self._best = local_search.chosen
                 self._note()
             note = f"{len(self._best)} stations, at least {self._bound}, growing parts anew"
             best = BestSoFar(len(self._best), self._bound, tuple(self._best))

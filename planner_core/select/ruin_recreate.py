@@ -1,4 +1,4 @@
-"""Ruin and regrow: local search of sets that meet all targets and hang together at every step, compiled.
+"""Ruin and recreate: local search of sets that meet all targets and hang together at every step, compiled.
 
 Input a `CoverProblem`, a `Network` or none, and a set that meets all and hangs together; output one with no more
 components and no more stations, by as many tries as are asked for. Fewest components come first, then fewest stations,
@@ -33,7 +33,7 @@ _LOSS_DIVISOR = 2
 _WORK_OF_A_NUMBER = 1.8e-9
 
 
-class Regrowth:
+class RuinRecreate:
     """The state of one search; `chosen` is the best set so far, `work` about the seconds of one core, counted.
 
     most : stations that a set with fewer components may have; as many as `chosen` has, if not said.
@@ -51,7 +51,7 @@ class Regrowth:
     ) -> None:
         n, r = problem.n_candidates, problem.n_rows
         if (problem.seen_from > 1).any() or (network is not None and network.loops):
-            raise ValueError("regrowth: got several looks or loops, expected neither")
+            raise ValueError("ruin and recreate: got several looks or loops, expected neither")
         class_of, counts = classes_of(problem)
         seer_starts, seer = problem.seers()
         none = np.zeros(n + 1, dtype=np.int64)

@@ -16,7 +16,7 @@ from planner_core.select.large import select_large
 from planner_core.select.network import Network
 from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem
-from planner_core.select.regrow import Regrowth
+from planner_core.select.ruin_recreate import RuinRecreate
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -42,11 +42,11 @@ def test_sets_meet_all_hang_together_and_never_get_worse(seed, n_given, linked):
     problem, network, _ = instance(seed, n=20, r=150, linked=linked, reach=0.12)
     given_ones = list(range(n_given))
     start = first_set(problem, network, given_ones)
-    growth = Regrowth(problem, start, network=network, given=given_ones, seed=seed)
+    local_search = RuinRecreate(problem, start, network=network, given=given_ones, seed=seed)
     key = (np.unique(network.part[start]).size, len(start))
     for _ in range(4):
-        better = growth.tries(25)
-        now = growth.chosen
+        better = local_search.tries(25)
+        now = local_search.chosen
         check_selection(problem, now, given=given_ones, network=network)
         assert now[:n_given] == given_ones
         new = (np.unique(network.part[now]).size, len(now))
@@ -63,9 +63,9 @@ def test_fewest_components_come_first_then_fewest_stations_by_trying_all_sets():
         start = first_set(problem, network)
         best = min(key[:2] for key in keys_of(problem, graph) if key[1] <= len(start))
         fewest = min(key[1] for key in keys_of(problem, graph))
-        growth = Regrowth(problem, start, network=network)
-        growth.tries(400)
-        now = growth.chosen
+        local_search = RuinRecreate(problem, start, network=network)
+        local_search.tries(400)
+        now = local_search.chosen
         found = (np.unique(network.part[now]).size, len(now))
         assert found >= best, f"seed {seed}"
         n_best += found == best
@@ -77,12 +77,12 @@ def test_fewest_components_come_first_then_fewest_stations_by_trying_all_sets():
 def test_more_stations_are_let_in_for_fewer_components_and_no_more_than_allowed():
     # Two lone candidates see all, some rows both; so do three that are linked.
     problem, network, _ = two_alone_or_three_in_a_row()
-    growth = Regrowth(problem, [0, 1], network=network, most=3)
-    growth.tries(60)
-    assert sorted(growth.chosen) == [2, 3, 4]
-    growth = Regrowth(problem, [0, 1], network=network)
-    assert not growth.tries(60)
-    assert growth.chosen == [0, 1]
+    local_search = RuinRecreate(problem, [0, 1], network=network, most=3)
+    local_search.tries(60)
+    assert sorted(local_search.chosen) == [2, 3, 4]
+    local_search = RuinRecreate(problem, [0, 1], network=network)
+    assert not local_search.tries(60)
+    assert local_search.chosen == [0, 1]
 
 
 def two_alone_or_three_in_a_row():
@@ -102,7 +102,7 @@ def two_alone_or_three_in_a_row():
 def test_same_seed_goes_the_same_way_however_the_tries_are_dealt_out():
     problem, network, _ = instance(3, n=40, r=400, linked=0.5, reach=0.07)
     start = first_set(problem, network)
-    at_once, in_turns, other = (Regrowth(problem, start, network=network, seed=seed) for seed in (5, 5, 6))
+    at_once, in_turns, other = (RuinRecreate(problem, start, network=network, seed=seed) for seed in (5, 5, 6))
     at_once.tries(120)
     for n in (1, 50, 69):
         in_turns.tries(n)
@@ -115,7 +115,7 @@ def test_same_seed_goes_the_same_way_however_the_tries_are_dealt_out():
 def test_several_looks_and_loops_are_refused():
     problem, network, _ = instance(1, looks=2)
     with pytest.raises(ValueError, match="expected neither"):
-        Regrowth(problem, range(8), network=network)
+        RuinRecreate(problem, range(8), network=network)
 
 
 def test_large_selection_takes_the_set_of_fewest_components_and_bounds_those():
