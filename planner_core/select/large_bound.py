@@ -127,36 +127,36 @@ def large_bound(
     work_limit
         Numbers to look at, in 1e9, roughly seconds of one core; a first look is taken in any case.
     """
-    from planner_core.select.saddle import Saddle  # brings numba along, which takes a while
+    from planner_core.select.primal_dual import PrimalDual  # brings numba along, which takes a while
     from planner_core.select.ways import ways_of
 
     lower = np.zeros(problem.n_candidates, dtype=np.int64)
     lower[list(given)] = 1
     ways = ways_of(problem, network)
     n_parts = problem.n_candidates if n_parts is None else n_parts
-    saddle = Saddle(problem, ways, lower.astype(np.float64), n_stations=max(n_stations, 1), n_parts=n_parts)
-    n_steps = max(_STEPS_A_LOOK, min(int(work_limit / saddle.work_of_a_step), _MOST_STEPS))
+    primal_dual = PrimalDual(problem, ways, lower.astype(np.float64), n_stations=max(n_stations, 1), n_parts=n_parts)
+    n_steps = max(_STEPS_A_LOOK, min(int(work_limit / primal_dual.work_of_a_step), _MOST_STEPS))
     if not (problem.least > 0).any():
         n_steps = 0
-    best, relaxed = saddle.look(mean=False), saddle.look(mean=False)
+    best, relaxed = primal_dual.look(mean=False), primal_dual.look(mean=False)
     restart_gap, looks = float("inf"), 0
-    while saddle.n_steps < n_steps:
-        for _ in range(min(_STEPS_A_LOOK, n_steps - saddle.n_steps)):
-            saddle.step()
+    while primal_dual.n_steps < n_steps:
+        for _ in range(min(_STEPS_A_LOOK, n_steps - primal_dual.n_steps)):
+            primal_dual.step()
         looks += 1
-        views = (saddle.look(mean=True), saddle.look(mean=False))
+        views = (primal_dual.look(mean=True), primal_dual.look(mean=False))
         best = max((best, *views), key=lambda view: view.value)
         relaxed = min((relaxed, *views), key=lambda view: view.at_most)
         note = f"at least {best.value:.1f}, relaxation at most {relaxed.at_most:.1f}"
-        progress(ProgressEvent("bound", saddle.n_steps, n_steps, note))
+        progress(ProgressEvent("bound", primal_dual.n_steps, n_steps, note))
         if best.value >= (1.0 - _NEAR_ENOUGH) * relaxed.at_most or np.ceil(best.value) >= relaxed.at_most:
             break
         gaps = [view.at_most - view.value for view in views]
         if min(gaps) <= _RESTART_GAP * restart_gap or looks >= _RESTART_LOOKS:
-            saddle.restart(from_mean=gaps[0] < gaps[1])
+            primal_dual.restart(from_mean=gaps[0] < gaps[1])
             restart_gap, looks = min(gaps), 0
-    prices = saddle.whole(*best.prices)
-    work = saddle.n_steps * saddle.work_of_a_step
+    prices = primal_dual.whole(*best.prices)
+    work = primal_dual.n_steps * primal_dual.work_of_a_step
     scaled, margin = price_bound(problem, *prices, lower, ways, n_parts=n_parts)
     return LagrangeBound(scaled, margin, lower > 0, *prices, relaxed.share, relaxed.at_most, work)
 

@@ -47,7 +47,7 @@ from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, UI
 from planner_core.select.problem import CoverProblem
 
 if TYPE_CHECKING:
-    from planner_core.select.separators import Separators, Through
+    from planner_core.select.separators import Separators, SeparatorUse
 
 #: 1, in coefficients and right sides of cuts. Rounding up costs a bound of n stations n * 2^-23 at most.
 CUT_UNIT = 2**24
@@ -119,7 +119,7 @@ class Shares:
     through: Int64Array | None = None
     between: Sequence[Int64Array] = ()
 
-    def by(self, through: Through, between: Sequence[Int64Array]) -> Shares:
+    def by(self, through: SeparatorUse, between: Sequence[Int64Array]) -> Shares:
         """The same, with rows bounded by separators where these have less."""
         less = through.part < self.part
         part = np.where(less, through.part, self.part)

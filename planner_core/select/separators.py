@@ -44,7 +44,7 @@ _SHIFT = 1009
 
 
 @dataclass(frozen=True)
-class Through:
+class SeparatorUse:
     """What a point has in separators at the rows that these bound.
 
     part : (R,) least x(Z) of any; 1 where there is none below. number : (R,) int64, of that separator; -1: none.
@@ -75,14 +75,14 @@ class Separators:
         order: Int64Array = np.argsort(np.arange(self._counts.size) * _STRIDE % 2**32, kind="stable")
         return order
 
-    def through(self, x: FloatArray) -> Through:
+    def through(self, x: FloatArray) -> SeparatorUse:
         """What x has in them."""
         number, part = np.full(self._counts.size, -1, dtype=np.int64), np.ones(self._counts.size)
         value = np.array([float(x[between].sum()) for between in self.between])
         for at in np.argsort(-value, kind="stable").tolist():  # the least comes last, and stays
             if value[at] < 1.0:
                 part[self._rows[at]], number[self._rows[at]] = value[at], at
-        return Through(part, number)
+        return SeparatorUse(part, number)
 
     def sweep(self, x: FloatArray) -> list[Cut]:
         """Look for separators that hold little of x, keep those that bound rows, and return cuts of the others."""

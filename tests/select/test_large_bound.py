@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from selection_instances import every_solution, problem_of
 
-from planner_core.select import saddle
+from planner_core.select import primal_dual
 from planner_core.select.large_bound import large_bound, price_bound
 from planner_core.select.relaxation import BOUND_UNIT, TARGET_UNIT
 from planner_core.select.ways import ways_of
@@ -123,7 +123,7 @@ def test_bound_comes_within_a_percent_of_the_linear_relaxation_whatever_targets_
 @pytest.mark.parametrize("factor", [100, pytest.param(0.01, marks=pytest.mark.slow)])
 def test_steps_that_begin_out_of_balance_find_it(monkeypatch, factor):
     # With a balance that stays as it was set, 38.5 and 38.9 are proven of 40.1.
-    monkeypatch.setattr(saddle, "_BALANCE", factor * saddle._BALANCE)
+    monkeypatch.setattr(primal_dual, "_BALANCE", factor * primal_dual._BALANCE)
     problem = random_problem(1, n=120, r=500, density=0.04)
     value = relaxation(problem, np.zeros(120, dtype=np.int64))
     bound = large_bound(problem, n_stations=60, work_limit=0.5)

@@ -42,7 +42,7 @@ class View:
     at_most: float
 
 
-class Saddle:
+class PrimalDual:
     """The point of the steps: x of ways, z of rows; prices u of rows, p of targets, s of being the first of a part.
 
     The last of s is the price of having one more part, of which there are `n_parts` at most.
