@@ -13,8 +13,8 @@ u >= 0 of the former and p >= 0 of the latter, and x_i = 1 where i is chosen, 0 
 stations (Lagrangian relaxation). `price_bound` computes that in whole numbers for whole prices, whatever they are.
 
 Where stations hang together, each but one a part has a parent and need not be counted for what that sees, too
-(ways.py). The sum over i is then over its ways, of which x takes one at most; u^1 alone is counted less. Of a part one
-station at most is the first, and n_parts in all: they are those that make the sum least.
+(attachments.py). The sum over i is then over its modes, of which x takes one at most; u^1 alone is counted less. Of a
+part one station at most is the first, and n_parts in all: they are those that make the sum least.
 
 Good prices come from the saddle point of the same sum in x and z in [0, 1], u and p, where its value is that of the
 linear relaxation. It is found by primal-dual steps: x and z go down the slope, u and p up the slope of twice the new
@@ -47,11 +47,11 @@ from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import BOUND_UNIT, TARGET_UNIT
 
 if TYPE_CHECKING:
-    from planner_core.select.ways import Ways
+    from planner_core.select.attachments import AttachmentModes
 
 #: Prices of all rows together must stay below this in 1 / BOUND_UNIT, so that 63 bits hold any sum of them.
 _MOST_PRICES = 2**62
-#: Of a way that there is not.
+#: Of a mode that there is not.
 _NEVER = 2**62
 #: Steps between two looks, which cost about two steps each.
 _STEPS_A_LOOK = 40
@@ -127,14 +127,14 @@ def large_bound(
     work_limit
         Numbers to look at, in 1e9, roughly seconds of one core; a first look is taken in any case.
     """
+    from planner_core.select.attachments import attachment_modes
     from planner_core.select.primal_dual import PrimalDual  # brings numba along, which takes a while
-    from planner_core.select.ways import ways_of
 
     lower = np.zeros(problem.n_candidates, dtype=np.int64)
     lower[list(given)] = 1
-    ways = ways_of(problem, network)
+    modes = attachment_modes(problem, network)
     n_parts = problem.n_candidates if n_parts is None else n_parts
-    primal_dual = PrimalDual(problem, ways, lower.astype(np.float64), n_stations=max(n_stations, 1), n_parts=n_parts)
+    primal_dual = PrimalDual(problem, modes, lower.astype(np.float64), n_stations=max(n_stations, 1), n_parts=n_parts)
     n_steps = max(_STEPS_A_LOOK, min(int(work_limit / primal_dual.work_of_a_step), _MOST_STEPS))
     if not (problem.least > 0).any():
         n_steps = 0
@@ -157,7 +157,7 @@ def large_bound(
             restart_gap, looks = min(gaps), 0
     prices = primal_dual.whole(*best.prices)
     work = primal_dual.n_steps * primal_dual.work_of_a_step
-    scaled, margin = price_bound(problem, *prices, lower, ways, n_parts=n_parts)
+    scaled, margin = price_bound(problem, *prices, lower, modes, n_parts=n_parts)
     return LagrangeBound(scaled, margin, lower > 0, *prices, relaxed.share, relaxed.at_most, work)
 
 
@@ -166,7 +166,7 @@ def price_bound(
     row_price: Int64Array,
     constraint_price: Sequence[int],
     lower: Int64Array,
-    ways: Ways,
+    modes: AttachmentModes,
     *,
     n_parts: int = 2**31,
 ) -> tuple[int, Int64Array]:
@@ -178,7 +178,7 @@ def price_bound(
         (M, R) and K whole numbers, as in `LagrangeBound`; none may be negative.
     lower
         (N,) 1 for candidates that are in every plan, 0 for others.
-    ways
+    modes
         In which plans hold each candidate. n_parts : parts of the network that plans have anybody in, at most.
     """
     times = np.unique(problem.seen_from)
@@ -193,7 +193,7 @@ def price_bound(
         or sum(map(int, row_price.sum(axis=1))) >= _MOST_PRICES
     ):
         raise ValueError("prices: expected 0 or more, rows' less than 2^62 in all")
-    at_best, margin = _margins(problem, row_price, lower, ways, n_parts)
+    at_best, margin = _margins(problem, row_price, lower, modes, n_parts)
     scaled = TARGET_UNIT * at_best
     scaled += sum(price * least for price, least in zip(constraint_price, problem.least.tolist(), strict=True))
     class_of, counts = classes_of(problem)
@@ -209,22 +209,22 @@ def price_bound(
 
 
 def _margins(
-    problem: CoverProblem, row_price: Int64Array, lower: Int64Array, ways: Ways, n_parts: int
+    problem: CoverProblem, row_price: Int64Array, lower: Int64Array, modes: AttachmentModes, n_parts: int
 ) -> tuple[int, Int64Array]:
     """Least that all candidates together add for these prices, and each one's margin, in 1 / BOUND_UNIT."""
-    from planner_core.select.ways import sums_of_ways
+    from planner_core.select.attachments import sums_of_modes
 
     times = np.unique(problem.seen_from)
     once = row_price[0] if times[:1].tolist() == [1] else np.zeros(problem.n_rows, dtype=np.int64)
     # Sums wrap around, differences of them are below 2^63 and right again.
-    of_way = BOUND_UNIT - sums_of_ways(problem, ways, row_price.sum(axis=0), once)
+    of_mode = BOUND_UNIT - sums_of_modes(problem, modes, row_price.sum(axis=0), once)
     if not problem.n_candidates:
-        return 0, of_way
-    is_first = ways.first_of >= 0
-    joined = np.minimum.reduceat(np.where(is_first, _NEVER, of_way), ways.starts[:-1])
+        return 0, of_mode
+    is_first = modes.first_of >= 0
+    joined = np.minimum.reduceat(np.where(is_first, _NEVER, of_mode), modes.starts[:-1])
     if not is_first.any():
         return _sum(np.where(lower > 0, joined, np.minimum(joined, 0))), joined
-    first, part = of_way[is_first], ways.first_of[is_first]  # one a candidate
+    first, part = of_mode[is_first], modes.first_of[is_first]  # one a candidate
     base = np.where(lower > 0, np.where(joined < _NEVER, joined, first), np.minimum(joined, 0))
     # Of the candidates of a part one may be its first: whom this makes cheapest by most. So it is of n_parts parts.
     spared = np.zeros(int(part.max(initial=-1)) + 1, dtype=np.int64)

@@ -1,6 +1,6 @@
 """Primal-dual steps for prices of large problems: the point that `planner_core.select.large_bound` moves, compiled.
 
-Input a `CoverProblem` and its `Ways`, output shares of ways and prices. Areas are in units of the mean row's, prices in
+Input a `CoverProblem` and its `AttachmentModes`, output shares of modes and prices. Areas are in units of the mean row's, prices in
 stations for that. A step is two sums over who sees what. All sums have one order, on any number of cores.
 """
 
@@ -13,19 +13,19 @@ import numpy as np
 
 from planner_core.compiled import compiled, share_out
 from planner_core.model import FloatArray, Int64Array
+from planner_core.select.attachments import AttachmentModes, attachment_modes, sums_of_modes
 from planner_core.select.bit_rows import classes_of
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import BOUND_UNIT, TARGET_UNIT
-from planner_core.select.ways import Ways, sums_of_ways, ways_of
 
 #: Work of a step besides what grows with the problem.
 _STEP_WORK = 100_000
 #: Steps of stations and rows are as much longer than those of prices as a candidate sees rows, times this; and where
-#: candidates have more than one way.
-_BALANCE, _BALANCE_OF_WAYS = 0.1, 0.03
-#: Ways of a candidate that move at once: of more than two hardly any has a share. Counted in full, steps are so short
+#: candidates have more than one mode.
+_BALANCE, _BALANCE_OF_MODES = 0.1, 0.03
+#: AttachmentModes of a candidate that move at once: of more than two hardly any has a share. Counted in full, steps are so short
 #: that basement is at 72.8 where it could be at 75.4.
-_MOVING_WAYS = 2
+_MOVING_MODES = 2
 #: What a target's price changes in a step if all of it is missing, as a share of a price that would pay for the plan.
 _TARGET_PACE = 1.0
 #: How much longer or shorter the steps of one side may become at once.
@@ -43,15 +43,17 @@ class View:
 
 
 class PrimalDual:
-    """The point of the steps: x of ways, z of rows; prices u of rows, p of targets, s of being the first of a part.
+    """The point of the steps: x of modes, z of rows; prices u of rows, p of targets, s of being the first of a part.
 
     The last of s is the price of having one more part, of which there are `n_parts` at most.
     """
 
-    def __init__(self, problem: CoverProblem, ways: Ways, lower: FloatArray, *, n_stations: int, n_parts: int) -> None:
+    def __init__(
+        self, problem: CoverProblem, modes: AttachmentModes, lower: FloatArray, *, n_stations: int, n_parts: int
+    ) -> None:
         n, r = problem.n_candidates, problem.n_rows
-        self._problem, self._ways, self._lower = problem, ways, lower
-        self._owner = ways.owner()
+        self._problem, self._modes, self._lower = problem, modes, lower
+        self._owner = modes.owner()
         self._unit = max(float(problem.ticks.sum()) / max(r, 1), 1.0)
         self._weight = problem.ticks / self._unit
         self._least = problem.least / self._unit
@@ -60,12 +62,14 @@ class PrimalDual:
         times, self._layer = np.unique(problem.seen_from, return_inverse=True)
         self._times = times.astype(np.float64)
         self.n_steps = 0
-        self.work_of_a_step = 1e-9 * (_STEP_WORK + 2 * (problem.row.size + ways.again.size) + 20 * r * self._times.size)
-        self._n_parts = int(ways.first_of.max(initial=-1)) + 1
+        self.work_of_a_step = 1e-9 * (
+            _STEP_WORK + 2 * (problem.row.size + modes.again.size) + 20 * r * self._times.size
+        )
+        self._n_parts = int(modes.first_of.max(initial=-1)) + 1
         self._most_first = np.append(np.ones(self._n_parts), float(min(n_parts, self._n_parts)))
         self._set_paces(n_stations)
-        n_ways = np.diff(ways.starts)
-        self._x = np.maximum(np.full(n, min(1.0, n_stations / max(n, 1))), lower)[self._owner] / n_ways[self._owner]
+        n_modes = np.diff(modes.starts)
+        self._x = np.maximum(np.full(n, min(1.0, n_stations / max(n, 1))), lower)[self._owner] / n_modes[self._owner]
         self._cover = self._cover_of(self._x)
         self._z = np.minimum(self._cover / self._times[:, None], 1.0)
         self._u = np.broadcast_to(self._first_price, self._z.shape).copy()
@@ -75,14 +79,14 @@ class PrimalDual:
 
     def _set_paces(self, n_stations: int) -> None:
         """Lengths of steps, for every coordinate."""
-        problem, ways = self._problem, self._ways
+        problem, modes = self._problem, self._modes
         share = (1.0 / self._times).sum()
-        each = ways_of(problem, None)  # sums over entries, without an array of them; nobody repeats anything
-        whole = sums_of_ways(problem, each, self._weight, self._weight)
+        each = attachment_modes(problem, None)  # sums over entries, without an array of them; nobody repeats anything
+        whole = sums_of_modes(problem, each, self._weight, self._weight)
         seen = np.maximum(whole, 1e-9)
-        factor = _BALANCE if ways.n_ways == problem.n_candidates else _BALANCE_OF_WAYS
+        factor = _BALANCE if modes.n_modes == problem.n_candidates else _BALANCE_OF_MODES
         balance = factor * float(seen.sum()) / max(seen.size, 1)
-        used, seers = np.minimum(np.diff(ways.starts), _MOVING_WAYS).astype(np.float64), np.zeros(problem.n_rows)
+        used, seers = np.minimum(np.diff(modes.starts), _MOVING_MODES).astype(np.float64), np.zeros(problem.n_rows)
         _cover(problem.starts, problem.row, each.starts, each.again_starts, each.again, used, seers, seers)
         self._pace_x = balance / (seen * share)
         n_constraints = np.array([self._counts[:, c].sum() for c in range(self._counts.shape[1])])[self._class_of]
@@ -94,15 +98,15 @@ class PrimalDual:
         self._first_constraint_price = np.full(asked.size, first)
         self._first_price = self._weight / float(seen.max())
         self._pace_p = np.minimum(_TARGET_PACE * first / asked, 1.0 / (balance * all_counted))
-        in_part = self._firsts(np.ones(ways.n_ways))
+        in_part = self._firsts(np.ones(modes.n_modes))
         self._pace_s = 1.0 / (factor * np.maximum(in_part, 1.0))
 
     # ------------------------------------------------------------------------------------------- the steps
     def step(self) -> None:
         """One step down in stations and rows, one up in prices."""
-        ways = self._ways
+        modes = self._modes
         x = self._x - self._pace_x[self._owner] * self._margins(self._u, self._s)
-        share_out(lambda begin, end: _project(ways.starts, self._lower, x, begin, end), self._lower.size)
+        share_out(lambda begin, end: _project(modes.starts, self._lower, x, begin, end), self._lower.size)
         cover = self._cover_of(x)
         worth = self._worth_of_class(self._p)
         covered = np.zeros(self._counts.shape)
@@ -153,25 +157,25 @@ class PrimalDual:
         self._n_summed = 0
 
     def _margins(self, u: FloatArray, s: FloatArray) -> FloatArray:
-        """(W,): what a way adds to the bound, with the price of being first."""
+        """(W,): what a mode adds to the bound, with the price of being first."""
         paid = (u / self._times[:, None]).sum(axis=0)
         once = u[0] if self._times[0] == 1 else np.zeros_like(paid)
-        margin: FloatArray = 1.0 - sums_of_ways(self._problem, self._ways, paid, once)
-        first = self._ways.first_of >= 0
-        margin[first] += s[self._ways.first_of[first]] + s[-1]
+        margin: FloatArray = 1.0 - sums_of_modes(self._problem, self._modes, paid, once)
+        first = self._modes.first_of >= 0
+        margin[first] += s[self._modes.first_of[first]] + s[-1]
         return margin
 
     def _firsts(self, x: FloatArray) -> FloatArray:
         """(P + 1,): share of firsts in each part, and in all."""
-        first = self._ways.first_of >= 0
-        of_part = np.bincount(self._ways.first_of[first], weights=x[first], minlength=self._n_parts)
+        first = self._modes.first_of >= 0
+        of_part = np.bincount(self._modes.first_of[first], weights=x[first], minlength=self._n_parts)
         return np.append(of_part, of_part.sum())
 
     def _cover_of(self, x: FloatArray) -> FloatArray:
         """(M, R): looks at each row, as each number of looks counts them."""
-        ways, problem = self._ways, self._problem
+        modes, problem = self._modes, self._problem
         cover, again = np.zeros(problem.n_rows), np.zeros(problem.n_rows)
-        _cover(problem.starts, problem.row, ways.starts, ways.again_starts, ways.again, x, cover, again)
+        _cover(problem.starts, problem.row, modes.starts, modes.again_starts, modes.again, x, cover, again)
         return np.stack([cover - again if m == 1 else cover for m in self._times])
 
     def _worth_of_class(self, p: FloatArray) -> FloatArray:
@@ -194,8 +198,8 @@ class PrimalDual:
         x, _, u, p, s = (total / self._n_summed for total in self._sums) if mean else parts
         worth = self._worth_of_class(p)[:, self._class_of] * self._weight
         u = np.minimum(u, worth)
-        ways = self._ways
-        least = np.minimum.reduceat(self._margins(u, s), ways.starts[:-1]) if self._lower.size else np.zeros(0)
+        modes = self._modes
+        least = np.minimum.reduceat(self._margins(u, s), modes.starts[:-1]) if self._lower.size else np.zeros(0)
         stations = float(np.where(least < 0, least, self._lower * least).sum()) - float((s * self._most_first).sum())
         value = float((p * self._least).sum()) + stations - float((worth - u).sum())
         share: FloatArray = np.bincount(self._owner, weights=x, minlength=self._lower.size).astype(np.float64)
@@ -219,10 +223,10 @@ class PrimalDual:
 
 
 @compiled
-def _project(way_starts: Any, lower: Any, x: Any, first: int, end: int) -> None:
-    """Bring the ways of each candidate to the nearest point of 0 or more each, `lower` to 1 together."""
+def _project(mode_starts: Any, lower: Any, x: Any, first: int, end: int) -> None:
+    """Bring the modes of each candidate to the nearest point of 0 or more each, `lower` to 1 together."""
     for i in range(first, end):
-        begin, stop = way_starts[i], way_starts[i + 1]
+        begin, stop = mode_starts[i], mode_starts[i + 1]
         total = 0.0
         for w in range(begin, stop):
             total += max(x[w], 0.0)
@@ -243,12 +247,12 @@ def _project(way_starts: Any, lower: Any, x: Any, first: int, end: int) -> None:
 
 @compiled
 def _cover(
-    starts: Any, row: Any, way_starts: Any, again_starts: Any, again: Any, x: Any, cover: Any, less: Any
+    starts: Any, row: Any, mode_starts: Any, again_starts: Any, again: Any, x: Any, cover: Any, less: Any
 ) -> None:  # fmt: skip
-    """Add up looks at rows, and those that ways do not count."""
+    """Add up looks at rows, and those that modes do not count."""
     for i in range(starts.size - 1):
         total = 0.0
-        for w in range(way_starts[i], way_starts[i + 1]):
+        for w in range(mode_starts[i], mode_starts[i + 1]):
             if x[w] == 0.0:
                 continue
             total += x[w]

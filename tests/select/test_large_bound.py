@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from selection_instances import every_solution, problem_of
 
 from planner_core.select import primal_dual
+from planner_core.select.attachments import attachment_modes
 from planner_core.select.large_bound import large_bound, price_bound
 from planner_core.select.relaxation import BOUND_UNIT, TARGET_UNIT
-from planner_core.select.ways import ways_of
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -73,7 +73,7 @@ def test_bound_of_any_prices_is_that_of_the_formula_and_no_solution_is_smaller(s
     dear = 4 * BOUND_UNIT * TARGET_UNIT // max(int(problem.ticks.sum()), 1)
     constraint_price = tuple(int(p) for p in rng.integers(0, dear + 1, 2))
     lower = (rng.random(problem.n_candidates) < 0.2).astype(np.int64)
-    scaled, margin = price_bound(problem, row_price, constraint_price, lower, ways_of(problem, None))
+    scaled, margin = price_bound(problem, row_price, constraint_price, lower, attachment_modes(problem, None))
     p = [Fraction(each, BOUND_UNIT * TARGET_UNIT) for each in constraint_price]
     value = sum(a * int(b) for a, b in zip(p, problem.least, strict=True))
     for i in range(problem.n_candidates):
@@ -153,7 +153,9 @@ def test_same_problem_gives_the_same_prices_and_they_prove_the_same_again():
     np.testing.assert_array_equal(first.row_price, second.row_price)
     np.testing.assert_array_equal(first.share, second.share)
     none = np.zeros(40, dtype=np.int64)
-    scaled, margin = price_bound(problem, first.row_price, first.constraint_price, none, ways_of(problem, None))
+    scaled, margin = price_bound(
+        problem, first.row_price, first.constraint_price, none, attachment_modes(problem, None)
+    )
     assert scaled == first.scaled
     np.testing.assert_array_equal(margin, first.margin)
 
@@ -193,4 +195,4 @@ def test_prices_below_zero_or_beyond_63_bits_or_of_another_shape_are_refused():
         (good[:, :-1], (0, 0)),
     ):
         with pytest.raises(ValueError, match="prices"):
-            price_bound(problem, rows, constraints, none, ways_of(problem, None))
+            price_bound(problem, rows, constraints, none, attachment_modes(problem, None))

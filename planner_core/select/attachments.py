@@ -1,13 +1,13 @@
-"""Ways in which a joined set can hold a candidate: as the first of its part, or joined to a neighbour that it repeats.
+"""Attachment modes of a candidate in a connected set: first of its part, or linked to a neighbour that it repeats.
 
-Input a `CoverProblem` and a `Network`, output `Ways`. Where chosen stations hang together there is a tree over those of
-each part, from any of them on: all others have a parent that they are linked to. Of the stations that see a row, the
-one that is nearest to the first has a parent that does not see it. So nothing is lost when a station counts only for
+Input a `CoverProblem` and a `Network`, output `AttachmentModes`. Where chosen stations hang together there is a tree
+over those of each part, from any of them on: all others have a parent that they are linked to. Of the stations that see
+a row, the one that is nearest to the first has a parent that does not see it. So nothing is lost when a station counts only for
 the rows that its parent does not see: every row that the set sees is still counted once. Links ask for overlap, so
 that this is much less, and the relaxation of a joined set needs more stations (`planner_core.select.large_bound`).
 
-A candidate has many neighbours. They are put into a few groups of such as see the same of it, and a way leaves out only
-what all of a group see: that counts more than any parent of the group would leave, and holds all the more.
+A candidate has many neighbours. They are put into a few groups of such as see the same of it, and a mode leaves out
+only what all of a group see: that counts more than any parent of the group would leave, and holds all the more.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ _GROUPS = 6
 
 
 @dataclass(frozen=True)
-class Ways:
-    """starts : (N + 1,) int64, the ways of each candidate. first_of : (W,) int64, part of which a way makes it the
-    first station, of whom each part has one; -1: it is another's neighbour. The last way of each, with a network.
+class AttachmentModes:
+    """starts : (N + 1,) int64, the modes of each candidate. first_of : (W,) int64, part of which a mode makes it the
+    first station, of whom each part has one; -1: it is another's neighbour. The last mode of each, with a network.
 
-    again_starts, again : (W + 1,) int64 and (E,) int32, rows of the candidate that a way does not count, as CSR.
+    again_starts, again : (W + 1,) int64 and (E,) int32, rows of the candidate that a mode does not count, as CSR.
     """
 
     starts: Int64Array
@@ -41,21 +41,21 @@ class Ways:
     again: Int32Array
 
     @property
-    def n_ways(self) -> int:
-        """Number of ways, of all candidates."""
+    def n_modes(self) -> int:
+        """Number of modes, of all candidates."""
         return int(self.first_of.size)
 
     def owner(self) -> Int64Array:
-        """(W,) int64: candidate of each way."""
+        """(W,) int64: candidate of each mode."""
         return np.repeat(np.arange(self.starts.size - 1), np.diff(self.starts))
 
 
-def ways_of(problem: CoverProblem, network: Network | None) -> Ways:
-    """Ways of all candidates; without a network each has one, which counts all that it sees."""
+def attachment_modes(problem: CoverProblem, network: Network | None) -> AttachmentModes:
+    """Modes of all candidates; without a network each has one, which counts all that it sees."""
     n = problem.n_candidates
     if network is None:
         none = np.zeros(0, dtype=np.int32)
-        return Ways(np.arange(n + 1), np.full(n, -1, dtype=np.int64), np.zeros(n + 1, dtype=np.int64), none)
+        return AttachmentModes(np.arange(n + 1), np.full(n, -1, dtype=np.int64), np.zeros(n + 1, dtype=np.int64), none)
     link_starts = network.starts.astype(np.int64)
     found: dict[int, tuple[Any, ...]] = {}
 
@@ -74,34 +74,36 @@ def ways_of(problem: CoverProblem, network: Network | None) -> Ways:
     first_of[starts[1:] - 1] = network.part
     sizes = np.zeros(first_of.size, dtype=np.int64)
     sizes[first_of < 0] = size
-    return Ways(starts, first_of, np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64), again)
+    return AttachmentModes(starts, first_of, np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64), again)
 
 
-def sums_of_ways(problem: CoverProblem, ways: Ways, worth: NDArray[Any], again_worth: NDArray[Any]) -> NDArray[Any]:
-    """(W,): what rows are worth together, (R,), that each way counts; `again_worth` is taken off for those it doesn't.
+def sums_of_modes(
+    problem: CoverProblem, modes: AttachmentModes, worth: NDArray[Any], again_worth: NDArray[Any]
+) -> NDArray[Any]:
+    """(W,): what rows are worth together, (R,), that each mode counts; `again_worth` is taken off for those it doesn't.
 
     Whole numbers stay whole, and wrap around as NumPy's do.
     """
-    out = np.empty(ways.n_ways, dtype=worth.dtype)
-    fixed = (problem.starts, problem.row, ways.starts, ways.again_starts, ways.again, worth, again_worth, out)
+    out = np.empty(modes.n_modes, dtype=worth.dtype)
+    fixed = (problem.starts, problem.row, modes.starts, modes.again_starts, modes.again, worth, again_worth, out)
     share_out(lambda first, end: _sums(*fixed, first, end), problem.n_candidates)
     return out
 
 
 @compiled
 def _sums(
-    starts: Any, row: Any, way_starts: Any, again_starts: Any, again: Any, worth: Any, again_worth: Any, out: Any,
+    starts: Any, row: Any, mode_starts: Any, again_starts: Any, again: Any, worth: Any, again_worth: Any, out: Any,
     first: int, end: int,
 ) -> None:  # fmt: skip
     for i in range(first, end):
         whole = worth[:0].sum()
         for e in range(starts[i], starts[i + 1]):
             whole += worth[row[e]]
-        for way in range(way_starts[i], way_starts[i + 1]):
+        for mode in range(mode_starts[i], mode_starts[i + 1]):
             less = whole
-            for e in range(again_starts[way], again_starts[way + 1]):
+            for e in range(again_starts[mode], again_starts[mode + 1]):
                 less -= again_worth[again[e]]
-            out[way] = less
+            out[mode] = less
 
 
 @compiled

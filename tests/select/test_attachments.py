@@ -11,10 +11,10 @@ from joined_instances import instance
 from selection_instances import network_of, problem_of
 
 from planner_core.model import Proven
+from planner_core.select.attachments import attachment_modes
 from planner_core.select.large_bound import large_bound, price_bound
 from planner_core.select.proven import select
 from planner_core.select.relaxation import BOUND_UNIT, TARGET_UNIT
-from planner_core.select.ways import ways_of
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -52,8 +52,8 @@ def test_no_joined_set_is_smaller_than_prices_prove_nor_holds_whom_they_fix_out(
             problem, n_stations=3, given=range(n_given), network=network, n_parts=n_parts, work_limit=0.02
         )
         row_price, prices = good.row_price, good.constraint_price
-    ways = ways_of(problem, network)
-    scaled, margin = price_bound(problem, row_price, prices, lower, ways, n_parts=n_parts)
+    modes = attachment_modes(problem, network)
+    scaled, margin = price_bound(problem, row_price, prices, lower, modes, n_parts=n_parts)
     assert not searched or (scaled, margin.tolist()) == (good.scaled, good.margin.tolist())
     for chosen, parts in joined_sets(problem, graph, given_ones=range(n_given)):
         if parts <= n_parts:
@@ -96,17 +96,17 @@ def test_bound_of_sets_in_fewer_parts_is_higher():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_ways_leave_out_rows_that_all_of_some_neighbours_see_and_every_neighbour_is_in_some_group(seed):
+def test_modes_leave_out_rows_that_all_of_some_neighbours_see_and_every_neighbour_is_in_some_group(seed):
     problem, network, graph = instance(seed, n=30, r=200, linked=0.9)
-    ways = ways_of(problem, network)
+    modes = attachment_modes(problem, network)
     sees = [set(problem.rows_of(i).tolist()) for i in range(30)]
     for i in range(30):
-        mine = range(ways.starts[i], ways.starts[i + 1])
-        left_out = [set(ways.again[ways.again_starts[w] : ways.again_starts[w + 1]].tolist()) for w in mine]
+        mine = range(modes.starts[i], modes.starts[i + 1])
+        left_out = [set(modes.again[modes.again_starts[w] : modes.again_starts[w + 1]].tolist()) for w in mine]
         assert left_out[-1] == set()
-        assert ways.first_of[mine[-1]] == network.part[i]
-        assert (ways.first_of[mine[:-1]] == -1).all()
+        assert modes.first_of[mine[-1]] == network.part[i]
+        assert (modes.first_of[mine[:-1]] == -1).all()
         assert len(left_out) - 1 <= 6
         for other in graph[i]:
             assert any(rows <= sees[i] & sees[other] for rows in left_out[:-1])
-    assert ways.again.size > 0
+    assert modes.again.size > 0
