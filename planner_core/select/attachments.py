@@ -2,9 +2,10 @@
 
 Input a `CoverProblem` and a `Network`, output `AttachmentModes`. Where chosen stations hang together there is a tree
 over those of each part, from any of them on: all others have a parent that they are linked to. Of the stations that see
-a row, the one that is nearest to the first has a parent that does not see it. So nothing is lost when a station counts only for
-the rows that its parent does not see: every row that the set sees is still counted once. Links ask for overlap, so
-that this is much less, and the relaxation of a joined set needs more stations (`planner_core.select.large_bound`).
+a row, the one that is nearest to the first has a parent that does not see it. So nothing is lost when a station counts
+only for the rows that its parent does not see: every row that the set sees is still counted once. Links require
+overlap, so that this is much less, and the relaxation of a connected set needs more stations
+(`planner_core.select.large_bound`).
 
 A candidate has many neighbours. They are put into a few groups of such as see the same of it, and a mode leaves out
 only what all of a group see: that counts more than any parent of the group would leave, and holds all the more.

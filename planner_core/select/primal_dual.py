@@ -1,7 +1,7 @@
 """Primal-dual steps for prices of large problems: the point that `planner_core.select.large_bound` moves, compiled.
 
-Input a `CoverProblem` and its `AttachmentModes`, output shares of modes and prices. Areas are in units of the mean row's, prices in
-stations for that. A step is two sums over who sees what. All sums have one order, on any number of cores.
+Input a `CoverProblem` and its `AttachmentModes`, output shares of modes and prices. Areas are in units of the mean row's,
+prices in stations for that. A step is two sums over who sees what. All sums have one order, on any number of cores.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _STEP_WORK = 100_000
 #: Steps of stations and rows are as much longer than those of prices as a candidate sees rows, times this; and where
 #: candidates have more than one mode.
 _BALANCE, _BALANCE_OF_MODES = 0.1, 0.03
-#: AttachmentModes of a candidate that move at once: of more than two hardly any has a share. Counted in full, steps are so short
+#: Modes of a candidate that move at once: of more than two hardly any has a share. Counted in full, steps are so short
 #: that basement is at 72.8 where it could be at 75.4.
 _MOVING_MODES = 2
 #: What a target's price changes in a step if all of it is missing, as a share of a price that would pay for the plan.
