@@ -1,7 +1,8 @@
 """Primal-dual steps for prices of large problems: the point that `planner_core.select.large_bound` moves, compiled.
 
 Input a `CoverProblem` and its `AttachmentModes`, output shares of modes and prices. Areas are in units of the mean
-row's, prices in stations for that. A step is two sums over who sees what. All sums have one order, on any number of cores.
+row's, prices in stations for that. A step is two sums over who sees what. All sums have one order, on any number of
+cores.
 """
 
 from __future__ import annotations
