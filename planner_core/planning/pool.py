@@ -43,8 +43,8 @@ class Pool:
 
     constraints : those of the demand, of what the FIRST pool can achieve: places that come later change no requirement.
     links : between the candidates; None where no network is asked for. given, kept : rows of stations that are in every
-    plan, and of those of an earlier plan. loops : the network has to survive the failure of a link. barred : (N,) bool,
-    candidates that are not to be chosen, see `_not_needed`.
+    plan, and of those of an earlier plan. loops : the network has to survive the failure of a link. excluded : (N,)
+    bool, candidates that are not to be chosen, see `_dispensable_components`.
     """
 
     survey: Survey
@@ -56,18 +56,18 @@ class Pool:
     given: tuple[int, ...]
     kept: tuple[int, ...]
     loops: bool
-    barred: BoolArray
+    excluded: BoolArray
 
     @cached_property
     def problem(self) -> CoverProblem:
-        """The problem of selection. Who is barred sees nothing in it; what there is to be seen stays the same."""
+        """The problem of selection. Excluded candidates see nothing in it; what there is to be seen stays the same."""
         whole = cover_problem(self.rows.met, self.demand.area_m2, self.constraints)
-        return _blinded(whole, self.barred) if self.barred.any() else whole
+        return _without_candidates(whole, self.excluded) if self.excluded.any() else whole
 
     def problem_of_patches(self) -> CoverProblem:
         """The same problem with one unit of area for every patch: the method paper counts polygons."""
         whole = cover_problem(self.rows.met, np.ones_like(self.demand.area_m2), self.constraints)
-        return _blinded(whole, self.barred) if self.barred.any() else whole
+        return _without_candidates(whole, self.excluded) if self.excluded.any() else whole
 
     @cached_property
     def network(self) -> Network | None:
@@ -81,8 +81,8 @@ class Pool:
 
     @property
     def n_free(self) -> int:
-        """Number of candidates that are not barred."""
-        return self.n_candidates - int(self.barred.sum())
+        """Number of candidates that are not excluded."""
+        return self.n_candidates - int(self.excluded.sum())
 
     def take(self, rows: Int64Array) -> Candidates:
         """Some of the candidates, in the order given."""
@@ -120,7 +120,7 @@ class Choice:
 
     value, bound : of the objective where that is not the number of stations: seconds, or the fraction of achievable
     area that is covered and the most that so many stations can cover. n_greedy : stations that greedy selection takes.
-    n_bounded : candidates that the bound holds for: those that were not barred when it was proven.
+    n_bounded : candidates that the bound holds for: those that were not excluded when it was proven.
     fragile : links without which there are more groups, and which do not hold as stations are set up.
     """
 
@@ -169,15 +169,15 @@ def make_pool(
         given=tuple(given.tolist()),
         kept=tuple(kept.tolist()),
         loops=goals.requirements.network == NetworkKind.REDUNDANT,
-        barred=np.zeros(candidates.floor.size, dtype=bool),
+        excluded=np.zeros(candidates.floor.size, dtype=bool),
     )
     if pool.links is None:
         return pool
     held = np.unique(pool.links.part[[*pool.given, *pool.kept]])
-    return replace(pool, barred=_not_needed(pool.problem, pool.links.part, held))
+    return replace(pool, excluded=_dispensable_components(pool.problem, pool.links.part, held))
 
 
-def _not_needed(problem: CoverProblem, part: Int32Array, held: Int32Array) -> BoolArray:
+def _dispensable_components(problem: CoverProblem, part: Int32Array, held: Int32Array) -> BoolArray:
     """(N,) bool: candidates of parts of the network, (N,), that a plan can do without: the fewer parts, the better.
 
     The smallest parts go first, as long as much larger ones see nearly all that they see, and the others meet every
@@ -206,7 +206,7 @@ def _not_needed(problem: CoverProblem, part: Int32Array, held: Int32Array) -> Bo
     return gone[part]
 
 
-def _blinded(problem: CoverProblem, which: BoolArray) -> CoverProblem:
+def _without_candidates(problem: CoverProblem, which: BoolArray) -> CoverProblem:
     """Let some candidates, (N,) bool, see nothing: they keep their numbers and are in no set."""
     size = np.diff(problem.starts)
     return replace(
@@ -225,13 +225,13 @@ def extended(pool: Pool, more: Candidates, engine: ScanEngine, *, progress: Prog
     links = None
     if pool.links is not None:
         found = _links(pool.survey, pool.demand, rows, progress)
-        links = None if found is None else _within_parts(found, pool.links.part, pool.barred)
+        links = None if found is None else _within_parts(found, pool.links.part, pool.excluded)
     return replace(
         pool,
         candidates=_both(pool.candidates, more),
         rows=rows,
         links=links,
-        barred=_barred_later(pool, links, n=pool.n_candidates + int(more.floor.size)),
+        excluded=_excluded_later(pool, links, n=pool.n_candidates + int(more.floor.size)),
     )
 
 
@@ -246,7 +246,7 @@ def narrowed(pool: Pool, rows: Int64Array) -> Pool:
         links=None if pool.links is None else links_among(pool.links, rows, place),
         given=tuple(place[list(pool.given)].tolist()),
         kept=tuple(int(p) for p in place[list(pool.kept)] if p >= 0),
-        barred=pool.barred[rows],
+        excluded=pool.excluded[rows],
     )
 
 
@@ -267,25 +267,25 @@ def _links(survey: Survey, demand: Demand, rows: Rows, progress: Progress) -> Ca
     )
 
 
-def _barred_later(pool: Pool, links: CandidateLinks | None, *, n: int) -> BoolArray:
+def _excluded_later(pool: Pool, links: CandidateLinks | None, *, n: int) -> BoolArray:
     """(n,) bool: of later candidates, those that are of no part that plans are made in."""
-    barred = np.zeros(n, dtype=bool)
-    barred[: pool.n_candidates] = pool.barred
+    excluded = np.zeros(n, dtype=bool)
+    excluded[: pool.n_candidates] = pool.excluded
     if links is not None:
-        barred |= ~np.isin(links.part, np.unique(links.part[: pool.n_candidates][~pool.barred]))
-    return barred
+        excluded |= ~np.isin(links.part, np.unique(links.part[: pool.n_candidates][~pool.excluded]))
+    return excluded
 
 
-def _within_parts(links: CandidateLinks, part: Int32Array, barred: BoolArray) -> CandidateLinks:
+def _within_parts(links: CandidateLinks, part: Int32Array, excluded: BoolArray) -> CandidateLinks:
     """Keep the parts of the first candidates, (M,), apart: what hung together as far as it could still does so.
 
-    Later candidates are of the first part that they are linked to by a candidate that is not barred, (M,) bool.
+    Later candidates are of the first part that they are linked to by a candidate that is not excluded, (M,) bool.
     """
     n = links.n_candidates
     owner = np.repeat(np.arange(n), np.diff(links.starts))
     of_part = np.concatenate([part, np.full(n - part.size, n, dtype=np.int64)])
     to_old = (owner >= part.size) & (links.neighbour < part.size)
-    to_old[to_old] = ~barred[links.neighbour[to_old]]
+    to_old[to_old] = ~excluded[links.neighbour[to_old]]
     np.minimum.at(of_part, owner[to_old], part[links.neighbour[to_old]])
     lone = of_part == n
     of_part[lone] = int(part.max(initial=-1)) + 1 + np.arange(int(lone.sum()))

@@ -113,12 +113,12 @@ def ready(case: Case) -> Ready | None:
     pool = make_pool(survey, goals, engine, places.candidates, given=none, kept=none, linked=True)
     network = pool.network
     assert network is not None, "these cases all ask for a network"
-    parts = int(np.unique(network.part[~pool.barred]).size)
+    parts = int(np.unique(network.part[~pool.excluded]).size)
     return Ready(case, survey, engine, places, pool, network, parts)
 
 
 def whole_problem(pool: Pool) -> CoverProblem:
-    """The problem of a pool with no candidate barred: what methods are about that ask for no network."""
+    """The problem of a pool with no candidate excluded: what methods are about that ask for no network."""
     return cover_problem(pool.rows.met, pool.demand.area_m2, pool.constraints)
 
 
@@ -291,7 +291,7 @@ def measure(case: Case) -> dict[str, Any] | None:
         "work_limit": case.work,
         "cover_work_limit": case.cover_work,
         "candidates": problem.n_candidates,
-        "barred": int(on.pool.barred.sum()),
+        "barred": int(on.pool.excluded.sum()),
         "rows": problem.n_rows,
         "entries": int(problem.row.size),
         "links": int(on.network.neighbour.size) // 2,

@@ -61,8 +61,8 @@ def test_a_room_of_its_own_is_not_left_aside_however_little_is_asked() -> None:
     places = find_positions(survey, settings, engine, floors=(0,))
     none = np.zeros(0, dtype=np.int64)
     pool = make_pool(survey, settings, engine, places.candidates, given=none, kept=none)
-    assert pool.barred.any(), "some high candidates see no floor, and are alone"
-    free_m = places.candidates.position_m[~pool.barred, :2] + survey.scene.offset_m[:2]
+    assert pool.excluded.any(), "some high candidates see no floor, and are alone"
+    free_m = places.candidates.position_m[~pool.excluded, :2] + survey.scene.offset_m[:2]
     for room in synthetic.rooms:
         low, high = np.min(room.outline_m, axis=0), np.max(room.outline_m, axis=0)
         assert ((free_m > low) & (free_m < high)).all(axis=1).any(), room.name
