@@ -89,7 +89,7 @@ def evaluate_survey(
         at = np.stack([station.position_m for station in listed])
         at_m = np.concatenate([places.candidates.position_m, at])
         demand = demand_of(survey, goals, scan_engine, at_m, progress=progress)
-        survey = demand.surveyed(survey)
+        survey = demand.with_counted_patches(survey)
         n_candidates = int(places.candidates.floor.size)
         of_candidates = demand.rows.take(list(range(n_candidates)))
         rows = demand.rows.take(list(range(n_candidates, n_candidates + len(listed))))

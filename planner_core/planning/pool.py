@@ -156,7 +156,7 @@ def make_pool(
         See `planner_core.requirements.demand.demand_of`.
     """
     demand = demand_of(survey, goals, engine, candidates.position_m, known=known, progress=progress)
-    survey = demand.surveyed(survey)
+    survey = demand.with_counted_patches(survey)
     n_met = times_seen(demand.rows.met)
     constraints = tuple(replace(t, part=t.part & (n_met >= t.seen_from)) for t in demand.constraints)
     pool = Pool(

@@ -49,7 +49,7 @@ class Demand:
     needed: tuple[dict[str, Float32Array], ...]
     counted: UInt8Array | None = None
 
-    def surveyed(self, survey: Survey) -> Survey:
+    def with_counted_patches(self, survey: Survey) -> Survey:
         """The survey, with patches that count as far as positions see them."""
         return replace(survey, patches=replace(survey.patches, counted=self.counted))
 

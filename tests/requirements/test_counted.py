@@ -73,7 +73,7 @@ def test_rows_areas_and_looks_later_on_are_those_of_plain_loops(
     assert set(np.unique(demand.rows.met.patch % survey.patches.n_patches)) == set(observations.patch[meets])
     n_met = sum(int(met.sum()) for met in enough.met)
     assert demand.rows.met.patch.size == n_met
-    counting = demand.surveyed(survey)
+    counting = demand.with_counted_patches(survey)
     area_m2 = survey.patches.area_m2 * demand.counted / 255
     np.testing.assert_allclose(counting.patches.area_m2, area_m2)
     np.testing.assert_allclose(demand.area_m2.reshape(len(demand.goals.qualities), -1)[-1], area_m2)
@@ -121,7 +121,7 @@ def test_a_closed_room_has_the_area_of_its_drawing(patch_m2: float) -> None:
     height = survey.floors[0].elevation_m + 1.7
     grid = np.array([[x, y, height] for x in np.linspace(0.5, 5.5, 6) for y in np.linspace(0.5, 3.5, 4)])
     demand = demand_of(survey, settings, engine, grid)
-    area_m2 = demand.surveyed(survey).patches.area_m2[demand.times_met[0] > 0]
+    area_m2 = demand.with_counted_patches(survey).patches.area_m2[demand.times_met[0] > 0]
     truth_m2 = 2 * (6 * 4 + 6 * 2.7 + 4 * 2.7)
     # A hundred large patches are cut here: chance is as much again.
     assert area_m2.sum() == pytest.approx(truth_m2, rel=0.002 if patch_m2 > 0.1 else 0.001)

@@ -181,7 +181,7 @@ def test_targets_are_the_goals_in_their_quality(mixed: SimpleNamespace, box: Sim
         expected = np.isin(box.element_of_patch, list(elements[goal.name]))
         np.testing.assert_array_equal(part[quality[goal.name]], expected, err_msg=goal.name)
         assert not np.delete(part, quality[goal.name], axis=0).any(), goal.name
-    area_m2 = demand.surveyed(box.survey).patches.area_m2
+    area_m2 = demand.with_counted_patches(box.survey).patches.area_m2
     np.testing.assert_array_equal(demand.area_m2.reshape(4, -1), np.tile(area_m2, (4, 1)))
 
 
@@ -192,7 +192,7 @@ def test_results_are_those_of_a_recount_over_sights(
 ) -> None:
     demand, observations = mixed.demand, mixed.observations
     results = part_results(demand, demand.rows.take(chosen))
-    area = demand.surveyed(box.survey).patches.area_m2
+    area = demand.with_counted_patches(box.survey).patches.area_m2
     enough = enough_of(observations, demand.counted, demand.goals.qualities, wanted_of_mixed(box)).seen
     for goal, result in zip(demand.goals.each, results, strict=True):
         by_all, by_chosen = np.zeros(len(area), dtype=int), np.zeros(len(area), dtype=int)

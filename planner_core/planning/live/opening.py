@@ -85,7 +85,7 @@ def open_live(
     reach = reachability(survey, space, site.entrances_m)
     progress(ProgressEvent(STAGE, 3, _N_STEPS, "reading what can be seen"))
     demand = _demand(plan_folder, document, survey, settings, scan_engine, progress)
-    survey = demand.surveyed(survey)
+    survey = demand.with_counted_patches(survey)
     live = LivePlan(document, sha256, survey, settings, scan_engine, demand, reach)
     progress(ProgressEvent(STAGE, 4, _N_STEPS, "computing what the stations see"))
     live.figures(live.draft)
