@@ -34,7 +34,7 @@ from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant
 from planner_core.select.large_bound import LagrangeBound, large_bound
 from planner_core.select.network import Network
-from planner_core.select.network_start import joined
+from planner_core.select.network_start import connect
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import BOUND_UNIT, TARGET_UNIT
 from planner_core.select.search import Search, check_input
@@ -200,7 +200,7 @@ class _Search(Search):
         """Take a first set; from here on there is a result."""
         first = list(self._given)
         if self._network is not None and self._network.faults(first) > 0:
-            first = joined(self._problem, self._network, first)
+            first = connect(self._problem, self._network, first)
         if len(first) > self._n:
             raise RequirementError(
                 f"stations: got at most {self._asked}, expected {len(first)} or more: as many as it takes to connect "

@@ -18,8 +18,8 @@ from planner_core.select.problem import CoverProblem
 _FAR = 2**31
 
 
-def joined(problem: CoverProblem, network: Network, chosen: Sequence[int]) -> list[int]:
-    """`chosen` and the candidates that make it hang together; it always can, see `Network`."""
+def connect(problem: CoverProblem, network: Network, chosen: Sequence[int]) -> list[int]:
+    """Connect `chosen` by further candidates; it always can be, see `Network`."""
     now = list(chosen)
     while (more := _between_components(problem, network, now)) is not None:
         now += more

@@ -14,7 +14,7 @@ from planner_core.model import Int32Array, Int64Array, Proven
 from planner_core.progress import Progress
 from planner_core.select.greedy import drop_redundant
 from planner_core.select.network import Network
-from planner_core.select.network_start import joined
+from planner_core.select.network_start import connect
 from planner_core.select.problem import CoverProblem
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ class Search:
         """`chosen`, given ones first, connected, less what is dispensable."""
         whole = list(dict.fromkeys((*self._given, *chosen)))
         if self._network is not None:
-            whole = joined(self._problem, self._network, whole)
+            whole = connect(self._problem, self._network, whole)
         return drop_redundant(self._problem, whole, given=self._given, network=self._network)
 
     def _annealer(self, problem: CoverProblem, network: Network | None) -> Annealer:

@@ -44,7 +44,7 @@ from planner_core.select.check import SelectionCheckError, check_coverage, check
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.large import select_by_size
 from planner_core.select.network import Network
-from planner_core.select.network_start import joined
+from planner_core.select.network_start import connect
 from planner_core.select.problem import CoverProblem, cover_problem
 from planner_core.select.proven import ProvenSelection
 
@@ -165,7 +165,7 @@ def rivals(on: Ready) -> dict[str, Found]:
     greedy, greedy_s, greedy_wall_s = timed(lambda: list(select_greedy(problem).chosen))
     linked, linked_s, linked_wall_s = timed(
         lambda: drop_redundant(
-            within, joined(within, on.network, list(select_greedy(within).chosen)), network=on.network
+            within, connect(within, on.network, list(select_greedy(within).chosen)), network=on.network
         )
     )
     circles, circles_s, circles_wall_s = timed(lambda: repaired(greedy, paper))

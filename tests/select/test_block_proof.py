@@ -20,7 +20,7 @@ from planner_core.select.block_proof import BlockProof
 from planner_core.select.blocks import blocks_of
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
-from planner_core.select.network_start import joined
+from planner_core.select.network_start import connect
 from planner_core.select.proven import select
 from planner_core.select.search import Limits
 from planner_core.spread import NotWantedError, spread_over
@@ -41,7 +41,7 @@ def smallest(problem, network, *, pinned=()):
 
 def find(problem, network, pinned, start, work, progress):
     """Greedy selection alone: worse sets leave more to the proof."""
-    chosen = joined(problem, network, select_greedy(problem, given=pinned).chosen)
+    chosen = connect(problem, network, select_greedy(problem, given=pinned).chosen)
     chosen = drop_redundant(problem, chosen, given=pinned, network=network)
     return tuple(chosen if start is None or len(chosen) < len(start) else start), work
 

@@ -13,7 +13,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import Proven, Visibility
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
-from planner_core.select.network_start import joined
+from planner_core.select.network_start import connect
 from planner_core.select.problem import Constraint, cover_problem
 from planner_core.select.proven import select
 from planner_core.select.reductions import reduce_problem
@@ -178,7 +178,7 @@ def test_any_set_can_be_joined_and_nothing_spare_stays(seed, loops, share):
     problem = random_problem(seed, n=18, r=30)
     network = random_network(seed, 18, share=share, loops=loops)
     start = select_greedy(problem).chosen
-    whole = joined(problem, network, start)
+    whole = connect(problem, network, start)
     assert whole[: len(start)] == list(start) and len(set(whole)) == len(whole)
     assert hangs_together(network, whole), f"seed {seed}"
     kept = drop_redundant(problem, whole, given=start[:1], network=network)
@@ -198,7 +198,7 @@ def test_two_stations_are_joined_by_as_few_as_a_shortest_path_has(seed, share):
     graph.add_nodes_from(range(40))
     a, b = np.random.default_rng(seed).choice(40, 2, replace=False).tolist()
     expected = len(nx.shortest_path(graph, a, b)) if nx.has_path(graph, a, b) else 2
-    whole = joined(problem, network, [a, b])
+    whole = connect(problem, network, [a, b])
     assert len(whole) == expected, f"seed {seed}"
     assert hangs_together(network, whole), f"seed {seed}"
 
@@ -211,7 +211,7 @@ def test_a_way_between_two_stations_is_the_shortest_and_of_equals_that_which_see
     sees = np.zeros((9, 3), dtype=bool)
     sees[[0, 5, 4], [0, 1, 2]] = True
     problem = problem_of(sees, [4, 4, 1], np.ones((1, 3)), [8])
-    assert sorted(joined(problem, network_of(graph), [0, 5])) == [0, 3, 4, 5]
+    assert sorted(connect(problem, network_of(graph), [0, 5])) == [0, 3, 4, 5]
 
 
 @settings(max_examples=25, deadline=None)

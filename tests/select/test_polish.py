@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from selection_instances import problem_of, random_network
 
 from planner_core.select.check import check_selection
-from planner_core.select.network_start import joined
+from planner_core.select.network_start import connect
 from planner_core.select.polish import polish
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -22,7 +22,7 @@ def case(seed, *, with_network, n=14, r=40):
     order = [int(c) for c in rng.permutation(n)]
     network = random_network(seed, n, loops=bool(seed % 3 == 0)) if with_network else None
     everything = problem_of(sees, ticks, counts_for, [0, 0], seen_from=seen_from)
-    chosen = order[:6] if network is None else joined(everything, network, order[:5])
+    chosen = order[:6] if network is None else connect(everything, network, order[:5])
     problem = problem_of(sees, ticks, counts_for, everything.covered(chosen) * 9 // 10, seen_from=seen_from)
     return problem, chosen, network, chosen[:1], [int(c) for c in rng.permutation(n)[:4]]
 

@@ -14,7 +14,7 @@ from planner_core.select.check import check_selection
 from planner_core.select.greedy import select_greedy
 from planner_core.select.large import select_large
 from planner_core.select.network import Network
-from planner_core.select.network_start import joined
+from planner_core.select.network_start import connect
 from planner_core.select.problem import CoverProblem
 from planner_core.select.ruin_recreate import RuinRecreate
 
@@ -22,7 +22,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def first_set(problem, network, given_ones=()):
-    return joined(problem, network, list(select_greedy(problem, given=given_ones).chosen))
+    return connect(problem, network, list(select_greedy(problem, given=given_ones).chosen))
 
 
 def keys_of(problem, graph):

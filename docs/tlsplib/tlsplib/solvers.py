@@ -37,7 +37,7 @@ from planner_core.paper.genetic import select_genetic
 from planner_core.paper.overlap_repair import repair_overlap
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.large import select_large
-from planner_core.select.network_start import joined
+from planner_core.select.network_start import connect
 from planner_core.select.proven import select
 
 from .cp_sat import NO_ORTOOLS
@@ -82,7 +82,7 @@ def _greedy(instance: Instance, limit_s: float, work: float) -> Found:
 def _greedy_links(instance: Instance, limit_s: float, work: float) -> Found:
     chosen = list(select_greedy(instance.problem).chosen)
     if instance.network is not None:
-        whole = joined(instance.problem, instance.network, chosen)
+        whole = connect(instance.problem, instance.network, chosen)
         chosen = drop_redundant(instance.problem, whole, network=instance.network)
     return chosen, 0, "done"
 
