@@ -280,7 +280,7 @@ class _Search:
         chosen = [c for c in visit.chosen if c not in out]
         # Not the same ones at once: the search would only walk back.
         barred = np.isin(np.arange(self.problem.n_candidates), [first])
-        while not self._exchanges.met(chosen) or self._faults(chosen):
+        while not self._exchanges.met(chosen) or self._n_violations(chosen):
             added = self._addition(chosen, barred | np.isin(np.arange(barred.size), chosen), rng)
             if added is None or len(chosen) > len(visit.chosen) + 1:
                 return None
@@ -303,9 +303,9 @@ class _Search:
             return None
         near = np.unique(np.concatenate([self.network.neighbours(c) for c in chosen])) if chosen else np.empty(0, int)
         near = near[~barred[near]].tolist()
-        before = self._faults(chosen)
-        faults = [self._faults([*chosen, c]) for c in near]
-        return int(near[int(np.argmin(faults))]) if faults and min(faults) < before else None
+        before = self._n_violations(chosen)
+        violations = [self._n_violations([*chosen, c]) for c in near]
+        return int(near[int(np.argmin(violations))]) if violations and min(violations) < before else None
 
     def _without_one(self, visit: _Visit) -> _Visit | None:
         spare = self._exchanges.superfluous(visit.chosen)
@@ -313,7 +313,7 @@ class _Search:
         options = []
         for out in loose:
             chosen = [c for c in visit.chosen if c != out]
-            if not self._faults(chosen):
+            if not self._n_violations(chosen):
                 options.append(self.visit(chosen))
         best = min(options, key=lambda option: option.seconds, default=None)
         return best if best is not None and best.seconds < visit.seconds - _LEAST_GAIN_M else None
@@ -335,7 +335,7 @@ class _Search:
         for k in order[:_MAX_TRIED].tolist():
             chosen = list(visit.chosen)
             chosen[column[int(out[k])]] = int(candidates[hopeful[row[k]]])
-            if self._faults(chosen):
+            if self._n_violations(chosen):
                 continue
             tried = self.visit(chosen)
             if tried.seconds < visit.seconds - _LEAST_GAIN_M:
@@ -368,5 +368,5 @@ class _Search:
                 self._rows[place] = np.append(self.walks.distances.row(place), 0.0)
         return self._rows[place]
 
-    def _faults(self, chosen: list[int]) -> int:
-        return 0 if self.network is None else self.network.faults(chosen)
+    def _n_violations(self, chosen: list[int]) -> int:
+        return 0 if self.network is None else self.network.n_violations(chosen)

@@ -10,8 +10,8 @@ and the station goes back if none is. The temperature t falls with the steps. Th
 those that see nearly what the station sees, the others from all.
 
 m: for every constraint and each of the looks 1 .. `seen_from` that it requires, the ticks that lack so many. With a
-`Network` also `penalty` for each of its `faults`, which are computed only where the ticks alone would let a candidate
-in; of eight candidates two are then drawn from those linked to a random station, one from all.
+`Network` also `penalty` for each of its `n_violations`, which are computed only where the ticks alone would let a
+candidate in; of eight candidates two are then drawn from those linked to a random station, one from all.
 
 Sets are independent of each other, one thread each. All is whole numbers, with random numbers by counter: the same sets
 come out on any machine with any number of cores. Importing this module imports numba, see `planner_core.compiled`.
@@ -46,8 +46,8 @@ _SAMPLE_ROWS = 2048
 _FIRST_TEMPERATURE_DIVISOR = 20
 _TEMPERATURE_RATIO = 64538
 N_TEMPERATURES = 256
-#: What a set pays for each of its faults as a network, as a share of what a candidate sees in the mean: a fifth. With
-#: an eightieth sets come apart faster than they are connected.
+#: Penalty of each violation of the network, as a share of what a candidate sees in the mean: a fifth. With an eightieth
+#: sets come apart faster than they are connected.
 _PENALTY_DIVISOR = 5
 #: Steps from one turn to the next: some tenths of a second.
 STEPS_PER_TURN = 20_000
@@ -70,7 +70,7 @@ class AnnealingProblem:
     """What annealing knows of a problem.
 
     class_of : (R,) int32, rows that the same constraints count are of one class. counts : (K, classes) bool, constraint
-    k counts class c. nearest : see `nearest_candidates`. penalty : ticks of one of `Network.faults`.
+    k counts class c. nearest : see `nearest_candidates`. penalty : ticks of one of `Network.n_violations`.
     """
 
     def __init__(self, problem: CoverProblem, *, seed: int, network: Network | None = None) -> None:
@@ -145,8 +145,8 @@ class Annealer:
         """Go steps[0] .. steps[1] - 1 of `n_steps` with every set of (W, k), which is changed; return (W,) missing.
 
         The first `n_pinned` of a set, fewer than k, stay. Missing is 0 where all constraints are met and the set hangs
-        together; otherwise ticks, over all looks that are required, and the penalty for each of `Network.faults`. A set
-        that misses nothing stays as it is.
+        together; otherwise ticks, over all looks that are required, and the penalty for each of `Network.n_violations`.
+        A set that misses nothing stays as it is.
         """
         if not 0 <= n_pinned < sets.shape[1]:
             raise ValueError(
@@ -273,7 +273,7 @@ def _link_place(bits: Any, place: int, sets: Any, n: int, link_words: Any) -> No
 
 
 @compiled
-def _faults_of(
+def _violations_of(
     bits: Any, loops: bool, sets: Any, part: Any, n_in_part: Any, spared_starts: Any, spared: Any, seen: Any,
     queue: Any, parent: Any, below: Any, linked: Any,
 ) -> Any:  # fmt: skip
@@ -283,12 +283,12 @@ def _faults_of(
     found from the place on: `below`, and where its links lead: `linked`. The last five arguments are room to work in.
     """
     n_set, words = bits.shape
-    faults, head, tail = 0, 0, 0
+    violations, head, tail = 0, 0, 0
     seen[:] = 0
     for root in range(n_set):
         if (seen[root >> 6] >> np.uint64(root & 63)) & _ONE != 0:
             continue
-        faults += 1
+        violations += 1
         seen[root >> 6] |= _ONE << np.uint64(root & 63)
         parent[root] = -1
         queue[tail] = root
@@ -305,7 +305,7 @@ def _faults_of(
                     fresh &= fresh - _ONE
             head += 1
     if not loops:
-        return faults
+        return violations
     linked[:] = bits
     below[:] = 0
     for at in range(n_set - 1, -1, -1):
@@ -330,8 +330,8 @@ def _faults_of(
             for e in range(spared_starts[sets[p]], spared_starts[sets[p] + 1]):
                 if spared[e] == sets[above]:
                     avoidable = 0
-            faults += avoidable
-    return faults
+            violations += avoidable
+    return violations
 
 
 # ----------------------------------------------------------------------------------- one set's steps
@@ -418,10 +418,10 @@ def _anneal(
             _link_place(bits, place, sets, place, link_words)
             n_parts_used += n_in_part[part[sets[place]]] == 0
             n_in_part[part[sets[place]]] += 1
-        faults = _faults_of(
+        violations = _violations_of(
             bits, loops, sets, part, n_in_part, spared_starts, spared, seen, queue, parent, below, linked
         )
-        least += penalty * (faults - n_parts_used)
+        least += penalty * (violations - n_parts_used)
 
     step = first_step
     while step < last_step and least > 0:
@@ -465,10 +465,10 @@ def _anneal(
                 _link_place(bits, place, sets, n_set, link_words)
                 is_first = n_in_part[part[other]] == 0
                 n_in_part[part[other]] += 1
-                faults = _faults_of(
+                violations = _violations_of(
                     bits, loops, sets, part, n_in_part, spared_starts, spared, seen, queue, parent, below, linked
                 )
-                then += penalty * (faults - n_parts_used - is_first)
+                then += penalty * (violations - n_parts_used - is_first)
                 if then > most:
                     _unlink_place(bits, place)
                     n_in_part[part[other]] -= 1

@@ -365,7 +365,7 @@ class BranchAndBound:
             self.best, self.n_stations = tuple(chosen), len(chosen)
 
     def _hangs_together(self, chosen: list[int]) -> bool:
-        return self._network is None or self._network.faults(chosen) == 0
+        return self._network is None or self._network.n_violations(chosen) == 0
 
     def _solve(self, lower: Int64Array | None = None, upper: Int64Array | None = None) -> tuple[FloatArray, Bound]:
         x, price = self._program.solve()

@@ -252,7 +252,7 @@ class _Search(Search):
         """Keep a better set that meets all and is joined: in fewer parts, or in as many with fewer stations."""
         better = (self._n_parts(chosen), len(chosen)) < (self._n_parts(self._best), len(self._best))
         fits = len(chosen) <= self._most
-        if not better or not fits or (self._network is not None and self._network.faults(chosen) > 0):
+        if not better or not fits or (self._network is not None and self._network.n_violations(chosen) > 0):
             return False
         self._best, self._local_search = chosen, None
         self._note()

@@ -199,7 +199,7 @@ class _Search(Search):
     def begin(self, start: Sequence[int] | None) -> None:
         """Take a first set; from here on there is a result."""
         first = list(self._given)
-        if self._network is not None and self._network.faults(first) > 0:
+        if self._network is not None and self._network.n_violations(first) > 0:
             first = connect(self._problem, self._network, first)
         if len(first) > self._n:
             raise RequirementError(
@@ -209,7 +209,7 @@ class _Search(Search):
         self._offer(fill(self._problem, first, self._n, network=self._network))
         if start is not None and set(self._given) <= set(start):
             known = list(dict.fromkeys((*self._given, *start)))
-            if self._network is None or self._network.faults(known) == 0:
+            if self._network is None or self._network.n_violations(known) == 0:
                 self._offer(known)
                 self._offer(fill(self._problem, known, self._n, network=self._network))
 
@@ -232,7 +232,7 @@ class _Search(Search):
             sets = np.array([whole_set] * self._settings.n_walks, dtype=np.int32)
             for done, _ in self._anneal_in_turns(annealer, sets, round_=round_, n_steps=n_steps, step_work=step_work):
                 for each in sets.tolist():
-                    if self._network is None or self._network.faults(each) == 0:
+                    if self._network is None or self._network.n_violations(each) == 0:
                         self._offer(each)
                 share = self._ticks / self._whole
                 best = BestSoFar(len(self._best), chosen=tuple(self._best), fraction=share)

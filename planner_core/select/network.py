@@ -92,19 +92,20 @@ class Network:
             found.append(np.sort(at[at >= 0]).tolist())
         return found
 
-    def faults(self, chosen: Sequence[int]) -> int:
+    def n_violations(self, chosen: Sequence[int]) -> int:
         """Components of `chosen` beyond one a part, and with `loops` avoidable bridges; 0: it hangs together."""
         n_components, bridges, _ = _components_bridges_and_pieces(self.links_among(chosen))
         parts, n_of_part = np.unique(self.part[list(chosen)], return_counts=True)
-        n_faults = n_components - int(parts.size)
+        n_violations = n_components - int(parts.size)
         if self.loops:
-            n_faults += sum(self._is_avoidable(chosen[a], chosen[b], parts, n_of_part) for a, b in bridges)
-        return n_faults
+            n_violations += sum(self._is_avoidable(chosen[a], chosen[b], parts, n_of_part) for a, b in bridges)
+        return n_violations
 
     def completes(self, rest: Sequence[int]) -> Callable[[int], bool]:
         """Return what says of a candidate, not of `rest`, whether it and `rest` hang together.
 
-        The same as `faults([*rest, candidate]) == 0`, for many candidates: without `loops` each costs its links alone.
+        The same as `n_violations([*rest, candidate]) == 0`, for many candidates: without `loops` each costs its links
+        alone.
         """
         component = np.full(self.n_candidates, -1, dtype=np.int64)
         component[list(rest)] = components_of(self.links_among(rest))
@@ -116,14 +117,14 @@ class Network:
             n_left = n_components + 1 - np.unique(near[near >= 0]).size
             if n_left > len(parts | {int(self.part[candidate])}):
                 return False
-            return not self.loops or self.faults([*rest, candidate]) == 0
+            return not self.loops or self.n_violations([*rest, candidate]) == 0
 
         return hang_together
 
     def can_spare(self, chosen: Sequence[int]) -> Callable[[int], bool]:
         """Return what says of a place in `chosen` whether the others hang together without the candidate there.
 
-        The same as `faults` of the others being 0, for many places: without `loops` all of them cost one search.
+        The same as `n_violations` of the others being 0, for many places: without `loops` all of them cost one search.
         """
         n_components, _, n_pieces = _components_bridges_and_pieces(self.links_among(chosen))
         parts, of_part, n_of_part = np.unique(self.part[list(chosen)], return_inverse=True, return_counts=True)
@@ -132,7 +133,7 @@ class Network:
             alone = int(n_of_part[of_part[place]]) == 1
             if n_components - 1 + n_pieces[place] > parts.size - alone:
                 return False
-            return not self.loops or self.faults([*chosen[:place], *chosen[place + 1 :]]) == 0
+            return not self.loops or self.n_violations([*chosen[:place], *chosen[place + 1 :]]) == 0
 
         return hang_together
 

@@ -161,7 +161,7 @@ def _checked(
     start: Sequence[int] | None,
 ) -> ProvenSelection:
     result = search.result()
-    if start is not None and (network is None or network.faults(list(dict.fromkeys(start))) == 0):
+    if start is not None and (network is None or network.n_violations(list(dict.fromkeys(start))) == 0):
         result = _at_most(result, start, given)
     if search.n_candidates < problem.n_candidates and not given:
         # Greedy selection of what is left may go another way than that of the whole.

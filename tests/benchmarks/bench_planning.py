@@ -144,7 +144,7 @@ def judged(on: Ready, chosen: Sequence[int], cpu_s: float, wall_s: float, *, lat
         check_coverage(pool.rows.met, pool.demand.area_m2, pool.constraints, chosen)
     except SelectionCheckError:
         meets = False
-    networks = int(np.unique(network.part[list(chosen)]).size) + network.faults(list(chosen))
+    networks = int(np.unique(network.part[list(chosen)]).size) + network.n_violations(list(chosen))
     hangs = networks <= on.parts
     try:
         check_selection(replace(problem, required=np.zeros_like(problem.required)), chosen, network=network)

@@ -98,4 +98,4 @@ class NumpyAnnealer:
 
     def _penalty(self, chosen: Int32Array) -> int:
         network = self._annealed.network
-        return 0 if network is None else self._annealed.penalty * network.faults(chosen.tolist())
+        return 0 if network is None else self._annealed.penalty * network.n_violations(chosen.tolist())

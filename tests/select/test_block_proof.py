@@ -34,7 +34,7 @@ def smallest(problem, network, *, pinned=()):
     for size in range(problem.n_candidates + 1):
         for chosen in itertools.combinations(range(problem.n_candidates), size):
             meets = (problem.covered(list(chosen)) >= problem.least).all()
-            if set(pinned) <= set(chosen) and meets and network.faults(chosen) == 0:
+            if set(pinned) <= set(chosen) and meets and network.n_violations(chosen) == 0:
                 return size
     raise AssertionError("no set meets all")
 
@@ -77,7 +77,7 @@ def test_every_smaller_plan_lies_in_a_node_that_is_open(seed, n_constraints, sha
         chosen
         for size in range(9)
         for chosen in itertools.combinations(range(8), size)
-        if (problem.covered(list(chosen)) >= problem.least).all() and network.faults(chosen) == 0
+        if (problem.covered(list(chosen)) >= problem.least).all() and network.n_violations(chosen) == 0
     ]
     proof = proof_of(problem, network, n_stations=9)
     while not proof.finished:

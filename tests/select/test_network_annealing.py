@@ -16,17 +16,17 @@ from planner_core.select.problem import CoverProblem
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-def faults_by_networkx(network, chosen):
+def violations_by_networkx(network, chosen):
     """Straight from the definition at the head of network.py."""
     graph, whole = graph_of(network, chosen), graph_of(network, range(network.n_candidates))
-    faults = nx.number_connected_components(graph) - len({int(network.part[c]) for c in chosen})
+    violations = nx.number_connected_components(graph) - len({int(network.part[c]) for c in chosen})
     if not network.loops:
-        return faults
+        return violations
     spared = {frozenset(link) for link in nx.bridges(whole)}
     for a, b in nx.bridges(graph):
         alone = sum(network.part[c] == network.part[a] for c in chosen) == 2
-        faults += not alone and frozenset((a, b)) not in spared
-    return faults
+        violations += not alone and frozenset((a, b)) not in spared
+    return violations
 
 
 def random_problem(seed, *, n=40, r=120, seen_from=(1, 1)):
@@ -52,18 +52,18 @@ def energy(annealed, chosen):
             covered = sum(int(problem.ticks[r]) for r in range(problem.n_rows) if counted[r] and looks[r] >= look)
             missing += max(int(required) - covered, 0)
     network = annealed.network
-    return missing + (0 if network is None else annealed.penalty * faults_by_networkx(network, chosen))
+    return missing + (0 if network is None else annealed.penalty * violations_by_networkx(network, chosen))
 
 
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.sampled_from([0.03, 0.1, 0.3]), st.booleans(), st.integers(0, 14))
-def test_faults_of_a_set_are_what_networkx_counts(seed, share, loops, size):
+def test_violations_of_a_set_are_what_networkx_counts(seed, share, loops, size):
     network = random_network(seed, 14, share=share, loops=loops)
     chosen = [int(c) for c in np.random.default_rng(seed).permutation(14)[:size]]
-    assert network.faults(chosen) == faults_by_networkx(network, chosen), f"seed {seed}"
+    assert network.n_violations(chosen) == violations_by_networkx(network, chosen), f"seed {seed}"
     whole = graph_of(network, range(14))
     assert network.bridges == {(min(link), max(link)) for link in nx.bridges(whole)}, f"seed {seed}"
-    assert network.faults(range(14)) == 0
+    assert network.n_violations(range(14)) == 0
 
 
 LOOKS = ((1, 1), (2, 1), (2, 3))

@@ -79,7 +79,7 @@ class Instance:
     def is_solved_by(self, chosen: list[int]) -> bool:
         """Whether these stations meet everything, links too."""
         meets = bool((self.problem.covered(chosen) >= self.problem.required).all())
-        return meets and (self.network is None or self.network.faults(chosen) == 0)
+        return meets and (self.network is None or self.network.n_violations(chosen) == 0)
 
     @cached_property
     def raw(self) -> bytes:
