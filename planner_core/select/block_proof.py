@@ -1,22 +1,21 @@
-"""Proof by blocks: where parts of the network hardly see the same, each is looked at alone, and the shares are split.
+"""Proof by blocks: where parts of the network hardly see the same, each is searched alone, and the shares are split.
 
 Input a `CoverProblem`, its `Network` and a known plan, output a proven lower bound, and plans that turn up on the way.
 
-Flats behind one front, or storeys, share next to nothing but the target that they have to meet together. A search that
-looks at all of them as one multiplies what there is to decide in each. Here a node only says how much each block covers
+Flats behind one front, or storeys, share next to nothing but the target that they have to meet together. A search of
+all of them as one multiplies what there is to decide in each. Here a node only says how much each block covers
 of each target: at least `low`, at most `high`. A plan covers at most what its blocks cover each, added up (rows that
 two see count twice: that only weakens the bound), so
 
     low_b = least - sum over the other blocks of high        and        stations >= sum over blocks of fewest_b(low_b)
 
 where fewest_b is bounded by branch and bound on the block alone; a bound for one demand holds for every larger one. The
-sets that are known for these demands tell what to do next. Together fewer stations than the plan, and all targets met:
+sets that are known for these demands decide what is next. Together fewer stations than the plan, and all targets met:
 a better plan. Fewer, and a target missed: two nodes, in one of which a block covers more than its set does. As many as
 the plan: prove them.
 
-Blocks know nothing of each other when they are first looked at, for a set or for a proof: these looks are tasks
-(block_looks.py), of which others do some within `spread_over` (`_look`). What comes next depends on all that is known
-by then.
+The first search of a block, for a set or for a proof, depends on no other block: it is a task (block_tasks.py), and
+other processes run some of these within `spread_over` (`_run`). What comes next depends on all results.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ import numpy as np
 
 from planner_core.model import Int64Array
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.select.block_looks import BlockQuestion, Find, Found, Look
+from planner_core.select.block_tasks import BlockQuestion, BlockResult, BlockTask, Find
 from planner_core.select.blocks import Block
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.problem import CoverProblem
@@ -39,7 +38,7 @@ from planner_core.spread import Spread, Task, who_answers
 
 #: Work of one turn of a proof, and of its first turn, the root included.
 _PROOF_WORK, _FIRST_PROOF_WORK = 1.0, 5.0
-#: Blocks that have fewer entries together are looked at sooner than others are asked.
+#: Blocks that have fewer entries together are searched sooner here than they are sent.
 _WORTH_SPREADING = 10_000
 
 
@@ -58,7 +57,7 @@ class _Known:
 
     sets: list[tuple[Int64Array, tuple[int, ...]]] = field(default_factory=list)
     bounds: list[tuple[Int64Array, int]] = field(default_factory=list)
-    looked_for: set[bytes] = field(default_factory=set)
+    searched: set[bytes] = field(default_factory=set)
 
     def bound(self, demand: Int64Array) -> int:
         """Stations that a demand takes at least."""
@@ -75,7 +74,7 @@ class _Known:
 class _Turns:
     """Of one proof. first : the first one, which took `work`. tree : None: others did that, and have it."""
 
-    first: Look
+    first: BlockTask
     work: float
     tree: BranchAndBound | None
 
@@ -86,7 +85,7 @@ class _Turns:
 
 
 class _StoppedError(Exception):
-    """The search was stopped while others looked at blocks."""
+    """The search was stopped while other processes ran tasks."""
 
 
 class BlockProof:
@@ -162,7 +161,7 @@ class BlockProof:
         while self.work < end and not self.finished and not self._stopped:
             # An interrupt may come at any moment: a node stays open until all that is left of it is.
             node = self._open[0][3]
-            left = [node]  # of a look that is broken off; its bound may have risen
+            left = [node]  # of a task that is broken off; its bound may have risen
             try:
                 left = self._look_at(node, progress)
             except _StoppedError:
@@ -176,7 +175,7 @@ class BlockProof:
 
     # ------------------------------------------------------------------------------------------ nodes
     def _look_at(self, node: _Node, progress: Progress) -> list[_Node]:
-        """What is left to look at of a node: nothing, itself once more, or two."""
+        """What is left to search of a node: nothing, itself once more, or two."""
         if self._stations(node) >= self.n_stations:
             return []
         sets = self._sets_for(node.low, progress)
@@ -225,19 +224,19 @@ class BlockProof:
     # ------------------------------------------------------------------------------------------ blocks
     def _sets_for(self, demands: Int64Array, progress: Progress) -> list[tuple[Int64Array, tuple[int, ...]]]:
         """The best set that is known of each block for its demand, having looked for one."""
-        looks = []
+        tasks = []
         for number, (demand, known) in enumerate(zip(demands, self._known, strict=True)):
-            if demand.tobytes() not in known.looked_for:
+            if demand.tobytes() not in known.searched:
                 begun = known.best(demand)
-                looks.append(Look(number, demand, start=None if begun is None else begun[1]))
-        self._look(looks, self._take_set, progress)
+                tasks.append(BlockTask(number, demand, start=None if begun is None else begun[1]))
+        self._run(tasks, self._take_set, progress)
         sets = [known.best(demand) for known, demand in zip(self._known, demands, strict=True)]
         return [each for each in sets if each is not None]  # all: one of each block was put there
 
-    def _take_set(self, look: Look, found: Found) -> None:
+    def _take_set(self, task: BlockTask, found: BlockResult) -> None:
         self._done += found.work
-        self._keep(look.number, found.chosen)
-        self._known[look.number].looked_for.add(look.demand.tobytes())
+        self._keep(task.number, found.chosen)
+        self._known[task.number].searched.add(task.demand.tobytes())
 
     def _keep(self, number: int, chosen: tuple[int, ...]) -> None:
         self._known[number].sets.append((self._blocks[number].problem.covered(list(chosen)), chosen))
@@ -246,15 +245,15 @@ class BlockProof:
         """Work on the bounds of blocks; whether there is one whose bound may rise."""
         bounds = [known.bound(demand) for known, demand in zip(self._known, demands, strict=True)]
         lacking = self.n_stations - sum(bounds)
-        new: list[Look] = []
+        new: list[BlockTask] = []
         due: list[tuple[float, int]] = []
         for number, (bound, size, demand) in enumerate(zip(bounds, sizes, demands, strict=True)):
-            look = Look(number, demand, wanted=min(size, bound + lacking), known=bound)
-            turns = self._turns.get(look.key)
-            if bound >= look.wanted:
+            task = BlockTask(number, demand, wanted=min(size, bound + lacking), known=bound)
+            turns = self._turns.get(task.key)
+            if bound >= task.wanted:
                 continue
-            if turns is None or turns.first.wanted < look.wanted:
-                new.append(look)
+            if turns is None or turns.first.wanted < task.wanted:
+                new.append(task)
             else:
                 due.append((turns.all_work, number))
         if new:
@@ -263,16 +262,16 @@ class BlockProof:
             self._go_on(self._turns[min(due)[1], demands[min(due)[1]].tobytes()], progress)
         return bool(new or due)
 
-    def _begin(self, looks: Sequence[Look], progress: Progress) -> None:
+    def _begin(self, tasks: Sequence[BlockTask], progress: Progress) -> None:
         """Do the first turns of some proofs."""
-        each = min(_FIRST_PROOF_WORK, max(self._work_limit - self.work, 0.0) / len(looks))
-        self._look([replace(look, work=each) for look in looks], self._take_turn, progress)
+        each = min(_FIRST_PROOF_WORK, max(self._work_limit - self.work, 0.0) / len(tasks))
+        self._run([replace(task, work=each) for task in tasks], self._take_turn, progress)
 
-    def _take_turn(self, look: Look, found: Found) -> None:
-        before = self._turns.get(look.key)
+    def _take_turn(self, task: BlockTask, found: BlockResult) -> None:
+        before = self._turns.get(task.key)
         self._done += 0.0 if before is None else before.all_work
-        self._turns[look.key] = _Turns(look, found.work, self._grown.pop(look.key, None))
-        self._take(look, found.stations, found.chosen)
+        self._turns[task.key] = _Turns(task, found.work, self._grown.pop(task.key, None))
+        self._take(task, found.stations, found.chosen)
 
     def _go_on(self, turns: _Turns, progress: Progress) -> None:
         """Do another turn of a proof."""
@@ -282,71 +281,73 @@ class BlockProof:
         turns.tree.advance(work=_PROOF_WORK, progress=progress)
         self._take(turns.first, turns.tree.lower_bound, turns.tree.best or ())
 
-    def _take(self, look: Look, stations: int, chosen: tuple[int, ...]) -> None:
-        self._known[look.number].bounds.append((look.demand, stations))
+    def _take(self, task: BlockTask, stations: int, chosen: tuple[int, ...]) -> None:
+        self._known[task.number].bounds.append((task.demand, stations))
         if chosen:
-            self._keep(look.number, chosen)
+            self._keep(task.number, chosen)
 
-    # ------------------------------------------------------------------------------------------ looks
-    def _look(self, looks: Sequence[Look], take: Callable[[Look, Found], None], progress: Progress) -> None:
-        """Look at blocks, here or, within `spread_over`, by others: the same is found, and taken in the same order.
+    # ------------------------------------------------------------------------------------------ tasks
+    def _run(
+        self, tasks: Sequence[BlockTask], take: Callable[[BlockTask, BlockResult], None], progress: Progress
+    ) -> None:
+        """Run tasks here or, within `spread_over`, in other processes: same results, taken in the same order.
 
         Others are not waited for once the search is stopped or `progress` raises: what is here by then is taken.
 
         Raises
         ------
         _StoppedError
-            Not all looks are here.
+            Not all tasks are here.
         """
-        if looks:
-            progress(ProgressEvent("prove", 0, len(looks)))
-        spread, entries = who_answers(), [self._blocks[look.number].problem.row.size for look in looks]
-        pays = len(looks) > 1 and sum(entries) >= _WORTH_SPREADING and not self._stopped  # then all end at once
+        if tasks:
+            progress(ProgressEvent("prove", 0, len(tasks)))
+        spread, entries = who_answers(), [self._blocks[task.number].problem.row.size for task in tasks]
+        pays = len(tasks) > 1 and sum(entries) >= _WORTH_SPREADING and not self._stopped  # then all end at once
         if pays and spread is not None and self._sent_find is not None:
-            least = looks[entries.index(min(entries))]
-            self._ask(spread, self._sent_find, looks, least, take, progress)
+            least = tasks[entries.index(min(entries))]
+            self._run_elsewhere(spread, self._sent_find, tasks, least, take, progress)
             return
-        for look, found in [(look, self._look_here(look, progress)) for look in looks]:
-            take(look, found)
+        for task, found in [(task, self._run_here(task, progress)) for task in tasks]:
+            take(task, found)
 
-    def _ask(
+    def _run_elsewhere(
         self,
         spread: Spread,
         find: Find,
-        looks: Sequence[Look],
-        least: Look,
-        take: Callable[[Look, Found], None],
+        tasks: Sequence[BlockTask],
+        least: BlockTask,
+        take: Callable[[BlockTask, BlockResult], None],
         progress: Progress,
     ) -> None:
-        """Have others look. least : all of them are asked about its block first, for a moment."""
+        """Run tasks in other processes. least : each process first does a short one on its block, as a probe."""
         probe = replace(least, wanted=len(self._blocks[least.number].candidate), start=None, work=0.0)
         question, answers = BlockQuestion(self._blocks, find), dict[int, bytes]()
 
-        def here(look: Look) -> bytes:
-            if look is probe:
-                return question.answer(look, lambda _, make: make())
-            return pickle.dumps(self._look_here(look, progress), protocol=5)
+        def here(task: BlockTask) -> bytes:
+            if task is probe:
+                return question.answer(task, lambda _, make: make())
+            return pickle.dumps(self._run_here(task, progress), protocol=5)
 
         def heard(event: ProgressEvent) -> None:
             progress(event)
             if self._stopped:
                 raise _StoppedError
 
-        tasks = [Task(probe, 0), *(Task(look, 1) for look in looks)]
+        sent = [Task(probe, 0), *(Task(task, 1) for task in tasks)]
         try:
-            spread.answers(question, tasks, here=here, stage="prove", progress=heard, answered=answers.__setitem__)
+            spread.answers(question, sent, here=here, stage="prove", progress=heard, answered=answers.__setitem__)
         except _StoppedError:
-            if len(answers) < len(tasks):
+            if len(answers) < len(sent):
                 raise
         finally:
-            for number, look in enumerate(looks, start=1):
+            for number, task in enumerate(tasks, start=1):
                 if number in answers:
-                    take(look, pickle.loads(answers[number]))
+                    take(task, pickle.loads(answers[number]))
 
-    def _look_here(self, look: Look, progress: Progress) -> Found:
-        if look.wanted == 0:
-            return self._question.found(look, progress)
-        found, self._grown[look.key] = self._question.first_turn(look, progress, self._grow)
+    def _run_here(self, task: BlockTask, progress: Progress) -> BlockResult:
+        if task.wanted == 0:
+            return self._question.found(task, progress)
+        found, self._grown[task.key] = self._question.first_turn(task, progress, self._grow)
         self._growing = None
         return found
 

@@ -204,7 +204,7 @@ def _find_in_block(
     work: float,
     progress: Progress,
 ) -> tuple[tuple[int, ...], float]:
-    """Few candidates of a block; see `planner_core.select.block_looks.Find`."""
+    """Few candidates of a block; see `planner_core.select.block_tasks.Find`."""
     settings = replace(settings, work_limit=work, prove=False)
     found = select(problem, settings, network=network, given=pinned, start=start, progress=progress)
     if found.why_stopped == INTERRUPTED:

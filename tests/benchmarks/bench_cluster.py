@@ -50,7 +50,7 @@ from planner_core.requirements.goals import goals_of
 from planner_core.requirements.look_around import look_around_here
 from planner_core.requirements.look_spread import TASK_POSITIONS, LookQuestion, look_spread, pack_observed
 from planner_core.scanner.load_scanner import load_scanner
-from planner_core.select.block_looks import BlockQuestion, Look
+from planner_core.select.block_tasks import BlockQuestion, BlockTask
 from planner_core.select.blocks import blocks_of
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
@@ -190,7 +190,7 @@ def measure_blocks(rounds: int) -> str:
     blocks = blocks_of(problem, network)
     find = partial(_find_in_block, Proven(prove=False), {"host": False})
     question = BlockQuestion(tuple(blocks), find)
-    sets = [Look(number, (block.ticks * 17 // 20).astype(np.int64)) for number, block in enumerate(blocks)]
+    sets = [BlockTask(number, (block.ticks * 17 // 20).astype(np.int64)) for number, block in enumerate(blocks)]
     found = [question.found(look) for look in sets]
     proofs = [replace(look, wanted=len(one.chosen), work=2.0) for look, one in zip(sets, found, strict=True)]
     least = replace(proofs[0], work=0.0)

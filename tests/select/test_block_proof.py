@@ -15,8 +15,8 @@ from waiting import until
 from planner_core.model import Proven
 from planner_core.progress import ProgressEvent, silent
 from planner_core.select import block_proof, proven
-from planner_core.select.block_looks import BlockQuestion
 from planner_core.select.block_proof import BlockProof
+from planner_core.select.block_tasks import BlockQuestion
 from planner_core.select.blocks import blocks_of
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy

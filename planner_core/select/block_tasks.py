@@ -1,6 +1,6 @@
-"""Looks at single blocks: for a few stations that meet a demand, or for the first turn of a proof how many it takes.
+"""Searches of single blocks: for few stations that meet a demand, or the first turn of a proof how many it takes.
 
-They know nothing of each other and are sent to others, see `planner_core.spread`.
+They are independent of each other and may run in other processes, see `planner_core.spread`.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ Find = Callable[
 
 
 @dataclass(frozen=True)
-class Look:
-    """What is asked of a block, by its number, for a demand, (K,): a set, or a proof that it takes `wanted` stations.
+class BlockTask:
+    """One search of a block, by its number, for a demand, (K,): a set, or a proof that it takes `wanted` stations.
 
     wanted : 0: a set; start : one to begin with. known : stations that are taken at least. work : of a proof, at most.
     """
@@ -48,7 +48,7 @@ class Look:
 
 
 @dataclass(frozen=True)
-class Found:
+class BlockResult:
     """chosen : a set; of a proof a better one, empty: none. stations : that are taken at least. work : that it took."""
 
     chosen: tuple[int, ...]
@@ -58,34 +58,34 @@ class Found:
 
 @dataclass(frozen=True)
 class BlockQuestion:
-    """Looks at blocks, which know nothing of each other. find : see `Find`."""
+    """Searches of blocks, independent of each other. find : see `Find`."""
 
     blocks: tuple[Block, ...]
     find: Find
 
-    def answer(self, look: Look, kept: Kept, progress: Progress = silent) -> bytes:
-        """Look at a block; see `Found`."""
+    def answer(self, task: BlockTask, kept: Kept, progress: Progress = silent) -> bytes:
+        """Run a task; the pickled `BlockResult`."""
         del kept
-        found = self.first_turn(look, progress)[0] if look.wanted else self.found(look, progress)
+        found = self.first_turn(task, progress)[0] if task.wanted else self.found(task, progress)
         return pickle.dumps(found, protocol=5)
 
-    def found(self, look: Look, progress: Progress = silent) -> Found:
+    def found(self, task: BlockTask, progress: Progress = silent) -> BlockResult:
         """Return a set of a block."""
-        block = self.blocks[look.number]
-        asked = block.asked(look.demand)
-        chosen, work = self.find(asked, block.network, block.pinned, look.start, _FIND_WORK, progress)
-        return Found(polish(asked, chosen, network=block.network, given=block.pinned), 0, work)
+        block = self.blocks[task.number]
+        asked = block.asked(task.demand)
+        chosen, work = self.find(asked, block.network, block.pinned, task.start, _FIND_WORK, progress)
+        return BlockResult(polish(asked, chosen, network=block.network, given=block.pinned), 0, work)
 
     def first_turn(
-        self, look: Look, progress: Progress = silent, begun: Callable[[BranchAndBound], None] = lambda _: None
-    ) -> tuple[Found, BranchAndBound]:
+        self, task: BlockTask, progress: Progress = silent, begun: Callable[[BranchAndBound], None] = lambda _: None
+    ) -> tuple[BlockResult, BranchAndBound]:
         """Return what the first turn of a proof finds, root and all, and its tree. begun : hears of that before."""
-        block = self.blocks[look.number]
+        block = self.blocks[task.number]
         tree = BranchAndBound(
-            block.asked(look.demand), n_stations=look.wanted, lower_bound=look.known, network=block.network,
+            block.asked(task.demand), n_stations=task.wanted, lower_bound=task.known, network=block.network,
             given=block.pinned,
         )  # fmt: skip
         begun(tree)
-        tree.root(work=look.work, progress=progress)
-        tree.advance(work=max(look.work - tree.work, 0.0), progress=progress)
-        return Found(tree.best or (), tree.lower_bound, tree.work), tree
+        tree.root(work=task.work, progress=progress)
+        tree.advance(work=max(task.work - tree.work, 0.0), progress=progress)
+        return BlockResult(tree.best or (), tree.lower_bound, tree.work), tree
