@@ -31,7 +31,7 @@ from planner_core.requirements import demand as demands
 from planner_core.requirements.demand import Demand
 from planner_core.requirements.goals import Goals
 from planner_core.requirements.goals import goals_of as goals_of_requirements
-from planner_core.requirements.look_around import CandidateObservations, Rows, look_around
+from planner_core.requirements.observe_candidates import CandidateObservations, Rows, observe_candidates
 
 _Floors = tuple[int, ...] | None
 
@@ -74,10 +74,10 @@ def visible_from(survey: Survey, settings: PlanSettings, engine: ScanEngine, pos
     return surveys.visible_from(surveyed_as(survey, settings), engine, positions_m)
 
 
-def looked_from(
+def observed_from(
     survey: Survey, settings: PlanSettings, engine: ScanEngine, positions_m: FloatArray
 ) -> CandidateObservations:
-    return look_around(surveyed_as(survey, settings), engine, positions_m, goals_of(survey, settings))
+    return observe_candidates(surveyed_as(survey, settings), engine, positions_m, goals_of(survey, settings))
 
 
 def demand_of(

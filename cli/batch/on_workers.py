@@ -213,7 +213,7 @@ def fit_for_jobs(cluster: Cluster, engine: str, device: str | None) -> Callable[
     from planner_core.engine.scan_engine import open_engine
     from planner_core.model import PlanSettings
     from planner_core.requirements.goals import goals_of
-    from planner_core.requirements.look_spread import LookQuestion
+    from planner_core.requirements.observe_elsewhere import ObservationQuestion
     from planner_core.scanner import DEFAULT_SCANNER
     from planner_core.scanner.load_scanner import load_scanner
 
@@ -221,7 +221,7 @@ def fit_for_jobs(cluster: Cluster, engine: str, device: str | None) -> Callable[
     survey = make_survey(scenes_synthetic.build("two-rooms").scene, settings)
     opened = open_engine(survey.scene, survey.patches, engine=engine, device=device)
     goals = goals_of(survey, settings.requirements)
-    question = LookQuestion(survey, goals, True, opened.name, cluster.key_of((survey.scene, survey.patches)))
+    question = ObservationQuestion(survey, goals, True, opened.name, cluster.key_of((survey.scene, survey.patches)))
     low, high = survey.scene.vertices_m.min(axis=0), survey.scene.vertices_m.max(axis=0)
     at_m = low + (high - low) * np.array([[0.3, 0.4, 0.5], [0.7, 0.6, 0.5]])
     parcel, expected = cluster.parcel(question), question.answer(at_m, lambda key, make: opened)

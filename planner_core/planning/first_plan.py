@@ -17,26 +17,26 @@ from planner_core.model.stored_rows import VISIBILITY_VARIABLE, visibility_budge
 from planner_core.planning.pool import make_pool
 from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.progress import BestSoFar, Progress, ProgressEvent
-from planner_core.requirements.demand import Known
+from planner_core.requirements.demand import KnownObservations
 from planner_core.requirements.goals import Goals
-from planner_core.requirements.look_around import look_around
+from planner_core.requirements.observe_candidates import observe_candidates
 from planner_core.select.large import select_by_size
 from planner_core.select.proven import INTERRUPTED
 
 STAGE = "first plan"
 #: Crews stand further apart than this, and rooms are larger.
 _APART_M = 1.25
-#: Of large sites, candidates that are looked around from in seconds; others are further apart.
+#: Of large sites, candidates that are observed from in seconds; others are further apart.
 _MOST = 400
 #: Patches that all candidates see, each by itself: about 40 bytes of memory each where it is highest.
 _MOST_ENTRIES = 60_000_000
-#: A pool that is not much larger, or of so few, is looked at as soon.
+#: A pool that is not much larger, or of so few, is observed as soon.
 _WORTH, _FEW = 3, 100
 
 
-def looked_from_few(
+def observe_few(
     survey: Survey, goals: Goals, engine: ScanEngine, places: AllowedPositions, progress: Progress
-) -> Known | None:
+) -> KnownObservations | None:
     """Look around from few candidates, far apart, with all special places and prior stations among them.
 
     None where there are hardly more anyway.
@@ -48,7 +48,7 @@ def looked_from_few(
     if _WORTH * rows.size > n_candidates:
         return None
     at_m = places.candidates.position_m[rows]
-    return Known(rows, look_around(survey, engine, at_m, goals, progress=_as_one_stage(progress)))
+    return KnownObservations(rows, observe_candidates(survey, engine, at_m, goals, progress=_as_one_stage(progress)))
 
 
 def tell_first_plan(
@@ -56,7 +56,7 @@ def tell_first_plan(
     goals: Goals,
     engine: ScanEngine,
     places: AllowedPositions,
-    known: Known,
+    known: KnownObservations,
     selection: Proven,
     progress: Progress,
 ) -> None:
@@ -70,7 +70,7 @@ def tell_first_plan(
     given = np.searchsorted(known.row, places.rows_of(Role.SCANNED, Role.LOCKED))
     none = np.empty(0, dtype=np.int64)
     try:
-        known = Known(all_of_them, known.looked)
+        known = KnownObservations(all_of_them, known.observations)
         pool = make_pool(survey, goals, engine, few, given=given, kept=none, linked=True, known=known)
     except RequirementError:
         return  # what few candidates can't meet, all of them may; if they can't either, that is said then
@@ -91,8 +91,8 @@ def tell_first_plan(
 
 
 def as_memory_holds(
-    places: AllowedPositions, known: Known | None
-) -> tuple[AllowedPositions, Known | None, tuple[str, ...]]:
+    places: AllowedPositions, known: KnownObservations | None
+) -> tuple[AllowedPositions, KnownObservations | None, tuple[str, ...]]:
     """Leave out candidates that memory would not hold, evenly, by what the first few see; and a line if so.
 
     Doorways, middles of rooms, landings, prior stations and what is known stay. All do where a budget of memory is
@@ -101,7 +101,7 @@ def as_memory_holds(
     n_candidates = places.candidates.floor.size
     if known is None or visibility_budget() is not None:
         return places, known, ()
-    each = known.looked.rows.seen.n_entries / known.row.size
+    each = known.observations.rows.seen.n_entries / known.row.size
     most = int(_MOST_ENTRIES / max(each, 1.0))
     if n_candidates <= most:
         return places, known, ()
@@ -112,7 +112,7 @@ def as_memory_holds(
         f"them see, {n_candidates * each / 1e6:.0f} million patches, is too much for memory; plan floor by floor "
         f"(--floor), or let them go to disk ({VISIBILITY_VARIABLE}=500MB), for all of them"
     )
-    return places.keeping(rows), Known(np.searchsorted(rows, known.row), known.looked), (line,)
+    return places.keeping(rows), KnownObservations(np.searchsorted(rows, known.row), known.observations), (line,)
 
 
 def _far_apart(candidates: Candidates, apart_m: float, *, most: int) -> Int64Array:

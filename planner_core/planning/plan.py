@@ -35,7 +35,7 @@ from planner_core.model import (
 from planner_core.network.weak_motion import overlap_percent
 from planner_core.paper.pipeline import find_pool
 from planner_core.planning.choose import choose, choose_by_paper, choose_greedily, route_through
-from planner_core.planning.first_plan import as_memory_holds, looked_from_few, tell_first_plan
+from planner_core.planning.first_plan import as_memory_holds, observe_few, tell_first_plan
 from planner_core.planning.judge import with_judgement
 from planner_core.planning.pool import Choice, Pool, make_pool
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
@@ -111,7 +111,7 @@ def plan_survey(
             places = find_positions(tripods, site, space=space, progress=progress)
         remarks = _bare_floors(survey, goals, places, settings.heights)
     with clock.stage("first plan"):
-        known = None if isinstance(method, Paper) else looked_from_few(survey, goals, scan_engine, places, progress)
+        known = None if isinstance(method, Paper) else observe_few(survey, goals, scan_engine, places, progress)
         if known is not None and isinstance(method, Proven) and settings.objective != Objective.COVERAGE:
             tell_first_plan(survey, goals, scan_engine, places, known, method, progress)
         places, known, thinned = as_memory_holds(places, known)

@@ -24,10 +24,10 @@ from planner_core.model import (
 from planner_core.network.candidate_links import CandidateLinks, candidate_links, network_of, parts_of
 from planner_core.network.links import surface_of_patches
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.requirements.demand import Demand, Known, demand_of, rows_from
+from planner_core.requirements.demand import Demand, KnownObservations, demand_of, rows_from
 from planner_core.requirements.figures import rows_of_overlap
 from planner_core.requirements.goals import Goals
-from planner_core.requirements.look_around import Rows
+from planner_core.requirements.observe_candidates import Rows
 from planner_core.select.network import Network
 from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 
@@ -145,7 +145,7 @@ def make_pool(
     given: Int64Array,
     kept: Int64Array,
     linked: bool,
-    known: Known | None = None,
+    known: KnownObservations | None = None,
     progress: Progress = silent,
 ) -> Pool:
     """Look around from all candidates but the `known` ones, and find whom each can be registered with, if `linked`.
@@ -218,10 +218,10 @@ def _without_candidates(problem: CoverProblem, which: BoolArray) -> CoverProblem
 
 def extended(pool: Pool, more: Candidates, engine: ScanEngine, *, progress: Progress = silent) -> Pool:
     """Add candidates behind those of the pool; nothing else that is asked changes."""
-    looked = rows_from(pool.survey, engine, more.position_m, pool.demand, progress=progress)
-    seen = stacked_rows(pool.rows.seen, looked.seen)
-    rows = Rows(seen, seen if pool.rows.met is pool.rows.seen else stacked_rows(pool.rows.met, looked.met))
-    del looked  # links take memory enough
+    observed = rows_from(pool.survey, engine, more.position_m, pool.demand, progress=progress)
+    seen = stacked_rows(pool.rows.seen, observed.seen)
+    rows = Rows(seen, seen if pool.rows.met is pool.rows.seen else stacked_rows(pool.rows.met, observed.met))
+    del observed  # links take memory enough
     links = None
     if pool.links is not None:
         found = _links(pool.survey, pool.demand, rows, progress)

@@ -49,7 +49,7 @@ from planner_core.requirements.figures import (
     rows_of_quality,
     times_met,
 )
-from planner_core.requirements.look_around import Rows
+from planner_core.requirements.observe_candidates import Rows
 from planner_core.route.field_time import field_time
 from planner_core.route.route import route_warnings
 from planner_core.route.sealed import reach_warnings, sealed_areas

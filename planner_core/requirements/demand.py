@@ -25,7 +25,7 @@ from planner_core.model import (
 )
 from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import Goal, Goals
-from planner_core.requirements.look_around import CandidateObservations, Rows, look_around, merged
+from planner_core.requirements.observe_candidates import CandidateObservations, Rows, merged, observe_candidates
 from planner_core.requirements.wording import area_in_words, figure_in_words, limits_in_words, name_of
 from planner_core.select.problem import Constraint
 
@@ -60,11 +60,11 @@ class Demand:
 
 
 @dataclass(frozen=True)
-class Known:
-    """Positions observed from before. row : (K,) int64 distinct, among all. looked : what they see."""
+class KnownObservations:
+    """Observations made before. row : (K,) int64, distinct, their positions among all."""
 
     row: Int64Array
-    looked: CandidateObservations
+    observations: CandidateObservations
 
 
 def demand_of(
@@ -73,7 +73,7 @@ def demand_of(
     engine: ScanEngine,
     positions_m: FloatArray,
     *,
-    known: Known | None = None,
+    known: KnownObservations | None = None,
     progress: Progress = silent,
 ) -> Demand:
     """Observe from each of positions (N, 3), local frame, and return which patches meet the requirements.
@@ -89,11 +89,11 @@ def demand_of(
         The device fails.
     """
     if known is None:
-        observed = look_around(survey, engine, positions_m, goals, progress=progress)
+        observed = observe_candidates(survey, engine, positions_m, goals, progress=progress)
     else:
-        observed, new = known.looked, np.setdiff1d(np.arange(positions_m.shape[0]), known.row)
+        observed, new = known.observations, np.setdiff1d(np.arange(positions_m.shape[0]), known.row)
         if new.size or (np.diff(known.row) < 0).any():  # all of them, but in another order
-            found = look_around(survey, engine, positions_m[new], goals, progress=progress)
+            found = observe_candidates(survey, engine, positions_m[new], goals, progress=progress)
             observed = merged(observed, found, np.argsort(np.concatenate([known.row, new])))
     counted = survey.patches.counted
     if counted is None:
@@ -118,7 +118,7 @@ def rows_from(
     survey: Survey, engine: ScanEngine, positions_m: FloatArray, demand: Demand, *, progress: Progress = silent
 ) -> Rows:
     """What further positions (N, 3) see, by the qualities of `demand`: for places that are not among its own."""
-    observed = look_around(survey, engine, positions_m, demand.goals, notes_needed=False, progress=progress)
+    observed = observe_candidates(survey, engine, positions_m, demand.goals, notes_needed=False, progress=progress)
     return observed.rows_of(demand.counted)
 
 

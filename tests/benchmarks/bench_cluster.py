@@ -47,8 +47,13 @@ from planner_core.network.pair_overlap import ROWS_A_BLOCK
 from planner_core.operating_system import n_usable_cores
 from planner_core.progress import silent
 from planner_core.requirements.goals import goals_of
-from planner_core.requirements.look_around import look_around_here
-from planner_core.requirements.look_spread import TASK_POSITIONS, LookQuestion, look_spread, pack_observed
+from planner_core.requirements.observe_candidates import observe_candidates_here
+from planner_core.requirements.observe_elsewhere import (
+    TASK_POSITIONS,
+    ObservationQuestion,
+    observe_elsewhere,
+    pack_observations,
+)
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.select.block_tasks import BlockQuestion, BlockTask
 from planner_core.select.blocks import blocks_of
@@ -76,7 +81,9 @@ def sent_bytes(question: object) -> int:
 def measure_links(rounds: int) -> str:
     survey, engine, settings = opened_house()
     goals = goals_of(survey, settings.requirements)
-    rows = look_around_here(survey, engine, positions_m(survey, N_LINKED), goals, notes_needed=False, progress=silent)
+    rows = observe_candidates_here(
+        survey, engine, positions_m(survey, N_LINKED), goals, notes_needed=False, progress=silent
+    )
     seen = rows.rows.seen
     is_seen = np.zeros(seen.n_patches, dtype=bool)
     is_seen[seen.patch] = True
@@ -280,11 +287,11 @@ def measure_looks(rounds: int) -> str:
     at_m = positions_m(survey, N_POSITIONS)
 
     def here(positions_m: Any = at_m) -> Any:
-        return look_around_here(survey, engine, positions_m, goals, notes_needed=True, progress=silent)
+        return observe_candidates_here(survey, engine, positions_m, goals, notes_needed=True, progress=silent)
 
-    looked = here(at_m[:TASK_POSITIONS])
-    supplied = sent_bytes(LookQuestion(survey, goals, True, engine.name, "x" * 64))
-    entries, answer = looked.rows.seen.patch.size + looked.rows.met.patch.size, len(pack_observed(looked))
+    observed = here(at_m[:TASK_POSITIONS])
+    supplied = sent_bytes(ObservationQuestion(survey, goals, True, engine.name, "x" * 64))
+    entries, answer = observed.rows.seen.patch.size + observed.rows.met.patch.size, len(pack_observations(observed))
     alone = [seconds(lambda: here(at_m[:TASK_POSITIONS])) for _ in range(5)]
     at_once = seconds(here)
     lines = [
@@ -305,7 +312,7 @@ def measure_looks(rounds: int) -> str:
         with open_cluster(f"local:{count}", tell=print) as cluster:
 
             def spread_out(cluster: Any = cluster) -> Any:
-                return look_spread(cluster, survey, engine, at_m, goals, notes_needed=True, progress=silent)
+                return observe_elsewhere(cluster, survey, engine, at_m, goals, notes_needed=True, progress=silent)
 
             first = seconds(spread_out)
             pairs = [(seconds(here), seconds(spread_out)) for _ in range(rounds)]

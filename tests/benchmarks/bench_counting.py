@@ -19,7 +19,7 @@ from bench_planning import ready
 from planning_cases import Case, cases
 
 from planner_core.model import Proven, ScanBy
-from planner_core.requirements.look_around import CandidateObservations
+from planner_core.requirements.observe_candidates import CandidateObservations
 from planner_core.select.large import select_by_size
 from planner_core.select.proven import ProvenSelection
 from tests.benchmarks.bench_real_buildings import put

@@ -31,8 +31,8 @@ from planner_core.model import (
 )
 from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import Goals, goals_of
-from planner_core.requirements.look_around import CandidateObservations, look_around_here
-from planner_core.requirements.look_spread import look_spread
+from planner_core.requirements.observe_candidates import CandidateObservations, observe_candidates_here
+from planner_core.requirements.observe_elsewhere import observe_elsewhere
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.spread import Spread
 
@@ -60,10 +60,10 @@ class Look:
 
     def here(self, positions_m: FloatArray | None = None) -> CandidateObservations:
         at_m = self.positions_m if positions_m is None else positions_m
-        return look_around_here(self.survey, self.engine, at_m, self.goals, notes_needed=True, progress=silent)
+        return observe_candidates_here(self.survey, self.engine, at_m, self.goals, notes_needed=True, progress=silent)
 
     def by(self, spread: Spread, progress: Progress = silent) -> CandidateObservations:
-        return look_spread(
+        return observe_elsewhere(
             spread, self.survey, self.engine, self.positions_m, self.goals, notes_needed=True, progress=progress
         )
 

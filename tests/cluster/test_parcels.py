@@ -8,8 +8,8 @@ import pytest
 from planner_core.cluster import parcels
 from planner_core.cluster.parcels import Packer, squeezed, unpacked, unsqueezed
 from planner_core.model import ScanBy
-from planner_core.requirements.look_around import in_a_row
-from planner_core.requirements.look_spread import pack_observed, unpack_observed
+from planner_core.requirements.observe_candidates import in_a_row
+from planner_core.requirements.observe_elsewhere import pack_observations, unpack_observations
 
 from .conftest import SETTINGS, Look, assert_same_bits, made_look
 
@@ -28,11 +28,11 @@ def check(look: Look) -> None:
     whole, n_patches = look.here(), look.survey.patches.n_patches
     assert whole.rows.seen.patch.size > 1000, "nothing to compare"
     n_stacked = whole.rows.met.n_patches
-    assert_same_bits(unpack_observed(pack_observed(whole), n_patches, n_stacked), whole)
+    assert_same_bits(unpack_observations(pack_observations(whole), n_patches, n_stacked), whole)
     pieces = [look.here(look.positions_m[first : first + 20]) for first in range(0, len(look.positions_m), 20)]
-    packed = [pack_observed(each) for each in pieces]
-    assert packed[0] == pack_observed(look.here(look.positions_m[:20])), "the same look, the same bytes"
-    assert_same_bits(in_a_row([unpack_observed(each, n_patches, n_stacked) for each in packed]), whole)
+    packed = [pack_observations(each) for each in pieces]
+    assert packed[0] == pack_observations(look.here(look.positions_m[:20])), "the same look, the same bytes"
+    assert_same_bits(in_a_row([unpack_observations(each, n_patches, n_stacked) for each in packed]), whole)
 
 
 def test_a_parcel_leaves_large_arrays_to_be_sent_once(look: Look, monkeypatch: pytest.MonkeyPatch) -> None:

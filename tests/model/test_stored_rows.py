@@ -143,7 +143,7 @@ def test_a_plan_is_the_same_with_all_on_disk(
     plain = make_plan(scene, settings)
     monkeypatch.setenv(VISIBILITY_VARIABLE, "0.001MB")
     monkeypatch.setattr(stored_rows.tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setattr("planner_core.requirements.look_around._AT_A_TIME", 7)
+    monkeypatch.setattr("planner_core.requirements.observe_candidates._AT_A_TIME", 7)
     stored: list[int] = []
     write = stored_rows._PackedFile.write
 

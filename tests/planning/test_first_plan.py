@@ -1,4 +1,4 @@
-"""The first plan: told before all candidates are looked around from, nearly as good, and of no consequence."""
+"""The first plan: told before all candidates are observed from, nearly as good, and of no consequence."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -65,7 +65,7 @@ def test_its_stations_cover_what_is_asked_but_for_little_and_mostly_hang_togethe
 def test_the_plan_is_the_same_without_it(
     told: tuple[Plan, list[ProgressEvent]], comb: PlanSettings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("planner_core.planning.plan.looked_from_few", lambda *_: None)
+    monkeypatch.setattr("planner_core.planning.plan.observe_few", lambda *_: None)
     events: list[ProgressEvent] = []
     plan = make_plan(scenes_synthetic.build("corridor-comb").scene, comb, progress=events.append)
     assert STAGE not in {event.stage for event in events}
@@ -125,7 +125,7 @@ def test_memory_is_kept_to_whatever_the_method_and_however_little_there_is(
     monkeypatch.setattr("planner_core.planning.first_plan._MOST_ENTRIES", 1)
     plan = make_plan(scenes_synthetic.build("corridor-comb").scene, replace(comb, method=method))
     assert any("too much for memory" in line for line in plan.warnings)
-    # The few that were looked around from stay, and the one of a floor that is always taken.
+    # The few that were observed from stay, and the one of a floor that is always taken.
     assert 40 < plan.n_candidates < 70
     assert plan.stations
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from oracles import enough_of, observations_from
-from stages import demand_of, looked_from, rows_from
+from stages import demand_of, observed_from, rows_from
 
 import scenes_synthetic
 from planner_core.coverage.counted import observed_enough
@@ -15,7 +15,7 @@ from planner_core.coverage.levels import observations_meeting
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import PartRequirement, PlanSettings, PointLimits, Requirements, Survey
-from planner_core.requirements.demand import Known
+from planner_core.requirements.demand import KnownObservations
 from planner_core.scanner.load_scanner import load_scanner
 
 SETTINGS = PlanSettings(
@@ -95,7 +95,7 @@ def test_what_was_looked_at_before_counts_with_the_rest(rooms: tuple[Survey, Sca
     at = positions_of(survey, 6)
     whole = demand_of(survey, settings, engine, at)
     row = np.array([4, 1])
-    known = Known(row, looked_from(survey, settings, engine, at[row]))
+    known = KnownObservations(row, observed_from(survey, settings, engine, at[row]))
     again = demand_of(survey, settings, engine, at, known=known)
     np.testing.assert_array_equal(again.counted, whole.counted)
     for one, other in ((again.rows.seen, whole.rows.seen), (again.rows.met, whole.rows.met)):
@@ -103,7 +103,7 @@ def test_what_was_looked_at_before_counts_with_the_rest(rooms: tuple[Survey, Sca
     # All of them, in another order than asked for.
     order = np.array([4, 1, 0, 5, 3, 2])
     turned = demand_of(
-        survey, settings, engine, at, known=Known(order, looked_from(survey, settings, engine, at[order]))
+        survey, settings, engine, at, known=KnownObservations(order, observed_from(survey, settings, engine, at[order]))
     )
     np.testing.assert_array_equal(turned.counted, whole.counted)
     assert turned.rows.met.patch.tolist() == whole.rows.met.patch.tolist()

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracles import enough_of, floor_constraints, observations_from
-from stages import demand_of, looked_from, rows_from, surveyed_as, visible_from
+from stages import demand_of, observed_from, rows_from, surveyed_as, visible_from
 
 from planner_core.coverage.coverage import floor_of_patch, times_seen
 from planner_core.coverage.levels import Observations
@@ -21,7 +21,7 @@ from planner_core.requirements import demand as demands
 from planner_core.requirements import goals as goals_module
 from planner_core.requirements.figures import coverage_curve, missed_in_words, part_results, rows_of_quality, times_met
 from planner_core.requirements.goals import Goal, Goals
-from planner_core.requirements.look_around import Rows, _Found, limits_of
+from planner_core.requirements.observe_candidates import Rows, _Found, limits_of
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.patches import patch_triangles
 from planner_core.select.problem import cover_problem
@@ -95,17 +95,17 @@ def test_known_positions_are_not_looked_around_from_again(
     wanted = settings_of(scan_mode="patches", **MIXED)
     whole = demand_of(box.survey, wanted, box.engine, box.positions_m)
     row = np.array([6, 0, 3])
-    known = demands.Known(row, looked_from(box.survey, wanted, box.engine, box.positions_m[row]))
-    looked: list[int] = []
-    look = demands.look_around
+    known = demands.KnownObservations(row, observed_from(box.survey, wanted, box.engine, box.positions_m[row]))
+    observed: list[int] = []
+    look = demands.observe_candidates
 
     def noting(survey, engine, positions_m, *rest, **how):
-        looked.append(len(positions_m))
+        observed.append(len(positions_m))
         return look(survey, engine, positions_m, *rest, **how)
 
-    monkeypatch.setattr(demands, "look_around", noting)
+    monkeypatch.setattr(demands, "observe_candidates", noting)
     again = demand_of(box.survey, wanted, box.engine, box.positions_m, known=known)
-    assert looked == [len(box.positions_m) - 3]
+    assert observed == [len(box.positions_m) - 3]
     for one, other in ((whole.rows.seen, again.rows.seen), (whole.rows.met, again.rows.met)):
         assert (one.starts.tolist(), one.patch.tolist()) == (other.starts.tolist(), other.patch.tolist())
     np.testing.assert_array_equal(whole.counted, again.counted)
@@ -394,7 +394,7 @@ def test_needed_figures_and_stacked_rows_are_those_of_plain_loops(seed: int) -> 
     )
     found = _Found(Goals(Requirements(), goals, counted), n_patches, needed, keeps_parts=False)
     found.add(observations)
-    rows_found = found.all_observations().rows
+    rows_found = found.observations().rows
     assert rows_found.seen.patch.tolist() == observations.patch.tolist()
     sizes, stacked = np.diff(rows_found.met.starts), rows_found.met.patch
 

@@ -21,7 +21,7 @@ from planner_core.planning.live.draft import DraftStation
 from planner_core.planning.live.tally import Parts
 from planner_core.requirements.demand import Demand
 from planner_core.requirements.figures import coverage_curve, losses_of, part_results, rows_of_quality, times_met
-from planner_core.requirements.look_around import Rows
+from planner_core.requirements.observe_candidates import Rows
 
 
 def plan_of(

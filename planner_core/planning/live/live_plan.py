@@ -37,7 +37,7 @@ from planner_core.progress import Progress, silent
 from planner_core.requirements.demand import Demand
 from planner_core.requirements.figures import losses_of, rows_of_quality
 from planner_core.requirements.goals import Goal
-from planner_core.requirements.look_around import Rows
+from planner_core.requirements.observe_candidates import Rows
 from planner_core.route.field_time import field_time
 from planner_core.route.route import plan_route
 from planner_core.scanner.template import preview_template, window_template

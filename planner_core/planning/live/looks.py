@@ -16,7 +16,7 @@ from planner_core.coverage.observe import observing
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Int32Array, PointLimits, Survey, Visibility
 from planner_core.progress import silent
-from planner_core.requirements.look_around import Rows
+from planner_core.requirements.observe_candidates import Rows
 
 #: Looks are kept up to this size, those used last; a dragged station makes some twenty a second.
 KEPT_BYTES = 256 * 2**20

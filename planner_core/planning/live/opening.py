@@ -30,7 +30,7 @@ from planner_core.positions.reach import reachability
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.demand import Demand, demand_of
 from planner_core.requirements.goals import Goals, goals_of
-from planner_core.requirements.look_around import Rows
+from planner_core.requirements.observe_candidates import Rows
 from planner_core.requirements.scope import with_scope
 from planner_core.scene.load import load_scene
 

@@ -1,4 +1,4 @@
-"""Looking around by other processes: the question, and what positions see as bytes that travel.
+"""Observations of candidates by other processes: the question, and what positions see as bytes that travel.
 
 An answer holds compressed rows, and of figures per patch those alone that are set.
 """
@@ -17,7 +17,13 @@ from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import Float32Array, FloatArray, Survey, Visibility
 from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import Goals
-from planner_core.requirements.look_around import CandidateObservations, Parts, Rows, in_a_row, look_around_here
+from planner_core.requirements.observe_candidates import (
+    CandidateObservations,
+    Parts,
+    Rows,
+    in_a_row,
+    observe_candidates_here,
+)
 from planner_core.spread import Kept, Spread, Task, parts_of_row
 
 #: Positions of a task: enough that it outweighs its overhead, few enough that the last ones are soon done.
@@ -27,7 +33,7 @@ _LEVEL = 1
 
 
 @dataclass(frozen=True)
-class LookQuestion:
+class ObservationQuestion:
     """What positions see, for some goals. engine : its kind. scene_key : of scene and patches, for engines kept."""
 
     survey: Survey
@@ -43,14 +49,14 @@ class LookQuestion:
         def opened() -> ScanEngine:
             return open_engine(survey.scene, replace(survey.patches, counted=None), engine=self.engine)
 
-        observed = look_around_here(
+        observed = observe_candidates_here(
             survey, kept(self.scene_key, opened), np.asarray(positions_m), self.goals, notes_needed=self.notes_needed,
             progress=progress,
         )  # fmt: skip
-        return pack_observed(observed)
+        return pack_observations(observed)
 
 
-def look_spread(
+def observe_elsewhere(
     spread: Spread,
     survey: Survey,
     engine: ScanEngine,
@@ -60,9 +66,9 @@ def look_spread(
     notes_needed: bool,
     progress: Progress,
 ) -> CandidateObservations:
-    """Look from each of positions (N, 3), as `look_around_here`."""
+    """Observe from each of positions (N, 3), as `observe_candidates_here`."""
     scene_key = spread.key_of((survey.scene, replace(survey.patches, counted=None)))
-    question = LookQuestion(survey, goals, notes_needed, engine.name, scene_key)
+    question = ObservationQuestion(survey, goals, notes_needed, engine.name, scene_key)
     parts = parts_of_row(positions_m.shape[0], first=FIRST_POSITIONS, each=TASK_POSITIONS)
     answers = spread.answers(
         question,
@@ -73,29 +79,27 @@ def look_spread(
     )
     n_patches = survey.patches.n_patches
     n_stacked = n_patches if goals.plain else n_patches * len(goals.qualities)
-    return in_a_row([unpack_observed(each, n_patches, n_stacked) for each in answers])
+    return in_a_row([unpack_observations(each, n_patches, n_stacked) for each in answers])
 
 
-def pack_observed(observed: CandidateObservations) -> bytes:
+def pack_observations(observed: CandidateObservations) -> bytes:
     """Return what positions see, in short: the same bytes for the same look."""
     plain = observed.rows.met is observed.rows.seen
-    packed: list[Any] = [plain, _rows(observed.rows.seen), None if plain else _rows(observed.rows.met)]
+    told: list[Any] = [plain, _rows(observed.rows.seen), None if plain else _rows(observed.rows.met)]
     parts = observed.parts
     if parts is not None:
         once = parts.any_met is parts.any_seen
         packed.append([parts.seen, None if plain else parts.met, _set(parts.any_seen, parts.any_seen != 0),
                      None if once else _set(parts.any_met, parts.any_met != 0)])  # fmt: skip
     else:
-        packed.append(None)
-    packed.append(
-        [{name: _set(values, ~np.isnan(values)) for name, values in each.items()} for each in observed.needed]
-    )
-    return zlib.compress(pickle.dumps(packed, protocol=5), _LEVEL)
+        told.append(None)
+    told.append([{name: _set(values, ~np.isnan(values)) for name, values in each.items()} for each in observed.needed])
+    return zlib.compress(pickle.dumps(told, protocol=5), _LEVEL)
 
 
-def unpack_observed(content: bytes, n_patches: int, n_stacked: int) -> CandidateObservations:
-    """Return the observations of `pack_observed`. n_stacked : patches by quality."""
-    plain, seen_rows, met_rows, parts_packed, needed_packed = pickle.loads(zlib.decompress(content))
+def unpack_observations(content: bytes, n_patches: int, n_stacked: int) -> CandidateObservations:
+    """Return the observations of `pack_observations`. n_stacked : patches by quality."""
+    plain, seen_rows, met_rows, parts_told, needed_told = pickle.loads(zlib.decompress(content))
     seen = _visibility(seen_rows, n_patches)
     met = seen if plain else _visibility(met_rows, n_stacked)
     parts = None

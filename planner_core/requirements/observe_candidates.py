@@ -1,7 +1,7 @@
-"""Looking around from positions: which patches each sees, which it meets the limits on, and how much of each.
+"""Observations of candidates: which patches each sees, which it meets the limits on, and how much of each.
 
 A `Survey`, `Goals`, an open engine, positions (N, 3) in the local frame, metres -> `CandidateObservations`, and from
-it `Rows` once it is known how much of each patch counts, see `planner_core.coverage.counted`.
+these `Rows` once it is known how much of each patch counts, see `planner_core.coverage.counted`.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ _WORTH_SPREADING = 32
 _AT_A_TIME = 256
 
 
-def look_around(
+def observe_candidates(
     survey: Survey,
     engine: ScanEngine,
     positions_m: FloatArray,
@@ -119,13 +119,13 @@ def look_around(
     """Look from each of positions (N, 3), here or, within `spread_over`, elsewhere: the same to the bit."""
     spread = who_answers()
     if spread is None or positions_m.shape[0] < _WORTH_SPREADING:
-        return look_around_here(survey, engine, positions_m, goals, notes_needed=notes_needed, progress=progress)
-    from planner_core.requirements.look_spread import look_spread
+        return observe_candidates_here(survey, engine, positions_m, goals, notes_needed=notes_needed, progress=progress)
+    from planner_core.requirements.observe_elsewhere import observe_elsewhere
 
-    return look_spread(spread, survey, engine, positions_m, goals, notes_needed=notes_needed, progress=progress)
+    return observe_elsewhere(spread, survey, engine, positions_m, goals, notes_needed=notes_needed, progress=progress)
 
 
-def look_around_here(
+def observe_candidates_here(
     survey: Survey,
     engine: ScanEngine,
     positions_m: FloatArray,
@@ -147,7 +147,7 @@ def look_around_here(
     noise = goals.requirements.limits_noise
     for observations in observations_in_batches(survey, engine, positions_m, noise=noise, progress=progress):
         found.add(observations)
-    return found.all_observations()
+    return found.observations()
 
 
 def _plainly_seen(survey: Survey, engine: ScanEngine, positions_m: FloatArray, progress: Progress) -> Visibility:
@@ -196,7 +196,7 @@ def merged(first: CandidateObservations, second: CandidateObservations, order: I
 
 
 def in_a_row(looks: Sequence[CandidateObservations]) -> CandidateObservations:
-    """Observations of the same survey and settings, one or more, in a row: as if all were observed at once."""
+    """Looks of the same survey and settings, one or more, one behind the other: as if all were looked from at once."""
     first = looks[0]
     n_patches, n_stacked = first.rows.seen.n_patches, first.rows.met.n_patches
     plain, by_parts = first.rows.met is first.rows.seen, first.parts is not None
@@ -252,7 +252,7 @@ class _Found:
         for quality_limits, least in zip(self._goals.qualities, self._needed, strict=True):
             _note_needed(observations, quality_limits, least)
 
-    def all_observations(self) -> CandidateObservations:
+    def observations(self) -> CandidateObservations:
         """All of it; the pieces are gone then."""
         seen, share = self._seen.joined(self._n_patches)
         if self._goals.plain:
