@@ -24,9 +24,9 @@ from planner_core.plan_folder.viewer_layers import UInt16Array, layers_of, lost_
 from planner_core.planning.live.draft import Draft, DraftStation, Place, local_place
 from planner_core.planning.live.figures import plan_of, registration_of
 from planner_core.planning.live.layers import TIMES_SEEN, layer_named, times_seen_bytes
-from planner_core.planning.live.looks import Looker, rows_of
 from planner_core.planning.live.pairs import PairFinder
 from planner_core.planning.live.preview import Preview, Standing, coverages, differing
+from planner_core.planning.live.station_observations import StationObserver, rows_of
 from planner_core.planning.live.tally import Parts, Tally, changed, covered_area_m2, figure_of, parts_of
 from planner_core.planning.live.tripod_positions import GroundMap, TripodPosition, TripodPositions
 from planner_core.planning.live.unseen import LeftSurface, left_surfaces
@@ -102,7 +102,7 @@ class LivePlan:
         self._area_m2 = survey.patches.area_m2
         self._achievable = demand.times_met[0] >= settings.requirements.seen_from
         self._parts: Parts = parts_of(survey, demand)
-        self._looker = Looker(survey, engine, demand.goals.qualities)
+        self._observer = StationObserver(survey, engine, demand.goals.qualities)
         self.draft = _draft_of(document, survey)
         asked = settings.requirements
         self._pairs = PairFinder(
@@ -136,7 +136,7 @@ class LivePlan:
     @property
     def n_scans(self) -> int:
         """Positions that were scanned so far; what is remembered does not count."""
-        return self._looker.n_scans
+        return self._observer.n_scans
 
     # ------------------------------------------------------------------------------------------ figures
     def figures(self, draft: Draft) -> DraftFigures:
@@ -211,8 +211,8 @@ class LivePlan:
         if moved is not None:
             there = replace(there, fixed=moved.fixed, locked=moved.locked)
         base, without = self._standing(draft), self._standing(others)
-        new = self._looker.look(spot.position_m)
-        old = None if moved is None else base.look_of(moved.id)
+        new = self._observer.observe(spot.position_m)
+        old = None if moved is None else base.observations_of(moved.id)
         change = changed(base.tally, base.covered_m2, without.tally, old, new, self._parts, self._area_m2)
         patch, times_seen, values = differing(base.tally, change, self._achievable, painted)
         overall, floors, goals = coverages(self._parts, change.covered_m2)
@@ -264,7 +264,7 @@ class LivePlan:
     def seen(self, draft: Draft, station: str) -> bytes:
         """One bit a patch, the lowest first: what a station sees; raises RequirementError where there is no such."""
         bits = np.zeros(self._area_m2.size, dtype=np.bool_)
-        bits[self._looker.look(draft.station(station).position_m).patch] = True
+        bits[self._observer.observe(draft.station(station).position_m).patch] = True
         return np.packbits(bits, bitorder="little").tobytes()
 
     def lost(self, draft: Draft, station: str) -> bytes:
@@ -303,9 +303,11 @@ class LivePlan:
         if known is not None:
             self._standings.move_to_end(draft.stations)
             return known
-        # Those of other drafts are held anyway, also where they are too many for the looker to remember.
+        # Those of other drafts are held anyway, also where they are too many for the observer to remember.
         held = {look.position_m: look for standing in self._standings.values() for look in standing.tally.looks}
-        looks = [held.get(station.position_m) or self._looker.look(station.position_m) for station in draft.stations]
+        looks = [
+            held.get(station.position_m) or self._observer.observe(station.position_m) for station in draft.stations
+        ]
         tally = Tally(looks, n_patches=self._demand.n_patches, n_qualities=len(self._demand.goals.qualities))
         found = Standing(
             draft=draft,

@@ -1,6 +1,6 @@
 """Links of the draft's stations, a station at a time: what changes when one is moved, and nothing else.
 
-Input `Look`s, patch areas (m^2) and the patches' geometry (local frame); output `Link`s with the figures of
+Input `StationObservations`, patch areas (m^2) and the patches' geometry (local frame); output `Link`s with figures of
 `planner_core.network.links.overlap_links`, bit by bit: a pair's figures do not depend on the other stations.
 """
 
@@ -27,7 +27,7 @@ from planner_core.model import (
 from planner_core.network.links import surface_of_patches
 from planner_core.network.pair_overlap import N_SUMS, area_ticks, common_matrices, overlap_by, patch_sums, strengths_of
 from planner_core.network.weak_axis import weak_motion
-from planner_core.planning.live.looks import Look
+from planner_core.planning.live.station_observations import StationObservations
 
 #: Pairs that are remembered; a few hundred bytes each.
 _KEPT_PAIRS = 20_000
@@ -65,7 +65,9 @@ class PairFinder:
         self._mark = np.zeros(area_m2.size, dtype=np.bool_)
         self._kept: OrderedDict[frozenset[tuple[float, float, float]], Held | None] = OrderedDict()
 
-    def links_of(self, name: str, look: Look, others: Sequence[tuple[str, Look]]) -> tuple[Link, ...]:
+    def links_of(
+        self, name: str, look: StationObservations, others: Sequence[tuple[str, StationObservations]]
+    ) -> tuple[Link, ...]:
         """Links from one station to the others, in their order."""
         keys = [frozenset((look.position_m, other.position_m)) for _, other in others]
         new = [index for index, key in enumerate(keys) if key not in self._kept]
@@ -80,7 +82,7 @@ class PairFinder:
             if held is not None
         )
 
-    def links(self, stations: Sequence[tuple[str, Look]]) -> tuple[Link, ...]:
+    def links(self, stations: Sequence[tuple[str, StationObservations]]) -> tuple[Link, ...]:
         """All links, by first and second station in the order given."""
         return tuple(
             chain.from_iterable(
@@ -88,7 +90,7 @@ class PairFinder:
             )
         )
 
-    def _find(self, look: Look, others: list[Look]) -> list[Held | None]:
+    def _find(self, look: StationObservations, others: list[StationObservations]) -> list[Held | None]:
         held: list[Held | None] = [None] * len(others)
         mine, theirs = self._counted(look), [self._counted(other) for other in others]
         if not others or not mine.size:
@@ -109,7 +111,7 @@ class PairFinder:
             held[index] = Held(float(overlap[index]), float(strength), weak_motion(one))
         return held
 
-    def _counted(self, look: Look) -> Int32Array:
+    def _counted(self, look: StationObservations) -> Int32Array:
         """Return the patches that overlap is counted on, sorted."""
         return look.patch if self._of == OverlapOf.ALL_SEEN else look.met[0]
 

@@ -16,7 +16,7 @@ from planner_core.model import BoolArray, Coverage, Link, Registration, UInt8Arr
 from planner_core.plan_folder.viewer_layers import Layer, UInt16Array
 from planner_core.planning.live.draft import Draft, DraftStation
 from planner_core.planning.live.layers import times_seen_bytes
-from planner_core.planning.live.looks import Look
+from planner_core.planning.live.station_observations import StationObservations
 from planner_core.planning.live.tally import Change, Parts, Tally, coverage, figure_of
 from planner_core.planning.live.tripod_positions import TripodPosition
 
@@ -32,7 +32,7 @@ class Standing:
     covered_m2: tuple[float, ...]
     links: tuple[Link, ...]
 
-    def look_of(self, name: str) -> Look:
+    def observations_of(self, name: str) -> StationObservations:
         """What a station of the draft sees."""
         return self.tally.looks[self.draft.ids.index(name)]
 

@@ -1,7 +1,7 @@
 """Tallies: how often, and how well, a set of looks sees every patch; and what one look more or less makes of it.
 
-Input `Look`s and the parts of the building that figures are told of; output counts and best figures by patch, areas in
-m^2. A change is worked out on the patches that the old and the new look see, and on no others.
+Input `StationObservations` and the parts of the building that figures are reported for; output counts and best figures
+by patch, areas in m^2. A change is worked out on the patches that the old and the new look see, and on no others.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from planner_core.coverage.coverage import floor_of_patch
 from planner_core.model import BoolArray, Coverage, FloatArray, Int32Array, Survey
-from planner_core.planning.live.looks import Look
+from planner_core.planning.live.station_observations import StationObservations
 from planner_core.requirements.demand import Demand
 
 #: What figures of a layer are worked out from: float32 as in `Observations`, or float64 where they are sums.
@@ -82,7 +82,7 @@ def parts_of(survey: Survey, demand: Demand) -> Parts:
 class Tally:
     """Counts of some looks, and, made when first asked for, the best figures of each patch."""
 
-    def __init__(self, looks: Sequence[Look], *, n_patches: int, n_qualities: int) -> None:
+    def __init__(self, looks: Sequence[StationObservations], *, n_patches: int, n_qualities: int) -> None:
         self.looks, self._n_patches = tuple(looks), n_patches
         self.times_met = np.zeros((n_qualities, n_patches), dtype=np.int32)
         """(Q, P), looks that meet each quality on each patch by themselves."""
@@ -103,7 +103,7 @@ class Tally:
         return self._best[layer]
 
 
-def joined(layer: str, best: _Figures, look: Look) -> _Figures:
+def joined(layer: str, best: _Figures, look: StationObservations) -> _Figures:
     """(M,) what `Tally.best` of the look's patches (M,) becomes with the look."""
     if layer == SPACING:
         with np.errstate(divide="ignore"):
@@ -138,7 +138,7 @@ class Change:
     n_met: Int32Array
     covered_m2: tuple[float, ...]
     own_m2: float
-    new: Look
+    new: StationObservations
     _before: Tally
 
     def best(self, layer: str) -> _Figures:
@@ -158,8 +158,8 @@ def changed(
     base: Tally,
     covered_m2: Sequence[float],
     without: Tally,
-    old: Look | None,
-    new: Look,
+    old: StationObservations | None,
+    new: StationObservations,
     parts: Parts,
     area_m2: FloatArray,
 ) -> Change:

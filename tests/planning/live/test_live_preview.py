@@ -17,10 +17,10 @@ from planner_core.errors import RequirementError
 from planner_core.model import PointLimits
 from planner_core.planning.live.draft import Draft, DraftStation
 from planner_core.planning.live.live_plan import LivePlan
-from planner_core.planning.live.looks import Looker
 from planner_core.planning.live.opening import open_live
 from planner_core.planning.live.pairs import PairFinder
 from planner_core.planning.live.preview import Preview
+from planner_core.planning.live.station_observations import StationObserver
 
 EASY = settings(
     max_examples=15,
@@ -187,7 +187,7 @@ def test_walk_begins_at_the_entrance_of_the_review(house: LivePlan) -> None:
 
 def test_looks_of_a_draft_are_held_where_few_can_be_remembered(house_plan: SharedPlan) -> None:
     live = open_live(house_plan.folder)
-    live._looker = Looker(live.survey, live._engine, live._demand.goals.qualities, kept_bytes=1)
+    live._observer = StationObserver(live.survey, live._engine, live._demand.goals.qualities, kept_bytes=1)
     station = live.draft.stations[0]
     for x in (0.2, 0.3):
         live.preview(live.draft, station.id, "F0", somewhere(live, 0, x, 0.5), 1.5)
@@ -199,8 +199,8 @@ def test_looks_of_a_draft_are_held_where_few_can_be_remembered(house_plan: Share
 def test_links_are_the_same_from_either_end(house: LivePlan) -> None:
     survey = house.survey
     engine = open_engine(survey.scene, survey.patches)
-    looker = Looker(survey, engine, (PointLimits(),))
-    stations = [(each.id, looker.look(each.position_m)) for each in house.draft.stations]
+    observer = StationObserver(survey, engine, (PointLimits(),))
+    stations = [(each.id, observer.observe(each.position_m)) for each in house.draft.stations]
     none_known = np.zeros(survey.patches.n_patches, dtype=bool)
     forth = PairFinder(survey, survey.patches.area_m2, none_known, min_overlap=0.05).links(stations)
     back = PairFinder(survey, survey.patches.area_m2, none_known, min_overlap=0.05).links(stations[::-1])

@@ -1,7 +1,7 @@
-"""Looks: what one position sees of every patch and how, kept by the exact position, so that nothing is scanned twice.
+"""Observations of stations: what a position sees of every patch and how, kept by the exact position.
 
-A `Survey`, an open engine and a position in the local frame, metres -> `Look`. The observations are those of
-`planner_core.coverage.observe`; which of them meet what is asked is decided here once a look.
+A `Survey`, an open engine and a position in the local frame, metres -> `StationObservations`, made by
+`planner_core.coverage.observe`; which of them meet what is required is decided here, once a position.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from planner_core.model import Int32Array, PointLimits, Survey, Visibility
 from planner_core.progress import silent
 from planner_core.requirements.observe_candidates import Rows
 
-#: Looks are kept up to this size, those used last; a dragged station makes some twenty a second.
+#: Observations are kept up to this size, those used last; a dragged station makes some twenty a second.
 KEPT_BYTES = 256 * 2**20
 
 
 @dataclass(frozen=True)
-class Look:
-    """From one position. patch : (M,) int32, sorted, all that is seen. observations : one row, how.
+class StationObservations:
+    """What one position sees. patch : (M,) int32, sorted, all that is seen. observations : one row, how.
 
-    met : for each quality asked, the patches, sorted, on which the position meets it by itself.
+    met : for each quality required, the patches, sorted, on which the position meets it by itself.
     """
 
     position_m: tuple[float, float, float]
@@ -47,8 +47,8 @@ class Look:
         return sum(0 if array is None else array.nbytes for array in arrays)
 
 
-class Looker:
-    """Looks from positions, one at a time, and remembers."""
+class StationObserver:
+    """Observes from positions, one at a time, and keeps what they see."""
 
     def __init__(
         self,
@@ -60,12 +60,12 @@ class Looker:
     ) -> None:
         self._qualities = qualities
         self._observations_at = observing(survey, engine, noise=bool(survey.scanner.range_noise))
-        self._kept: OrderedDict[tuple[float, float, float], Look] = OrderedDict()
+        self._kept: OrderedDict[tuple[float, float, float], StationObservations] = OrderedDict()
         self._kept_bytes, self._n_bytes = kept_bytes, 0
         self.n_scans = 0
         """Positions that were scanned; those that were remembered do not count."""
 
-    def look(self, position_m: tuple[float, float, float]) -> Look:
+    def observe(self, position_m: tuple[float, float, float]) -> StationObservations:
         """Return what a position, local frame, sees."""
         known = self._kept.get(position_m)
         if known is not None:
@@ -79,7 +79,7 @@ class Looker:
             self._n_bytes -= oldest.n_bytes
         return found
 
-    def _scan(self, position_m: tuple[float, float, float]) -> Look:
+    def _scan(self, position_m: tuple[float, float, float]) -> StationObservations:
         self.n_scans += 1
         observations = self._observations_at(np.array([position_m], dtype=np.float64), silent)
         met = tuple(
@@ -88,10 +88,10 @@ class Looker:
             else observations.patch[observations_meeting(observations, asked)]
             for asked in self._qualities
         )
-        return Look(position_m, observations.patch, met, observations)
+        return StationObservations(position_m, observations.patch, met, observations)
 
 
-def rows_of(looks: tuple[Look, ...], n_patches: int, n_qualities: int) -> Rows:
+def rows_of(looks: tuple[StationObservations, ...], n_patches: int, n_qualities: int) -> Rows:
     """Return looks as rows that the figures of a plan are computed from."""
     seen = _visibility([look.patch for look in looks], n_patches)
     if n_qualities == 1 and all(look.met[0] is look.patch for look in looks):
