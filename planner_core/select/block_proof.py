@@ -3,7 +3,7 @@
 Input a `CoverProblem`, its `Network` and a known plan, output a proven lower bound, and plans that turn up on the way.
 
 Flats behind one front, or storeys, share next to nothing but the target that they have to meet together. A search of
-all of them as one multiplies what there is to decide in each. Here a node only says how much each block covers
+all of them as one multiplies what there is to decide in each. Here a node only bounds how much each block covers
 of each target: at least `low`, at most `high`. A plan covers at most what its blocks cover each, added up (rows that
 two see count twice: that only weakens the bound), so
 
@@ -61,7 +61,7 @@ class _Known:
 
     def bound(self, demand: Int64Array) -> int:
         """Stations that a demand takes at least."""
-        return max((stations for asked, stations in self.bounds if (asked <= demand).all()), default=0)
+        return max((stations for bounded, stations in self.bounds if (bounded <= demand).all()), default=0)
 
     def best(self, demand: Int64Array) -> tuple[Int64Array, tuple[int, ...]] | None:
         """The smallest known set that meets a demand, of equals the one that covers most."""
@@ -117,10 +117,10 @@ class BlockProof:
         self.best: tuple[int, ...] | None = None
         self.n_nodes = 0
         self._done = 0.0  # work of looking for sets, and of proofs that are over
-        asked = independent_constraints(problem)
+        independent = independent_constraints(problem)
         self._problem, self._sent_find, self._work_limit = problem, sent_find, work_limit
-        self._least = problem.least[asked]
-        self._blocks = tuple(block.of_constraints(asked) for block in blocks)
+        self._least = problem.least[independent]
+        self._blocks = tuple(block.of_constraints(independent) for block in blocks)
         self._known = [_Known() for _ in blocks]
         self._turns: dict[tuple[int, bytes], _Turns] = {}
         self._growing: BranchAndBound | None = None  # in its first turn
@@ -145,7 +145,7 @@ class BlockProof:
 
     @property
     def work(self) -> float:
-        """Numbers looked at so far, roughly, in 1e9."""
+        """Numbers read so far, roughly, in 1e9."""
         return self._done + sum(turns.all_work for turns in self._turns.values())
 
     def stop(self) -> None:
@@ -223,7 +223,7 @@ class BlockProof:
 
     # ------------------------------------------------------------------------------------------ blocks
     def _sets_for(self, demands: Int64Array, progress: Progress) -> list[tuple[Int64Array, tuple[int, ...]]]:
-        """The best set that is known of each block for its demand, having looked for one."""
+        """The best set that is known of each block for its demand, after a search for one."""
         tasks = []
         for number, (demand, known) in enumerate(zip(demands, self._known, strict=True)):
             if demand.tobytes() not in known.searched:

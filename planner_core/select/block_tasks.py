@@ -20,7 +20,7 @@ from planner_core.spread import Kept
 
 #: Work of looking for a set that meets a demand.
 _FIND_WORK = 0.5
-#: Finds few candidates that meet all targets, and says what work it was: of a problem and network, with candidates that
+#: Finds few candidates that meet all targets, and the work that took: of a problem and network, with candidates that
 #: are in it, a set to begin with, if one is known, work to be done, and who hears of it.
 Find = Callable[
     [CoverProblem, Network, tuple[int, ...], tuple[int, ...] | None, float, Progress], tuple[tuple[int, ...], float]
@@ -72,9 +72,9 @@ class BlockQuestion:
     def found(self, task: BlockTask, progress: Progress = silent) -> BlockResult:
         """Return a set of a block."""
         block = self.blocks[task.number]
-        asked = block.asked(task.demand)
-        chosen, work = self.find(asked, block.network, block.pinned, task.start, _FIND_WORK, progress)
-        return BlockResult(polish(asked, chosen, network=block.network, given=block.pinned), 0, work)
+        problem = block.demanding(task.demand)
+        chosen, work = self.find(problem, block.network, block.pinned, task.start, _FIND_WORK, progress)
+        return BlockResult(polish(problem, chosen, network=block.network, given=block.pinned), 0, work)
 
     def first_turn(
         self, task: BlockTask, progress: Progress = silent, begun: Callable[[BranchAndBound], None] = lambda _: None
@@ -82,7 +82,7 @@ class BlockQuestion:
         """Return what the first turn of a proof finds, root and all, and its tree. begun : hears of that before."""
         block = self.blocks[task.number]
         tree = BranchAndBound(
-            block.asked(task.demand), n_stations=task.wanted, lower_bound=task.known, network=block.network,
+            block.demanding(task.demand), n_stations=task.wanted, lower_bound=task.known, network=block.network,
             given=block.pinned,
         )  # fmt: skip
         begun(tree)

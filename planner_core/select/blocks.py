@@ -20,7 +20,7 @@ _MOST_PARTS, _MOST_ENTRIES = 1000, 32_000_000
 
 @dataclass(frozen=True)
 class Block:
-    """problem, network : of its candidates alone, `least` and `required` whatever is asked of it at the moment.
+    """problem, network : of its candidates alone, `least` and `required` the demand on it at the moment.
 
     candidate : (N',) int64, numbers in the whole problem. pinned : its own numbers of those that are in every plan.
     ticks : (K,) int64, what it can cover of each target.
@@ -44,7 +44,7 @@ class Block:
         )
         return replace(self, problem=problem, ticks=self.ticks[at])
 
-    def asked(self, demand: Int64Array) -> CoverProblem:
+    def demanding(self, demand: Int64Array) -> CoverProblem:
         """The problem of covering (K,) ticks."""
         return replace(self.problem, required=demand, least=demand)
 

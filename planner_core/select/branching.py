@@ -4,7 +4,7 @@ Input a `CoverProblem` and the size of a known plan, output a proven lower bound
 
 A node is a set of candidates that are out and one of those that are in; and of groups of candidates that see much the
 same (groups.py) how many are chosen, at least and at most. Its bound is `exact_bound`; it is closed where
-that reaches the size of the best plan. The node with the least bound in whole stations is looked at next, of equals the
+that reaches the size of the best plan. The node with the least bound in whole stations is next, of equals the
 deepest: the least of all open nodes bounds every plan, whenever one stops.
 """
 
@@ -124,7 +124,7 @@ class BranchAndBound:
 
     @property
     def work(self) -> float:
-        """Numbers looked at so far, roughly, in 1e9: the same for the same way through the tree."""
+        """Numbers read so far, roughly, in 1e9: the same for the same way through the tree."""
         n, rows, entries = self.problem.n_candidates, self.problem.n_rows, self.problem.row.size
         joining = 0
         for each in (self._joins, self._separators):
@@ -244,7 +244,7 @@ class BranchAndBound:
                     return self.n_stations, x, centre
                 self._program.set_range(lower, upper)
             centre = centre + _NODE_STEP * (x - centre)
-            # Nothing but cuts tells a whole point that is no plan from a plan: then they are worth while anyway.
+            # Nothing but cuts separates a whole point that is no plan from a plan: then they are worth while anyway.
             whole = not (np.minimum(x, 1 - x) > _WHOLE).any()
             if not self._add_cuts(x, centre) or (gain < _ROUND_GAIN * BOUND_UNIT and not whole):
                 if whole or n_sweeps == _NODE_SWEEPS or not self._add_separators(x):

@@ -1,4 +1,4 @@
-"""Whether a set of stations really meets its targets: looked at again by other means than those that found it.
+"""Whether a set of stations really meets its targets: checked by other means than those that found it.
 
 Input a `CoverProblem`, or `Visibility` with patch areas (m^2), and the chosen candidates; nothing is returned, a set
 that falls short raises. Selection runs the first on every set before it hands it on. Neither uses anything of the
@@ -23,7 +23,7 @@ _SHARE_SLACK = 1e-9
 
 
 class SelectionCheckError(PlannerError, RuntimeError):
-    """A set of stations is not what its search says: a fault of ours, never of the user's."""
+    """A set of stations is not what its search claims: a fault of ours, never of the user's."""
 
 
 def check_selection(

@@ -31,7 +31,7 @@ def least_cut(
     and far ones may be in the cut themselves; less than 0: not there. enough : a sum for which nobody asks further.
     side : (N,) written: 2 where the sources are left, 1 in the cut, 0 beyond; of all least cuts the nearest to the
     sources, the same whichever flow is found. Returns the cut's sum; where that is `enough` or more, some sum that is,
-    and then `side` says nothing.
+    and then `side` has no meaning.
 
     Each candidate is two nodes: a way in, i, and a way out, N + i, with its limit between; links have none.
     """

@@ -108,7 +108,7 @@ def drop_redundant(
         rows = rows_of[gone]
         spare -= own[gone]
         n_seen[rows] -= 1
-        # Only who shares a row with it needs to be looked at again.
+        # Only who shares a row with it needs to be updated.
         for other in np.unique(np.concatenate([left[:0], *(of_row.row(row) for row in rows.tolist())])).tolist():
             own[other] = _at_count(problem, rows_of[other], n_seen, problem.seen_from)
     return [int(candidate) for candidate in kept[left]]

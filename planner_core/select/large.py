@@ -15,7 +15,7 @@ With a network fewest components come first, then fewest stations: a set in fewe
 as it has no more stations than greedy selection's. The bound is one of sets in no more parts than the best.
 
 The set of 7 is far smaller at first: it is aimed at half-way between the best and the bound, then nearer to the best as
-filling up tells how many stations were missing. One station less at a time would take as many annealings as stations
+filling up shows how many stations were missing. One station less at a time would take as many annealings as stations
 are saved. Work is counted, not timed; same problem and same settings give the same set.
 """
 
@@ -52,7 +52,7 @@ _CORE_MARGIN = BOUND_UNIT // 50
 _FIRST_SHARES = (0.9, 0.7, 0.5, 0.3)
 #: Share of the work that prices may do at most.
 _BOUND_SHARE = 0.3
-#: And what is done before them, which says how many parts of the network a set has.
+#: And what is done before them, which finds how many parts of the network a set has.
 _FIRST_LOCAL_SHARE = 0.15
 #: Work of growing again between two looks.
 _LOCAL_TURN = 0.2
@@ -135,8 +135,8 @@ def select_large(
     ----------
     network, given, start, progress
         See `planner_core.select.proven.select`. The result is no larger than `start` (where that holds all of `given`
-        and hangs together), nor than greedy selection's set, joined where a network is asked for. With a network it is
-        in the fewest of its parts that were found, whatever number of stations up to these that takes.
+        and hangs together), nor than greedy selection's set, connected where a network is required. With a network it
+        is in the fewest of its parts that were found, whatever number of stations up to these that takes.
 
     Raises
     ------

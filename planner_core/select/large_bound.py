@@ -1,7 +1,7 @@
 """A lower bound on the number of stations for large problems: prices of rows and targets, from the linear relaxation.
 
 Input a `CoverProblem`, output a `LagrangeBound`: a bound that holds in exact arithmetic, what a station at each
-candidate adds to it, and a solution of the relaxation that says which candidates matter.
+candidate adds to it, and a solution of the relaxation: which candidates matter.
 
 Let n_r be the number of chosen candidates that see row r, and z_r^m = 1 where n_r >= m, for each m that a target asks
 for in `seen_from`. Then m z_r^m <= n_r, and the rows of target k with z = 1 have at least least_k ticks. With prices
@@ -73,7 +73,7 @@ class LagrangeBound:
     that are in every plan. row_price : (M, R) int64, in 1 / BOUND_UNIT, for the M different numbers of `seen_from` in
     rising order. target_price : K whole numbers, a tick, in 1 / (BOUND_UNIT TARGET_UNIT). share : (N,) in [0, 1],
     nearly a solution of the relaxation. relaxation_at_most : what the relaxation is at most, but for rounding; nothing
-    is proven by it. work : numbers looked at, in 1e9.
+    is proven by it. work : numbers read, in 1e9.
     """
 
     scaled: int
@@ -121,7 +121,7 @@ def large_bound(
     given
         Candidates that are in every plan; they count.
     network
-        Plans hang together by it: what a station's neighbour sees, too, counts once. None: not asked.
+        Plans hang together by it: what a station's neighbour sees, too, counts once. None: not required.
     n_parts
         Of plans that are in no more parts of the network; None: in any.
     work_limit

@@ -16,7 +16,7 @@ the given candidates G covers at most
 
 with a_i the sum of u_r over the rows that i sees: p ticks_r <= max(0, p ticks_r - m u_r) + m u_r where r counts, and
 then m <= n_r. It is computed in whole numbers. The best prices are those that bound the stations of a plan which covers
-what is covered at best, so a guess at that, then the bound itself, is what `large_bound` is asked for. A network only
+what is covered at best, so a guess at that, then the bound itself, is what `large_bound` gets. A network only
 makes less possible: the bound holds with it, too.
 """
 
@@ -56,7 +56,7 @@ class MostCoverage:
 
     chosen : given ones first. ticks : what it covers of the target, see `CoverProblem`. bound_ticks : no set of n
     candidates covers more. whole_ticks : all of the target. why_stopped : `proven`, `work limit`, `time limit`,
-    `interrupted`, or see `NOBODY_JOINS`. work : numbers looked at, in 1e9.
+    `interrupted`, or see `NOBODY_JOINS`. work : numbers read, in 1e9.
     """
 
     n_stations: int
@@ -93,7 +93,7 @@ def most_coverage(
     Parameters
     ----------
     network
-        The set has to hang together; None: not asked.
+        The set has to hang together; None: not required.
     given
         Candidates that are in the set anyway; they count.
     start
@@ -109,7 +109,7 @@ def most_coverage(
     SelectionCheckError
         The result is not what it should be: a fault of ours.
     """
-    _check_asked(problem, n_stations, given, start, network)
+    _check_input(problem, n_stations, given, start, network)
     search = _Search(_last_constraint(problem), n_stations, settings, network, tuple(given), progress)
     search.begin(start)
     search.run_until_interrupted()
@@ -155,7 +155,7 @@ def _whole(problem: CoverProblem) -> int:
     return int(problem.ticks[problem.counts_for[0]].sum())
 
 
-def _check_asked(
+def _check_input(
     problem: CoverProblem,
     n_stations: int,
     given: Sequence[int],
@@ -187,7 +187,7 @@ class _Search(Search):
     ) -> None:
         super().__init__(problem, settings, network=network, given=given, progress=progress)
         self._n = min(n_stations, problem.n_candidates)
-        self._asked = n_stations
+        self._allowed = n_stations
         self._whole = self._bound = _whole(problem)
         self._ticks = -1
 
@@ -203,7 +203,7 @@ class _Search(Search):
             first = connect(self._problem, self._network, first)
         if len(first) > self._n:
             raise RequirementError(
-                f"stations: got at most {self._asked}, expected {len(first)} or more: as many as it takes to connect "
+                f"stations: got at most {self._allowed}, expected {len(first)} or more: as many as it takes to connect "
                 f"the {len(self._given)} given ones"
             )
         self._offer(fill(self._problem, first, self._n, network=self._network))
@@ -247,7 +247,7 @@ class _Search(Search):
         chosen = drop_redundant(met, self._best, given=self._given, network=self._network)
         check_selection(met, chosen, given=self._given, network=self._network)
         ticks, why = self._ticks, self._why_stopped
-        return MostCoverage(self._asked, tuple(chosen), ticks, self._bound, self._whole, why, self._work)
+        return MostCoverage(self._allowed, tuple(chosen), ticks, self._bound, self._whole, why, self._work)
 
     # ------------------------------------------------------------------------------------------- the turns
     def _offer(self, chosen: list[int]) -> None:
@@ -257,7 +257,7 @@ class _Search(Search):
             self._best, self._ticks = list(chosen), ticks
 
     def _prove(self) -> None:
-        """Bound by prices for about what can be covered: what is, at first, then what the bound says."""
+        """Bound by prices for about what can be covered: what is, at first, then the bound itself."""
         about = max(self._ticks, 1)
         for _ in range(_BOUND_ROUNDS):
             if self._whole == 0 or not self._go_on():

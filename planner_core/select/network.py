@@ -102,7 +102,7 @@ class Network:
         return n_violations
 
     def completes(self, rest: Sequence[int]) -> Callable[[int], bool]:
-        """Return what says of a candidate, not of `rest`, whether it and `rest` hang together.
+        """Return a test of a candidate, not of `rest`: whether it and `rest` hang together.
 
         The same as `n_violations([*rest, candidate]) == 0`, for many candidates: without `loops` each costs its links
         alone.
@@ -122,7 +122,7 @@ class Network:
         return hang_together
 
     def can_spare(self, chosen: Sequence[int]) -> Callable[[int], bool]:
-        """Return what says of a place in `chosen` whether the others hang together without the candidate there.
+        """Return a test of a place in `chosen`: whether the others hang together without the candidate there.
 
         The same as `n_violations` of the others being 0, for many places: without `loops` all of them cost one search.
         """

@@ -35,7 +35,7 @@ from planner_core.select.relaxation import CUT_UNIT, Cut
 
 #: A cut is worth while from such a violation on; solutions of the linear program are good to 1e-7.
 _VIOLATION = 1e-4
-#: Candidates of more than this in x are looked at as to whether they hang together: one threshold after the other.
+#: Candidates of more than this in x are tested for whether they hang together: one threshold after the other.
 _THRESHOLDS = (1e-6, 0.1, 0.4)
 #: So many pieces of a part are cut off from the rest, and so many flows are computed, between candidates worth it.
 _PIECES, _FLOWS, _WORTH = 12, 12, 0.05
@@ -48,7 +48,7 @@ class NetworkCuts:
     """Separation for one network.
 
     reaches : whether the allowed candidates, (N,) bool, together reach every target. n_looks, n_flows : how often it
-    was asked, and flows computed.
+    was tested, and flows computed.
     """
 
     def __init__(self, network: Network, reaches: Callable[[BoolArray], bool]) -> None:

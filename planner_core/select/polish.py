@@ -25,7 +25,7 @@ def polish(
     given: Sequence[int] = (),
     keep: Sequence[int] = (),
 ) -> tuple[int, ...]:
-    """Exchange stations one by one, as the head of the module says.
+    """Exchange stations one by one, as the head of the module describes.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ _MOST_SHIFT = 2.0
 
 @dataclass(frozen=True)
 class View:
-    """A point looked at: prices of rows (M, R) and targets (K,), their bound; stations, and what they amount to."""
+    """An evaluated point: prices of rows (M, R) and targets (K,), their bound; stations, and what they amount to."""
 
     prices: tuple[FloatArray, FloatArray]
     value: float
@@ -94,11 +94,11 @@ class PrimalDual:
         self._pace_z = balance / np.maximum(self._weight * (1.0 + n_constraints), 1e-12)
         self._pace_u = self._weight / (balance * (1.0 + seers / self._times[:, None]))
         all_counted = np.maximum(self._covered(np.ones((self._times.size, self._weight.size))), 1e-9)
-        asked = np.maximum(self._least, 1e-9)
-        first = n_stations / float(asked.sum())
-        self._first_constraint_price = np.full(asked.size, first)
+        demanded = np.maximum(self._least, 1e-9)
+        first = n_stations / float(demanded.sum())
+        self._first_constraint_price = np.full(demanded.size, first)
         self._first_price = self._weight / float(seen.max())
-        self._pace_p = np.minimum(_TARGET_PACE * first / asked, 1.0 / (balance * all_counted))
+        self._pace_p = np.minimum(_TARGET_PACE * first / demanded, 1.0 / (balance * all_counted))
         in_part = self._firsts(np.ones(modes.n_modes))
         self._pace_s = 1.0 / (factor * np.maximum(in_part, 1.0))
 
@@ -235,13 +235,13 @@ def _project(mode_starts: Any, lower: Any, x: Any, first: int, end: int) -> None
             for w in range(begin, stop):
                 x[w] = max(x[w], 0.0)
             continue
-        asked = min(max(total, lower[i]), 1.0)
+        demanded = min(max(total, lower[i]), 1.0)
         order = np.sort(x[begin:stop])[::-1]
         run, level = 0.0, 0.0
         for k in range(order.size):
             run += order[k]
-            if order[k] > (run - asked) / (k + 1):
-                level = (run - asked) / (k + 1)
+            if order[k] > (run - demanded) / (k + 1):
+                level = (run - demanded) / (k + 1)
         for w in range(begin, stop):
             x[w] = max(x[w] - level, 0.0)
 

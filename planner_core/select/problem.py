@@ -110,7 +110,7 @@ def cover_problem(
 
     Notes
     -----
-    Patches are told apart by the 128-bit sum of a random number for each candidate that sees them: two different
+    Patches are distinguished by the 128-bit sum of a random number for each candidate that sees them: two different
     sets of candidates share one with odds of about R^2 / 2^129.
     """
     for constraint in constraints:

@@ -1,10 +1,10 @@
-"""Selection that says how good it is: few stations, and how few are possible at best.
+"""Selection with a bound: few stations, and how few are possible at best.
 
 Input a `CoverProblem`, output a `ProvenSelection`: stations that meet every target, a lower bound that holds in exact
 arithmetic, and whether both are the same. CONTROL FLOW, `select`:
 
 1. leave out what cannot matter                                          reductions.py
-2. greedy selection, joined where a network is asked for                  greedy.py, network_start.py
+2. greedy selection, connected where a network is required                  greedy.py, network_start.py
 3. one station less, annealed, as long as that succeeds                   annealing.py
 4. the linear relaxation by cutting planes, without the network, then with it                 relaxation.py
 5. where parts of the network hardly see the same: a proof by such blocks  block_proof.py
@@ -81,7 +81,7 @@ class ProvenSelection:
     with a network: none that is in no more of its parts, since fewest parts come first there.
 
     why_stopped : `proven`, `work limit`, `time limit`, `interrupted` or `rounding of areas`, see `ROUNDING`. n_greedy :
-    stations that greedy selection takes, with those that join them where a network is asked for. curve : stations and
+    stations that greedy selection takes, with those that connect them where a network is required. curve : stations and
     bound after how much work; stations rise only for fewer parts, the bound never falls.
     """
 
@@ -117,13 +117,13 @@ def select(
     Parameters
     ----------
     network
-        The set has to hang together, see there; None: not asked.
+        The set has to hang together, see there; None: not required.
     given
         Candidates that are in the set anyway; they count.
     start
         Another set that meets the targets, such as one of a genetic search. The result is no larger than it (where it
         holds all of `given` and hangs together), nor than that of greedy selection (where none are given, and no
-        network asked for).
+        network required).
     progress
         A KeyboardInterrupt that it raises ends the search, not the call, once there is a set.
 
@@ -269,7 +269,7 @@ class _Search(Search):
         self._blocks = self._block_proof()
         while self._go_on():
             if self._blocks is not None and self._blocks_are_due(self._blocks, tree):
-                self._blocks.advance(work=_LEAST_TURN, progress=self._tell_of_blocks)
+                self._blocks.advance(work=_LEAST_TURN, progress=self._report_blocks)
                 self._take_from(self._blocks)
             elif tree.finished:
                 self.limits.why_stopped = ROUNDING
@@ -303,12 +303,12 @@ class _Search(Search):
         promise = tree.finished or blocks.work <= self._blocks_rose[1] + patience
         return promise and blocks.work < most and not blocks.finished
 
-    def _find(self, *asked: Any) -> tuple[tuple[int, ...], float]:
+    def _find(self, *task: Any) -> tuple[tuple[int, ...], float]:
         """`_find_in_block` within the time that is left."""
-        return _find_in_block(replace(self._settings, time_limit_s=self.limits.left_s), *asked)
+        return _find_in_block(replace(self._settings, time_limit_s=self.limits.left_s), *task)
 
-    def _tell_of_blocks(self, event: ProgressEvent) -> None:
-        """Tell of the whole instead of a block."""
+    def _report_blocks(self, event: ProgressEvent) -> None:
+        """Report the whole instead of a block."""
         note = f"{len(self._best)} stations, at least {self._bound}, block by block"
         self._prove(replace(event, done=0, total=0, note=note))
 

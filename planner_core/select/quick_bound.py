@@ -12,7 +12,7 @@ Input a `CoverProblem`, output a whole number. Two bounds, the larger counts:
   per area. Subgradient steps raise L(u) towards the value of the linear relaxation. Targets that overlap others (the
   whole building) are left out here and bounded by counting: leaving a demand out keeps the bound valid.
 
-Where m looks are asked for, a row counts for at most the sum of x_i that see it, divided by m: in both bounds what a
+Where m looks are required, a row counts for at most the sum of x_i that see it, divided by m: in both bounds what a
 candidate sees counts for one mth.
 """
 
@@ -97,7 +97,7 @@ def lagrange_bound(problem: CoverProblem, *, n_stations: int, progress: Progress
 
 
 def _disjoint(problem: CoverProblem) -> list[tuple[Int64Array, int, int]]:
-    """Targets that share no rows, smallest first taken: (rows, required ticks, looks asked for)."""
+    """Targets that share no rows, smallest first taken: (rows, required ticks, looks required)."""
     taken: BoolArray = np.zeros(problem.n_rows, dtype=bool)
     parts = []
     for index in np.argsort(problem.counts_for.sum(axis=1), kind="stable"):

@@ -1,8 +1,8 @@
 """A smaller selection problem with the same answer: what cannot matter is left out before anybody searches.
 
 Input a `CoverProblem`, output a `Reduced` one and the way back. Each rule leaves the least number of stations as it is,
-whatever R between `least` and `required` the targets stand for; why is said where the rule is. They are repeated until
-none finds anything, since each makes work for the others.
+whatever R between `least` and `required` the targets stand for; each rule has its reason beside it. They are repeated
+until none finds anything, since each makes work for the others.
 
 Two rules hold only where one look at a row is enough and stations need not hang together: what forced candidates see is
 not always done with, and of two candidates that see the same both may be needed, or the lesser one as a link. Otherwise

@@ -132,7 +132,7 @@ class CutMaker:
     def __init__(self, problem: CoverProblem) -> None:
         self.problem = problem
         self.first_seer, self.seer = problem.seers()
-        #: (K, R): what counts, and is seen by as many candidates as are asked for.
+        #: (K, R): what counts, and is seen by as many candidates as required.
         self._counted: BoolArray = problem.counts_for & (np.diff(self.first_seer) >= problem.seen_from[:, None])
         self._weight = np.where(self._counted, problem.ticks, 0).astype(np.float64)
         self._all_ticks = int(problem.ticks.sum())
@@ -157,7 +157,7 @@ class CutMaker:
         return cuts
 
     def shares(self, x: FloatArray, seen_from: int) -> Shares:
-        """How far x covers each row at most, where `seen_from` candidates are asked for, and whom to leave out."""
+        """How far x covers each row at most, where `seen_from` candidates are required, and whom to leave out."""
         cover = self.cover(x)
         n_rows = self.problem.n_rows
         none = np.zeros(0, dtype=np.int64)
@@ -245,7 +245,7 @@ class CutMaker:
 
 
 def independent_constraints(problem: CoverProblem) -> list[int]:
-    """Targets that others do not imply: those of disjoint parts of it, asked for as often, that add up to as much."""
+    """Targets that others do not imply: those of disjoint parts of it, required as often, that add up to as much."""
     # Few rows first, of equals those that ask for less: what is left in the end has no twin.
     kept = np.lexsort((problem.least, problem.counts_for.sum(axis=1))).tolist()
     for constraint in list(kept):

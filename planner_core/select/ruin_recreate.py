@@ -1,8 +1,8 @@
 """Ruin and recreate: local search of sets that meet all targets and hang together at every step, compiled.
 
 Input a `CoverProblem`, a `Network` or none, and a set that meets all and hangs together; output one with no more
-components and no more stations, by as many tries as are asked for. Fewest components come first, then fewest stations,
-then most that is covered beyond what is asked; but there are never more stations than are allowed.
+components and no more stations, by as many tries as required. Fewest components come first, then fewest stations,
+then most that is covered beyond the requirements; but there are never more stations than are allowed.
 
 A try takes out stations that see the same surfaces, one after the other (Schrimpf et al. 2000; Shaw 1998). It takes in
 candidates by what they see that is missing, until all targets are met: fully, if they are linked to the set; less, if
@@ -29,14 +29,14 @@ from planner_core.select.problem import CoverProblem
 _MOST_OUT = 12
 #: What a set of equal size may lose, against the best of that size: a share of what a candidate sees in the mean.
 _LOSS_DIVISOR = 2
-#: Numbers are looked at in no order that memory likes: 1e9 take about as many seconds of one core.
+#: Numbers are read in no order that memory likes: 1e9 take about as many seconds of one core.
 _WORK_OF_A_NUMBER = 1.8e-9
 
 
 class RuinRecreate:
     """The state of one search; `chosen` is the best set so far, `work` about the seconds of one core, counted.
 
-    most : stations that a set with fewer components may have; as many as `chosen` has, if not said.
+    most : stations that a set with fewer components may have; as many as `chosen` has by default.
     """
 
     def __init__(
@@ -252,7 +252,7 @@ def _search(
 ) -> Any:  # fmt: skip
     """Tries `counter` .. `counter + n_tries - 1`. best : (N,), written where a better set was found.
 
-    best_spare : (1,), the most that a set of the best size covers beyond what is asked; read and written.
+    best_spare : (1,), the most that a set of the best size covers beyond the requirements; read and written.
     """
     n, n_classes, n_targets = inside.size, covered.size, required.size
     missing = np.zeros(n_targets, dtype=np.int64)

@@ -47,7 +47,7 @@ class Limits:
         return max(0.0, self._time_limit_s - (time.monotonic() - self._began_s))
 
     def reached(self, work: float) -> bool:
-        """Whether so much work, or the time, is the limit; `why_stopped` says which, of both the time."""
+        """Whether so much work, or the time, is the limit; `why_stopped` is which, of both the time."""
         if self.left_s == 0.0:
             self.why_stopped = TIME_OVER
         elif work >= self._work_limit:

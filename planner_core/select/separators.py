@@ -57,7 +57,7 @@ class SeparatorUse:
 class Separators:
     """Those of one network that were found so far.
 
-    between : of each that bounds rows the candidates, (M,) int64. n_looks, n_flows : how often it was asked whether
+    between : of each that bounds rows the candidates, (M,) int64. n_looks, n_flows : how often it was tested whether
     candidates reach all targets, and flows computed.
     """
 

@@ -122,17 +122,17 @@ def test_selection_of_flats_is_proven_by_blocks(seed, monkeypatch):
 
 
 @pytest.fixture
-def asked(monkeypatch):
-    """What others are asked, however small blocks are."""
-    looks, sound = [], BlockQuestion.answer
+def sent(monkeypatch):
+    """Tasks sent to other processes, however small blocks are."""
+    tasks, sound = [], BlockQuestion.answer
     monkeypatch.setattr(
-        BlockQuestion, "answer", lambda self, look, *more: looks.append(look) or sound(self, look, *more)
+        BlockQuestion, "answer", lambda self, task, *more: tasks.append(task) or sound(self, task, *more)
     )
     monkeypatch.setattr(block_proof, "_WORTH_SPREADING", 1)
-    return looks
+    return tasks
 
 
-def test_blocks_that_others_look_at_give_the_same_set_bound_and_work(asked, monkeypatch):
+def test_blocks_searched_elsewhere_give_the_same_set_bound_and_work(sent, monkeypatch):
     """First turns of proofs end at once, so that what others began is gone on with here."""
     monkeypatch.setattr(block_proof, "_FIRST_PROOF_WORK", 1e-9)
     problem, network = flats(2, n=6, r=40)
@@ -147,17 +147,17 @@ def test_blocks_that_others_look_at_give_the_same_set_bound_and_work(asked, monk
         return proof.best, curve
 
     alone = proven()
-    assert asked == []
-    with cluster_of(2) as (cluster, told), spread_over(cluster):
+    assert sent == []
+    with cluster_of(2) as (cluster, messages), spread_over(cluster):
         assert proven() == alone
-    assert told == []
-    assert {look.number for look in asked if look.wanted == 0} == {0, 1}, "sets"
-    assert {look.number for look in asked if look.work > 0} == {0, 1}, "proofs"
+    assert messages == []
+    assert {task.number for task in sent if task.wanted == 0} == {0, 1}, "sets"
+    assert {task.number for task in sent if task.work > 0} == {0, 1}, "proofs"
 
 
 @pytest.mark.parametrize("n_done", [0, 3, *(pytest.param(n, marks=pytest.mark.slow) for n in (1, 2, 4))])
-def test_blocks_that_others_look_at_end_at_the_same_work(asked, n_done, monkeypatch):
-    """All work is done in the middle of a node, or before it: nobody else is asked any more."""
+def test_blocks_searched_elsewhere_end_at_the_same_work(sent, n_done, monkeypatch):
+    """All work is done in the middle of a node, or before it: no task is sent any more."""
     monkeypatch.setattr(block_proof, "_FIRST_PROOF_WORK", 1e-5)
     problem, network = flats(5, n=6, r=40, share=0.9)
 
@@ -173,32 +173,32 @@ def test_blocks_that_others_look_at_end_at_the_same_work(asked, n_done, monkeypa
     works = proven(float("inf"))[0]
     limit = sorted(set(works))[n_done] if n_done else 0.5
     alone = proven(limit)
-    with cluster_of(2) as (cluster, told), spread_over(cluster):
+    with cluster_of(2) as (cluster, messages), spread_over(cluster):
         assert proven(limit) == alone
-    assert told == []
+    assert messages == []
     assert len(alone[0]) <= len(works)
 
 
 @pytest.fixture
 def held(monkeypatch):
-    """Workers look at blocks for ever, but for those of `held.passes`, until nobody waits for them."""
+    """Workers search blocks for ever, but for those of `held.passes`, until nobody waits for them."""
     monkeypatch.setattr(block_proof, "_WORTH_SPREADING", 1)
-    sound, held = BlockQuestion.answer, SimpleNamespace(passes=lambda look: False, begun=[], ended=[])
+    sound, held = BlockQuestion.answer, SimpleNamespace(passes=lambda task: False, begun=[], ended=[])
 
-    def answer(self, look, kept, progress=silent):
-        is_probe = look.wanted > 0 and look.work == 0.0
-        if is_probe or held.passes(look):
-            return sound(self, look, kept, progress)
-        held.begun.append(look.number)
+    def answer(self, task, kept, progress=silent):
+        is_probe = task.wanted > 0 and task.work == 0.0
+        if is_probe or held.passes(task):
+            return sound(self, task, kept, progress)
+        held.begun.append(task.number)
         until_s = time.monotonic() + 60
         try:
             while time.monotonic() < until_s:
                 progress(ProgressEvent("prove", 0, 0))
                 time.sleep(0.01)
         except NotWantedError:
-            held.ended.append(look.number)
+            held.ended.append(task.number)
             raise
-        return sound(self, look, kept, progress)
+        return sound(self, task, kept, progress)
 
     monkeypatch.setattr(BlockQuestion, "answer", answer)
     return held
@@ -220,15 +220,15 @@ def test_others_are_not_waited_for_once_the_search_ends_and_end_too(why, what, h
 
     monkeypatch.setattr(proven._Search, "_blocks_are_due", lambda self, blocks, tree: not blocks.finished)
     monkeypatch.setattr(Limits, "left_s", property(lambda self: 0.0 if held.begun and why == "time limit" else None))
-    held.passes = lambda look: what == "proofs" and look.wanted == 0
+    held.passes = lambda task: what == "proofs" and task.wanted == 0
     problem, network = flats(2, n=8, r=60)
-    with cluster_of(2) as (cluster, told), spread_over(cluster):
+    with cluster_of(2) as (cluster, messages), spread_over(cluster):
         found = select(problem, Proven(work_limit=5.0, n_walks=1), network=network, progress=interrupt)
         assert found.why_stopped == why
         check_selection(problem, found.chosen, network=network)
         assert found.lower_bound <= smallest(problem, network) <= len(found.chosen)
         until(lambda: sorted(held.ended) == sorted(held.begun))
-    assert told == []
+    assert messages == []
 
 
 @pytest.mark.slow
@@ -238,7 +238,7 @@ def test_what_others_had_found_when_the_search_ended_counts(by, held):
     problem, network = flats(2, n=6, r=40)
     blocks = blocks_of(problem, network)
     proof = BlockProof(problem, blocks, n_stations=problem.n_candidates, find=find, sent_find=find)
-    held.passes = lambda look: look.wanted == 0 or look.number == 0
+    held.passes = lambda task: task.wanted == 0 or task.number == 0
 
     def end(event):
         if held.begun and event.done == 1:
@@ -253,27 +253,27 @@ def test_what_others_had_found_when_the_search_ended_counts(by, held):
                 proof.advance(work=1e-6, progress=end)
         until(lambda: held.ended)
     (turn,) = proof._turns.values()
-    look = turn.first
-    asked = blocks[0].asked(look.demand)
-    proven = min(smallest(asked, blocks[0].network), look.wanted)
-    nodes = [stations for stations, _, _, node in proof._open if (node.low[0] == look.demand).all()]
-    assert (look.number, proof._known[0].bound(look.demand), nodes) == (0, proven, [proven])
+    task = turn.first
+    problem = blocks[0].demanding(task.demand)
+    proven = min(smallest(problem, blocks[0].network), task.wanted)
+    nodes = [stations for stations, _, _, node in proof._open if (node.low[0] == task.demand).all()]
+    assert (task.number, proof._known[0].bound(task.demand), nodes) == (0, proven, [proven])
     assert not proof.finished
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("n_workers", [2, *(pytest.param(n, marks=pytest.mark.campaign) for n in (1, 4))])
-def test_selection_whose_blocks_others_look_at_is_the_same(n_workers, asked):
+def test_selection_with_blocks_searched_elsewhere_is_the_same(n_workers, sent):
     problem, network = flats(2, n=8, r=60)
 
     def selected():
         return select(problem, Proven(work_limit=5.0, n_walks=1), network=network)
 
     alone = selected()
-    assert (asked, alone.proven) == ([], True)
+    assert (sent, alone.proven) == ([], True)
     with cluster_of(n_workers) as (cluster, _), spread_over(cluster):
         assert selected() == alone
-    assert len(asked) > 4
+    assert len(sent) > 4
 
 
 def test_interrupted_proof_by_blocks_keeps_a_bound_that_holds(monkeypatch):

@@ -174,10 +174,10 @@ def test_candidates_outside_the_core_are_no_numbers_in_it() -> None:
     ("most_candidates", "most_entries", "is_large"), [(29, 10**6, True), (30, 0, True), (30, 10**6, False)]
 )
 def test_many_candidates_or_entries_make_a_problem_large(monkeypatch, most_candidates, most_entries, is_large):
-    asked = []
+    used = []
     monkeypatch.setattr(large, "_MOST_CANDIDATES", most_candidates)
     monkeypatch.setattr(large, "_MOST_ENTRIES", most_entries)
-    monkeypatch.setattr(large, "select", lambda problem, settings, **how: asked.append(False))
-    monkeypatch.setattr(large, "select_large", lambda problem, settings, **how: asked.append(True))
+    monkeypatch.setattr(large, "select", lambda problem, settings, **how: used.append(False))
+    monkeypatch.setattr(large, "select_large", lambda problem, settings, **how: used.append(True))
     select_by_size(random_problem(1, n=30), LITTLE)
-    assert asked == [is_large]
+    assert used == [is_large]

@@ -43,9 +43,7 @@ def relaxation(problem, lower):
     n, r = problem.n_candidates, problem.n_rows
     times = np.unique(problem.seen_from)
     sees = matrix(problem).T
-    looked = np.concatenate(
-        [np.hstack([-sees, *((m if m == each else 0) * np.eye(r) for each in times)]) for m in times]
-    )
+    seen = np.concatenate([np.hstack([-sees, *((m if m == each else 0) * np.eye(r) for each in times)]) for m in times])
     met = np.array(
         [
             np.concatenate([np.zeros(n), *(-(counted * problem.ticks) * (m == looks) for m in times)])
@@ -55,7 +53,7 @@ def relaxation(problem, lower):
     n_z = times.size * r
     found = linprog(
         np.append(np.ones(n), np.zeros(n_z)),
-        A_ub=np.vstack([looked, met]),
+        A_ub=np.vstack([seen, met]),
         b_ub=np.concatenate([np.zeros(n_z), -problem.least]),
         bounds=[*((each, 1) for each in lower), *((0, 1) for _ in range(n_z))],
     )

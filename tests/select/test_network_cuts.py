@@ -73,7 +73,7 @@ def test_flows_find_a_cut_that_no_piece_shows():
 
 
 def test_what_was_worked_out_from_a_network_does_not_travel():
-    """Else the same question would have another key once it was asked."""
+    """Else the same question would have another key after its use."""
     network = network_of(nx.path_graph(4))
     fresh = pickle.dumps(network)
     assert (network.n_parts, network.graph.nnz, network.opposite.size, len(network.bridges)) == (1, 6, 6, 3)

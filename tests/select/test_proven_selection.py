@@ -236,18 +236,18 @@ def test_checker_of_areas_agrees_with_the_problem_and_rejects_what_misses():
 
 @pytest.mark.slow
 def test_interrupt_in_the_middle_of_a_node_proves_nothing(monkeypatch):
-    looked = []
+    solved = []
     solve = CutProgram.solve
 
     def interrupted(self):
-        looked.append(1)
-        if len(looked) == n:
+        solved.append(1)
+        if len(solved) == n:
             raise KeyboardInterrupt
         return solve(self)
 
     monkeypatch.setattr(CutProgram, "solve", interrupted)
     for n in (1, 2, 150, 300, 301):
-        looked.clear()
+        solved.clear()
         result = select(thicket(2), Proven(work_limit=20.0))
         assert result.why_stopped == "interrupted", n
         assert result.lower_bound < len(result.chosen), n

@@ -204,8 +204,8 @@ def test_probes_that_prove_something_fix_candidates_without_losing_the_optimum(m
     fixed = []
     prove = BranchAndBound._prove_probes
 
-    def noted(self, *asked):
-        found = prove(self, *asked)
+    def noted(self, *arguments):
+        found = prove(self, *arguments)
         fixed.append(found)
         return found
 

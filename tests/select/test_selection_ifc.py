@@ -1,4 +1,4 @@
-"""Selection on a real floor: fewer stations than greedy selection, proven, and looked at down to patches."""
+"""Selection on a real floor: fewer stations than greedy selection, proven, and checked down to patches."""
 
 from dataclasses import replace
 

@@ -71,7 +71,7 @@ def test_what_separators_say_holds_for_every_joined_set_that_meets_the_targets(s
             assert (found @ cut.coefficient >= cut.right).all(), f"seed {seed}: {cut}"
         for cut in maker.violated(x, separators):
             assert (found @ cut.coefficient >= cut.right).all(), f"seed {seed}: {cut}"
-    for chosen in found:  # what each says of its rows
+    for chosen in found:  # the rows of each
         rows = np.unique(
             np.concatenate([problem.rows_of(int(i)) for i in np.flatnonzero(chosen)] or [np.zeros(0, int)])
         )
