@@ -237,7 +237,7 @@ def _as_set_up(
         first = first or decisive(pool, chosen, fragile)
         holding = without_fragile(pool, fragile)
         assert holding.network is not None
-        if not holding.network.faults(chosen):
+        if not holding.network.n_violations(chosen):
             why_stopped = choice.why_stopped
             if why_stopped == PROVEN and len(chosen) > choice.lower_bound:
                 why_stopped = HELD

@@ -196,7 +196,7 @@ def merged(first: CandidateObservations, second: CandidateObservations, order: I
 
 
 def in_a_row(looks: Sequence[CandidateObservations]) -> CandidateObservations:
-    """Looks of the same survey and settings, one or more, one behind the other: as if all were looked from at once."""
+    """Observations of the same survey and settings, one or more, one behind the other: as if all were made at once."""
     first = looks[0]
     n_patches, n_stacked = first.rows.seen.n_patches, first.rows.met.n_patches
     plain, by_parts = first.rows.met is first.rows.seen, first.parts is not None

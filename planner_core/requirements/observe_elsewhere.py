@@ -85,21 +85,23 @@ def observe_elsewhere(
 def pack_observations(observed: CandidateObservations) -> bytes:
     """Return what positions see, in short: the same bytes for the same look."""
     plain = observed.rows.met is observed.rows.seen
-    told: list[Any] = [plain, _rows(observed.rows.seen), None if plain else _rows(observed.rows.met)]
+    packed: list[Any] = [plain, _rows(observed.rows.seen), None if plain else _rows(observed.rows.met)]
     parts = observed.parts
     if parts is not None:
         once = parts.any_met is parts.any_seen
         packed.append([parts.seen, None if plain else parts.met, _set(parts.any_seen, parts.any_seen != 0),
                      None if once else _set(parts.any_met, parts.any_met != 0)])  # fmt: skip
     else:
-        told.append(None)
-    told.append([{name: _set(values, ~np.isnan(values)) for name, values in each.items()} for each in observed.needed])
-    return zlib.compress(pickle.dumps(told, protocol=5), _LEVEL)
+        packed.append(None)
+    packed.append(
+        [{name: _set(values, ~np.isnan(values)) for name, values in each.items()} for each in observed.needed]
+    )
+    return zlib.compress(pickle.dumps(packed, protocol=5), _LEVEL)
 
 
 def unpack_observations(content: bytes, n_patches: int, n_stacked: int) -> CandidateObservations:
     """Return the observations of `pack_observations`. n_stacked : patches by quality."""
-    plain, seen_rows, met_rows, parts_told, needed_told = pickle.loads(zlib.decompress(content))
+    plain, seen_rows, met_rows, parts_packed, needed_packed = pickle.loads(zlib.decompress(content))
     seen = _visibility(seen_rows, n_patches)
     met = seen if plain else _visibility(met_rows, n_stacked)
     parts = None
