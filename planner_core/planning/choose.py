@@ -93,7 +93,8 @@ def choose(
             choice = _replanned(choice, budget, progress)
         elif settings.refine and _goes_on(choice, budget):
             choice = _refined(choice, places, engine, budget, progress)
-        choice = _as_set_up(choice, places, tolerance_m, engine, progress, budget=None if pool.kept else budget)
+        may_change = not (pool.kept or pool.loops)  # a redundant network outlasts the failure of any link
+        choice = _as_set_up(choice, places, tolerance_m, engine, progress, budget=budget if may_change else None)
         if settings.objective == Objective.TIME:
             choice = _quickest(choice, places, settings.crew, settings.seed, budget, progress)
     except KeyboardInterrupt:

@@ -20,7 +20,7 @@ from planner_core.network.candidate_links import CandidateLinks, parts_of
 from planner_core.network.links import surface_of_patches
 from planner_core.network.pair_overlap import PairMatrices, PairOverlaps, strengths_of
 from planner_core.planning.pool import FragileLinks, Pool, kept_links, links_among
-from planner_core.progress import Progress, silent
+from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.demand import rows_from
 from planner_core.requirements.figures import rows_of_overlap
 
@@ -50,7 +50,11 @@ def fragile_links(
     rows = np.array(sorted(chosen), dtype=np.int64)
     shift_m = _around_m(tolerance_m)
     at_m = (pool.candidates.position_m[rows][:, None] + shift_m).reshape(-1, 3)
-    around = rows_from(pool.survey, engine, at_m, pool.demand, progress=progress)
+
+    def set_up(event: ProgressEvent) -> None:
+        progress(replace(event, stage="set up"))
+
+    around = rows_from(pool.survey, engine, at_m, pool.demand, progress=set_up)
     neighbours = [links.neighbour[links.row(row)] for row in rows.tolist()]
     near = np.setdiff1d(np.concatenate(neighbours), rows)
     counted = stacked_rows(

@@ -1036,6 +1036,10 @@ export interface SettingsSection {
    */
   seconds_per_scan: number | null;
   set_up_s: number;
+  /**
+   * Links hold wherever within this of its mark, and half of it in height, each station is set up.
+   */
+  set_up_tolerance_m: number;
   walking_m_per_s: number;
   n_candidates: number;
   n_patches: number;
