@@ -97,6 +97,7 @@ def choose(
         choice = _as_set_up(choice, places, tolerance_m, engine, progress, budget=budget if may_change else None)
         if settings.objective == Objective.TIME:
             choice = _quickest(choice, places, settings.crew, settings.seed, budget, progress)
+            choice = _as_set_up(choice, places, tolerance_m, engine, progress)
     except KeyboardInterrupt:
         _settle(progress, "select", INTERRUPTED)
         choice = replace(choice, why_stopped=INTERRUPTED)

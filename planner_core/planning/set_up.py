@@ -48,6 +48,9 @@ def fragile_links(
     assert pool.links is not None
     required, links, n = pool.demand.goals.requirements, pool.links, pool.n_candidates
     rows = np.array(sorted(chosen), dtype=np.int64)
+    neighbours = [links.neighbour[links.row(row)] for row in rows.tolist()]
+    if not sum(map(len, neighbours)):
+        return FragileLinks(np.empty(0, np.int32), np.empty(0, np.int32), np.empty(0), np.empty(0))
     shift_m = _around_m(tolerance_m)
     at_m = (pool.candidates.position_m[rows][:, None] + shift_m).reshape(-1, 3)
 
@@ -55,7 +58,6 @@ def fragile_links(
         progress(replace(event, stage="set up"))
 
     around = rows_from(pool.survey, engine, at_m, pool.demand, progress=set_up)
-    neighbours = [links.neighbour[links.row(row)] for row in rows.tolist()]
     near = np.setdiff1d(np.concatenate(neighbours), rows)
     counted = stacked_rows(
         rows_of_overlap(pool.demand, around, required.overlap_of),

@@ -14,6 +14,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import zipfile
 from collections.abc import Iterator
 from hashlib import sha256
@@ -22,7 +23,6 @@ from pathlib import Path
 import pytest
 from in_process import Tlsplan
 from tlsplan.document_schemas import schema_texts
-from tlsplan.reference import reference
 
 from planner_core.export.formats import FORMATS
 from viewer_web.server.openapi import openapi_text
@@ -80,9 +80,10 @@ COMMANDS = {
 SLOW, CAMPAIGN = pytest.mark.slow, pytest.mark.campaign
 
 
-def texts() -> Iterator[tuple[str, str]]:
-    """Yield help pages and schemas with their names."""
-    for section in reference().split("\n## ")[1:]:
+def texts(folder: Path) -> Iterator[tuple[str, str]]:
+    """Yield help pages and schemas with their names. Pages are of a new process: tests change commands of their own."""
+    subprocess.run([sys.executable, "-m", "tlsplan.reference", folder / "cli.md"], check=True, timeout=240)
+    for section in (folder / "cli.md").read_text(encoding="utf-8").split("\n## ")[1:]:
         title, _, text = section.partition("\n")
         yield f"help/{title.replace(' ', '-')}", text
     yield from schema_texts().items()
@@ -137,8 +138,8 @@ def check(case: str, found: Iterator[tuple[str, bytes]]) -> None:
 
 
 @pytest.mark.slow
-def test_help_pages_and_schemas_keep_their_bytes() -> None:
-    check("texts", ((name, text.encode()) for name, text in texts()))
+def test_help_pages_and_schemas_keep_their_bytes(tmp_path: Path) -> None:
+    check("texts", ((name, text.encode()) for name, text in texts(tmp_path)))
 
 
 @pytest.mark.opencl

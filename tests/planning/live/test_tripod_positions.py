@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from shared_plans import SharedPlan
-from stages import find_positions, tripod_tests
+from stages import find_positions, tripod_tests, tripods_of
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
@@ -68,16 +68,17 @@ def test_dragged_stations_stay_where_tripods_can_stand(house: LivePlan) -> None:
     survey, settings = house.survey, house.settings
     engine = open_engine(survey.scene, survey.patches)
     floor = survey.floors[0]
-    surface, tests = GroundSurface(survey, floor), tripod_tests(survey, settings, engine, floor)
+    surface, tripods = GroundSurface(survey, floor), tripods_of(survey, settings, engine)
     random = np.random.default_rng(2)
     n_moved = 0
     for plan_m in random.uniform(floor.bounds_m[0] - 1.0, floor.bounds_m[1] + 1.0, (60, 2)):
         spot = house.snap(house.draft, floor.id, (float(plan_m[0]), float(plan_m[1])), 1.5)
         assert spot.admissible
         at_m = np.array([spot.position_m])
-        ground_m = surface.below(at_m)
-        assert at_m[0, 2] - ground_m[0] == pytest.approx(1.5, abs=2e-4)
-        kept, reasons = tests.reject(at_m, ground_m)
+        below = engine.cast_rays(at_m, np.array([[0.0, 0.0, -1.0]]), range_max_m=3.0)  # ground or a tread
+        assert below.range_m[0] == pytest.approx(1.5, abs=2e-4)
+        ground_m = at_m[:, 2] - below.range_m
+        kept, reasons = tripods.reject(0, at_m, ground_m, np.abs(surface.below(at_m) - ground_m) < 0.01)
         assert kept.all(), (spot, reasons)
         away_m = float(np.hypot(*(at_m[0, :2] - plan_m)))
         n_moved += away_m > 1e-3
@@ -100,6 +101,10 @@ def test_map_shows_what_the_tests_say_of_its_cells(house: LivePlan) -> None:
         surface = GroundSurface(survey, floor)
         ground_m = surface.below(np.column_stack([plan_m, np.full(row.size, surface.high_m + 0.1)]))
         on_floor = np.isfinite(ground_m)  # landings are no ground of the floor itself
+        over_m = np.column_stack([plan_m, ground_m + 1.5])[on_floor]
+        below = engine.cast_rays(over_m, np.tile([0.0, 0.0, -1.0], (len(over_m), 1)), range_max_m=3.0)
+        kind = [survey.scene.elements[number].kind for number in survey.scene.element_of_triangle[below.triangle]]
+        on_floor[on_floor] = [not each.startswith("IfcStair") for each in kind]  # nor are flights
         position_m = np.column_stack([plan_m, ground_m + 1.5])[on_floor]
         kept = tripod_tests(survey, settings, engine, floor).keep(position_m, ground_m[on_floor], Tally())
         value = ground.values[row, column][on_floor]
