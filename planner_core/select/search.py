@@ -6,6 +6,7 @@ These searches are `proven` (fewest, with proof), `large` (fewest of many candid
 from __future__ import annotations
 
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
@@ -57,7 +58,7 @@ class Limits:
         return True
 
 
-class Search:
+class Search(ABC):
     """The state of one search: the best set, given candidates first, the bound, the work done, and the limits."""
 
     def __init__(
@@ -85,9 +86,9 @@ class Search:
     def _why_stopped(self) -> str:
         return PROVEN if self._is_proven else self.limits.why_stopped
 
+    @abstractmethod
     def run(self) -> None:
         """Improve set and bound until they meet or a limit is reached."""
-        raise NotImplementedError
 
     def run_until_interrupted(self) -> None:
         """Run; a KeyboardInterrupt ends the search, not the call."""
