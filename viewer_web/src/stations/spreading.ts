@@ -38,7 +38,7 @@ const SLACK = 0.2;
 const CLEARLY_LESS = 0.3;
 /** Of stations at one spot each sets out another way. */
 const GOLDEN_ANGLE_RAD = 2.399963;
-const NOWHERE: Offset = { x: 0, y: 0 };
+export const NOWHERE: Offset = { x: 0, y: 0 };
 
 /** Keeps where numbers are from picture to picture. */
 export class Spreader {
@@ -73,7 +73,13 @@ function nearPairs(numbers: readonly Numbered[]): Pair[] {
 }
 
 function distance(a: Offset, b: Offset): number {
-  return Math.hypot(a.x - b.x, UPRIGHT * (a.y - b.y));
+  return lengthAsBox(a.x - b.x, UPRIGHT * (a.y - b.y));
+}
+
+/** Nearly the larger of the two, without its corners: numbers are boxes, and diagonally a circle would let them overlap. */
+function lengthAsBox(dx: number, dy: number): number {
+  const [x2, y2] = [dx * dx, dy * dy];
+  return (x2 ** 8 + y2 ** 8) ** (1 / 16);
 }
 
 function lengthOf(offsets: readonly Offset[]): number {
@@ -118,7 +124,7 @@ class Places {
   /** Whether the two were too near. */
   push(i: number, j: number): boolean {
     let [dx, dy] = [this.x[j] - this.x[i], this.y[j] - this.y[i]];
-    let far = Math.hypot(dx, dy);
+    let far = lengthAsBox(dx, dy);
     const lacking = APART_X - far;
     const [isHeldI, isHeldJ] = [this.numbers[i].isPinned, this.numbers[j].isPinned];
     if (lacking <= SLACK || (isHeldI && isHeldJ)) return false;
