@@ -44,6 +44,8 @@ KEPT = "earlier stations kept"
 HELD = "links hold as set up"
 #: A plan is chosen anew so often at most, until its network holds as it is set up: twice in the duplex.
 _ROUNDS = 6
+#: Work of each of these rounds, as a share of the limit and at least: twenty times as much found no fewer stations.
+_ROUND_SHARE, _ROUND_WORK = 0.05, 3.0
 #: What becomes of an interrupt, for whoever made it.
 _HEARD = "interrupted: keeping the best plan so far; interrupt again to discard it"
 
@@ -253,7 +255,8 @@ def _as_set_up(
         if budget is None or not left or not _goes_on(choice, budget):
             break
         pool = holding
-        work = replace(budget.left, prove=False)
+        most = budget.whole.work_limit
+        work = replace(budget.left, work_limit=min(most, max(_ROUND_WORK, _ROUND_SHARE * most)), prove=False)
         found = _select(pool, work, progress)
         chosen = polish(pool.problem, found.chosen, network=pool.network, given=pool.given)
         if found.why_stopped == INTERRUPTED:
