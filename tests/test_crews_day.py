@@ -393,7 +393,7 @@ def plan_again_for_new_requirements_and_a_locked_room(day: Day) -> None:
     done = day.rows()[: len(stations) // 2]
     told = day.tlsplan(
         "plan", day.scene, "--requirements", "contract.yaml", "--scanned", write_list(Path("done.csv"), done),
-        "--keep", day.plan, *QUICK,
+        "--keep", day.plan, *QUICK, "--set", "work_limit=0.5",
     )  # fmt: skip
     assert f"station {last['id']} of the earlier plan is dropped" in told.stderr
     plan = check_summary(told.stdout, Path(f"{day.scene.stem}-plan"))

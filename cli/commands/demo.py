@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from scenes_synthetic.model import SyntheticScene
 
 #: Of the search for fewer stations; `plan` has fifteen times as much.
-_WORK_LIMIT = 10.0
+_WORK_LIMIT = 5.0
 
 
 @click.command("demo", epilog="Example:  tlsplan demo   then   tlsplan view demo-plan/")

@@ -10,29 +10,41 @@ from typing import Any
 import networkx as nx
 import numpy as np
 import pytest
+from real_buildings import RealScene
 from stages import find_positions, make_pool, rows_from
 
 from planner_core.engine.scan_engine import ScanEngine, open_engine
-from planner_core.model import FloatArray, Plan, PlanSettings
+from planner_core.model import FloatArray, Plan, PlanSettings, Proven
+from planner_core.plan_folder.stations_csv import read_station_list
 from planner_core.planning import choose
 from planner_core.planning.plan import make_plan
 from planner_core.planning.pool import FragileLinks, Pool
 from planner_core.planning.set_up import LEAST_SHARE, LEAST_STRENGTH, decisive, fragile_links, without_fragile
+from planner_core.scanner.load_scanner import load_scanner
+from planner_core.scene.doors import without_door_leaves
+from scenes_synthetic import build
+from tests.reality_files import reality
 
 Planned = Callable[[str, PlanSettings], Plan]
+Pooled = tuple[Pool, ScanEngine, PlanSettings]
 SCENE, TOLERANCE_M = "corridor-comb", 0.1
 
 
-@pytest.fixture(scope="module")
-def pooled(small: PlanSettings, planned: Planned) -> tuple[Pool, ScanEngine, PlanSettings]:
-    plan = planned(SCENE, replace(small, set_up_tolerance_m=0.0))
+def pool_of(plan: Plan, every: int = 1) -> Pooled:
+    """Of the candidates for a plan's scene every so many-th, and the engine that scanned them."""
     engine = open_engine(plan.survey.scene, plan.survey.patches)
-    at = find_positions(plan.survey, plan.settings, engine, floors=(0,)).candidates
+    at = find_positions(plan.survey, plan.settings, engine).candidates
     none = np.zeros(0, dtype=np.int64)
+    at = at.take(np.arange(0, at.floor.size, every))
     return make_pool(plan.survey, plan.settings, engine, at, given=none, kept=none), engine, plan.settings
 
 
-def seen_from(pooled: tuple[Pool, ScanEngine, PlanSettings], position_m: FloatArray) -> np.ndarray:
+@pytest.fixture(scope="module")
+def pooled(small: PlanSettings, planned: Planned) -> Pooled:
+    return pool_of(planned(SCENE, replace(small, set_up_tolerance_m=0.0)))
+
+
+def seen_from(pooled: Pooled, position_m: FloatArray) -> np.ndarray:
     """(N, P) bool: patches that positions see."""
     pool, engine, settings = pooled
     rows = rows_from(pool.survey, settings, engine, position_m, pool.demand).seen
@@ -52,7 +64,7 @@ def overlap(one: np.ndarray, other: np.ndarray, area_m2: FloatArray) -> float:
     return float(area_m2[one & other].sum() / max(area_m2[one].sum(), area_m2[other].sum()))
 
 
-def test_a_link_is_as_good_as_its_worst_pair_of_places(pooled: tuple[Pool, ScanEngine, PlanSettings]) -> None:
+def test_a_link_is_as_good_as_its_worst_pair_of_places(pooled: Pooled) -> None:
     pool, engine, _ = pooled
     assert pool.links is not None
     area_m2, required = pool.survey.patches.area_m2, pool.demand.goals.requirements.overlap
@@ -81,13 +93,13 @@ def test_a_link_is_as_good_as_its_worst_pair_of_places(pooled: tuple[Pool, ScanE
     assert (found.strength[strong] < LEAST_STRENGTH).all()
 
 
-def test_stations_that_are_scanned_stay_where_they_are(pooled: tuple[Pool, ScanEngine, PlanSettings]) -> None:
+def test_stations_that_are_scanned_stay_where_they_are(pooled: Pooled) -> None:
     pool, engine, _ = pooled
     chosen = tuple(range(0, pool.n_candidates, 7))
     assert fragile_links(pool, chosen, engine, TOLERANCE_M, scanned=chosen).first.size == 0
 
 
-def test_links_without_which_candidates_fall_apart_stay(pooled: tuple[Pool, ScanEngine, PlanSettings]) -> None:
+def test_links_without_which_candidates_fall_apart_stay(pooled: Pooled) -> None:
     pool, engine, _ = pooled
     assert pool.links is not None
     chosen = tuple(range(pool.n_candidates))
@@ -100,7 +112,7 @@ def test_links_without_which_candidates_fall_apart_stay(pooled: tuple[Pool, Scan
     assert nx.number_connected_components(graph) == pool.links.n_parts
 
 
-def groups_as_set_up(pooled: tuple[Pool, ScanEngine, PlanSettings], plan: Plan, *, n: int) -> list[int]:
+def groups_as_set_up(pooled: Pooled, plan: Plan, *, n: int) -> list[int]:
     """Numbers of groups of a plan's stations for random set-ups, by links that hold."""
     area_m2, required = plan.survey.patches.area_m2, plan.settings.requirements.overlap
     marks_m = np.array([station.position_m for station in plan.stations])
@@ -117,7 +129,7 @@ def groups_as_set_up(pooled: tuple[Pool, ScanEngine, PlanSettings], plan: Plan, 
 
 
 def test_a_plan_that_holds_on_its_marks_alone_is_chosen_anew_until_it_holds_beside_them(
-    pooled: tuple[Pool, ScanEngine, PlanSettings], small: PlanSettings, monkeypatch: pytest.MonkeyPatch
+    pooled: Pooled, small: PlanSettings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     decide: list[int] = []
 
@@ -140,3 +152,27 @@ def test_a_network_that_no_plan_can_hold_has_a_line(small: PlanSettings, planned
     assert line.startswith("the network falls apart where stations are set up 2 m beside their marks: link")
     exact = planned(SCENE, replace(small, set_up_tolerance_m=0.0))
     assert len(plan.stations) == len(exact.stations)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("building", "listed", "n_groups"),
+    [("house", "demo_set_up_within_10cm.csv", 5), ("fzk-haus", "fzk_set_up_within_10cm.csv", 3)],
+)
+def test_plans_of_houses_hold_where_earlier_ones_fell_apart_as_crews_set_up(
+    building: str, listed: str, n_groups: int, real_scene: RealScene
+) -> None:
+    scene = build("house").scene if building == "house" else real_scene(building)
+    settings = PlanSettings(
+        load_scanner("rtc360"), method=Proven(work_limit=3.0, prove=False), refine=False, grid_step_m=0.7
+    )
+    plan = make_plan(without_door_leaves(scene), settings)
+    assert len(plan.registration.networks) == 1
+    pooled = pool_of(plan, every=20)
+    assert set(groups_as_set_up(pooled, plan, n=20)) == {1}
+    as_set_up_m = np.array([station.position_m for station in read_station_list(reality(listed))]) - scene.offset_m
+    seen, area_m2 = seen_from(pooled, as_set_up_m), plan.survey.patches.area_m2
+    links = [(a, b) for a in range(len(seen)) for b in range(a) if overlap(seen[a], seen[b], area_m2) >= 0.3]
+    graph = nx.Graph(links)
+    graph.add_nodes_from(range(len(seen)))
+    assert nx.number_connected_components(graph) == n_groups
