@@ -17,7 +17,8 @@ from in_process import Tlsplan
 from tlsplan.group import cli
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md")])
+TOP_PAGES = [ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")]
+PAGES = sorted([*TOP_PAGES, *(ROOT / "docs").rglob("*.md")])
 BY_NAME = {str(page.relative_to(ROOT)): page for page in PAGES}
 FIRST = ["README.md", "docs/tutorial.md", "docs/tour.md"]
 CheckPage = Callable[[str, Callable[[Block], bool]], None]
