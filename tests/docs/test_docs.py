@@ -37,7 +37,7 @@ RUN = sorted({*FIRST, *(name for name in BY_NAME if name.startswith("docs/howto/
 @pytest.mark.parametrize("name", BY_NAME)
 def test_links_lead_to_files_of_the_repository(name: str) -> None:
     text = re.sub(r"```.*?```", "", BY_NAME[name].read_text(encoding="utf-8"), flags=re.S)
-    targets = re.findall(r"\]\(([^)#\s]+)[^)]*\)", text)
+    targets = re.findall(r"\]\(([^)#\s]+)[^)]*\)", text) + re.findall(r'<img src="([^"]+)"', text)
     missing = [t for t in targets if "://" not in t and not (BY_NAME[name].parent / t).exists()]
     assert missing == []
 
