@@ -31,8 +31,8 @@ from planner_core.spread import Kept, Task, parts_of_row, who_answers
 
 #: Fewer candidates' links are found here: sending what they see takes longer.
 _WORTH_SPREADING = 1024
-#: Rows that every worker is asked about first.
-_ROWS_ASKED_FIRST = 8
+#: Rows of the first task that each worker is given.
+_ROWS_OF_FIRST_TASK = 8
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ def candidate_links(
     surface
         Of the patches that any row sees, see `surface_of_patches`.
     min_overlap
-        More than 0: pairs without anything in common are never looked at.
+        More than 0: pairs without common surface are left out.
     min_strength
         0 to 1; strengths are made of pairs that overlap enough, and of no others.
     rows_a_block
@@ -155,7 +155,7 @@ def candidate_links(
             linked.append(question.links_of_rows(begin, end))
             progress(ProgressEvent("links", end, n))
     else:
-        parts = parts_of_row(n, first=_ROWS_ASKED_FIRST, each=rows_a_block)
+        parts = parts_of_row(n, first=_ROWS_OF_FIRST_TASK, each=rows_a_block)
         answers = spread.answers(
             question, [Task(part, part[1] - part[0]) for part in parts], here=question.answer, stage="links",
             progress=progress,

@@ -3,7 +3,7 @@
 Input the stations' `Visibility`, patch areas (m^2), centroids and normals (local frame); output `Link`s.
 
 Overlap of i and j: area that both see / area that i sees, the smaller of both directions; or / area that either sees
-(`OverlapMeasure`). Who calls says which surface counts as seen (`OverlapOf`).
+(`OverlapMeasure`). The caller chooses which surface counts as seen (`OverlapOf`).
 
 Strength: registration minimises distances from points p to planes with normal n. With c the area-weighted centroid of
 the shared surface and L the root mean square distance of its patches from c, a small motion moves a patch along its

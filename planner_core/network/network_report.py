@@ -21,8 +21,8 @@ from planner_core.model.registration import FloorNetworks, NetworkGap, Registrat
 from planner_core.network.links import MIN_LISTED_OVERLAP
 from planner_core.network.weak_motion import motion_words, overlap_percent
 
-#: More networks than these are counted, not told one by one.
-_TOLD = 6
+#: More networks than these are counted, not listed one by one.
+_MOST_LISTED = 6
 
 #: In each line of `_apart` and `_alone`.
 _OF_GROUPS = re.compile(r"\b(do|does) not register with the others\b|\bregister neither with one another\b")
@@ -95,8 +95,8 @@ def registration_warnings(registration: Registration, floor_names: Mapping[str, 
         if gap is not None:
             near.setdefault(gap.networks, []).append(number)
     best = {gap.networks: gap for gap in gaps.values() if gap is not None}
-    lines = [_apart(registration, near[pair], best[pair], floor_names) for pair in list(near)[:_TOLD]]
-    more = [number for pair in list(near)[_TOLD:] for number in near[pair]]
+    lines = [_apart(registration, near[pair], best[pair], floor_names) for pair in list(near)[:_MOST_LISTED]]
+    more = [number for pair in list(near)[_MOST_LISTED:] for number in near[pair]]
     if not more:
         lines += _together(registration, [gap for gap in gaps.values() if gap is not None], floor_names)
     if more:
@@ -283,10 +283,12 @@ def _best_gaps(registration: Registration) -> dict[int, NetworkGap | None]:
     return best
 
 
-def _together(registration: Registration, told: Sequence[NetworkGap], floor_names: Mapping[str, str]) -> Iterator[str]:
-    """A line for each gap that is left once those of `told` are closed, until all groups are one where links can."""
+def _together(
+    registration: Registration, closed: Sequence[NetworkGap], floor_names: Mapping[str, str]
+) -> Iterator[str]:
+    """A line for each gap that is left once those of `closed` are, until all groups are one where links can."""
     group = list(range(len(registration.networks)))  # the least of those that are joined to it
-    for gap in told:
+    for gap in closed:
         group = _joined(group, gap)
     for gap in sorted(registration.gaps, key=lambda gap: -gap.best.overlap):
         one, other = (group[number] for number in gap.networks)
@@ -374,5 +376,5 @@ def _named(stations: Sequence[str]) -> str:
 
 
 def _listed(names: Sequence[str], separator: str = ", ") -> str:
-    more = f" and {len(names) - _TOLD} more" if len(names) > _TOLD else ""
-    return separator.join(names[:_TOLD]) + more
+    more = f" and {len(names) - _MOST_LISTED} more" if len(names) > _MOST_LISTED else ""
+    return separator.join(names[:_MOST_LISTED]) + more

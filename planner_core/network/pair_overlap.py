@@ -4,7 +4,7 @@ Input `Visibility`, patch areas (m^2) and, for matrices, centroids and normals (
 overlap, and (K, 6, 6) float64 matrices. What they mean: `planner_core.network.links`.
 
 Overlaps of all pairs are sums over the rows that hold each patch, in blocks of rows. Normal matrices are only made for
-the pairs that are asked for: 24 sums over the common patches, each taken about the origin, from which those about the
+the pairs that are given: 24 sums over the common patches, each taken about the origin, from which those about the
 common surface's own centroid follow.
 
 A pair's figures are the same to the last bit whatever other positions there are and however they are numbered: areas

@@ -1,7 +1,7 @@
-"""What people are told of a link: its overlap, and the motion that it holds least, in words of a survey.
+"""What people read about a link: its overlap, and the motion that it holds least, in words of a survey.
 
 Fractions and `WeakMotion`s -> text. People think in shifts, tilts and the heading, along or about a line of the map.
-The viewer says the same.
+The viewer has the same words.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def motion_words(motion: WeakMotion | None, *, north_rad: float | None = 0.0, of
     ----------
     north_rad
         Where north is in the plan of the scene, clockwise from its +y. None: nothing is called north, and lines are
-        told by the axes of the scene.
+        named by the axes of the scene.
     of_north
         Added where sides of the compass are named: what north is.
     """

@@ -58,7 +58,7 @@ def choose_greedily(pool: Pool, *, progress: Progress = silent) -> Choice:
 
 
 def choose_by_paper(pool: Pool, paper: Paper, engine: ScanEngine, *, progress: Progress = silent) -> Choice:
-    """Choose as the method paper does: select by genes, then add stations until their circles overlap as is asked."""
+    """Choose as the method paper does: select by genes, then add stations until their circles overlap as required."""
     problem = pool.problem if paper.count == "area" else pool.problem_of_patches()
     chosen = select_by_genes(problem, paper, engine, progress=progress)
     fewest = lower_bound(pool.problem, n_stations=chosen.size, progress=progress)
@@ -170,7 +170,7 @@ def _select(
 def _replanned(choice: Choice, budget: _Budget, progress: Progress) -> Choice:
     """Keep the earlier plan's stations, add the fewest that are missing, drop those that are not needed any more.
 
-    Of the plan from scratch only its bound, and how many it takes, are told.
+    Of the plan from scratch only its bound and its number of stations are reported.
     """
     pool = choice.pool
     stays = tuple(dict.fromkeys((*pool.given, *pool.kept)))
@@ -280,7 +280,7 @@ def _quickest(
     if ends.end_m is not None:
         end = sum(len(stop) for stop in stops)
         stops.append(ends.end_m[None])
-    assert crew.scan_s is not None  # `PlanSettings` has looked
+    assert crew.scan_s is not None  # `PlanSettings` has checked it
     station_s = crew.scan_s + crew.set_up_s
     found = least_time(
         pool.problem,
@@ -320,7 +320,7 @@ def _quickest(
         chosen=chosen,
         why_stopped=INTERRUPTED if found.interrupted else choice.why_stopped,
         value=seconds,
-        # Places off the grid may beat a bound of the grid's candidates; it says nothing then.
+        # Places off the grid may beat a bound of the grid's candidates, which is then void.
         bound=found.lower_bound_s if found.lower_bound_s <= seconds else None,
     )
 
@@ -346,7 +346,7 @@ def route_through(
 
 
 def _most_covered(pool: Pool, n_most: int, budget: _Budget, progress: Progress, *, begun: tuple[int, ...]) -> Choice:
-    # Of the pool's problem, in which stations that nobody can be registered with see nothing, what is asked of all.
+    # Of the pool's problem, in which stations that nobody can be registered with see nothing, the overall requirement.
     goals = pool.demand.goals
     overall = [goals.each.index(goals.overall)]
     problem = replace(

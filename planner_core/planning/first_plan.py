@@ -60,9 +60,9 @@ def tell_first_plan(
     selection: Proven,
     progress: Progress,
 ) -> None:
-    """Tell `progress` of stations that meet what is asked, as far as the few candidates of `known` see it.
+    """Report stations to `progress` that meet the requirements, as far as the few candidates of `known` see them.
 
-    Nothing is told where the plan begins with stations of an earlier one.
+    Nothing is reported where the plan begins with stations of an earlier one.
     """
     if places.rows_of(Role.KEPT, Role.BEGUN).size:
         return
@@ -73,7 +73,7 @@ def tell_first_plan(
         known = KnownObservations(all_of_them, known.observations)
         pool = make_pool(survey, goals, engine, few, given=given, kept=none, linked=True, known=known)
     except RequirementError:
-        return  # what few candidates can't meet, all of them may; if they can't either, that is said then
+        return  # what few candidates can't meet, all of them may; if they can't either, that is reported then
     if not pool.rows.met.n_entries:
         return
     found = select_by_size(
@@ -96,7 +96,7 @@ def as_memory_holds(
     """Leave out candidates that memory would not hold, evenly, by what the first few see; and a line if so.
 
     Doorways, middles of rooms, landings, prior stations and what is known stay. All do where a budget of memory is
-    told: what is beyond it goes to disk.
+    given: what is beyond it goes to disk.
     """
     n_candidates = places.candidates.floor.size
     if known is None or visibility_budget() is not None:
@@ -134,8 +134,8 @@ def _far_apart(candidates: Candidates, apart_m: float, *, most: int) -> Int64Arr
 def _as_one_stage(progress: Progress) -> Progress:
     """Progress of looking around, under this stage's name; of what is quick, nothing."""
 
-    def told(event: ProgressEvent) -> None:
+    def passed_on(event: ProgressEvent) -> None:
         if event.stage == "scan":
             progress(ProgressEvent(STAGE, event.done, event.total + 1))
 
-    return told
+    return passed_on

@@ -1,9 +1,9 @@
-"""The judge: what a plan's figures are on random points, each looked at by itself, by Open3D's own rays.
+"""The judge: what a plan's figures are on random points, each checked by itself, by Open3D's own rays.
 
 Input a `Plan`, output a `Judgement`. Nothing is shared with the counting of patches but the surfaces, the scanner's
 field of view, how many beams it has for a surface, and the wording of the limits: a point is seen where nothing lies
 between it and the scanner, within range and field of view, and counts where range, incidence, spacing and noise at that
-very point meet what is asked.
+very point meet the requirements.
 docs/method/judge.md.
 """
 
@@ -52,7 +52,7 @@ _BEFORE_M, _BEFORE_SHARE = 5e-4, 1e-5
 _BATCH_POINTS = 100_000
 #: Points that plans are judged by: seconds of work, and a share to about 0.2 points.
 QUICK_POINTS = 20_000
-#: Standard errors from which on a plan's figure and the judge's are told to disagree.
+#: Standard errors from which on a plan's figure and the judge's are reported to disagree.
 _DISAGREEING = 3.0
 
 
@@ -73,8 +73,8 @@ class _Points:
 
 
 def usual_points(settings: PlanSettings) -> int:
-    """Points that a plan of these settings is judged by where nobody says: none for the method paper's, which count
-    whole patches on purpose.
+    """Points that a plan of these settings is judged by where no number is given: none for the method paper's, which
+    count whole patches on purpose.
     """
     return 0 if isinstance(settings.method, Paper) else QUICK_POINTS
 
@@ -96,21 +96,21 @@ def with_judgement(plan: Plan, engine: ScanEngine, *, n_points: int | None = Non
 def _disagreements(found: Judgement) -> tuple[str, ...]:
     """A line on figures that are off by more than chance explains."""
     areas = (("covered", found.covered_m2), ("scannable", found.achievable_m2))
-    said = [
+    differences = [
         f"{name} {figure.judged:.0f} ± {figure.error:.0f} m2, the plan says {figure.told:.0f}"
         for name, figure in areas
         if _is_off(figure)
     ]
     if _is_off(found.share):
         share = found.share
-        said.append(
+        differences.append(
             f"{100 * share.judged:.1f} ± {100 * share.error:.1f} % of it covered, the plan says {100 * share.told:.1f}"
         )
-    if not said:
+    if not differences:
         return ()
     return (
-        f"judge: {found.n_points} random points have {'; '.join(said)}; smaller patches (--patch-area), or --scan-mode "
-        "patches where beams are counted, come nearer",
+        f"judge: {found.n_points} random points have {'; '.join(differences)}; smaller patches (--patch-area), or "
+        "--scan-mode patches where beams are counted, come nearer",
     )
 
 
@@ -141,11 +141,11 @@ def judge(
     points = _points(survey, goals_of(survey, settings.requirements), n_points, np.random.default_rng(seed))
     look = _Look(survey, settings.requirements, points)
     linking, met = look.from_all(np.stack([station.position_m for station in plan.stations]), progress)
-    asked = settings.requirements
-    covered = met >= asked.seen_from
+    seen_from = settings.requirements.seen_from
+    covered = met >= seen_from
     candidates_m = _candidates_of(plan, engine) if plan.candidates_m is None else plan.candidates_m
     # As `evaluate` counts: what candidates and stations meet together.
-    achievable = met + look.count(candidates_m, asked.seen_from, progress) >= asked.seen_from
+    achievable = met + look.count(candidates_m, seen_from, progress) >= seen_from
     n_achievable = max(int((achievable & points.overall).sum()), 1)
     share = float((covered & points.overall).sum()) / n_achievable
     share_error = float(np.sqrt(share * (1.0 - share) / n_achievable))
@@ -165,9 +165,9 @@ def _candidates_of(plan: Plan, engine: ScanEngine) -> FloatArray:
     return find_positions(tripods, site).candidates.position_m
 
 
-def _area(told_m2: float, which: BoolArray, area_m2: float) -> JudgedFigure:
+def _area(plan_m2: float, which: BoolArray, area_m2: float) -> JudgedFigure:
     share = float(which.mean())
-    return JudgedFigure(told_m2, area_m2 * share, area_m2 * float(np.sqrt(share * (1.0 - share) / which.size)))
+    return JudgedFigure(plan_m2, area_m2 * share, area_m2 * float(np.sqrt(share * (1.0 - share) / which.size)))
 
 
 def _link(link: Link, plan: Plan, linking: BoolArray) -> JudgedLink:
@@ -224,7 +224,7 @@ class _Look:
         self._sides = GroundSides(survey)
 
     def from_all(self, positions_m: FloatArray, progress: Progress) -> tuple[BoolArray, Int64Array]:
-        """(S, N) bool, points that overlap counts for each position; (N,) positions that meet what is asked."""
+        """(S, N) bool, points that overlap counts for each position; (N,) positions that meet the limits."""
         n_points = self._points.at_m.shape[0]
         linking = np.zeros((positions_m.shape[0], n_points), dtype=np.bool_)
         all_seen = self._requirements.overlap_of == OverlapOf.ALL_SEEN
@@ -238,7 +238,7 @@ class _Look:
         return linking, met
 
     def count(self, positions_m: FloatArray, enough: int, progress: Progress) -> Int64Array:
-        """(N,) number of positions that meet what is asked, up to `enough`: nobody looks at a point again then."""
+        """(N,) number of positions that meet the limits, up to `enough`, where a point is left out of later ones."""
         met = np.zeros(self._points.at_m.shape[0], dtype=np.int64)
         for number, position_m in enumerate(positions_m):
             left = np.flatnonzero(met < enough)
@@ -285,7 +285,7 @@ class _Look:
 
     def _meets(self, position_m: FloatArray, rows: Int64Array) -> BoolArray:
         """(K,) bool: whether figures at points of rows (K,) meet the limits."""
-        asked: PointLimits = self._requirements.asked
+        limits: PointLimits = self._requirements.asked
         away_m = self._points.at_m[rows] - position_m
         range_m = np.maximum(np.sqrt((away_m * away_m).sum(axis=1)), 1e-9)
         cosine = np.abs((away_m * self._points.normal[rows]).sum(axis=1)) / range_m
@@ -297,6 +297,6 @@ class _Look:
             range_m=range_m.astype(np.float32),
             incidence_rad=np.arccos(np.clip(cosine, 0.0, 1.0)).astype(np.float32),
         )
-        if asked.noise_m is not None:
+        if limits.noise_m is not None:
             observed = with_noise(observed, self._survey.scanner, reflectivity=self._survey.reflectivity)
-        return observations_meeting(observed, asked)
+        return observations_meeting(observed, limits)

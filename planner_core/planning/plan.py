@@ -75,7 +75,7 @@ def make_plan(
     Raises
     ------
     RequirementError
-        Unknown floors, no valid tripod position, nothing that meets what is asked.
+        Unknown floors, no valid tripod position, nothing that meets the requirements.
     DeviceError, SceneError
         See `open_engine`.
     """
@@ -115,7 +115,7 @@ def plan_survey(
         if known is not None and isinstance(method, Proven) and settings.objective != Objective.COVERAGE:
             tell_first_plan(survey, goals, scan_engine, places, known, method, progress)
         places, known, thinned = as_memory_holds(places, known)
-    # 4. What each spot sees, what of that meets what is asked, and which two could be registered with each other.
+    # 4. What each spot sees, what of that meets the requirements, and which two could be registered with each other.
     with clock.stage("scan"):
         pool = make_pool(
             survey,
@@ -197,10 +197,10 @@ def _names(places: AllowedPositions, rows: Int64Array, site: Site) -> list[str]:
 
     Nor is a number given again that a station of an earlier plan had: it would be taken for that one.
     """
-    told = {each.row: each.place.station.id for each in places.prior if each.place.station.role != Role.BEGUN}
+    given = {each.row: each.place.station.id for each in places.prior if each.place.station.role != Role.BEGUN}
     taken = {station.id for station in site.prior if station.role not in (Role.BEGUN, Role.FORBIDDEN)}
     free = (name for name in (f"S{number:03d}" for number in count(1)) if name not in taken)
-    return [told[int(row)] if int(row) in told else next(free) for row in rows]
+    return [given[int(row)] if int(row) in given else next(free) for row in rows]
 
 
 def _on_flights(places: AllowedPositions, rows: Int64Array, names: list[str]) -> Iterator[str]:

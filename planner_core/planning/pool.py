@@ -39,10 +39,10 @@ _MUCH_LARGER = 10
 @dataclass(frozen=True)
 class Pool:
     """survey : with patches that count as far as they are seen. candidates, rows : N candidates and what they see.
-    demand : what is asked; its own rows are of the first pool.
+    demand : what is required; its own rows are of the first pool.
 
     constraints : those of the demand, of what the FIRST pool can achieve: places that come later change no requirement.
-    links : between the candidates; None where no network is asked for. given, kept : rows of stations that are in every
+    links : between the candidates; None where no network is required. given, kept : rows of stations that are in every
     plan, and of those of an earlier plan. loops : the network has to survive the failure of a link. excluded : (N,)
     bool, candidates that are not to be chosen, see `_dispensable_components`.
     """
@@ -89,7 +89,7 @@ class Pool:
         return self.candidates.take(rows)
 
     def placing(self, progress: Progress, *, bounds: bool = True) -> Progress:
-        """Return progress that tells where the best stations so far are; without their bound where that is not ours."""
+        """Return progress that reports positions of the best stations so far; `bounds`: with their lower bound."""
 
         def placed(event: ProgressEvent) -> None:
             if event.best is not None and event.best.chosen:
@@ -217,7 +217,7 @@ def _without_candidates(problem: CoverProblem, which: BoolArray) -> CoverProblem
 
 
 def extended(pool: Pool, more: Candidates, engine: ScanEngine, *, progress: Progress = silent) -> Pool:
-    """Add candidates behind those of the pool; nothing else that is asked changes."""
+    """Add candidates behind those of the pool; no requirement changes."""
     observed = rows_from(pool.survey, engine, more.position_m, pool.demand, progress=progress)
     seen = stacked_rows(pool.rows.seen, observed.seen)
     rows = Rows(seen, seen if pool.rows.met is pool.rows.seen else stacked_rows(pool.rows.met, observed.met))
@@ -251,18 +251,18 @@ def narrowed(pool: Pool, rows: Int64Array) -> Pool:
 
 
 def _links(survey: Survey, demand: Demand, rows: Rows, progress: Progress) -> CandidateLinks | None:
-    asked = demand.goals.requirements
-    if asked.network == NetworkKind.NONE or asked.overlap <= 0:
+    requirements = demand.goals.requirements
+    if requirements.network == NetworkKind.NONE or requirements.overlap <= 0:
         return None
-    counted = rows_of_overlap(demand, rows, asked.overlap_of)
+    counted = rows_of_overlap(demand, rows, requirements.overlap_of)
     surface = surface_of_patches(survey.scene, survey.patches, times_seen(counted) > 0)
     return candidate_links(
         counted,
         survey.patches.area_m2,
         surface,
-        min_overlap=asked.overlap,
-        min_strength=asked.min_strength,
-        measure=asked.overlap_measure,
+        min_overlap=requirements.overlap,
+        min_strength=requirements.min_strength,
+        measure=requirements.overlap_measure,
         progress=progress,
     )
 

@@ -1,11 +1,11 @@
-"""Joint refinement: stations leave the grid. Places around all of them are looked at, and the set is chosen anew.
+"""Joint refinement: stations leave the grid. Places around all of them are scanned, and the set is chosen anew.
 
-Input a `Pool` and a chosen set that meets what is asked; output a pool with the places taken from off the grid, and a
-set that is never worse: as many stations or fewer, and of as many one that covers no less.
+Input a `Pool` and a chosen set that meets the requirements; output a pool with the places taken from off the grid, and
+a set that is never worse: as many stations or fewer, and of as many one that covers no less.
 
 Every round scans places on circles around each station and at other heights, adds them to ALL candidates, looks for one
 station less among them (`planner_core.select.proven`), and exchanges one station after the other for what covers more
-(`planner_core.select.polish`). What is asked stays what the grid can achieve, so that before and after compare.
+(`planner_core.select.polish`). What is required stays what the grid can achieve, so that before and after compare.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def refine(
     Parameters
     ----------
     chosen
-        Rows of the pool that meet what is asked, and hang together where that is asked.
+        Rows of the pool that meet the requirements, and are connected where a network is required.
     places
         Where the site lets stations stand.
     selection

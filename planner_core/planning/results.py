@@ -1,6 +1,6 @@
 """What a set of stations is worth: the figures of a `Plan`, whoever chose the stations.
 
-Input a `Survey`, the stations, what they see and what was asked; output a `Plan`.
+Input a `Survey`, the stations, what they see and what was required; output a `Plan`.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def describe_plan(
     Parameters
     ----------
     demand, rows
-        What is asked, and what each station sees, in their order.
+        What is required, and what each station sees, in their order.
     order_of_choice
         Indices into stations, for the coverage curve.
     route
@@ -115,23 +115,27 @@ def describe_plan(
     Notes
     -----
     The overall figures are about all in scope; where only some floors are planned, about the patches of those.
-    Covered is what meets the limits asked of all, from as many stations as they ask for.
+    Covered is what meets the limits required of all, from as many stations as required.
     """
     area_m2 = survey.patches.area_m2
-    asked, scope = demand.goals.requirements, demand.goals.overall.patches
+    requirements, scope = demand.goals.requirements, demand.goals.overall.patches
     of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
     floor = np.where(demand.goals.patches, of_patch, -1).astype(np.int32)
     n_met = times_met(demand, rows)[0]
-    seen = n_met >= asked.seen_from
-    achievable = demand.times_met[0] >= asked.seen_from
+    seen = n_met >= requirements.seen_from
+    achievable = demand.times_met[0] >= requirements.seen_from
     of_stations = rows_of_quality(demand, rows)
-    covered, own = covered_and_own_area_m2(of_stations, area_m2, scope=scope & achievable, seen_from=asked.seen_from)
+    covered, own = covered_and_own_area_m2(
+        of_stations, area_m2, scope=scope & achievable, seen_from=requirements.seen_from
+    )
     stations = tuple(
         replace(station, covered_area_m2=float(covered[i]), own_area_m2=float(own[i]))
         for i, station in enumerate(stations)
     )
     ids = tuple(station.id for station in stations)
-    links, registration = _registered(survey, asked, stations, rows_of_overlap(demand, rows, asked.overlap_of))
+    links, registration = _registered(
+        survey, requirements, stations, rows_of_overlap(demand, rows, requirements.overlap_of)
+    )
     sealed = sealed_areas(surroundings.reach)
     plan = Plan(
         survey=survey,
@@ -159,7 +163,7 @@ def describe_plan(
         sealed=sealed,
         why=explain(
             survey,
-            asked,
+            requirements,
             engine,
             candidates_m=surroundings.candidate_m,
             seen_by_candidates=rows_of_quality(demand, surroundings.rows),
@@ -176,7 +180,7 @@ def describe_plan(
         warnings=(
             *warnings,
             *reach_warnings(survey, surroundings.reach, stations),
-            *_registration_warnings(survey, asked, registration),
+            *_registration_warnings(survey, requirements, registration),
             *route_warnings(route, ids),
         ),
     )
@@ -184,26 +188,26 @@ def describe_plan(
 
 
 def _registered(
-    survey: Survey, asked: Requirements, stations: tuple[Station, ...], counted: Visibility
+    survey: Survey, requirements: Requirements, stations: tuple[Station, ...], counted: Visibility
 ) -> tuple[tuple[Link, ...], Registration]:
     """Links of stations, rows of `counted`, and how these hang together."""
     ids = tuple(station.id for station in stations)
     surface = surface_of_patches(survey.scene, survey.patches, times_seen(counted) > 0)
-    least = min(MIN_LISTED_OVERLAP, asked.overlap or MIN_LISTED_OVERLAP)  # at least what selection counted
+    least = min(MIN_LISTED_OVERLAP, requirements.overlap or MIN_LISTED_OVERLAP)  # at least what selection counted
     links = overlap_links(
-        counted, survey.patches.area_m2, ids, surface, min_overlap=least, measure=asked.overlap_measure
+        counted, survey.patches.area_m2, ids, surface, min_overlap=least, measure=requirements.overlap_measure
     )
     return links, registration_report(
         links,
         ids,
         tuple(station.floor for station in stations),
-        threshold=asked.overlap,
-        min_strength=asked.min_strength,
-        loops=asked.network == NetworkKind.REDUNDANT,
+        threshold=requirements.overlap,
+        min_strength=requirements.min_strength,
+        loops=requirements.network == NetworkKind.REDUNDANT,
     )
 
 
-def _registration_warnings(survey: Survey, asked: Requirements, registration: Registration) -> tuple[str, ...]:
-    if asked.network == NetworkKind.NONE or asked.overlap == 0:
+def _registration_warnings(survey: Survey, requirements: Requirements, registration: Registration) -> tuple[str, ...]:
+    if requirements.network == NetworkKind.NONE or requirements.overlap == 0:
         return ()
     return registration_warnings(registration, {floor.id: floor.name for floor in survey.floors})

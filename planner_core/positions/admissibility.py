@@ -66,7 +66,7 @@ class Feet:
     """How a tripod stands.
 
     ring_radius_m : of its feet. rise_m : of the ground of a foot, at most, over or under that below the sensor.
-    n_rays, apart : directions in which ground is looked for; it has to be in all that are so many directions apart,
+    n_rays, apart : directions in which ground is searched for; it has to be in all that are so many directions apart,
     for one turn of the tripod. clear_from_m : above the ground; what lies lower is no obstacle.
     """
 
@@ -124,7 +124,7 @@ class _Tops:
 class Tripods:
     """A survey's tripod: how high it sets the scanner, where to try it, and where on each floor it can stand.
 
-    Its figures are those of `PlanSettings`. Tests and ground of a floor are worked out when first asked for, and kept.
+    Its figures are those of `PlanSettings`. Tests and ground of a floor are computed when first needed, and kept.
     """
 
     def __init__(self, survey: Survey, settings: PlanSettings, engine: ScanEngine) -> None:
@@ -251,7 +251,7 @@ class TripodTests:
     def keep(
         self, position_m: FloatArray, ground_m: FloatArray, tally: Tally, progress: Progress = silent
     ) -> BoolArray:
-        """(N,) bool: where a tripod can stand, of positions (N, 3) over ground at heights (N,); told to the tally.
+        """(N,) bool: where a tripod can stand, of positions (N, 3) over ground at heights (N,); counted in the tally.
 
         A position without ground has NaN for its height.
         """

@@ -50,7 +50,7 @@ class AllowedPositions:
     """candidates : by floor, y, x, height; after them the prior stations in the order of the site.
 
     `candidates.n_tried` and `rejected` count all but the prior ones. kind : (N,) int8 into `KINDS`. prior : those
-    that have a row; of kept stations that are no candidates any more a warning tells. warnings : one line each.
+    that have a row; kept stations that are no candidates any more are in a warning. warnings : one line each.
     """
 
     tripods: Tripods
@@ -109,7 +109,7 @@ def _of_grid(candidates: Candidates) -> _Found:
 
 
 def _ruled_out(site: LocalSite, reach: Reach, found: _Found) -> dict[str, BoolArray]:
-    """(N,) bool, positions that are no candidates on this site, by reason, in the order in which these are told."""
+    """(N,) bool, positions that are no candidates on this site, by reason, in the order in which these are reported."""
     plan_m, ground_m = found.position_m[:, :2], found.position_m.copy()
     ground_m[:, 2] -= found.height_m
     return {

@@ -11,9 +11,9 @@ import numpy as np
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import FloatArray
 
-#: Chords looked at: directions of half a turn.
+#: Chords examined: directions of half a turn.
 _N_CHORDS = 36
-#: Where chords are looked for first: at the place, and round it, since it may lie before the door.
+#: Where chords are searched for first: at the place, and round it, since it may lie before the door.
 _STARTS_M = np.array(
     [
         (0, 0, 0),
@@ -24,7 +24,7 @@ _STARTS_M = np.array(
 _HEIGHTS_M = (0.3, 1.0, 1.6)
 #: Half a chord at most; wider is no doorway.
 _REACH_M = 1.5
-#: The passage is looked along this far to either side, in steps.
+#: The passage is followed this far to either side, in steps.
 _ALONG_M = np.arange(-12, 13) * 0.05
 #: The chord may widen by this much inside one doorway: a reveal, a casing.
 _SAME_WIDTH_M = 0.06
@@ -32,7 +32,7 @@ _SAME_WIDTH_M = 0.06
 _OFF_AXIS_RAD = 0.0071
 _ANGLES = _OFF_AXIS_RAD + np.arange(_N_CHORDS) * (np.pi / _N_CHORDS)
 _DIRECTIONS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
-#: The height at which jambs are looked for first, and how near to them is no place to look from.
+#: The height at which jambs are searched for first, and how near to them no search starts.
 _LOOK_M, _WALL_M = 1.0, 0.05
 
 

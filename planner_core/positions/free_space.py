@@ -2,7 +2,7 @@
 
 Input a `Survey` (local frame, metres) and a `Mover`, output a `FreeSpace`. The plan is cut into cells; where there is
 ground to stand on with headroom, a cell has a node, and as many as there are storeys. Nodes of neighbouring cells are
-linked where the step between them can be climbed: so stairs join floors without being told apart from them.
+linked where the step between them can be climbed: so stairs join floors without being distinguished from them.
 
         o-o-o-o-o      nodes of the upper storey, linked down the flight
                o-o
@@ -26,7 +26,7 @@ from planner_core.positions.spread import NEIGHBOURS, spread
 from planner_core.progress import Progress, ProgressEvent, silent
 
 CELL_M = 0.05
-#: On sites of more cells in plan, cells grow as `_grown_m` says.
+#: On sites of more cells in plan, cells grow by `_grown_m`.
 MAX_CELLS = 2_000_000
 #: Cells that all triangles cover in plan, storeys over each other, on such sites; bounds memory while cells may grow.
 _MAX_COVERED = 32_000_000
@@ -35,9 +35,9 @@ _MAX_COVERED = 32_000_000
 LARGEST_CELL_M = 0.25
 #: But for this: columns and heights share one float64, true to 0.1 mm for so many; at 0.25 m they make 250 km2.
 _MAX_COLUMNS = 4_000_000_000
-#: Nodes looked at in one go.
+#: Nodes taken in one go.
 _CHUNK = 1_000_000
-#: Clearance is looked for as far as this, or two radii of the mover.
+#: Clearance is measured as far as this, or two radii of the mover.
 CLEARANCE_CAP_M = 1.0
 #: Heights as stated include their limit: a riser of 0.2 m is a step of 0.2 m.
 _SLACK_M = 1e-3
@@ -148,7 +148,7 @@ def free_space(
     """Find where `mover` can walk, on all floors and the stairs between them.
 
     Surfaces that no ground of a floor is linked to (table tops, roofs) have no nodes. `cell_m` grows on sites of more
-    than `MAX_CELLS` cells, to `LARGEST_CELL_M` or the mover's radius; `FreeSpace.grid` tells. `known` is a space of
+    than `MAX_CELLS` cells, to `LARGEST_CELL_M` or the mover's radius; `FreeSpace.grid` has it. `known` is a space of
     this survey without zones, of whichever mover.
 
     Raises

@@ -32,7 +32,7 @@ COPLANAR_RAD = np.deg2rad(2.0)
 _AS_NEAR_M = 0.001
 #: How often a region's plane is fitted to it and the region grown anew.
 _MOST_FITS = 8
-#: What `Floor.origin` says of a floor that was marked.
+#: `Floor.origin` of a floor that was marked.
 MARKED = "marked"
 
 

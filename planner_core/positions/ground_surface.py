@@ -14,7 +14,7 @@ from planner_core.scene.columns import sample_columns
 
 #: Cells a side at most; bounds memory where few triangles are much larger than the others.
 _MAX_CELLS = 256
-#: Pairs of position and triangle looked at in one go.
+#: Pairs of position and triangle taken in one go.
 _CHUNK = 1_000_000
 #: A place this far outside an edge, relative to the triangle's size, still counts: none falls between two triangles.
 _EDGE_SLACK = 1e-9

@@ -25,7 +25,7 @@ from planner_core.model import (
 )
 from planner_core.positions.carrier import PERSON, Mover, Zone, blocked_by_zones
 
-#: A place told by its ground may lie this little below the floor's median height.
+#: A place given by its ground may lie this little below the floor's median height.
 _ON_GROUND_M = 0.3
 
 
@@ -99,16 +99,16 @@ def local_site(survey: Survey, site: Site) -> LocalSite:
 
 
 def ends_of(site: Site, offset_m: FloatArray) -> Ends:
-    """Ends of the walk as the site says: from its start, else its first entrance. offset_m : `Scene.offset_m`."""
+    """Ends of the walk as the site has them: from its start, else its first entrance. offset_m : `Scene.offset_m`."""
     start = site.start_m or (site.entrances_m[0] if site.entrances_m else None)
     local = [None if place is None else np.asarray(place, np.float64) - offset_m for place in (start, site.end_m)]
     return Ends(local[0], local[1], site.returns)
 
 
 def mover_of(site: Site) -> Mover:
-    """Who carries the scanner: a person where the site says nothing else."""
-    told = {"radius_m": site.mover_radius_m, "step_m": site.step_m, "height_m": site.mover_height_m}
-    changes = {name: value for name, value in told.items() if value is not None}
+    """Who carries the scanner: a person unless the site has other figures."""
+    given = {"radius_m": site.mover_radius_m, "step_m": site.step_m, "height_m": site.mover_height_m}
+    changes = {name: value for name, value in given.items() if value is not None}
     if site.mover_height_m is not None:
         changes["stairs_height_m"] = min(PERSON.stairs_height_m, site.mover_height_m)
     return replace(PERSON, opens_doors=site.opens_doors, **changes)
@@ -120,7 +120,7 @@ def floor_named(floors: tuple[Floor, ...], name: str, what: str) -> int:
     Raises
     ------
     RequirementError
-        There is none; `what` says whose floor it is.
+        There is none; `what` names whose floor it is.
     """
     index = index_of_floor(floors, name)
     if index is None:

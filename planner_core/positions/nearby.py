@@ -1,8 +1,8 @@
 """Places off the grid: near stations that were chosen, at other heights too, where a tripod can stand as well.
 
 Input the `Tripods` of a survey (local frame, metres) and positions, output `Candidates` in the order of the positions
-they are near, rounded to 0.1 mm before anything is asked of them: they are the same places once they have gone through
-a file.
+they are near, rounded to 0.1 mm before anything is computed of them: they are the same places once they have gone
+through a file.
 """
 
 from __future__ import annotations

@@ -44,14 +44,14 @@ def place_prior(tripods: Tripods, station: PriorStation, space: FreeSpace) -> Pr
     if landing_m is not None and on_stairs:
         ground_m = float(tripods.climbed_ground_m(np.array([[*position_m[:2], landing_m]]))[0])
     height_m = float(position_m[2] - ground_m)
-    told_m = station.instrument_height_m
-    if told_m is not None:
-        if abs(told_m - height_m) > _SAME_HEIGHT_M:
+    given_m = station.instrument_height_m
+    if given_m is not None:
+        if abs(given_m - height_m) > _SAME_HEIGHT_M:
             remarks.append(
-                f"station {station.id}: instrument height {told_m:.3f} m is given, but the sensor is "
+                f"station {station.id}: instrument height {given_m:.3f} m is given, but the sensor is "
                 f"{height_m:.3f} m above the ground of {floor.name!r}"
             )
-        height_m = float(told_m)
+        height_m = float(given_m)
     _, reasons = tripods.reject(index, position_m[None], np.array([ground_m]), np.array([not on_stairs]))
     remarks += [f"station {station.id}: no valid tripod position on {floor.name!r} ({reason})" for reason in reasons]
     return PriorPosition(station, position_m, index, height_m, tuple(remarks))

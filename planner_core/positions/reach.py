@@ -30,7 +30,7 @@ _ENTRANCE_M = 1.0
 _SAME_GROUND_M = 0.3
 #: A tripod is put down at arm's length.
 ARM_M = 0.6
-#: A region is inside a solid where this share of its plumb lines says so.
+#: A region is inside a solid where this share of its plumb lines is.
 _SOLID_SHARE = 0.5
 _N_PLUMB_LINES = 25
 #: A leaf stands this near to the ground of the room that it shuts, and the rooms begin so far from its middle: a body's
@@ -207,12 +207,12 @@ def _described(
     elsewhere = ~space.on_ground[node] | (space.floor[node] != area.argmax(axis=1)[region[node]])
     order = node[np.lexsort((node, -space.clearance_m[node], elsewhere, region[node]))]
     number, first, count = np.unique(region[order], return_index=True, return_counts=True)
-    asked = {
+    tested = {
         index: space.position_m(order[start : start + n : max(1, n // _N_PLUMB_LINES)])
         for index, start, n in zip(number.tolist(), first.tolist(), count.tolist(), strict=True)
         if index not in lead_to and float(area[index].sum()) >= MIN_REGION_M2
     }
-    in_solid = _in_solid(survey.scene, asked)
+    in_solid = _in_solid(survey.scene, tested)
     return tuple(
         Region(
             floor=int(np.argmax(area[index])),
@@ -241,7 +241,7 @@ def _in_solid(scene: Scene, ground_m: dict[int, FloatArray]) -> set[int]:
 def triangles_over(scene: Scene, plan_m: FloatArray) -> list[Int32Array]:
     """Triangles whose bounds in plan hold each of places (K, 2), in their order.
 
-    Of each triangle only places between its least and greatest x are looked at: all places at all triangles would be
+    Of each triangle only places between its least and greatest x are tested: all places at all triangles would be
     the square of the site's area.
     """
     by_x = np.argsort(plan_m[:, 0], kind="stable")

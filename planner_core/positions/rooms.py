@@ -154,7 +154,7 @@ def _borders(away: FloatArray, basin: Int64Array, cells: _Cells) -> tuple[Int64A
 
 
 def _merged(summit: FloatArray, sides: Int64Array, height: FloatArray) -> Int64Array:
-    """(B,) int64: room of each basin. The highest pass of every two that touch is looked at, from the highest down."""
+    """(B,) int64: room of each basin. The highest pass of every two that touch is examined, from the highest down."""
     a, b = sides.min(axis=1, initial=summit.size), sides.max(axis=1, initial=-1)
     order = np.lexsort((-height, b, a))
     _, first = np.unique(np.column_stack([a, b])[order], axis=0, return_index=True)

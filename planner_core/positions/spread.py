@@ -32,7 +32,7 @@ def spread(
     place
         (M, 2) float64, plan places of the sources, in cells.
     reach_cells
-        Sources further than this are not looked for.
+        Sources further than this are not searched for.
 
     Returns
     -------

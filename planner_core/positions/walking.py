@@ -29,17 +29,17 @@ BLOCK_M, _LEAST_PER_SIDE = 0.2, 2
 _OFF_LINE_M = 0.3
 #: Sources of one go; bounds memory.
 _SOURCES = 32
-#: Blocks whose neighbours' neighbours are looked at in one go; bounds memory.
+#: Blocks whose neighbours' neighbours are examined in one go; bounds memory.
 _ROWS = 200_000
 #: Links over borders of blocks, of which the shortest are taken in one go; bounds memory.
 _PAIRS = 1_000_000
-#: A way is first looked for up to so many times the straight line's length, and so much more.
+#: A way is first searched for up to so many times the straight line's length, and so much more.
 _FIRST_DETOUR, _FIRST_MORE_M = 1.2, 1.0
-#: Blocks are looked up in stripes along x, of this width.
+#: Blocks are found in stripes along x, of this width.
 _STRIPE_M = 5.0
 #: Rounding of sums of lengths.
 _SLACK_M = 1e-6
-#: Corners of a way looked ahead to while it is pulled taut; it is pulled again until that changes nothing.
+#: Corners of a way examined ahead while it is pulled taut; it is pulled again until that changes nothing.
 _AHEAD = 40
 #: Directions by (dx + 1, dy + 1), -1 for no move.
 _DIRECTION = np.full((3, 3), -1, dtype=np.int64)
@@ -228,7 +228,7 @@ class Walking:
 
 
 class WalkingFrom:
-    """Walking distances among many places, a row at a time: where few of the rows are ever asked for.
+    """Walking distances among many places, a row at a time: where few of the rows are ever needed.
 
     Places lie at nodes (K,), -1 for none, and (K, 3), local frame.
     """

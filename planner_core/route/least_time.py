@@ -31,7 +31,7 @@ from planner_core.select.problem import CoverProblem
 _FAR_M = 1e6
 #: What saves less than this, in metres, is rounding.
 _LEAST_GAIN_M = 1e-6
-#: Exchanges of a step that are looked at closely, the most promising first.
+#: Exchanges of a step that are examined closely, the most promising first.
 _MAX_TRIED = 200
 #: Stations that are taken out together, at most, before others are put in.
 _MAX_RUIN = 3

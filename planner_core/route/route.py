@@ -48,7 +48,7 @@ def plan_route(
     position_m, instrument_height_m, floor
         (N, 3), (N,) and (N,) of the sensors, as in `Candidates`; NaN for a height that is not known.
     ends
-        A place that is not on ground that the crew reaches is left out, and a note says so.
+        A place that is not on ground that the crew reaches is left out, with a note.
     scanned
         (N,) bool, stations whose scans exist: nobody walks there, and nobody misses them in the walk.
 

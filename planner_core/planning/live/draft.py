@@ -104,6 +104,6 @@ def rounded_place(local_m: FloatArray, offset_m: FloatArray) -> Place:
     """Return a place (3,) of the local frame rounded to 0.1 mm in the scene frame.
 
     `local_place` of those digits is the same place, bit by bit: one that has gone through a text file or over the
-    network need not be looked from again.
+    network need not be scanned again.
     """
     return local_place(np.round(local_m + offset_m, SET_UP_DIGITS).tolist(), offset_m)

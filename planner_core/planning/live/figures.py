@@ -1,6 +1,6 @@
 """Figures of a draft: the same as a plan's, in the same form, so far as moving stations changes them.
 
-Input a `Survey`, settings, what is asked, and looks of the draft's stations; output a `Plan` without what takes long
+Input a `Survey`, settings, requirements, and looks of the draft's stations; output a `Plan` without what takes long
 or does not depend on where stations stand: no route, no reasons, no bound.
 """
 
@@ -38,12 +38,12 @@ def plan_of(
 
     Stations are visited, and counted for the curve, in the draft's order.
     """
-    area_m2, asked = survey.patches.area_m2, settings.requirements
+    area_m2, requirements = survey.patches.area_m2, settings.requirements
     n_met = times_met(demand, rows)[0]
-    seen = n_met >= asked.seen_from
-    achievable = demand.times_met[0] >= asked.seen_from
+    seen = n_met >= requirements.seen_from
+    achievable = demand.times_met[0] >= requirements.seen_from
     covered, own = covered_and_own_area_m2(
-        rows_of_quality(demand, rows), area_m2, scope=parts.overall.counted, seen_from=asked.seen_from
+        rows_of_quality(demand, rows), area_m2, scope=parts.overall.counted, seen_from=requirements.seen_from
     )
     registration = registration_of(settings, links, stations)
     return Plan(
@@ -82,12 +82,12 @@ def plan_of(
 
 def registration_of(settings: PlanSettings, links: Sequence[Link], stations: Sequence[DraftStation]) -> Registration:
     """Say how stations hang together, by the plan's own requirements."""
-    asked = settings.requirements
+    requirements = settings.requirements
     return registration_report(
         links,
         [station.id for station in stations],
         [station.floor for station in stations],
-        threshold=asked.overlap,
-        min_strength=asked.min_strength,
-        loops=asked.network == NetworkKind.REDUNDANT,
+        threshold=requirements.overlap,
+        min_strength=requirements.min_strength,
+        loops=requirements.network == NetworkKind.REDUNDANT,
     )

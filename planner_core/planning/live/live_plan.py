@@ -104,14 +104,15 @@ class LivePlan:
         self._parts: Parts = parts_of(survey, demand)
         self._observer = StationObserver(survey, engine, demand.goals.qualities)
         self.draft = _draft_of(document, survey)
-        asked = settings.requirements
+        requirements = settings.requirements
         self._pairs = PairFinder(
             survey,
             self._area_m2,
             demand.times_met.max(axis=0) > 0,
-            min_overlap=min(MIN_LISTED_OVERLAP, asked.overlap or MIN_LISTED_OVERLAP),  # at least what selection counted
-            measure=asked.overlap_measure,
-            of=asked.overlap_of,
+            # At least what selection counted.
+            min_overlap=min(MIN_LISTED_OVERLAP, requirements.overlap or MIN_LISTED_OVERLAP),
+            measure=requirements.overlap_measure,
+            of=requirements.overlap_of,
         )
         self.tripods = Tripods(survey, settings, engine)
         site = local_site(survey, settings.site)
@@ -120,7 +121,7 @@ class LivePlan:
 
     @property
     def goals(self) -> tuple[Goal, ...]:
-        """What is asked, in the order of plan.json's results and of `Preview.goals`."""
+        """The requirements, in the order of plan.json's results and of `Preview.goals`."""
         return self._demand.goals.each
 
     @property
@@ -140,7 +141,7 @@ class LivePlan:
 
     # ------------------------------------------------------------------------------------------ figures
     def figures(self, draft: Draft) -> DraftFigures:
-        """Compute what plan.json says of a plan, for a draft."""
+        """Compute the figures that plan.json has of a plan, for a draft."""
         standing, rows = self._standing(draft), self._rows(draft)
         plan = plan_of(
             self.survey, self.settings, self._engine, self._demand, self._parts, draft.stations, rows, standing.links
@@ -192,7 +193,7 @@ class LivePlan:
         station
             Id of the one that is moved; None: a new one.
         position_m
-            (x, y) or (x, y, z) in the local frame; z, the sensor's, tells grounds above each other apart. The station
+            (x, y) or (x, y, z) in the local frame; z, the sensor's, distinguishes grounds above each other. The station
             is put where a tripod can stand, see `Preview.spot`; where there is no such place nearby, it stays.
 
         Raises

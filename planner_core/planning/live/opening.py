@@ -1,7 +1,7 @@
 """Opening a plan folder for live editing: its scene loaded again, its settings read back, an engine at the ready.
 
 Input a plan folder; output a `LivePlan`. What candidates can achieve comes from the folder; where an older plan does
-not have it, they are looked for and scanned again.
+not have it, they are found and scanned again.
 """
 
 from __future__ import annotations
@@ -55,11 +55,11 @@ def open_live(
     Parameters
     ----------
     scene
-        The scene file or files; None: looked for, see `planner_core.plan_folder.plan_settings.find_scene`.
+        The scene file or files; None: searched for, see `planner_core.plan_folder.plan_settings.find_scene`.
     engine, device
         See `planner_core.engine.scan_engine.open_engine`.
     with_ground
-        Test all ground for tripods now; without, that is done when first asked for.
+        Test all ground for tripods now; without, that is done when first needed.
 
     Raises
     ------
@@ -140,7 +140,7 @@ def _demand(
 
 
 def _read_bytes(path: Path, shape: tuple[int, ...], what: str) -> UInt8Array:
-    """Array of bytes of a file that has as many as `what` says."""
+    """Array of bytes of a file that must have as many as `shape`; `what` names them."""
     content = path.read_bytes()
     if len(content) != math.prod(shape):
         expected = " x ".join(str(n) for n in shape)

@@ -126,9 +126,9 @@ class PairFinder:
         if not new.size:
             return
         # All patches of a triangle at once: of a floor's, the next look is sure to see others.
-        is_asked = np.zeros(self._survey.scene.n_triangles, dtype=np.bool_)
-        is_asked[self._triangle[new]] = True
-        asked = is_asked[self._triangle]
-        surface = surface_of_patches(self._survey.scene, self._survey.patches, asked)
-        self._sums[asked] = patch_sums(self._area_m2[asked], surface.centroid_m[asked], surface.normal[asked])
-        self._is_known |= asked
+        is_needed = np.zeros(self._survey.scene.n_triangles, dtype=np.bool_)
+        is_needed[self._triangle[new]] = True
+        needed = is_needed[self._triangle]
+        surface = surface_of_patches(self._survey.scene, self._survey.patches, needed)
+        self._sums[needed] = patch_sums(self._area_m2[needed], surface.centroid_m[needed], surface.normal[needed])
+        self._is_known |= needed

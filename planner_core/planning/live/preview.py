@@ -41,7 +41,7 @@ class Standing:
 class Preview:
     """Of a station at `spot`. draft : with it there. patch : (K,), sorted, patches that differ from the draft before.
 
-    times_seen, values : (K,), what they are there, see `planning.live.layers`; values : of the layer asked for.
+    times_seen, values : (K,), what they are there, see `planning.live.layers`; values : of the requested layer.
     goals : coverage of each requirement, in the plan's order. links : of the station, to the others in their order.
     """
 

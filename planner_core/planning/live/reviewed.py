@@ -20,7 +20,7 @@ def draft_of_review(
     Parameters
     ----------
     stations
-        Of the plan, as `planner_core.review.stations.reviewed_stations` says.
+        Of the plan, as `planner_core.review.stations.reviewed_stations` returns them.
     floors
         Of the survey: a forbidden place without a floor is one on each.
     offset_m

@@ -84,9 +84,9 @@ class StationObserver:
         observations = self._observations_at(np.array([position_m], dtype=np.float64), silent)
         met = tuple(
             observations.patch
-            if asked == PointLimits()
-            else observations.patch[observations_meeting(observations, asked)]
-            for asked in self._qualities
+            if limits == PointLimits()
+            else observations.patch[observations_meeting(observations, limits)]
+            for limits in self._qualities
         )
         return StationObservations(position_m, observations.patch, met, observations)
 

@@ -30,7 +30,7 @@ _LEAST_DENSITY = 1e-200
 
 @dataclass(frozen=True)
 class Part:
-    """What a figure is told of. patches : (P,) bool. counted : (P,) bool, those of them that are achievable.
+    """What a figure is about. patches : (P,) bool. counted : (P,) bool, those of them that are achievable.
 
     quality : row of `Tally.times_met`. seen_from : stations that must meet it for a patch to be covered.
     """
@@ -45,7 +45,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Parts:
-    """What coverage is told of: all that is planned, each floor, each goal of the requirements."""
+    """What coverage is reported of: all that is planned, each floor, each goal of the requirements."""
 
     overall: Part
     floors: tuple[Part, ...]
@@ -60,17 +60,17 @@ class Parts:
 def parts_of(survey: Survey, demand: Demand) -> Parts:
     """Cut the building up as the figures of a plan are: the sums are those of `planner_core.planning.results`."""
     goals, area_m2 = demand.goals, demand.area_m2[: demand.n_patches]
-    asked, scope = goals.requirements, goals.overall.patches
+    requirements, scope = goals.requirements, goals.overall.patches
     floor = np.where(goals.patches, floor_of_patch(survey.patches, survey.floor_of_triangle), -1)
-    achievable = demand.times_met[0] >= asked.seen_from
+    achievable = demand.times_met[0] >= requirements.seen_from
 
     def part(patches: BoolArray, counted: BoolArray, quality: int, seen_from: int) -> Part:
         return Part(patches, counted, quality, seen_from, float(area_m2[patches].sum()), float(area_m2[counted].sum()))
 
     return Parts(
-        overall=part(scope, scope & achievable, 0, asked.seen_from),
+        overall=part(scope, scope & achievable, 0, requirements.seen_from),
         floors=tuple(
-            part(floor == index, (floor == index) & achievable, 0, asked.seen_from)
+            part(floor == index, (floor == index) & achievable, 0, requirements.seen_from)
             for index in range(len(survey.floors))
         ),
         goals=tuple(
@@ -80,7 +80,7 @@ def parts_of(survey: Survey, demand: Demand) -> Parts:
 
 
 class Tally:
-    """Counts of some looks, and, made when first asked for, the best figures of each patch."""
+    """Counts of some looks, and, made when first needed, the best figures of each patch."""
 
     def __init__(self, looks: Sequence[StationObservations], *, n_patches: int, n_qualities: int) -> None:
         self.looks, self._n_patches = tuple(looks), n_patches

@@ -50,7 +50,7 @@ class GroundMap:
 class TripodPosition:
     """Where a station would stand. position_m : (x, y, z), local. admissible : whether a tripod can stand there.
 
-    reason : why it is not the place that was asked for, or why nothing can stand there; empty where it is that place.
+    reason : why it is not the requested place, or why nothing can stand there; empty where it is that place.
     """
 
     position_m: Place
@@ -67,7 +67,7 @@ class _Floor:
 
 
 class TripodPositions:
-    """Spots on all floors of a survey; a floor's cells are tested when it is first asked for.
+    """Spots on all floors of a survey; a floor's cells are tested when it is first needed.
 
     height_m : the instrument height that maps are made for.
     """
@@ -113,18 +113,18 @@ class TripodPositions:
         cells = self._floor(index).cells
         found = cells.below(plan_m, None if sensor_z_m is None else sensor_z_m - height_m)
         place_m, on_floor = found or (np.array([*plan_m, cells.floor.elevation_m]), True)
-        asked = self._above(place_m, height_m)
+        requested = self._above(place_m, height_m)
         if wrong := self._wrong_height(height_m):
-            return TripodPosition(asked, False, wrong)
+            return TripodPosition(requested, False, wrong)
         site = self._site_of(draft)
         reason = NO_GROUND
         if found is not None:
-            reason = self._refusal(index, asked, on_floor, site, height_m)
+            reason = self._refusal(index, requested, on_floor, site, height_m)
             if not reason:
-                return TripodPosition(asked, True, "")
+                return TripodPosition(requested, True, "")
         beside = self._beside(index, plan_m, draft, site, height_m)
         if beside is None:
-            return TripodPosition(asked, False, f"{reason}, and no tripod can stand nearby")
+            return TripodPosition(requested, False, f"{reason}, and no tripod can stand nearby")
         away_m = math.hypot(beside[0] - plan_m[0], beside[1] - plan_m[1])
         return TripodPosition(beside, True, f"{reason}; moved by {away_m:.2f} m")
 

@@ -16,9 +16,9 @@ from planner_core.model import BoolArray, Int32Array, Int64Array, Survey, Unseen
 
 #: Surfaces of less are not listed, as in plan.json.
 MIN_LISTED_M2 = 0.01
-#: Elements that are looked at, the largest areas first; and pieces told of a surface.
+#: Elements that are examined, the largest areas first; and pieces listed of a surface.
 N_ELEMENTS, N_PIECES = 50, 5
-#: No further element is looked at once there are so many patches, of some 25 microseconds each.
+#: No further element is examined once there are so many patches, of some 25 microseconds each.
 _ENOUGH_PATCHES = 20_000
 
 
@@ -65,9 +65,9 @@ def _of_largest(survey: Survey, patch: Int32Array) -> Int32Array:
     area_m2 = np.bincount(key, weights=survey.patches.area_m2[patch], minlength=n_keys)
     largest = np.argsort(-area_m2, kind="stable")[:N_ELEMENTS]
     before = np.cumsum(np.bincount(key, minlength=n_keys)[largest])
-    n_looked_at = 1 + int(np.searchsorted(before, _ENOUGH_PATCHES))
+    n_examined = 1 + int(np.searchsorted(before, _ENOUGH_PATCHES))
     kept = np.zeros(n_keys, dtype=np.bool_)
-    kept[largest[:n_looked_at]] = True
+    kept[largest[:n_examined]] = True
     of_largest: Int32Array = patch[kept[key]]
     return of_largest
 
