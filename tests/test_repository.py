@@ -17,7 +17,8 @@ DO_NOT_SPEAK = (
     r"|docs/tlsplib/tlsplib/).*\.py$|docs/(howto/|formats/|method/|decisions/|reference/cli|tlsplib/|)[^/]*\.md$"
     r"|docs/formats/field-pack/"
 )
-#: Names that are public: of plan.json, `compare --json`, options of before, a BCF comment's seed; and the lines of the independent check, which change with its name.
+#: Names that are public: of plan.json, `compare --json`, options of before, a BCF comment's seed; and the lines of the
+#: independent check, which change with its name.
 MAY_STAND = (
     r"[.`'\"]asked\b|\basked(=|: (PointLimits|LimitsSection))|asked_is_met|\btold: (Number|float)$|\.told\b"
     r"|--as-told|said/|the plan says"
