@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 from scipy.spatial import cKDTree
 
 from planner_core.model import FloatArray, Int32Array, Int64Array
@@ -30,6 +31,8 @@ _DOORWAY_M = 1.0
 _APART_M = 0.6
 #: Ground this near to the floor's is walked as part of it: thresholds, coverings.
 _THRESHOLD_M = 0.3
+#: Cells of the box around walkable ones, for each of these, up to which the whole box is held.
+_MOST_PER_CELL = 16
 #: The first four of eight directions; the others are their opposites. (dy, dx).
 _HALF = ((0, 1), (1, 1), (1, 0), (1, -1))
 _AROUND = (*_HALF, *((-dy, -dx) for dy, dx in _HALF))
@@ -107,15 +110,27 @@ def _nodes_of_floor(space: FreeSpace, floor: int) -> Int64Array:
 
 
 def _distance_cells(cells: _Cells) -> FloatArray:
-    """(C,) distance from each cell to the nearest that is not walkable, in cells; what is outside is none.
+    """(C,) distance from each cell to the nearest that is not walkable, in cells; what is outside is none."""
+    place = cells.place(np.arange(cells.column.size))
+    low = place.min(axis=0) - 1
+    shape = place.max(axis=0) - low + 2
+    if shape.prod() > _MOST_PER_CELL * cells.column.size:
+        return _distance_in_tree(place, cells)
+    walkable = np.zeros(shape, dtype=np.bool_)
+    walkable[tuple((place - low).T)] = True
+    return np.asarray(distance_transform_edt(walkable)[tuple((place - low).T)], dtype=np.float64)
+
+
+def _distance_in_tree(place: Int64Array, cells: _Cells) -> FloatArray:
+    """Compute the same for cells at places (C, 2) in a grid that is nearly empty, in memory by their number alone.
 
     From the nearest, a step towards the cell is walkable: it is one of those that touch walkable ones.
     """
-    bare = [cells.place(np.flatnonzero(cells.beside[k] < 0)) + np.array(step) for k, step in enumerate(_AROUND)]
+    bare = [place[cells.beside[k] < 0] + np.array(step) for k, step in enumerate(_AROUND)]
     width = cells.nx + 2  # what touches the grid's edge lies outside it
     rim = np.unique(np.concatenate(bare) @ np.array([width, 1]) + 1)
     tree = cKDTree(np.column_stack([rim // width, rim % width - 1]))
-    return np.asarray(tree.query(cells.place(np.arange(cells.column.size)))[0], dtype=np.float64)
+    return np.asarray(tree.query(place)[0], dtype=np.float64)
 
 
 def _basins(away: FloatArray, cells: _Cells) -> Int64Array:

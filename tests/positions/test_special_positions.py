@@ -17,7 +17,7 @@ from planner_core.positions.allowed_positions import KINDS
 from planner_core.positions.doorways import centre_in_doorways
 from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.landings import find_flights, find_landings
-from planner_core.positions.rooms import _AROUND, _Cells, _distance_cells, find_rooms
+from planner_core.positions.rooms import _AROUND, _Cells, _distance_cells, _distance_in_tree, find_rooms
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.doors import without_door_leaves
 
@@ -46,6 +46,7 @@ def test_distances_of_single_cells_are_the_exact_distance_transform(walkable: np
         return
     exact = ndimage.distance_transform_edt(np.pad(walkable, 1))[1:-1, 1:-1]
     assert np.array_equal(_distance_cells(cells), exact[walkable])
+    assert np.array_equal(_distance_in_tree(cells.place(np.arange(cells.column.size)), cells), exact[walkable])
     number = np.pad(np.full(walkable.shape, -1), 1, constant_values=-1)
     number[1:-1, 1:-1][walkable] = np.arange(cells.column.size)
     y, x = np.nonzero(walkable)
