@@ -35,9 +35,9 @@ from planner_core.model.unseen import (
     OUT_OF_SCOPE,
     TOO_FEW,
 )
-from planner_core.scene.equal_rows import groups_of_equal_rows
 from planner_core.scene.inside import enclosures
 from planner_core.scene.rooms import IN_FRONT_M, room_of_points
+from planner_core.scene.unique_rows import groups_of_equal_rows
 
 #: Patches of one element, room and direction in a cube of this side have one sample; of larger cubes where that would
 #: be more than `MAX_SAMPLES` in all.

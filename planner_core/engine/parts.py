@@ -16,7 +16,7 @@ from planner_core.device import MEMORY_VARIABLE, Buffer, Device
 from planner_core.engine.tree import build_tree
 from planner_core.errors import DeviceMemoryError
 from planner_core.model import Float32Array, Int32Array, Scene
-from planner_core.scene.portions import portions
+from planner_core.scene.chunks import chunks
 
 #: Bytes a triangle while its tree is built (measured: 120 to 127), with its patch's address; and of its largest buffer.
 BUILDING_BYTES, _LARGEST_BUFFER_BYTES = 138, 64
@@ -124,7 +124,7 @@ class Parts:
 def split(scene: Scene, most: int) -> list[Int32Array]:
     """Triangles (K,) int32, ascending, of every part: each at most `most`, storeys as they lie on each other."""
     height_m = np.empty(scene.n_triangles, dtype=np.float32)
-    for some in portions(scene.n_triangles):
+    for some in chunks(scene.n_triangles):
         height_m[some] = scene.vertices_m[:, 2][scene.triangles[some]].mean(axis=1)
     starts = np.sort([storey.elevation_m for storey in scene.storeys])[1:]
     storey = np.searchsorted(starts, height_m, side="right").astype(np.int32)
@@ -144,7 +144,7 @@ def _halved(scene: Scene, numbers: Int32Array, most: int) -> Iterator[Int32Array
         yield numbers
         return
     middle = np.empty((numbers.size, 3), dtype=np.float32)
-    for some in portions(numbers.size):
+    for some in chunks(numbers.size):
         middle[some] = scene.vertices_m[scene.triangles[numbers[some]]].mean(axis=1)
     along = middle[:, int(np.argmax(np.ptp(middle, axis=0)))]
     order = np.argsort(along, kind="stable")

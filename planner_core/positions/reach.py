@@ -16,9 +16,9 @@ from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, Candidates, FloatArray, Int32Array, Int64Array, Scene, Survey
 from planner_core.positions.free_space import FreeSpace, components
 from planner_core.positions.spread import spread
+from planner_core.scene.chunks import chunks
 from planner_core.scene.columns import sample_columns
 from planner_core.scene.doors import Leaf, leaves_around
-from planner_core.scene.portions import portions
 
 #: Sealed regions smaller than this are cupboards and shafts that nobody asks for.
 MIN_REGION_M2 = 1.0
@@ -246,7 +246,7 @@ def triangles_over(scene: Scene, plan_m: FloatArray) -> list[Int32Array]:
     """
     by_x = np.argsort(plan_m[:, 0], kind="stable")
     found: list[tuple[Int64Array, Int64Array]] = []
-    for some in portions(scene.n_triangles):
+    for some in chunks(scene.n_triangles):
         x, y = (scene.vertices_m[:, axis][scene.triangles[some]] for axis in (0, 1))
         first = np.searchsorted(plan_m[by_x, 0], x.min(axis=1), side="left")
         count = np.searchsorted(plan_m[by_x, 0], x.max(axis=1), side="right") - first

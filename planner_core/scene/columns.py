@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
-from planner_core.scene.portions import portions
+from planner_core.scene.chunks import chunks
 
 #: Grid points treated in one go; bounds memory to some hundred megabytes.
 _CHUNK = 2_000_000
@@ -87,7 +87,7 @@ def sample_scene(
     """`sample_columns` of some of a scene's triangles, (K,) int32, without all their corners at once."""
     met = (
         crossing
-        for some in portions(triangle_ids.size)
+        for some in chunks(triangle_ids.size)
         for crossing in _crossings(
             scene.vertices_m[scene.triangles[triangle_ids[some]]], triangle_ids[some], low_m, step_m, shape
         )

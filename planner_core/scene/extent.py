@@ -12,8 +12,8 @@ import numpy as np
 
 from planner_core.errors import SceneError
 from planner_core.model import FloatArray, Scene
+from planner_core.scene.chunks import chunks
 from planner_core.scene.outliers import fence_m, is_outside
-from planner_core.scene.portions import portions
 
 LONGEST_M, SHORTEST_M = 1000.0, 0.5
 """Extents outside these are hardly a building to scan: the unit is probably another."""
@@ -103,7 +103,7 @@ def _remedy(longest_m: float, metres_per_unit: float) -> str:
 def _plan_m2(scene: Scene) -> float:
     """Area of all surfaces seen from above, each counted however many lie over it."""
     total_m2 = 0.0
-    for some in portions(scene.n_triangles):
+    for some in chunks(scene.n_triangles):
         a, b, c = (scene.vertices_m[scene.triangles[some, corner], :2] for corner in range(3))
         ab, ac = b - a, c - a
         total_m2 += float(0.5 * np.abs(ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0]).sum())

@@ -19,10 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Scene
+from planner_core.scene.chunks import chunks
 from planner_core.scene.extent import check_extent
 from planner_core.scene.ground_planes import SITE_KINDS
 from planner_core.scene.level_surfaces import MIN_CLEAR_M, Ground, LevelSurvey, strays_named
-from planner_core.scene.portions import portions
 from planner_core.scene.storey_grounds import WALL_KINDS, grounds_of_storeys
 from planner_core.scene.surface_grounds import grounds_of_surfaces
 
@@ -150,7 +150,7 @@ def floor_of_triangles(scene: Scene, floors: tuple[Floor, ...]) -> Int32Array:
         ground_m = scene.vertices_m[:, 2][scene.triangles[floors[0].ground_triangles]]
         starts[0] = min(starts[0], float(ground_m.min(initial=np.inf)) - 0.05)
     out = np.empty(scene.n_triangles, dtype=np.int32)
-    for some in portions(scene.n_triangles):
+    for some in chunks(scene.n_triangles):
         height_m = scene.vertices_m[:, 2][scene.triangles[some]].mean(axis=1)
         out[some] = np.searchsorted(starts, height_m, side="right") - 1
     for index, floor in enumerate(floors):

@@ -12,9 +12,9 @@ from functools import cached_property
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
+from planner_core.scene.chunks import chunks
 from planner_core.scene.columns import Columns, sample_scene
 from planner_core.scene.outliers import fence_m, is_outside, named_few
-from planner_core.scene.portions import portions
 
 #: Ramps up to 10 degrees are ground; the steepest that building codes let people walk on is about 7.
 MAX_SLOPE_RAD = np.deg2rad(10.0)
@@ -61,7 +61,7 @@ class LevelSurvey:
         fence = _fence(scene)
         self.stray: BoolArray = np.empty(n_triangles, dtype=np.bool_)
         """(T,) Far outside the bulk: no floor is searched for there."""
-        for some in portions(n_triangles):
+        for some in chunks(n_triangles):
             corners_m = self.corners_of(some)
             cross = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
             length = np.sqrt((cross * cross).sum(axis=1))
@@ -76,7 +76,7 @@ class LevelSurvey:
     def spans_m(self) -> FloatArray:
         """(2, E) lowest and highest point of each element; inf and -inf where it has no faces."""
         low, high = (np.full(len(self.scene.elements), sign * np.inf) for sign in (1, -1))
-        for some in portions(self.scene.n_triangles):
+        for some in chunks(self.scene.n_triangles):
             z_m = self.scene.vertices_m[:, 2][self.scene.triangles[some]]
             element = self.scene.element_of_triangle[some]
             np.minimum.at(low, element, z_m.min(axis=1))
@@ -96,7 +96,7 @@ class LevelSurvey:
     def middles_of(self, triangles: Int32Array) -> FloatArray:
         """(K, 3) centroids of some triangles."""
         middle_m = np.empty((triangles.size, 3))
-        for some in portions(triangles.size):
+        for some in chunks(triangles.size):
             middle_m[some] = self.corners_of(triangles[some]).mean(axis=1)
         return middle_m
 
@@ -118,7 +118,7 @@ class LevelSurvey:
 def _fence(scene: Scene) -> FloatArray:
     """(2, 3) box to find floors in, infinite unless that would pull the plumb lines apart or is very tall."""
     everywhere = np.array([[np.inf] * 3, [-np.inf] * 3])
-    for some in portions(scene.n_triangles):
+    for some in chunks(scene.n_triangles):
         _widen(everywhere, scene.vertices_m[scene.triangles[some]].reshape(-1, 3))
     size = everywhere[1] - everywhere[0]
     if size[0] * size[1] <= _MAX_COLUMNS * _STEP_M * _STEP_M and size[2] <= _HIGHEST_M:
@@ -139,7 +139,7 @@ def strays_named(survey: LevelSurvey) -> list[str]:
 
 def _plumb_lines(scene: Scene, ids: Int32Array, fence: FloatArray) -> tuple[Columns, float]:
     bounds, of_all = (np.array([[np.inf] * 2, [-np.inf] * 2]) for _ in range(2))
-    for some in portions(ids.size):
+    for some in chunks(ids.size):
         corners_m = scene.vertices_m[scene.triangles[ids[some]]]
         within = ((corners_m >= fence[0]) & (corners_m <= fence[1])).all(axis=(1, 2))  # none reaches far out
         _widen(bounds, corners_m[within][:, :, :2].reshape(-1, 2))
@@ -162,10 +162,10 @@ def _widen(bounds: FloatArray, points: FloatArray) -> None:
 def cut_of_scene(
     scene: Scene, triangles: BoolArray, z_m: float, bounds_m: FloatArray | None = None
 ) -> tuple[float, FloatArray]:
-    """`cut_length` of some of a scene's triangles (T,), a portion at a time."""
+    """`cut_length` of some of a scene's triangles (T,), a chunk at a time."""
     z, ids = scene.vertices_m[:, 2], np.flatnonzero(triangles).astype(np.int32)
     cut = [np.empty(0, dtype=np.int32)]
-    for some in portions(ids.size):
+    for some in chunks(ids.size):
         height_m = z[scene.triangles[ids[some]]] - z_m
         cut.append(ids[some][(height_m.min(axis=1) < 0) & (height_m.max(axis=1) >= 0)])
     return cut_length(scene.vertices_m[scene.triangles[np.concatenate(cut)]], z_m, bounds_m)

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from planner_core.errors import RequirementError
 from planner_core.model import Float32Array, FloatArray, Int32Array, Patches, Scene
-from planner_core.scene.portions import portions
+from planner_core.scene.chunks import chunks
 
 #: Patch numbers are int32 everywhere (kernels, files).
 MAX_PATCHES = 2**31 - 1
@@ -66,7 +66,7 @@ def make_patches(scene: Scene, *, max_area_m2: float) -> Patches:
 def triangle_areas(scene: Scene) -> FloatArray:
     """(T,) float64, areas of the scene's triangles, m2."""
     area_m2 = np.empty(scene.n_triangles)
-    for some in portions(scene.n_triangles):
+    for some in chunks(scene.n_triangles):
         corners = scene.vertices_m[scene.triangles[some]]
         cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         area_m2[some] = 0.5 * np.sqrt((cross * cross).sum(axis=1))

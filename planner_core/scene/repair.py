@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from planner_core.model import BoolArray, Element, FloatArray, Int32Array, Int64Array
-from planner_core.scene.equal_rows import first_of_equal_rows, first_of_equal_triples
 from planner_core.scene.outliers import STRAY_DISTANCE_M, face_weights, is_astray, named_few
+from planner_core.scene.unique_rows import first_of_equal_rows, first_of_equal_triples
 from planner_core.scene.wording import bad_index_error, grouped
 
 MIN_FACE_HEIGHT_M = 1e-8

@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import connected_components
 
 from planner_core.model import BoolArray, Int64Array
 from planner_core.scene.between_walls import between_walls, cut_around_lines, lines_of
+from planner_core.scene.chunks import chunks
 from planner_core.scene.columns import SAME_SURFACE_M, Columns
 from planner_core.scene.ground_planes import plane_pieces
 from planner_core.scene.inside import ROOM_WIDTH_M
@@ -27,7 +28,6 @@ from planner_core.scene.level_surfaces import (
     main_height_m,
     mostly,
 )
-from planner_core.scene.portions import portions
 from planner_core.scene.roofless_rooms import roofless_rooms
 
 #: A surface of a scene without storeys is a level's ground if it has this share of the largest one. Desks in an office
@@ -222,7 +222,7 @@ def _foot_of_walls_m(survey: LevelSurvey) -> float | None:
     """
     found, weight = [np.empty(0)], [np.empty(0)]
     steep = np.flatnonzero(~survey.level & ~survey.stray).astype(np.int32)
-    for some in portions(steep.size):
+    for some in chunks(steep.size):
         corners_m = survey.corners_of(steep[some])
         low_m, high_m = corners_m[:, :, 2].min(axis=1), corners_m[:, :, 2].max(axis=1)
         length_m = np.linalg.norm(np.ptp(corners_m[:, :, :2], axis=1), axis=1)

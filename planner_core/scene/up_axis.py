@@ -18,9 +18,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int64Array, Scene
+from planner_core.scene.chunks import chunks
 from planner_core.scene.columns import Columns, sample_scene
 from planner_core.scene.level_surfaces import MAX_SLOPE_RAD, MIN_CLEAR_M
-from planner_core.scene.portions import portions
 
 #: Lines are this far apart, so that three go through a door; further on large sites, for at most `_MOST_LINES` along
 #: an axis.
@@ -88,7 +88,7 @@ class UpAxes:
         self.start_m = low_m + self.step_m * np.array([0.37, 0.43, 0.41])
         self.count = np.maximum(np.floor((high_m - self.start_m) / self.step_m) + 1, 1).astype(np.int64)
         self.faces_axis: BoolArray = np.empty((scene.n_triangles, 3), dtype=np.bool_)
-        for some in portions(scene.n_triangles):
+        for some in chunks(scene.n_triangles):
             a, b, c = (scene.vertices_m[scene.triangles[some, i]] for i in range(3))
             cross = np.cross(b - a, c - a)
             length = np.sqrt((cross * cross).sum(axis=1))

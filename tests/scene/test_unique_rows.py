@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from planner_core.scene.equal_rows import first_of_equal_rows, groups_of_equal_rows
+from planner_core.scene.unique_rows import first_of_equal_rows, groups_of_equal_rows
 
 
 @pytest.mark.slow
@@ -19,7 +19,7 @@ def test_first_of_equal_rows_agrees_with_a_dictionary(rows):
 
 
 def test_rows_whose_keys_collide_are_still_told_apart(monkeypatch):
-    monkeypatch.setattr("planner_core.scene.equal_rows._MIX", np.zeros(3, dtype=np.uint64))  # every key is 0
+    monkeypatch.setattr("planner_core.scene.unique_rows._MIX", np.zeros(3, dtype=np.uint64))  # every key is 0
     rows = np.array([[1.0, 2, 3], [3.0, 2, 1], [1.0, 2, 3], [0.0, 0, 0], [3.0, 2, 1]])
     assert first_of_equal_rows(rows).tolist() == [0, 1, 0, 3, 1]
 

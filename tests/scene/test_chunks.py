@@ -1,25 +1,25 @@
-"""Work a portion at a time gives what work on all triangles at once does."""
+"""Work a chunk at a time gives what work on all triangles at once does."""
 
 import numpy as np
 import pytest
 
-from planner_core.scene import portions as portioned
+from planner_core.scene import chunks as chunk_module
 from planner_core.scene.build import scene_from_arrays
+from planner_core.scene.chunks import chunks
 from planner_core.scene.columns import sample_columns, sample_scene
 from planner_core.scene.floors import find_floors
 from planner_core.scene.patches import make_patches
-from planner_core.scene.portions import portions
 from scenes_synthetic import house
 
 
 def test_portions_follow_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(portioned, "_PORTION", 4)
-    assert [(some.start, some.stop) for some in portions(10)] == [(0, 4), (4, 8), (8, 10)]
-    assert list(portions(0)) == []
+    monkeypatch.setattr(chunk_module, "_CHUNK", 4)
+    assert [(some.start, some.stop) for some in chunks(10)] == [(0, 4), (4, 8), (8, 10)]
+    assert list(chunks(0)) == []
 
 
 @pytest.mark.slow
-def test_floors_and_patches_do_not_depend_on_portions(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_floors_and_patches_do_not_depend_on_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = house.build().scene
 
     def found() -> tuple[str, bytes, bytes]:
@@ -29,18 +29,18 @@ def test_floors_and_patches_do_not_depend_on_portions(monkeypatch: pytest.Monkey
         return floors + repr(report.warnings), report.floor_of_triangle.tobytes(), areas
 
     at_once = found()
-    monkeypatch.setattr(portioned, "_PORTION", 37)
+    monkeypatch.setattr(chunk_module, "_CHUNK", 37)
     assert found() == at_once
     assert len(at_once[0]) > 100
 
 
-def test_plumb_lines_do_not_depend_on_portions(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_plumb_lines_do_not_depend_on_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(1)
     corners = rng.uniform(0, 4, (50, 3, 3))
     scene = scene_from_arrays(corners.reshape(-1, 3), np.arange(150).reshape(-1, 3))
     grid = {"low_m": np.zeros(2), "step_m": 0.2, "shape": (20, 20)}
     ids = np.arange(5, 45, dtype=np.int32)
-    monkeypatch.setattr(portioned, "_PORTION", 7)
+    monkeypatch.setattr(chunk_module, "_CHUNK", 7)
     got = sample_scene(scene, ids, **grid)
     expected = sample_columns(scene.vertices_m[scene.triangles[ids]], ids, **grid)
     assert got.triangle.size > 50
