@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.model import FloatArray, Floor, Plan
+from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings
 from planner_core.plan_folder.drawing.ink import Ink
 from planner_core.plan_folder.drawing.marks import Zone, draw_route, forbidden_zone, zone_words
-from planner_core.plan_folder.drawing.spans import Family, spans_of_rings
 from planner_core.positions.local_site import index_of_floor, local_site
 
 Mark = tuple[FloatArray, str]

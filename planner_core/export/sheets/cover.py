@@ -9,7 +9,7 @@ import numpy as np
 
 from planner_core.export.sheets.cover_figures import LEFT_OUT, WHOLE_PLAN, cover_figures, part_words
 from planner_core.export.sheets.paper import Sheet
-from planner_core.export.sheets.words import warnings_of
+from planner_core.export.sheets.tables import warnings_of
 from planner_core.plan_folder.drawing.fonts import fitted, wrapped
 from planner_core.plan_folder.drawing.ink import ALARM, INK, QUIET, RULE, Box, Ink, Pen
 from planner_core.plan_folder.drawing.marks import corners

@@ -9,7 +9,7 @@ from typing import Any
 from planner_core.coverage.percent import not_planned, reached_percent
 from planner_core.export.sheets.figures import area_words, length_words
 from planner_core.export.sheets.floor_view import is_planned, link_class
-from planner_core.export.sheets.words import required_on
+from planner_core.export.sheets.tables import required_on
 from planner_core.plan_folder.drawing.links import WEAK
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 from planner_core.requirements.wording import overlap_noun

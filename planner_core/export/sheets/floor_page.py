@@ -15,6 +15,7 @@ from planner_core.export.sheets.route import Mark
 from planner_core.export.sheets.site_grid import draw_grid
 from planner_core.model import FloatArray, LengthUnit
 from planner_core.plan_folder.drawing.fonts import width_mm
+from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings, spans_of_triangles, without
 from planner_core.plan_folder.drawing.ink import PAPER, Box, Ink, Pen
 from planner_core.plan_folder.drawing.marks import (
     BELOW,
@@ -38,7 +39,6 @@ from planner_core.plan_folder.drawing.marks import (
     linked_words,
     rise_words,
 )
-from planner_core.plan_folder.drawing.spans import Family, spans_of_rings, spans_of_triangles, without
 from planner_core.plan_folder.plan_source import PlanSource
 
 #: Up to so many stations on a sheet, ids that are not their numbers are written beside them.

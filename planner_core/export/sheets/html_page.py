@@ -11,13 +11,13 @@ from html import escape
 from pathlib import Path
 
 from planner_core.export.options import Options
-from planner_core.export.sheets.book import Contents, FloorSheets, charts_title, gather
 from planner_core.export.sheets.charts import draw_curve, draw_histogram
 from planner_core.export.sheets.cover import OVERVIEW, SUBTITLE, has_picture, picture_words
 from planner_core.export.sheets.cover_figures import LEFT_OUT, cover_figures, part_words
 from planner_core.export.sheets.floor_page import Neighbour, draw_floor
 from planner_core.export.sheets.paper import MARGIN_MM, sheet_of
-from planner_core.export.sheets.words import Table, warnings_of
+from planner_core.export.sheets.sheet_set import Contents, FloorSheets, charts_title, gather
+from planner_core.export.sheets.tables import Table, warnings_of
 from planner_core.plan_folder.drawing.fonts import unbroken
 from planner_core.plan_folder.drawing.ink import Box, Ink
 from planner_core.plan_folder.drawing.svg_ink import SvgInk
@@ -71,7 +71,7 @@ def write_html(plan: PlanSource, path: Path, options: Options, progress: Progres
     Raises
     ------
     RequirementError, ExportError, MissingPackageError
-        See `planner_core.export.sheets.book.gather`.
+        See `planner_core.export.sheets.sheet_set.gather`.
     """
     progress(ProgressEvent(STAGE, 0, 0, "reading the plan folder"))
     contents = gather(plan, options)

@@ -15,9 +15,10 @@ from planner_core.export.sheets.figures import area_words, cut_words
 from planner_core.export.sheets.floor_view import FloorView, is_planned
 from planner_core.export.sheets.paper import Tile
 from planner_core.export.sheets.scales import scale_name
-from planner_core.export.sheets.words import required_on
+from planner_core.export.sheets.tables import required_on
 from planner_core.model import SiteFrame
 from planner_core.plan_folder.drawing.fonts import fitted, width_mm, wrapped
+from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings
 from planner_core.plan_folder.drawing.ink import INK, PAPER, QUIET, Box, Ink, Pen
 from planner_core.plan_folder.drawing.links import COUNTS, STRONG, WEAK
 from planner_core.plan_folder.drawing.marks import (
@@ -39,7 +40,6 @@ from planner_core.plan_folder.drawing.marks import (
     draw_letter,
     draw_scale_bar,
 )
-from planner_core.plan_folder.drawing.spans import Family, spans_of_rings
 from planner_core.plan_folder.plan_source import PlanSource
 
 _FRAME = Pen(0.5)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from planner_core.export.options import Options
-from planner_core.export.sheets.book import Contents, Page, gather, pages_of
+from planner_core.export.sheets.sheet_set import Contents, Page, gather, pages_of
 from planner_core.plan_folder.drawing.pdf_ink import PdfBook
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.progress import Progress, ProgressEvent
@@ -20,7 +20,7 @@ def write_pdf(plan: PlanSource, path: Path, options: Options, progress: Progress
     Raises
     ------
     RequirementError, ExportError, MissingPackageError
-        See `planner_core.export.sheets.book.gather`.
+        See `planner_core.export.sheets.sheet_set.gather`.
     """
     progress(ProgressEvent(STAGE, 0, 0, "reading the plan folder"))
     contents = gather(plan, options)

@@ -12,7 +12,7 @@ import pytest
 
 from planner_core.coordinates.request import FrameRequest
 from planner_core.export.sheets.cover_figures import cover_figures, north_words, time_words
-from planner_core.export.sheets.words import warnings_of
+from planner_core.export.sheets.tables import warnings_of
 from planner_core.model import SiteFrame
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 

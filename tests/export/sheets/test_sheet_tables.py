@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from planner_core.coverage.percent import reached_percent
-from planner_core.export.sheets.words import floors_table, networks_table, required_on
+from planner_core.export.sheets.tables import floors_table, networks_table, required_on
 from planner_core.plan_folder.plan_source import PlanSource
 
 ORIGIN_M, ROTATION_RAD = (691_000.0, 5_334_000.0, 512.0), 0.35

@@ -8,7 +8,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner_core.plan_folder.drawing.spans import Family, spans_of_rings, spans_of_triangles, without
+from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings, spans_of_triangles, without
 
 _COORDINATE = st.floats(-5.0, 5.0).map(lambda value: round(value, 3))
 _TRIANGLE = st.lists(st.tuples(_COORDINATE, _COORDINATE), min_size=3, max_size=3)

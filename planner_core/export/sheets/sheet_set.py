@@ -19,8 +19,8 @@ from planner_core.export.sheets.floor_page import Neighbour, draw_floor, is_empt
 from planner_core.export.sheets.floor_view import FloorView, is_planned, view_floor
 from planner_core.export.sheets.paper import Sheet, Tile, sheet_of, text_sheet, tiles_of
 from planner_core.export.sheets.scales import sheet_scales
-from planner_core.export.sheets.tables import Piece, draw_piece, paginated
-from planner_core.export.sheets.words import (
+from planner_core.export.sheets.table_layout import Piece, draw_piece, paginated
+from planner_core.export.sheets.tables import (
     Column,
     Table,
     floors_table,
