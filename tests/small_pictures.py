@@ -19,9 +19,9 @@ import pytest
 
 def draw_small(patch: pytest.MonkeyPatch) -> None:
     from planner_core.plan_folder import pictures  # a while to import, for tests that draw nothing
-    from planner_core.plan_folder.drawing import png_ink
+    from planner_core.plan_folder.drawing import png_canvas
 
-    patch.setattr(png_ink, "DPI", 29)
+    patch.setattr(png_canvas, "DPI", 29)
     patch.setattr(pictures, "CAP_CELLS", 80)
     patch.setattr(pictures, "OVERSAMPLING", 1)
 

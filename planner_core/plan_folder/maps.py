@@ -17,7 +17,7 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import FloatArray, Floor, Link, Plan, Role, Station
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing import links
-from planner_core.plan_folder.drawing.ink import Box, Pen
+from planner_core.plan_folder.drawing.canvas import Box, Pen
 from planner_core.plan_folder.drawing.links import STRONG_TIMES, StationPoint
 from planner_core.plan_folder.drawing.marks import (
     LINKS,
@@ -31,7 +31,7 @@ from planner_core.plan_folder.drawing.marks import (
     linked_words,
     rise_words,
 )
-from planner_core.plan_folder.drawing.png_ink import PngInk, pixels, whole_pixels_mm
+from planner_core.plan_folder.drawing.png_canvas import PngCanvas, pixels, whole_pixels_mm
 from planner_core.plan_folder.route_drawing import (
     Mark,
     breaks_on,
@@ -130,15 +130,15 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVi
     view : of the floor, by `view_floor`.
     """
     floor = plan.survey.floors[floor_index]
-    ink, at = _map_sheet(view)
-    with ink.clip(at.box):
-        _draw_view(ink, plan, floor, at)
-        ink.lines([at.on_paper(border) for border in _overhead_m(plan, floor)], _OVERHEAD)
-        ink.lines([at.on_paper(line) for line in sealed_hatch_m(plan, floor_index, _HATCH_MM / at.mm_per_m)], _HATCH)
-        draw_runs(ink, [at.on_paper(run.points_m[:, :2]) for run in runs_on(plan, floor_index)])
+    canvas, at = _map_sheet(view)
+    with canvas.clip(at.box):
+        _draw_view(canvas, plan, floor, at)
+        canvas.lines([at.on_paper(border) for border in _overhead_m(plan, floor)], _OVERHEAD)
+        canvas.lines([at.on_paper(line) for line in sealed_hatch_m(plan, floor_index, _HATCH_MM / at.mm_per_m)], _HATCH)
+        draw_runs(canvas, [at.on_paper(run.points_m[:, :2]) for run in runs_on(plan, floor_index)])
         zones = [Zone(at.on_paper(zone.outline), zone.words) for zone in zones_on(plan, floor_index)]
-        draw_zones(ink, [zone.outline for zone in zones])
-    labels = _labels(ink, at)
+        draw_zones(canvas, [zone.outline for zone in zones])
+    labels = _labels(canvas, at)
     _draw_stations(labels, plan, floor, at, joined=plan.route is None)
     draw_words(
         labels,
@@ -148,9 +148,9 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVi
         sealed=at.marks(sealed_on(plan, floor_index)),
         zones=zones,
     )
-    draw_header(ink, floor.name, floor_subtitle(plan, floor), _map_figures(plan, floor_index))
-    draw_footer(ink, mm_per_m=at.mm_per_m, legend=coverage_legend(plan), lines=_route_legend(plan))
-    ink.save(path)
+    draw_header(canvas, floor.name, floor_subtitle(plan, floor), _map_figures(plan, floor_index))
+    draw_footer(canvas, mm_per_m=at.mm_per_m, legend=coverage_legend(plan), lines=_route_legend(plan))
+    canvas.save(path)
 
 
 def _overhead_m(plan: Plan, floor: Floor) -> list[FloatArray]:
@@ -174,18 +174,18 @@ def _overhead_m(plan: Plan, floor: Floor) -> list[FloatArray]:
 def write_link_map(plan: Plan, floor_index: int, path: Path, *, view: SectionView) -> None:
     """Write the map of one floor's registration network: what scans hold together by, and how well."""
     floor = plan.survey.floors[floor_index]
-    ink, at = _map_sheet(view)
+    canvas, at = _map_sheet(view)
     spots = {
         station.id: StationPoint(station.floor, station.order, station.position_m[:2]) for station in plan.stations
     }
     ends, elsewhere = links.links_on(floor.id, spots, [(link.a, link.b, link_class(link, plan)) for link in plan.links])
-    with ink.clip(at.box):
-        _draw_view(ink, plan, floor, at, coloured=False)
-        draw_links(ink, [at.on_paper(of_class) for of_class in ends])
-    _draw_stations(_labels(ink, at), plan, floor, at, elsewhere=elsewhere)
-    draw_header(ink, f"{floor.name}: registration of scans", floor_subtitle(plan, floor), _link_figures(plan, floor))
-    draw_footer(ink, mm_per_m=at.mm_per_m, legend=(), lines=_link_legend(plan))
-    ink.save(path)
+    with canvas.clip(at.box):
+        _draw_view(canvas, plan, floor, at, coloured=False)
+        draw_links(canvas, [at.on_paper(of_class) for of_class in ends])
+    _draw_stations(_labels(canvas, at), plan, floor, at, elsewhere=elsewhere)
+    draw_header(canvas, f"{floor.name}: registration of scans", floor_subtitle(plan, floor), _link_figures(plan, floor))
+    draw_footer(canvas, mm_per_m=at.mm_per_m, legend=(), lines=_link_legend(plan))
+    canvas.save(path)
 
 
 def link_class(link: Link, plan: Plan) -> int | None:
@@ -205,12 +205,12 @@ def _link_legend(plan: Plan) -> tuple[LegendLine, ...]:
     )
 
 
-def _labels(ink: PngInk, at: Placed) -> Labels:
+def _labels(canvas: PngCanvas, at: Placed) -> Labels:
     """Labels of a map: beside a narrow one the sheet has room for words."""
-    return Labels(ink, Box(MARGIN_MM, at.box.bottom, WIDTH_MM - 2 * MARGIN_MM, at.box.height), [])
+    return Labels(canvas, Box(MARGIN_MM, at.box.bottom, WIDTH_MM - 2 * MARGIN_MM, at.box.height), [])
 
 
-def _map_sheet(view: SectionView) -> tuple[PngInk, Placed]:
+def _map_sheet(view: SectionView) -> tuple[PngCanvas, Placed]:
     """Sheet with title and legend strips, and where on it a floor seen from above is."""
     box = picture_box(*(view.window_m[1] - view.window_m[0]).tolist())
     return new_sheet(box.height), Placed(view, box)
@@ -225,7 +225,7 @@ def write_overview(plan: Plan, path: Path, *, engine: ScanEngine) -> None:
     mm_per_m = cell_mm / max(float(window[1, 0] - window[0, 0]) for window in windows)
     heights_mm = [float(window[1, 1] - window[0, 1]) * mm_per_m + CAPTION_MM for window in windows]
     rows_mm = [max(heights_mm[start : start + n_columns]) for start in range(0, len(floors), n_columns)]
-    ink = new_sheet(sum(rows_mm))
+    canvas = new_sheet(sum(rows_mm))
     for number, (index, window) in enumerate(zip(floors, windows, strict=True)):
         row, column = divmod(number, n_columns)
         width_mm, height_mm = ((window[1] - window[0]) * mm_per_m).tolist()
@@ -233,14 +233,14 @@ def write_overview(plan: Plan, path: Path, *, engine: ScanEngine) -> None:
         left_mm = MARGIN_MM + column * (cell_mm + MARGIN_MM)
         at_mm = (whole_pixels_mm(left_mm), whole_pixels_mm(top_mm - CAPTION_MM - height_mm))
         box = Box(*at_mm, whole_pixels_mm(width_mm), height_mm)
-        _draw_overview_cell(ink, plan, index, engine, window, box)
-    draw_header(ink, plan.survey.scene.title, _plan_subtitle(plan), _plan_figures(plan))
-    draw_footer(ink, legend=coverage_legend(plan), lines=_route_legend(plan))
-    ink.save(path)
+        _draw_overview_cell(canvas, plan, index, engine, window, box)
+    draw_header(canvas, plan.survey.scene.title, _plan_subtitle(plan), _plan_figures(plan))
+    draw_footer(canvas, legend=coverage_legend(plan), lines=_route_legend(plan))
+    canvas.save(path)
 
 
 def _draw_overview_cell(
-    ink: PngInk, plan: Plan, index: int, engine: ScanEngine, window_m: FloatArray, box: Box
+    canvas: PngCanvas, plan: Plan, index: int, engine: ScanEngine, window_m: FloatArray, box: Box
 ) -> None:
     floor = plan.survey.floors[index]
     view = view_section(
@@ -253,13 +253,13 @@ def _draw_overview_cell(
         width=max(1, pixels(box.width)),
     )
     at = Placed(view, box)
-    with ink.clip(box):
-        _draw_view(ink, plan, floor, at)
-        draw_runs(ink, [at.on_paper(view.camera.project(run.points_m)) for run in runs_on(plan, index)])
-        _draw_stations(Labels(ink, box, []), plan, floor, at, joined=plan.route is None)
+    with canvas.clip(box):
+        _draw_view(canvas, plan, floor, at)
+        draw_runs(canvas, [at.on_paper(view.camera.project(run.points_m)) for run in runs_on(plan, index)])
+        _draw_stations(Labels(canvas, box, []), plan, floor, at, joined=plan.route is None)
     share = f"{100 * plan.coverage_by_floor[index].fraction_of_achievable:.1f} %"
     words = share if index in plan.survey.planned else "not planned"
-    ink.text((box.left, box.top + 2.5), f"{floor.name}   {words}", 10.4, bold=True)
+    canvas.text((box.left, box.top + 2.5), f"{floor.name}   {words}", 10.4, bold=True)
 
 
 def _overview_window_m(plan: Plan, floor: Floor) -> FloatArray:
@@ -270,12 +270,12 @@ def _overview_window_m(plan: Plan, floor: Floor) -> FloatArray:
     return np.stack([seen.min(axis=0), seen.max(axis=0)])
 
 
-def _draw_view(ink: PngInk, plan: Plan, floor: Floor, at: Placed, *, coloured: bool = True) -> None:
+def _draw_view(canvas: PngCanvas, plan: Plan, floor: Floor, at: Placed, *, coloured: bool = True) -> None:
     """Draw a cut floor. coloured : patches in the colours of coverage, else all pale, so that lines stand out."""
     # Bytes, as matplotlib would make them itself after half a dozen copies of the floats.
     rgb = (255 * view_rgb(plan, floor, at.view, coloured=coloured)).astype(np.uint8)
-    ink.raster(rgb, at.box.left, at.box.bottom)
-    ink.lines(list(at.on_paper(view_lines_m(plan.survey, at.view))), _SECTION)
+    canvas.raster(rgb, at.box.left, at.box.bottom)
+    canvas.lines(list(at.on_paper(view_lines_m(plan.survey, at.view))), _SECTION)
 
 
 def view_rgb(plan: Plan, floor: Floor, view: SectionView, *, coloured: bool = True) -> FloatArray:
@@ -340,7 +340,7 @@ def _draw_stations(
         return
     spots = at.on_paper(at.view.camera.project(np.array([foot_m(station) for station in stations])))
     if joined:
-        labels.ink.lines([spots], ROUTE)
+        labels.canvas.lines([spots], ROUTE)
     numbers = [station.order for station in stations]
     rises = _rises(plan, floor, stations)
     words = [

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from planner_core.model import BoolArray, FloatArray, Floor, Plan, Station, Survey, UInt8Array
 from planner_core.plan_folder import palette
-from planner_core.plan_folder.drawing.ink import PAPER, Box, Ink, Pen
+from planner_core.plan_folder.drawing.canvas import PAPER, Box, Canvas, Pen
 from planner_core.plan_folder.drawing.marks import Labels, draw_stations
-from planner_core.plan_folder.drawing.png_ink import pixels
+from planner_core.plan_folder.drawing.png_canvas import pixels
 from planner_core.plan_folder.offscreen import offscreen_plotter
 from planner_core.plan_folder.section_view import (
     BELOW_GROUND_M,
@@ -149,15 +149,15 @@ def write_floor_picture(plan: Plan, floor_index: int, path: Path) -> None:
     stations = stations_of(plan, floor)
     rgb, eye = render_floor(plan, floor)
     box = picture_box(eye.half_width_tan, eye.half_height_tan)
-    ink = new_sheet(box.height)
+    canvas = new_sheet(box.height)
     # Bytes, as matplotlib would make them itself after half a dozen copies of the floats.
-    ink.raster((255 * rgb).astype(np.uint8), box.left, box.bottom)
-    with ink.clip(box):
-        _draw_marks(ink, stations, strong_links(plan, stations), eye, box)
-    draw_header(ink, floor.name, floor_subtitle(plan, floor), floor_figures(plan, floor_index))
+    canvas.raster((255 * rgb).astype(np.uint8), box.left, box.bottom)
+    with canvas.clip(box):
+        _draw_marks(canvas, stations, strong_links(plan, stations), eye, box)
+    draw_header(canvas, floor.name, floor_subtitle(plan, floor), floor_figures(plan, floor_index))
     overlap = f"overlap of {100 * plan.settings.requirements.overlap:g} % or more"
-    draw_footer(ink, legend=coverage_legend(plan), lines=((overlap, Pen(0.5, palette.LINK)),))
-    ink.save(path)
+    draw_footer(canvas, legend=coverage_legend(plan), lines=((overlap, Pen(0.5, palette.LINK)),))
+    canvas.save(path)
 
 
 def stations_of(plan: Plan, floor: Floor) -> list[Station]:
@@ -364,7 +364,7 @@ def averaged(drawn: UInt8Array) -> FloatArray:
     return levels
 
 
-def _draw_marks(ink: Ink, stations: list[Station], links_m: FloatArray, eye: Eye, box: Box) -> None:
+def _draw_marks(canvas: Canvas, stations: list[Station], links_m: FloatArray, eye: Eye, box: Box) -> None:
     """Numbers of the stations; poles and links once more as thin lines that show through walls."""
 
     def on_paper(points_m: FloatArray) -> FloatArray:
@@ -376,5 +376,5 @@ def _draw_marks(ink: Ink, stations: list[Station], links_m: FloatArray, eye: Eye
     sensors_m = np.array([station.position_m for station in stations])
     poles_m = np.stack([np.array([foot_m(station) for station in stations]), sensors_m], axis=1)
     for lines_m, pen in ((poles_m, _HIDDEN_POLE), (links_m, _HIDDEN_LINK)):
-        ink.lines(list(on_paper(lines_m.reshape(-1, 3)).reshape(-1, 2, 2)), pen)
-    draw_stations(Labels(ink, box, []), on_paper(sensors_m), [station.order for station in stations])
+        canvas.lines(list(on_paper(lines_m.reshape(-1, 3)).reshape(-1, 2, 2)), pen)
+    draw_stations(Labels(canvas, box, []), on_paper(sensors_m), [station.order for station in stations])

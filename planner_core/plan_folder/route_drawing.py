@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.model import FloatArray, Floor, Plan
+from planner_core.plan_folder.drawing.canvas import Canvas
 from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings
-from planner_core.plan_folder.drawing.ink import Ink
 from planner_core.plan_folder.drawing.marks import Zone, draw_route, forbidden_zone, zone_words
 from planner_core.positions.local_site import index_of_floor, local_site
 
@@ -54,9 +54,9 @@ def runs_on(plan: Plan, floor_index: int) -> list[Run]:
     return runs
 
 
-def draw_runs(ink: Ink, ways: Sequence[FloatArray]) -> None:
+def draw_runs(canvas: Canvas, ways: Sequence[FloatArray]) -> None:
     """Draw stretches of the walk (M, 2), millimetres."""
-    draw_route(ink, list(ways), list(ways), [])
+    draw_route(canvas, list(ways), list(ways), [])
 
 
 def stairs_on(plan: Plan, floor_index: int) -> Iterator[Mark]:

@@ -9,10 +9,10 @@ import numpy as np
 from planner_core.coverage.percent import not_as_required_m2
 from planner_core.model import Floor, Plan
 from planner_core.plan_folder import palette
+from planner_core.plan_folder.drawing.canvas import QUIET, Box, Canvas, Colour, Pen
 from planner_core.plan_folder.drawing.fonts import fitted, width_mm
-from planner_core.plan_folder.drawing.ink import QUIET, Box, Colour, Ink, Pen
 from planner_core.plan_folder.drawing.marks import corners, draw_axes, draw_scale_bar
-from planner_core.plan_folder.drawing.png_ink import PngInk, whole_pixels_mm
+from planner_core.plan_folder.drawing.png_canvas import PngCanvas, whole_pixels_mm
 from planner_core.scene.floors import ground_span_m
 
 WIDTH_MM = 1600 / 144 * 25.4
@@ -40,9 +40,9 @@ def coverage_legend(plan: Plan) -> tuple[tuple[str, Colour], ...]:
     return (*_COVERAGE, ("not to be covered", palette.NOT_REQUIRED))
 
 
-def new_sheet(height_mm: float) -> PngInk:
+def new_sheet(height_mm: float) -> PngCanvas:
     """Return an empty sheet with room for a picture so high."""
-    return PngInk(WIDTH_MM, height_mm + HEADER_MM + FOOTER_MM)
+    return PngCanvas(WIDTH_MM, height_mm + HEADER_MM + FOOTER_MM)
 
 
 def picture_box(wide: float, high: float) -> Box:
@@ -53,16 +53,16 @@ def picture_box(wide: float, high: float) -> Box:
     return Box(whole_pixels_mm((WIDTH_MM - width_mm) / 2), whole_pixels_mm(FOOTER_MM), width_mm, height_mm)
 
 
-def draw_header(ink: PngInk, title: str, subtitle: str, figures: tuple[tuple[str, str], ...]) -> None:
+def draw_header(canvas: PngCanvas, title: str, subtitle: str, figures: tuple[tuple[str, str], ...]) -> None:
     """Draw the title strip: title and subtitle at the left, figures (value, label) at the right."""
     right = WIDTH_MM - MARGIN_MM
-    upper, lower = ink.box.top - 9.7, ink.box.top - 15.5
+    upper, lower = canvas.box.top - 9.7, canvas.box.top - 15.5
     for value, label in reversed(figures):
-        ink.text((right, upper), value, 15.3, bold=True, align="right", colour=palette.SEEN_OFTEN)
-        ink.text((right, lower), label, 8.3, align="right", colour=QUIET)
+        canvas.text((right, upper), value, 15.3, bold=True, align="right", colour=palette.SEEN_OFTEN)
+        canvas.text((right, lower), label, 8.3, align="right", colour=QUIET)
         right -= 6.0 + max(width_mm(label, 8.3), width_mm(value, 15.3, bold=True))
-    ink.text((MARGIN_MM, upper), fitted(title, 16.7, right - MARGIN_MM, bold=True), 16.7, bold=True)
-    ink.text((MARGIN_MM, lower), fitted(subtitle, 8.7, right - MARGIN_MM), 8.7, colour=QUIET)
+    canvas.text((MARGIN_MM, upper), fitted(title, 16.7, right - MARGIN_MM, bold=True), 16.7, bold=True)
+    canvas.text((MARGIN_MM, lower), fitted(subtitle, 8.7, right - MARGIN_MM), 8.7, colour=QUIET)
 
 
 def floor_subtitle(plan: Plan, floor: Floor) -> str:
@@ -106,7 +106,7 @@ def floor_figures(plan: Plan, floor_index: int) -> tuple[tuple[str, str], ...]:
 
 
 def draw_footer(
-    ink: Ink,
+    canvas: Canvas,
     *,
     mm_per_m: float | None = None,
     legend: tuple[tuple[str, Colour], ...],
@@ -119,13 +119,13 @@ def draw_footer(
     """
     left, foot = MARGIN_MM, 6.3
     for label, colour in legend:
-        ink.area([corners(Box(left, foot, 4.2, 4.2))], colour)
-        ink.text((left + 5.7, foot + 1.1), label, 8.0)
+        canvas.area([corners(Box(left, foot, 4.2, 4.2))], colour)
+        canvas.text((left + 5.7, foot + 1.1), label, 8.0)
         left += 10.0 + width_mm(label, 8.0)
     for label, pen in lines:
-        ink.lines([np.array([(left, foot + 2.1), (left + 9.0, foot + 2.1)])], pen)
-        ink.text((left + 10.5, foot + 1.1), label, 8.0)
+        canvas.lines([np.array([(left, foot + 2.1), (left + 9.0, foot + 2.1)])], pen)
+        canvas.text((left + 10.5, foot + 1.1), label, 8.0)
         left += 14.8 + width_mm(label, 8.0)
     if mm_per_m is not None:
-        draw_scale_bar(ink, mm_per_m, WIDTH_MM - MARGIN_MM - 36.0, 6.3, longest_mm=34.0)
-        draw_axes(ink, (WIDTH_MM - MARGIN_MM - 9.0, 8.5))
+        draw_scale_bar(canvas, mm_per_m, WIDTH_MM - MARGIN_MM - 36.0, 6.3, longest_mm=34.0)
+        draw_axes(canvas, (WIDTH_MM - MARGIN_MM - 9.0, 8.5))

@@ -15,9 +15,9 @@ from fontTools.pens.ttGlyphPen import TTGlyphPen
 from PIL import Image
 
 from planner_core.plan_folder.drawing import fonts
-from planner_core.plan_folder.drawing.ink import MM_PER_POINT
-from planner_core.plan_folder.drawing.pdf_ink import PdfBook
-from planner_core.plan_folder.drawing.png_ink import PngInk
+from planner_core.plan_folder.drawing.canvas import MM_PER_POINT
+from planner_core.plan_folder.drawing.pdf_canvas import PdfBook
+from planner_core.plan_folder.drawing.png_canvas import PngCanvas
 
 NAMES = ["1階 - Story", "标高 2", "일층"]
 LETTERS = "".join(sorted({letter for name in NAMES for letter in name if ord(letter) > 0x2E00}))
@@ -113,11 +113,11 @@ def test_letters_of_another_font_are_drawn_in_pictures(
     machine: Callable[..., None], tmp_path: Path, has_curves: bool
 ) -> None:
     machine(font_file(tmp_path / f"boxes png {has_curves}.otf", has_curves=has_curves))
-    ink = PngInk(40.0, 40.0)
+    canvas = PngCanvas(40.0, 40.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # matplotlib warns of glyphs that are missing
-        ink.text((5.0, 5.0), "階", SIZE_PT)
-        ink.save(tmp_path / "a.png")
+        canvas.text((5.0, 5.0), "階", SIZE_PT)
+        canvas.save(tmp_path / "a.png")
     with Image.open(tmp_path / "a.png") as picture:
         dark = 255 - np.asarray(picture.convert("L"), dtype=float)
     area_mm2 = dark.sum() / 255 * (25.4 / 144) ** 2

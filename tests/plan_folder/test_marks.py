@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from planner_core.plan_folder.drawing.ink import Box
+from planner_core.plan_folder.drawing.canvas import Box
 from planner_core.plan_folder.drawing.marks import DISC_MM, DOT_MM, Labels, draw_stations
 
 
 @dataclass
 class Recorder:
-    """An ink that keeps discs and words, and the corners of areas, in millimetres."""
+    """A canvas that keeps discs and words, and the corners of areas, in millimetres."""
 
     discs: list[tuple[float, float, float]] = field(default_factory=list)
     words: list[str] = field(default_factory=list)
@@ -33,10 +33,10 @@ class Recorder:
 
 
 def drawn(spots: np.ndarray, mm_per_m: float, words: tuple[str, ...] = ()) -> Recorder:
-    ink = Recorder()
+    canvas = Recorder()
     numbers = list(range(1, len(spots) + 1))
-    draw_stations(Labels(ink, Box(0, 0, 200, 120), []), spots, numbers, words, mm_per_m=mm_per_m)  # type: ignore[arg-type]
-    return ink
+    draw_stations(Labels(canvas, Box(0, 0, 200, 120), []), spots, numbers, words, mm_per_m=mm_per_m)  # type: ignore[arg-type]
+    return canvas
 
 
 @pytest.mark.parametrize("turned", [False, True], ids=["wide", "high"])
@@ -44,18 +44,18 @@ def test_dots_leave_a_narrow_corridor_to_be_seen(turned: bool) -> None:
     mm_per_m, half_mm = 1.0, 1.3  # a corridor of 2.6 m on a site of 180 m
     along = np.linspace(15, 105, 8)
     spots = np.column_stack([np.full(8, 60.0), along] if turned else [along, np.full(8, 60.0)])
-    ink = drawn(spots, mm_per_m)
-    np.testing.assert_allclose(np.array(ink.discs)[:, :2], spots)
-    assert {radius for *_, radius in ink.discs} == {DOT_MM}
-    assert ink.words == [str(number) for number in range(1, 9)]
-    across = [ring[:, 0 if turned else 1] - 60.0 for ring in ink.areas]
+    canvas = drawn(spots, mm_per_m)
+    np.testing.assert_allclose(np.array(canvas.discs)[:, :2], spots)
+    assert {radius for *_, radius in canvas.discs} == {DOT_MM}
+    assert canvas.words == [str(number) for number in range(1, 9)]
+    across = [ring[:, 0 if turned else 1] - 60.0 for ring in canvas.areas]
     assert all(np.abs(each).min() > half_mm for each in across)
 
 
 @pytest.mark.parametrize(("mm_per_m", "has_disc"), [(2.0, False), (2.6, True), (10.0, True)])
 def test_discs_are_drawn_from_the_scale_on_at_which_they_hide_no_corridor(mm_per_m: float, has_disc: bool) -> None:
-    ink = drawn(np.array([[50.0, 60.0]]), mm_per_m)
-    assert {each for *_, each in ink.discs} == ({DOT_MM, DISC_MM} if has_disc else {DOT_MM})
+    canvas = drawn(np.array([[50.0, 60.0]]), mm_per_m)
+    assert {each for *_, each in canvas.discs} == ({DOT_MM, DISC_MM} if has_disc else {DOT_MM})
 
 
 def test_words_of_a_dot_stand_behind_its_number() -> None:

@@ -10,10 +10,10 @@ import pytest
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Leg, Link, Plan, Route, SealedArea, Site
 from planner_core.plan_folder import palette
-from planner_core.plan_folder.drawing.ink import Pen
+from planner_core.plan_folder.drawing.canvas import Pen
 from planner_core.plan_folder.drawing.links import StationPoint, links_on
 from planner_core.plan_folder.drawing.marks import LINKS, ROUTE, draw_links
-from planner_core.plan_folder.drawing.png_ink import PngInk
+from planner_core.plan_folder.drawing.png_canvas import PngCanvas
 from planner_core.plan_folder.maps import link_class, view_floor, write_floor_map, write_link_map
 from planner_core.plan_folder.route_drawing import (
     breaks_on,
@@ -54,13 +54,13 @@ class Paper:
     """A picture of 2 cm a metre, and what is drawn on it."""
 
     def __init__(self) -> None:
-        self.ink = PngInk(MM_PER_M * SIZE_M[0], MM_PER_M * SIZE_M[1])
+        self.canvas = PngCanvas(MM_PER_M * SIZE_M[0], MM_PER_M * SIZE_M[1])
         self.pixels: np.ndarray | None = None  # drawn when first looked at
 
     def near(self, x_m: float, y_m: float, colour: tuple[float, float, float], *, within_m: float = 0.04) -> bool:
         if self.pixels is None:
-            self.ink.figure.canvas.draw()
-            self.pixels = np.asarray(self.ink.figure.canvas.buffer_rgba())[:, :, :3].astype(float) / 255
+            self.canvas.figure.canvas.draw()
+            self.pixels = np.asarray(self.canvas.figure.canvas.buffer_rgba())[:, :, :3].astype(float) / 255
         pixels = self.pixels
         pixels_per_m = pixels.shape[1] / SIZE_M[0]
         row, column = int((SIZE_M[1] - y_m) * pixels_per_m), int(x_m * pixels_per_m)
@@ -81,7 +81,7 @@ def test_runs_are_the_stretches_of_the_walk_on_each_floor(walked: Plan) -> None:
 def test_walk_is_drawn_along_its_legs_on_its_own_floor_only(walked: Plan) -> None:
     below, above = Paper(), Paper()
     for floor, paper in enumerate((below, above)):
-        draw_runs(paper.ink, [MM_PER_M * run.points_m[:, :2] for run in runs_on(walked, floor)])
+        draw_runs(paper.canvas, [MM_PER_M * run.points_m[:, :2] for run in runs_on(walked, floor)])
     for x_m, y_m in ((1.0, 2.0), (3.5, 2.0), (5.0, 2.1), (6.0, 2.7)):
         assert below.near(x_m, y_m, ROUTE.colour), (x_m, y_m)
         assert not above.near(x_m, y_m, ROUTE.colour), (x_m, y_m)
@@ -103,7 +103,7 @@ def test_texts_name_stairs_breaks_start_and_further_entrances(walked: Plan) -> N
 
 def test_sealed_rooms_are_hatched_and_nothing_else_is(walked: Plan) -> None:
     paper = Paper()
-    paper.ink.lines([MM_PER_M * line for line in sealed_hatch_m(walked, 1, 0.1)], Pen(0.3, palette.INK))
+    paper.canvas.lines([MM_PER_M * line for line in sealed_hatch_m(walked, 1, 0.1)], Pen(0.3, palette.INK))
     for x_m, y_m in ((1.2, 2.6), (1.8, 2.6), (1.2, 3.4), (1.8, 3.4)):
         assert paper.near(x_m, y_m, palette.INK, within_m=0.12), (x_m, y_m)
     for x_m, y_m in ((0.8, 2.7), (2.25, 3.35), (1.5, 2.3), (1.5, 3.75)):
@@ -133,8 +133,8 @@ def test_links_are_drawn_between_stations_of_a_floor_and_others_are_named(plan: 
     assert [len(of_class) for of_class in ends] == [0, 0, 1], "S003 is on another floor"
     assert elsewhere == {"S002": (3,)}
     paper, bare = Paper(), Paper()
-    draw_links(paper.ink, [MM_PER_M * of_class for of_class in ends])
-    draw_links(bare.ink, [np.zeros((0, 2, 2))] * 3)
+    draw_links(paper.canvas, [MM_PER_M * of_class for of_class in ends])
+    draw_links(bare.canvas, [np.zeros((0, 2, 2))] * 3)
     assert paper.near(4.0, 2.1, LINKS[2].colour, within_m=0.1)
     assert not bare.near(4.0, 2.1, LINKS[2].colour, within_m=0.1)
 

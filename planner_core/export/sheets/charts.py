@@ -14,8 +14,8 @@ import numpy as np
 from planner_core.export.sheets.building import Building, read_figures
 from planner_core.model import FOOT, FloatArray
 from planner_core.plan_folder.drawing import plot
+from planner_core.plan_folder.drawing.canvas import PAPER, QUIET, Box, Canvas, Colour, Pen
 from planner_core.plan_folder.drawing.fonts import width_mm
-from planner_core.plan_folder.drawing.ink import PAPER, QUIET, Box, Colour, Ink, Pen
 from planner_core.plan_folder.plan_source import PlanSource
 
 _BAR: Colour = (0.55, 0.70, 0.80)
@@ -106,43 +106,43 @@ def share_axis(highest: float) -> plot.Axis:
     return plot.Axis("share of the seen surface, %", step * math.ceil(most / step - 1e-9), step)
 
 
-def draw_histogram(ink: Ink, made: Histogram, box: Box) -> None:
+def draw_histogram(canvas: Canvas, made: Histogram, box: Box) -> None:
     """Draw one in a box, with the required limit as a dashed line."""
     x_axis = plot.Axis(made.words, float(made.edges[-1]), plot.round_up(float(made.edges[-1]) / 7))
     y_axis = share_axis(float(made.shares.max()))
-    room, to_x, to_y = plot.draw_plot(ink, made.title, box, x_axis, y_axis)
+    room, to_x, to_y = plot.draw_plot(canvas, made.title, box, x_axis, y_axis)
     for low, high, share in zip(made.edges[:-1], made.edges[1:], made.shares, strict=True):
         if share > 0:
             bar = _bar(to_x(low), to_x(high), room.bottom, to_y(100 * share))
-            ink.area([bar], _BAR)
-            ink.lines([bar], _BAR_EDGE, closed=True)
+            canvas.area([bar], _BAR)
+            canvas.lines([bar], _BAR_EDGE, closed=True)
     lines = [f"median {made.median:.3g}{made.unit}, 95 % at most {made.at_95:.3g}{made.unit}"]
     if made.more:
         lines.append("the last bar includes all larger values")
     if made.limit is not None and made.within is not None:
         x = to_x(made.limit)
-        ink.lines([np.array([(x, room.bottom), (x, room.top)])], plot.REQUIRED)
-        _boxed(ink, (x, room.top - 2.0), f"required: {made.limit:.4g}{made.unit}", room)
+        canvas.lines([np.array([(x, room.bottom), (x, room.top)])], plot.REQUIRED)
+        _boxed(canvas, (x, room.top - 2.0), f"required: {made.limit:.4g}{made.unit}", room)
         lines.append(f"{100 * made.within:.1f} % within the limit")
-    ink.text((room.right, box.top - 7.6), "; ".join(lines), plot.SIZE_PT, align="right", colour=QUIET)
+    canvas.text((room.right, box.top - 7.6), "; ".join(lines), plot.SIZE_PT, align="right", colour=QUIET)
 
 
-def _boxed(ink: Ink, at: tuple[float, float], words: str, room: Box) -> None:
+def _boxed(canvas: Canvas, at: tuple[float, float], words: str, room: Box) -> None:
     """Write beside a line at x, on the side that has room."""
     width = width_mm(words, plot.SIZE_PT) + 1.6
     left = at[0] - width - 0.6 if at[0] + width > room.right else at[0] + 0.6
     box = Box(left, at[1] - 1.0, width, 3.2)
-    ink.area([_bar(box.left, box.right, box.bottom, box.top)], PAPER)
-    ink.text((left + 0.8, at[1]), words, plot.SIZE_PT, colour=plot.REQUIRED.colour)
+    canvas.area([_bar(box.left, box.right, box.bottom, box.top)], PAPER)
+    canvas.text((left + 0.8, at[1]), words, plot.SIZE_PT, colour=plot.REQUIRED.colour)
 
 
-def draw_curve(ink: Ink, plan: PlanSource, box: Box) -> None:
+def draw_curve(canvas: Canvas, plan: PlanSource, box: Box) -> None:
     """Draw covered share against number of stations, the most useful first where the plan has their order."""
     why = plan.document.get("why")
     steps = [] if why is None else why["curve"]
     number = {station.id: station.number for station in plan.stations}
     plot.draw_curve(
-        ink,
+        canvas,
         box,
         [step["fraction_of_achievable"] for step in steps] or list(plan.document.get("coverage_curve", ())),
         [str(number.get(step["station"], step["station"])) for step in steps],

@@ -10,8 +10,8 @@ import numpy as np
 from planner_core.export.sheets.cover_figures import LEFT_OUT, WHOLE_PLAN, cover_figures, part_words
 from planner_core.export.sheets.paper import Sheet
 from planner_core.export.sheets.tables import warnings_of
+from planner_core.plan_folder.drawing.canvas import ALARM, INK, QUIET, RULE, Box, Canvas, Pen
 from planner_core.plan_folder.drawing.fonts import fitted, wrapped
-from planner_core.plan_folder.drawing.ink import ALARM, INK, QUIET, RULE, Box, Ink, Pen
 from planner_core.plan_folder.drawing.marks import corners
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 
@@ -34,22 +34,22 @@ def text_room(sheet: Sheet) -> Box:
     return Box(frame.left + 6, frame.bottom + _FOOT_MM + 3, frame.width - 12, frame.height - _FOOT_MM - 8)
 
 
-def draw_frame(ink: Ink, plan: PlanSource, sheet: Sheet, title: str, *, number: int, n_sheets: int) -> None:
+def draw_frame(canvas: Canvas, plan: PlanSource, sheet: Sheet, title: str, *, number: int, n_sheets: int) -> None:
     """Draw the frame of a page without drawing: at its foot what it belongs to."""
     frame = sheet.frame
-    ink.lines([corners(frame)], Pen(0.5), closed=True)
+    canvas.lines([corners(frame)], Pen(0.5), closed=True)
     top = frame.bottom + _FOOT_MM
-    ink.lines([np.array([(frame.left, top), (frame.right, top)])], Pen(0.25))
+    canvas.lines([np.array([(frame.left, top), (frame.right, top)])], Pen(0.25))
     base = frame.bottom + 3.0
     third = frame.width / 3
-    ink.text((frame.left + 3, base), fitted(f"{plan.title} · {title}", 7.2, third, bold=True), 7.2, bold=True)
+    canvas.text((frame.left + 3, base), fitted(f"{plan.title} · {title}", 7.2, third, bold=True), 7.2, bold=True)
     words = fitted(plan.frame.crs_line, 6.6, 1.25 * third)
-    ink.text((frame.left + 1.6 * third, base), words, 6.6, align="middle", colour=QUIET)
-    ink.text((frame.right - 3, base), f"Sheet {number} / {n_sheets}", 7.2, bold=True, align="right")
+    canvas.text((frame.left + 1.6 * third, base), words, 6.6, align="middle", colour=QUIET)
+    canvas.text((frame.right - 3, base), f"Sheet {number} / {n_sheets}", 7.2, bold=True, align="right")
 
 
 def draw_cover(
-    ink: Ink,
+    canvas: Canvas,
     plan: PlanSource,
     sheet: Sheet,
     *,
@@ -62,24 +62,26 @@ def draw_cover(
     part : the floors that the sheets are of, empty for all. remarks : of making them. index : what is on which.
     """
     room = text_room(sheet)
-    ink.text((room.left, room.top - 8), fitted(plan.title, _TITLE_PT, room.width, bold=True), _TITLE_PT, bold=True)
+    canvas.text((room.left, room.top - 8), fitted(plan.title, _TITLE_PT, room.width, bold=True), _TITLE_PT, bold=True)
     if part:
-        ink.text((room.left, room.top - 14.5), fitted(part_words(plan, part), 12.0, room.width, bold=True), 12.0,
-                 bold=True)  # fmt: skip
+        canvas.text((room.left, room.top - 14.5), fitted(part_words(plan, part), 12.0, room.width, bold=True), 12.0,
+                    bold=True)  # fmt: skip
     else:
-        ink.text((room.left, room.top - 14.5), SUBTITLE, 10.0, colour=QUIET)
+        canvas.text((room.left, room.top - 14.5), SUBTITLE, 10.0, colour=QUIET)
     warnings = [*warnings_of(plan), *remarks]
-    foot = _draw_warnings(ink, warnings, room)
+    foot = _draw_warnings(canvas, warnings, room)
     body = Box(room.left, foot, room.width, room.top - 20 - foot)
     picture = plan.folder / OVERVIEW
     left_mm = body.width if not has_picture(plan) else min(0.46 * body.width, 150.0)
-    _draw_figures(ink, cover_figures(plan, part), Box(body.left, body.bottom, left_mm, body.height))
+    _draw_figures(canvas, cover_figures(plan, part), Box(body.left, body.bottom, left_mm, body.height))
     if has_picture(plan):
         beside = Box(body.left + left_mm + 6, body.bottom, body.width - left_mm - 6, body.height)
         index_mm = min(0.5 * body.height, _INDEX_MM * -(-len(index) // 2) + 18)
-        foot_mm = _draw_picture(ink, picture, Box(beside.left, foot + index_mm, beside.width, body.height - index_mm))
-        ink.text((beside.left, foot_mm - 3.2), fitted(picture_words(part), 6.6, beside.width), 6.6, colour=QUIET)
-        _draw_index(ink, index, Box(beside.left, body.bottom, beside.width, foot_mm - body.bottom - 8))
+        foot_mm = _draw_picture(
+            canvas, picture, Box(beside.left, foot + index_mm, beside.width, body.height - index_mm)
+        )
+        canvas.text((beside.left, foot_mm - 3.2), fitted(picture_words(part), 6.6, beside.width), 6.6, colour=QUIET)
+        _draw_index(canvas, index, Box(beside.left, body.bottom, beside.width, foot_mm - body.bottom - 8))
 
 
 def picture_words(part: Sequence[FieldFloor]) -> str:
@@ -88,39 +90,39 @@ def picture_words(part: Sequence[FieldFloor]) -> str:
     return f"{WHOLE_PLAN.capitalize()}. {words}" if part else words
 
 
-def _draw_figures(ink: Ink, figures: Sequence[tuple[str, str]], box: Box) -> None:
+def _draw_figures(canvas: Canvas, figures: Sequence[tuple[str, str]], box: Box) -> None:
     top = box.top
     for name, value in figures:
         lines = wrapped(value, _SIZE_PT, box.width - _NAME_MM)
         colour = ALARM if name == LEFT_OUT else INK
-        ink.text((box.left, top - 4.0), name, _SIZE_PT, bold=True, colour=colour)
+        canvas.text((box.left, top - 4.0), name, _SIZE_PT, bold=True, colour=colour)
         for place, line in enumerate(lines):
-            ink.text((box.left + _NAME_MM, top - 4.0 - place * _LINE_MM), line, _SIZE_PT, colour=colour)
+            canvas.text((box.left + _NAME_MM, top - 4.0 - place * _LINE_MM), line, _SIZE_PT, colour=colour)
         top -= len(lines) * _LINE_MM + 2.6
-        ink.lines([np.array([(box.left, top + 0.2), (box.right, top + 0.2)])], Pen(0.1, RULE))
+        canvas.lines([np.array([(box.left, top + 0.2), (box.right, top + 0.2)])], Pen(0.1, RULE))
 
 
-def _draw_index(ink: Ink, index: Sequence[str], box: Box) -> None:
+def _draw_index(canvas: Canvas, index: Sequence[str], box: Box) -> None:
     """List the sheets in two columns, as many as have room."""
     n_rows = int((box.height - 8) / _INDEX_MM)
     if n_rows < 1:
         return
     n_rows = min(n_rows, -(-len(index) // 2))
     shown = list(index) if len(index) <= 2 * n_rows else [*index[: 2 * n_rows - 1], "…"]
-    ink.text((box.left, box.top - 4), "Sheets", 9.0, bold=True)
+    canvas.text((box.left, box.top - 4), "Sheets", 9.0, bold=True)
     for place, words in enumerate(shown):
         column, row = divmod(place, n_rows)
         at = (box.left + column * box.width / 2, box.top - 9 - row * _INDEX_MM)
-        ink.text(at, fitted(words, 7.6, box.width / 2 - 3), 7.6)
+        canvas.text(at, fitted(words, 7.6, box.width / 2 - 3), 7.6)
 
 
-def _draw_picture(ink: Ink, path: Path, box: Box) -> float:
+def _draw_picture(canvas: Canvas, path: Path, box: Box) -> float:
     """Place a picture as large as there is room, at the top; return where it ends."""
     width, height = picture_size(path)
     scale = min(box.width / width, box.height / height)
     placed = Box(box.left, box.top - scale * height, scale * width, scale * height)
-    ink.picture(path, placed)
-    ink.lines([corners(placed)], Pen(0.1, RULE), closed=True)
+    canvas.picture(path, placed)
+    canvas.lines([corners(placed)], Pen(0.1, RULE), closed=True)
     return placed.bottom
 
 
@@ -136,7 +138,7 @@ def picture_size(path: Path) -> tuple[int, int]:
     return int.from_bytes(head[16:20], "big"), int.from_bytes(head[20:24], "big")
 
 
-def _draw_warnings(ink: Ink, warnings: list[str], room: Box) -> float:
+def _draw_warnings(canvas: Canvas, warnings: list[str], room: Box) -> float:
     """Write the first warnings at the foot; return the height above them."""
     if not warnings:
         return room.bottom
@@ -146,8 +148,8 @@ def _draw_warnings(ink: Ink, warnings: list[str], room: Box) -> float:
     if len(warnings) > len(shown):
         lines.append(f"… and {len(warnings) - len(shown)} more: see the sheet of remarks")
     top = room.bottom + 3.7 * len(lines) + 10
-    ink.lines([corners(Box(room.left, room.bottom, room.width, top - room.bottom))], Pen(0.45), closed=True)
-    ink.text((room.left + 3, top - 5.2), "Warnings", 9.0, bold=True)
+    canvas.lines([corners(Box(room.left, room.bottom, room.width, top - room.bottom))], Pen(0.45), closed=True)
+    canvas.text((room.left + 3, top - 5.2), "Warnings", 9.0, bold=True)
     for place, line in enumerate(lines):
-        ink.text((room.left + 3, top - 10 - 3.7 * place), line, 7.6)
+        canvas.text((room.left + 3, top - 10 - 3.7 * place), line, 7.6)
     return top + 5

@@ -14,9 +14,9 @@ from planner_core.export.sheets.paper import Tile
 from planner_core.export.sheets.route import Mark
 from planner_core.export.sheets.site_grid import draw_grid
 from planner_core.model import FloatArray, LengthUnit
+from planner_core.plan_folder.drawing.canvas import PAPER, Box, Canvas, Pen
 from planner_core.plan_folder.drawing.fonts import width_mm
 from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings, spans_of_triangles, without
-from planner_core.plan_folder.drawing.ink import PAPER, Box, Ink, Pen
 from planner_core.plan_folder.drawing.marks import (
     BELOW,
     CUT,
@@ -55,7 +55,7 @@ class Neighbour:
 
 
 def draw_floor(
-    ink: Ink,
+    canvas: Canvas,
     plan: PlanSource,
     view: FloorView,
     tile: Tile,
@@ -66,22 +66,24 @@ def draw_floor(
 ) -> None:
     """Draw one sheet of a floor. neighbours : all tiles of this floor that are drawn, this one among them."""
     box = tile.sheet.drawing
-    with ink.clip(box):
-        _draw_ground(ink, view, tile)
-        _draw_building(ink, view, tile)
-        draw_links(ink, [tile.on_paper(ends) for ends in view.links])
-        _draw_route(ink, view, tile)
+    with canvas.clip(box):
+        _draw_ground(canvas, view, tile)
+        _draw_building(canvas, view, tile)
+        draw_links(canvas, [tile.on_paper(ends) for ends in view.links])
+        _draw_route(canvas, view, tile)
         zones = [Zone(tile.on_paper(zone.outline), zone.words) for zone in view.zones]
-        draw_zones(ink, [zone.outline for zone in zones])
+        draw_zones(canvas, [zone.outline for zone in zones])
     others = list(_edges(tile, neighbours))
-    names = draw_grid(ink, plan.frame, tile, view.floor.elevation_m, taken=[edge for edge, _ in others])
-    labels = Labels(ink, box, [*names, *(edge for edge, _ in others)])
-    with ink.clip(box):
+    names = draw_grid(canvas, plan.frame, tile, view.floor.elevation_m, taken=[edge for edge, _ in others])
+    labels = Labels(canvas, box, [*names, *(edge for edge, _ in others)])
+    with canvas.clip(box):
         _draw_stations(view, tile, labels, plan.frame.unit)
         _draw_words(view, tile, labels, zones)
     for edge, words in others:
-        _draw_neighbour(ink, edge, words)
-    draw_band(ink, plan, view, tile, sheet=sheet, n_sheets=n_sheets, neighbours=[(n.column, n.row) for n in neighbours])
+        _draw_neighbour(canvas, edge, words)
+    draw_band(
+        canvas, plan, view, tile, sheet=sheet, n_sheets=n_sheets, neighbours=[(n.column, n.row) for n in neighbours]
+    )
 
 
 def is_empty(view: FloorView, tile: Tile) -> bool:
@@ -94,7 +96,7 @@ def is_empty(view: FloorView, tile: Tile) -> bool:
     return not bool(((points_m >= low_m) & (points_m <= high_m)).all(axis=1).any())
 
 
-def _draw_ground(ink: Ink, view: FloorView, tile: Tile) -> None:
+def _draw_ground(canvas: Canvas, view: FloorView, tile: Tile) -> None:
     surface = view.surface
     if surface is None:
         return
@@ -106,19 +108,19 @@ def _draw_ground(ink: Ink, view: FloorView, tile: Tile) -> None:
         spans = without(spans_of_triangles(_near(hatched, tile), family), spans_of_rings(view.standing, family))
         for other in hiding:
             spans = without(spans, spans_of_triangles(_near(other, tile), family))
-        ink.lines(list(tile.on_paper(spans.lines(family))), pen)
+        canvas.lines(list(tile.on_paper(spans.lines(family))), pen)
 
 
-def _draw_building(ink: Ink, view: FloorView, tile: Tile) -> None:
-    ink.lines([tile.on_paper(line) for line in view.below], BELOW)
+def _draw_building(canvas: Canvas, view: FloorView, tile: Tile) -> None:
+    canvas.lines([tile.on_paper(line) for line in view.below], BELOW)
     for rings in view.solids:
-        ink.area([tile.on_paper(ring) for ring in rings], WALL_FILL)
-    ink.lines([tile.on_paper(line) for line in view.fittings], FITTING)
-    ink.lines([tile.on_paper(line) for line in view.cuts], CUT)
+        canvas.area([tile.on_paper(ring) for ring in rings], WALL_FILL)
+    canvas.lines([tile.on_paper(line) for line in view.fittings], FITTING)
+    canvas.lines([tile.on_paper(line) for line in view.cuts], CUT)
     if view.surface is not None:
         strips = list(tile.on_paper(view.surface.walls))
-        ink.lines(strips, MISSED_WALL_RIM)
-        ink.lines(strips, MISSED_WALL)
+        canvas.lines(strips, MISSED_WALL_RIM)
+        canvas.lines(strips, MISSED_WALL)
 
 
 def _near(triangles: FloatArray, tile: Tile) -> FloatArray:
@@ -128,14 +130,14 @@ def _near(triangles: FloatArray, tile: Tile) -> FloatArray:
     return np.asarray(triangles[near])
 
 
-def _draw_route(ink: Ink, view: FloorView, tile: Tile) -> None:
+def _draw_route(canvas: Canvas, view: FloorView, tile: Tile) -> None:
     low: list[FloatArray] = []
     high: list[FloatArray] = []
     for way in view.ways:
         parts = way.parted_at(view.floor.elevation_m + view.cut_m)
         low += [tile.on_paper(part) for part in parts[0]]
         high += [tile.on_paper(part) for part in parts[1]]
-    draw_route(ink, [tile.on_paper(way.points_m) for way in view.ways], low, high)
+    draw_route(canvas, [tile.on_paper(way.points_m) for way in view.ways], low, high)
 
 
 def _draw_stations(view: FloorView, tile: Tile, labels: Labels, unit: LengthUnit) -> None:
@@ -206,9 +208,9 @@ def _edges(tile: Tile, neighbours: Sequence[Neighbour]) -> Iterator[tuple[Box, s
         yield Box(left, bottom, width, height), words
 
 
-def _draw_neighbour(ink: Ink, box: Box, words: str) -> None:
-    ink.area([corners(box)], PAPER)
-    ink.lines([corners(box)], Pen(0.25), closed=True)
+def _draw_neighbour(canvas: Canvas, box: Box, words: str) -> None:
+    canvas.area([corners(box)], PAPER)
+    canvas.lines([corners(box)], Pen(0.25), closed=True)
     upright = box.height > box.width
     at = (box.left + 3.1, box.bottom + box.height / 2) if upright else (box.left + box.width / 2, box.bottom + 1.5)
-    ink.text(at, words, 7.0, bold=True, align="middle", turn_rad=math.pi / 2 if upright else 0.0)
+    canvas.text(at, words, 7.0, bold=True, align="middle", turn_rad=math.pi / 2 if upright else 0.0)

@@ -18,9 +18,9 @@ from planner_core.export.sheets.floor_page import Neighbour, draw_floor
 from planner_core.export.sheets.paper import MARGIN_MM, sheet_of
 from planner_core.export.sheets.sheet_set import Contents, FloorSheets, charts_title, gather
 from planner_core.export.sheets.tables import Table, warnings_of
+from planner_core.plan_folder.drawing.canvas import Box, Canvas
 from planner_core.plan_folder.drawing.fonts import unbroken
-from planner_core.plan_folder.drawing.ink import Box, Ink
-from planner_core.plan_folder.drawing.svg_ink import SvgInk
+from planner_core.plan_folder.drawing.svg_canvas import SvgCanvas
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.progress import Progress, ProgressEvent
 
@@ -146,10 +146,10 @@ def _drawings(plan: PlanSource, floor: FloorSheets, first: int, n_sheets: int) -
     drawn = []
     for number, tile in enumerate(floor.tiles, start=first):
         shown = tile.sheet.frame.inset(-0.5)
-        ink = SvgInk(shown, name=f"sheet{number}", title=f"Drawing of {floor.view.floor.name}, 1:{tile.scale}")
-        draw_floor(ink, plan, floor.view, tile, sheet=number, n_sheets=n_sheets, neighbours=neighbours)
+        canvas = SvgCanvas(shown, name=f"sheet{number}", title=f"Drawing of {floor.view.floor.name}, 1:{tile.scale}")
+        draw_floor(canvas, plan, floor.view, tile, sheet=number, n_sheets=n_sheets, neighbours=neighbours)
         upright = " upright" if tile.sheet.height_mm > tile.sheet.width_mm else ""
-        drawn.append(f'<figure class="sheet{upright}">{ink.svg()}</figure>')
+        drawn.append(f'<figure class="sheet{upright}">{canvas.svg()}</figure>')
     return drawn
 
 
@@ -174,15 +174,17 @@ def _table(table: Table) -> str:
 
 
 def _charts(contents: Contents) -> str:
-    def drawn(name: str, title: str, draw: Callable[[Ink], None]) -> str:
-        ink = SvgInk(_CHART, name=name, title=title)
-        draw(ink)
-        return ink.svg()
+    def drawn(name: str, title: str, draw: Callable[[Canvas], None]) -> str:
+        canvas = SvgCanvas(_CHART, name=name, title=title)
+        draw(canvas)
+        return canvas.svg()
 
-    charts = [drawn("curve", "Coverage by number of stations", lambda ink: draw_curve(ink, contents.plan, _CHART))]
+    charts = [
+        drawn("curve", "Coverage by number of stations", lambda canvas: draw_curve(canvas, contents.plan, _CHART))
+    ]
     for place, made in enumerate(contents.histograms):
         charts.append(
-            drawn(f"histogram{place}", made.title, lambda ink, made=made: draw_histogram(ink, made, _CHART))  # type: ignore[misc]
+            drawn(f"histogram{place}", made.title, lambda canvas, made=made: draw_histogram(canvas, made, _CHART))  # type: ignore[misc]
         )
     boxes = "\n".join(f'<div class="wide">{chart}</div>' for chart in charts)
     return f'<h2>{charts_title(contents.part)}</h2>\n<div class="charts">\n{boxes}\n</div>'

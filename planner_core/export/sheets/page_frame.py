@@ -17,9 +17,9 @@ from planner_core.export.sheets.paper import Tile
 from planner_core.export.sheets.scales import scale_name
 from planner_core.export.sheets.tables import required_on
 from planner_core.model import SiteFrame
+from planner_core.plan_folder.drawing.canvas import INK, PAPER, QUIET, Box, Canvas, Pen
 from planner_core.plan_folder.drawing.fonts import fitted, width_mm, wrapped
 from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings
-from planner_core.plan_folder.drawing.ink import INK, PAPER, QUIET, Box, Ink, Pen
 from planner_core.plan_folder.drawing.links import COUNTS, STRONG, WEAK
 from planner_core.plan_folder.drawing.marks import (
     CUT,
@@ -50,7 +50,7 @@ _LEAST_TITLE_MM = 80.0
 
 
 def draw_band(
-    ink: Ink,
+    canvas: Canvas,
     plan: PlanSource,
     view: FloorView,
     tile: Tile,
@@ -65,20 +65,20 @@ def draw_band(
     legend = Box(band.left, band.bottom, band.width - title_mm - _SCALE_WIDTH_MM, band.height)
     scale = Box(legend.right, band.bottom, _SCALE_WIDTH_MM, band.height)
     title = Box(scale.right, band.bottom, title_mm, band.height)
-    ink.lines([corners(tile.sheet.frame)], _FRAME, closed=True)
-    ink.lines([np.array([(band.left, band.top), (band.right, band.top)])], _FRAME)
-    ink.lines([np.array([(box.left, box.bottom), (box.left, box.top)]) for box in (scale, title)], _LINE)
-    _draw_legend(ink, plan, view, legend)
-    _draw_north_or_axes(ink, plan, scale)
-    _draw_scale(ink, plan, tile, scale)
-    _draw_title(ink, plan, view, tile, title, sheet=sheet, n_sheets=n_sheets)
+    canvas.lines([corners(tile.sheet.frame)], _FRAME, closed=True)
+    canvas.lines([np.array([(band.left, band.top), (band.right, band.top)])], _FRAME)
+    canvas.lines([np.array([(box.left, box.bottom), (box.left, box.top)]) for box in (scale, title)], _LINE)
+    _draw_legend(canvas, plan, view, legend)
+    _draw_north_or_axes(canvas, plan, scale)
+    _draw_scale(canvas, plan, tile, scale)
+    _draw_title(canvas, plan, view, tile, title, sheet=sheet, n_sheets=n_sheets)
     if tile.n_columns * tile.n_rows > 1:
         side = 8 if _has_two_arrows(plan.frame) else 14
-        _draw_key(ink, tile, neighbours, Box(scale.left + 41 - side, scale.bottom + 31.5 - side, side, side))
+        _draw_key(canvas, tile, neighbours, Box(scale.left + 41 - side, scale.bottom + 31.5 - side, side, side))
 
 
 # ------------------------------------------------------------------------------------------------- legend
-def _draw_legend(ink: Ink, plan: PlanSource, view: FloorView, box: Box) -> None:
+def _draw_legend(canvas: Canvas, plan: PlanSource, view: FloorView, box: Box) -> None:
     """Name every kind of mark, in columns."""
     entries = ["station", "route", "strong", "counts", "weak"]
     if view.scanned:
@@ -95,9 +95,9 @@ def _draw_legend(ink: Ink, plan: PlanSource, view: FloorView, box: Box) -> None:
     for place, entry in enumerate(entries):
         column, row = divmod(place, n_rows)
         left, middle = box.left + 2 + column * width, box.top - 1.5 - (row + 0.5) * height
-        _draw_sample(ink, entry, Box(left, middle - 1.7, 11, 3.4))
+        _draw_sample(canvas, entry, Box(left, middle - 1.7, 11, 3.4))
         words = next((words for words in legend[entry] if width_mm(words, 6.4) <= width - 13), legend[entry][-1])
-        ink.text((left + 12.5, middle - 0.9), fitted(words, 6.4, width - 13), 6.4)
+        canvas.text((left + 12.5, middle - 0.9), fitted(words, 6.4, width - 13), 6.4)
 
 
 #: In many words, and in few where there is little room.
@@ -117,51 +117,51 @@ _LEGEND = {
 }
 
 
-def _draw_sample(ink: Ink, entry: str, box: Box) -> None:
+def _draw_sample(canvas: Canvas, entry: str, box: Box) -> None:
     middle = box.bottom + box.height / 2
     line = np.array([(box.left, middle), (box.right, middle)])
     if entry in ("station", "scanned"):
         at = (box.left + box.width / 2, middle)
         fill, letters = (STATION_FILL, PAPER) if entry == "station" else (PAPER, STATION_FILL)
-        ink.disc(at, 0.75 * DISC_MM, fill, Pen(0.3, STATION_FILL))
-        ink.text((at[0], at[1] - 0.7), "1", 5.5, colour=letters, bold=True, align="middle")
+        canvas.disc(at, 0.75 * DISC_MM, fill, Pen(0.3, STATION_FILL))
+        canvas.text((at[0], at[1] - 0.7), "1", 5.5, colour=letters, bold=True, align="middle")
     elif entry == "route":
-        ink.lines([line], ROUTE)
-        ink.area([arrow_head(line, 2.2)], ROUTE.colour)
+        canvas.lines([line], ROUTE)
+        canvas.area([arrow_head(line, 2.2)], ROUTE.colour)
     elif entry in ("strong", "counts", "weak"):
-        ink.lines([line], LINKS[{"strong": STRONG, "counts": COUNTS, "weak": WEAK}[entry]])
+        canvas.lines([line], LINKS[{"strong": STRONG, "counts": COUNTS, "weak": WEAK}[entry]])
     elif entry == "keep-out":
-        ink.lines([line], KEEP_OUT)
+        canvas.lines([line], KEEP_OUT)
     elif entry == "missed ground":
-        _draw_hatch(ink, box, HATCH_MISSED, MISSED_GROUND)
+        _draw_hatch(canvas, box, HATCH_MISSED, MISSED_GROUND)
     elif entry == "out of reach":
-        _draw_hatch(ink, box, HATCH_OUT_OF_REACH, OUT_OF_REACH)
+        _draw_hatch(canvas, box, HATCH_OUT_OF_REACH, OUT_OF_REACH)
     elif entry == "missed wall":
-        ink.lines([line], MISSED_WALL)
+        canvas.lines([line], MISSED_WALL)
     elif entry == "wall":
-        ink.area([corners(box.inset(0.5))], WALL_FILL)
-        ink.lines([corners(box.inset(0.5))], CUT, closed=True)
+        canvas.area([corners(box.inset(0.5))], WALL_FILL)
+        canvas.lines([corners(box.inset(0.5))], CUT, closed=True)
     else:
-        ink.lines([corners(box.inset(0.5))], Pen(0.11, (0.55, 0.56, 0.58)), closed=True)
+        canvas.lines([corners(box.inset(0.5))], Pen(0.11, (0.55, 0.56, 0.58)), closed=True)
 
 
-def _draw_hatch(ink: Ink, box: Box, kind: tuple[float, float], pen: Pen) -> None:
+def _draw_hatch(canvas: Canvas, box: Box, kind: tuple[float, float], pen: Pen) -> None:
     family = Family(kind[0], math.radians(kind[1]))
-    ink.lines(list(spans_of_rings([[corners(box)]], family).lines(family)), pen)
+    canvas.lines(list(spans_of_rings([[corners(box)]], family).lines(family)), pen)
 
 
 # -------------------------------------------------------------------------------------------------- scale
-def _draw_north_or_axes(ink: Ink, plan: PlanSource, box: Box) -> None:
+def _draw_north_or_axes(canvas: Canvas, plan: PlanSource, box: Box) -> None:
     """Draw the arrow of the site's north; or the scene's axes, and beside them true north where it is known."""
     frame = plan.frame
     if not frame.is_scene:
-        _draw_north(ink, frame.grid_north_rad, (box.left + 12, box.top - 10.5))
+        _draw_north(canvas, frame.grid_north_rad, (box.left + 12, box.top - 10.5))
     else:
-        draw_axes(ink, (box.left + (7 if _has_two_arrows(frame) else 12), box.top - 10.5))
+        draw_axes(canvas, (box.left + (7 if _has_two_arrows(frame) else 12), box.top - 10.5))
         if frame.true_north_rad is not None:
-            _draw_north(ink, frame.true_north_rad, (box.left + 24.3, box.top - 10.0), size=0.55, kind="true")
+            _draw_north(canvas, frame.true_north_rad, (box.left + 24.3, box.top - 10.0), size=0.55, kind="true")
     words = fitted(_north_words(plan), 5.8, box.width - 2)
-    ink.text((box.left + box.width / 2, box.bottom + 13.4), words, 5.8, align="middle", colour=QUIET)
+    canvas.text((box.left + box.width / 2, box.bottom + 13.4), words, 5.8, align="middle", colour=QUIET)
 
 
 def _north_words(plan: PlanSource) -> str:
@@ -174,13 +174,13 @@ def _north_words(plan: PlanSource) -> str:
     return f"true north: as in the {plan.document['scene']['format'].upper()} file"
 
 
-def _draw_scale(ink: Ink, plan: PlanSource, tile: Tile, box: Box) -> None:
+def _draw_scale(canvas: Canvas, plan: PlanSource, tile: Tile, box: Box) -> None:
     """Draw the scale bar, and when it holds."""
     middle = box.left + box.width / 2
-    draw_scale_bar(ink, tile.mm_per_m, middle, box.bottom + 7.2, longest_mm=box.width - 9, unit=plan.frame.unit)
+    draw_scale_bar(canvas, tile.mm_per_m, middle, box.bottom + 7.2, longest_mm=box.width - 9, unit=plan.frame.unit)
     words = "true to scale when printed at 100 %"
-    ink.text((box.left + box.width / 2, box.bottom + 2.2), fitted(words, 5.8, box.width - 2), 5.8, align="middle",
-             colour=QUIET)  # fmt: skip
+    canvas.text((box.left + box.width / 2, box.bottom + 2.2), fitted(words, 5.8, box.width - 2), 5.8, align="middle",
+                colour=QUIET)  # fmt: skip
 
 
 def _has_two_arrows(frame: SiteFrame) -> bool:
@@ -188,24 +188,24 @@ def _has_two_arrows(frame: SiteFrame) -> bool:
     return frame.is_scene and frame.true_north_rad is not None
 
 
-def _draw_north(ink: Ink, turn: float, middle: tuple[float, float], *, size: float = 1.0, kind: str = "") -> None:
+def _draw_north(canvas: Canvas, turn: float, middle: tuple[float, float], *, size: float = 1.0, kind: str = "") -> None:
     """Draw an arrow to the north, turned clockwise. kind : a word at its letter where it is not the grid's."""
     at = np.array(middle)
     ahead, right = np.array([math.sin(turn), math.cos(turn)]), np.array([math.cos(turn), -math.sin(turn)])
     tip, tail = at + 5 * size * ahead, at - 8 * size * ahead
     left_half = np.array([tip, tail - 3.2 * size * right, tail + 2.2 * size * ahead])
     right_half = np.array([tip, tail + 3.2 * size * right, tail + 2.2 * size * ahead])
-    ink.area([right_half], INK)
-    ink.lines([left_half, right_half], Pen(0.25), closed=True)
+    canvas.area([right_half], INK)
+    canvas.lines([left_half, right_half], Pen(0.25), closed=True)
     letter = tip + (2.9 if kind else 2.2) * ahead
-    draw_letter(ink, letter, "N")
+    draw_letter(canvas, letter, "N")
     if kind:
         # On the side away from the arrow.
-        ink.text((float(letter[0]), float(letter[1]) + (1.5 if ahead[1] >= 0 else -2.9)), kind, 5.6, bold=True,
-                 align="middle")  # fmt: skip
+        canvas.text((float(letter[0]), float(letter[1]) + (1.5 if ahead[1] >= 0 else -2.9)), kind, 5.6, bold=True,
+                    align="middle")  # fmt: skip
 
 
-def _draw_key(ink: Ink, tile: Tile, neighbours: Sequence[tuple[int, int]], box: Box) -> None:
+def _draw_key(canvas: Canvas, tile: Tile, neighbours: Sequence[tuple[int, int]], box: Box) -> None:
     """Show which part of the floor a sheet is."""
     shape = tile.sheet.drawing
     cell = min(box.width / (tile.n_columns * shape.width), box.height / (tile.n_rows * shape.height))
@@ -213,33 +213,33 @@ def _draw_key(ink: Ink, tile: Tile, neighbours: Sequence[tuple[int, int]], box: 
     for column, row in neighbours:
         outline = corners(Box(box.left + column * width, box.bottom + row * height, width, height))
         if (column, row) == (tile.column, tile.row):
-            ink.area([outline], INK)
-        ink.lines([outline], Pen(0.2), closed=True)
+            canvas.area([outline], INK)
+        canvas.lines([outline], Pen(0.2), closed=True)
 
 
 # -------------------------------------------------------------------------------------------------- title
 def _draw_title(
-    ink: Ink, plan: PlanSource, view: FloorView, tile: Tile, box: Box, *, sheet: int, n_sheets: int
+    canvas: Canvas, plan: PlanSource, view: FloorView, tile: Tile, box: Box, *, sheet: int, n_sheets: int
 ) -> None:
     """Draw project, floor and coordinates, and at the right scale and number of the sheet."""
     right = Box(box.right - 25, box.bottom, 25, box.height)
-    ink.lines([np.array([(right.left, right.bottom), (right.left, right.top)])], _LINE)
-    ink.lines([np.array([(right.left, right.bottom + box.height / 2), (right.right, right.bottom + box.height / 2)])],
-              _LINE)  # fmt: skip
+    canvas.lines([np.array([(right.left, right.bottom), (right.left, right.top)])], _LINE)
+    middle = right.bottom + box.height / 2
+    canvas.lines([np.array([(right.left, middle), (right.right, middle)])], _LINE)
     in_feet, on_paper = scale_name(tile.scale, plan.frame.unit), f"on {tile.sheet.paper}"
     if in_feet:
-        ink.text((right.right - 1.5, right.top - 3.4), on_paper, 6.0, colour=QUIET, align="right")
+        canvas.text((right.right - 1.5, right.top - 3.4), on_paper, 6.0, colour=QUIET, align="right")
         on_paper = in_feet
     for name, value, note, top in (
         ("Scale", f"1:{tile.scale}", on_paper, right.top),
         ("Sheet", f"{sheet} / {n_sheets}", "", right.top - box.height / 2),
     ):
-        ink.text((right.left + 1.5, top - 3.4), name, 6.0, colour=QUIET)
-        ink.text((right.left + right.width / 2, top - 10.0), value, 12.0, bold=True, align="middle")
-        ink.text((right.left + right.width / 2, top - 14.2), note, 6.4, colour=QUIET, align="middle")
+        canvas.text((right.left + 1.5, top - 3.4), name, 6.0, colour=QUIET)
+        canvas.text((right.left + right.width / 2, top - 10.0), value, 12.0, bold=True, align="middle")
+        canvas.text((right.left + right.width / 2, top - 14.2), note, 6.4, colour=QUIET, align="middle")
     room, left = right.left - box.left - 4, box.left + 2
-    ink.text((left, box.top - 5.2), fitted(plan.title, 9.5, room, bold=True), 9.5, bold=True)
-    ink.text((left, box.top - 10.6), fitted(view.floor.name, 9.5, room), 9.5)
+    canvas.text((left, box.top - 5.2), fitted(plan.title, 9.5, room, bold=True), 9.5, bold=True)
+    canvas.text((left, box.top - 10.6), fitted(view.floor.name, 9.5, room), 9.5)
     n_stations = len(view.stations)
     lines = [f"{n_stations} station{'' if n_stations == 1 else 's'}{_reached(plan, view)}"]
     ground_m = float(plan.frame.to_site(np.array([*view.window_m.mean(axis=0), view.floor.elevation_m]))[2])
@@ -250,7 +250,7 @@ def _draw_title(
     if view.surface is None:
         lines.append("Without walls: see the remarks")
     for place, line in enumerate(lines[:6]):
-        ink.text((left, box.top - 15.6 - 3.5 * place), fitted(line, 6.4, room), 6.4)
+        canvas.text((left, box.top - 15.6 - 3.5 * place), fitted(line, 6.4, room), 6.4)
 
 
 def _reached(plan: PlanSource, view: FloorView) -> str:

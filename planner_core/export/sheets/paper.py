@@ -14,7 +14,7 @@ import numpy as np
 from planner_core.errors import RequirementError
 from planner_core.export.sheets.scales import sheet_scales
 from planner_core.model import METRE, FloatArray
-from planner_core.plan_folder.drawing.ink import Box
+from planner_core.plan_folder.drawing.canvas import Box
 
 #: (short, long) side.
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0)}

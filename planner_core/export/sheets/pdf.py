@@ -7,7 +7,7 @@ from pathlib import Path
 
 from planner_core.export.options import Options
 from planner_core.export.sheets.sheet_set import Contents, Page, gather, pages_of
-from planner_core.plan_folder.drawing.pdf_ink import PdfBook
+from planner_core.plan_folder.drawing.pdf_canvas import PdfBook
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.progress import Progress, ProgressEvent
 

@@ -1,4 +1,4 @@
-"""All sheets of a plan in order, each knowing how to draw itself. PlanSource -> pages for any ink."""
+"""All sheets of a plan in order, each knowing how to draw itself. PlanSource -> pages for any canvas."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ from planner_core.export.sheets.tables import (
     unseen_table,
     warnings_of,
 )
+from planner_core.plan_folder.drawing.canvas import Box, Canvas
 from planner_core.plan_folder.drawing.fonts import lacking_letters
-from planner_core.plan_folder.drawing.ink import Box, Ink
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 
 #: Draws a sheet, of that number of so many.
-Draw = Callable[[Ink, int, int], None]
+Draw = Callable[[Canvas, int, int], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,10 +190,10 @@ def pages_of(contents: Contents, paper: str) -> list[Page]:
 def _cover(contents: Contents, sheet: Sheet, pages: list[Page]) -> Page:
     """The cover of what `pages` will hold by the time it is drawn."""
 
-    def draw(ink: Ink, number: int, n_sheets: int) -> None:
-        draw_frame(ink, contents.plan, sheet, "Plan of the laser scans", number=number, n_sheets=n_sheets)
+    def draw(canvas: Canvas, number: int, n_sheets: int) -> None:
+        draw_frame(canvas, contents.plan, sheet, "Plan of the laser scans", number=number, n_sheets=n_sheets)
         index = _index([page.title for page in pages])
-        draw_cover(ink, contents.plan, sheet, part=contents.part, remarks=contents.remarks, index=index)
+        draw_cover(canvas, contents.plan, sheet, part=contents.part, remarks=contents.remarks, index=index)
 
     return Page("Cover", sheet, draw)
 
@@ -213,8 +213,8 @@ def _drawings(plan: PlanSource, floor: FloorSheets, *, first: int) -> list[Page]
     neighbours = tuple(Neighbour(t.column, t.row, first + place) for place, t in enumerate(floor.tiles))
 
     def page(tile: Tile, place: int) -> Page:
-        def draw(ink: Ink, number: int, n_sheets: int) -> None:
-            draw_floor(ink, plan, floor.view, tile, sheet=number, n_sheets=n_sheets, neighbours=neighbours)
+        def draw(canvas: Canvas, number: int, n_sheets: int) -> None:
+            draw_floor(canvas, plan, floor.view, tile, sheet=number, n_sheets=n_sheets, neighbours=neighbours)
 
         part = f", part {place + 1} of {len(floor.tiles)}" if len(floor.tiles) > 1 else ""
         return Page(f"{floor.view.floor.name}, 1:{tile.scale}{part}", tile.sheet, draw)
@@ -226,10 +226,10 @@ def _table_pages(plan: PlanSource, title: str, tables: Sequence[Table], sheet: S
     room = text_room(sheet)
 
     def page(pieces: list[Piece]) -> Page:
-        def draw(ink: Ink, number: int, n_sheets: int) -> None:
-            draw_frame(ink, plan, sheet, title, number=number, n_sheets=n_sheets)
+        def draw(canvas: Canvas, number: int, n_sheets: int) -> None:
+            draw_frame(canvas, plan, sheet, title, number=number, n_sheets=n_sheets)
             for piece in pieces:
-                draw_piece(ink, piece, room)
+                draw_piece(canvas, piece, room)
 
         return Page(title, sheet, draw)
 
@@ -239,12 +239,12 @@ def _table_pages(plan: PlanSource, title: str, tables: Sequence[Table], sheet: S
 def _charts(contents: Contents, sheet: Sheet) -> Page:
     title = charts_title(contents.part)
 
-    def draw(ink: Ink, number: int, n_sheets: int) -> None:
-        draw_frame(ink, contents.plan, sheet, title, number=number, n_sheets=n_sheets)
+    def draw(canvas: Canvas, number: int, n_sheets: int) -> None:
+        draw_frame(canvas, contents.plan, sheet, title, number=number, n_sheets=n_sheets)
         boxes = _quarters(text_room(sheet))
-        draw_curve(ink, contents.plan, boxes[0])
+        draw_curve(canvas, contents.plan, boxes[0])
         for made, box in zip(contents.histograms, boxes[1:], strict=False):
-            draw_histogram(ink, made, box)
+            draw_histogram(canvas, made, box)
 
     return Page(title, sheet, draw)
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from planner_core.export.sheets.paper import Tile
 from planner_core.model import FloatArray, SiteFrame
+from planner_core.plan_folder.drawing.canvas import PAPER, QUIET, Box, Canvas, Pen
 from planner_core.plan_folder.drawing.fonts import width_mm
-from planner_core.plan_folder.drawing.ink import PAPER, QUIET, Box, Ink, Pen
 
 #: Lines are at least this far apart on paper.
 _APART_MM = 38.0
@@ -56,13 +56,13 @@ class _End:
 
 
 def draw_grid(
-    ink: Ink, frame: SiteFrame, tile: Tile, elevation_m: float, *, taken: Sequence[Box] = ()
+    canvas: Canvas, frame: SiteFrame, tile: Tile, elevation_m: float, *, taken: Sequence[Box] = ()
 ) -> tuple[Box, ...]:
     """Draw crosses, ticks and names. taken : where no name may be. Returns where names are."""
     box = tile.sheet.drawing
     easting, northing = _lines(frame, tile, elevation_m)
-    with ink.clip(box):
-        ink.lines(
+    with canvas.clip(box):
+        canvas.lines(
             [
                 np.stack([spot - _CROSS_MM * line.ahead, spot + _CROSS_MM * line.ahead])
                 for one in easting
@@ -76,7 +76,7 @@ def draw_grid(
     ends = [end for line in (*easting, *northing) for end in _ends(line, box)]
     # Names of lines that run upright to a side first: where there is no room for all, they say most.
     ends.sort(key=lambda end: -abs(float(end.inward[1 if end.is_level else 0])))
-    ink.lines([np.stack([end.at, end.at + _TICK_MM * end.inward]) for end in ends], _TICK)
+    canvas.lines([np.stack([end.at, end.at + _TICK_MM * end.inward]) for end in ends], _TICK)
     ticks = [_tick_box(end) for end in ends]
     names: list[Box] = []
     for place, end in enumerate(ends):
@@ -84,7 +84,7 @@ def draw_grid(
         room = next((room for room in _rooms(end, box) if not _meets_any(room, others)), None)
         if room is not None:
             names.append(room)
-            _write(ink, end, room)
+            _write(canvas, end, room)
     return tuple(names)
 
 
@@ -166,9 +166,9 @@ def _meet(one: Box, other: Box) -> bool:
     return level and one.bottom < other.top and other.bottom < one.top
 
 
-def _write(ink: Ink, end: _End, room: Box) -> None:
+def _write(canvas: Canvas, end: _End, room: Box) -> None:
     """Write a name upright to be read from below, or from the right."""
     ring = [(room.left, room.bottom), (room.right, room.bottom), (room.right, room.top), (room.left, room.top)]
-    ink.area([np.array(ring)], PAPER)
+    canvas.area([np.array(ring)], PAPER)
     at, turn_rad = ((room.left, room.bottom), 0.0) if end.is_level else ((room.right, room.bottom), math.pi / 2)
-    ink.text(at, end.name, _SIZE_PT, colour=QUIET, turn_rad=turn_rad)
+    canvas.text(at, end.name, _SIZE_PT, colour=QUIET, turn_rad=turn_rad)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.export.sheets.tables import Column, Table
+from planner_core.plan_folder.drawing.canvas import INK, QUIET, RULE, Box, Canvas, Pen
 from planner_core.plan_folder.drawing.fonts import wrapped
-from planner_core.plan_folder.drawing.ink import INK, QUIET, RULE, Box, Ink, Pen
 
 SIZE_PT = 7.2
 _HEAD_PT = 6.4
@@ -72,28 +72,28 @@ def _fitting(rows: Sequence[tuple[list[str], ...]], space_mm: float) -> int:
     return n
 
 
-def draw_piece(ink: Ink, piece: Piece, room: Box) -> None:
+def draw_piece(canvas: Canvas, piece: Piece, room: Box) -> None:
     """Draw a part of a table."""
     table, widths = piece.table, _widths(piece.table.columns, room.width)
     more = "" if piece.first else " (continued)"
-    ink.text((room.left, piece.top - 4.2), table.title + more, _TITLE_PT, bold=True)
+    canvas.text((room.left, piece.top - 4.2), table.title + more, _TITLE_PT, bold=True)
     top = piece.top - _TITLE_MM
     if table.note and piece.first:
         for line in _note(table, room.width):
-            ink.text((room.left, top - 2.6), line, _NOTE_PT, colour=QUIET)
+            canvas.text((room.left, top - 2.6), line, _NOTE_PT, colour=QUIET)
             top -= _NOTE_MM
     heads = _heads(table, widths)
-    _draw_row(ink, heads, table.columns, widths, room.left, top, head=True)
+    _draw_row(canvas, heads, table.columns, widths, room.left, top, head=True)
     top -= _height(heads)
-    ink.lines([np.array([(room.left, top), (room.right, top)])], Pen(0.35, INK))
+    canvas.lines([np.array([(room.left, top), (room.right, top)])], Pen(0.35, INK))
     for row in piece.rows:
-        _draw_row(ink, row, table.columns, widths, room.left, top, head=False)
+        _draw_row(canvas, row, table.columns, widths, room.left, top, head=False)
         top -= _height(row)
-        ink.lines([np.array([(room.left, top), (room.right, top)])], Pen(0.1, RULE))
+        canvas.lines([np.array([(room.left, top), (room.right, top)])], Pen(0.1, RULE))
 
 
 def _draw_row(
-    ink: Ink,
+    canvas: Canvas,
     cells: Sequence[list[str]],
     columns: Sequence[Column],
     widths: Sequence[float],
@@ -107,7 +107,9 @@ def _draw_row(
         x, align = (left + width - _GAP_MM, "right") if column.number else (left, "left")
         for place, line in enumerate(lines):
             y = top - _PAD_MM - 0.8 * _LINE_MM - place * _LINE_MM
-            ink.text((x, y), line, size_pt, bold=column.bold and not head, align=align, colour=QUIET if head else INK)
+            canvas.text(
+                (x, y), line, size_pt, bold=column.bold and not head, align=align, colour=QUIET if head else INK
+            )
         left += width
 
 

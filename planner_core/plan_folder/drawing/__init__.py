@@ -1,1 +1,1 @@
-"""What maps, charts and sheets are drawn with: inks of PNG, PDF and SVG, marks, hatching, letters."""
+"""What maps, charts and sheets are drawn with: canvases of PNG, PDF and SVG, marks, hatching, letters."""

@@ -19,7 +19,7 @@ import numpy as np
 
 from planner_core.errors import MissingPackageError
 from planner_core.model import FloatArray, UInt8Array
-from planner_core.plan_folder.drawing.ink import MM_PER_POINT, clean
+from planner_core.plan_folder.drawing.canvas import MM_PER_POINT, clean
 
 REGULAR, BOLD = "SheetSans", "SheetSans-Bold"
 _FILES = {REGULAR: "DejaVuSans.ttf", BOLD: "DejaVuSans-Bold.ttf"}

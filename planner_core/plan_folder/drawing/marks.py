@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.model import METRE, FloatArray, LengthUnit
+from planner_core.plan_folder.drawing.canvas import INK, PAPER, Box, Canvas, Colour, Pen
 from planner_core.plan_folder.drawing.fonts import width_mm
-from planner_core.plan_folder.drawing.ink import INK, PAPER, Box, Colour, Ink, Pen
 from planner_core.plan_folder.drawing.links import WEAK
 
 WALL_FILL: Colour = (0.40, 0.42, 0.44)
@@ -62,28 +62,28 @@ def arrow_head(way: FloatArray, length: float) -> FloatArray:
     return np.array([at + 0.6 * length * ahead, base - aside, base + aside])
 
 
-def draw_route(ink: Ink, ways: list[FloatArray], low: list[FloatArray], high: list[FloatArray]) -> None:
+def draw_route(canvas: Canvas, ways: list[FloatArray], low: list[FloatArray], high: list[FloatArray]) -> None:
     """Draw ways (M, 2) in millimetres, with arrow heads where there is room for them.
 
     low, high : parts of them up to the height of the cut, and above.
     """
-    ink.lines(ways, ROUTE_RIM)
-    ink.lines(low, ROUTE)
-    ink.lines(high, ROUTE_ABOVE)
+    canvas.lines(ways, ROUTE_RIM)
+    canvas.lines(low, ROUTE)
+    canvas.lines(high, ROUTE_ABOVE)
     for way in ways:
         if float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum()) > 4 * DISC_MM + ARROW_MM:
             head = arrow_head(way, ARROW_MM)
-            ink.lines([head], Pen(0.5, PAPER), closed=True)
-            ink.area([head], ROUTE.colour)
+            canvas.lines([head], Pen(0.5, PAPER), closed=True)
+            canvas.area([head], ROUTE.colour)
 
 
-def draw_links(ink: Ink, ends: Sequence[FloatArray]) -> None:
+def draw_links(canvas: Canvas, ends: Sequence[FloatArray]) -> None:
     """Draw links with ends (K, 2, 2) in millimetres, by class, the best on top."""
     for kind, (of_class, pen) in enumerate(zip(ends, LINKS, strict=True)):
         lines = list(_aside(of_class))
         if kind > WEAK:
-            ink.lines(lines, Pen(pen.width_mm + LINK_RIM_MM, PAPER))
-        ink.lines(lines, pen)
+            canvas.lines(lines, Pen(pen.width_mm + LINK_RIM_MM, PAPER))
+        canvas.lines(lines, pen)
 
 
 def _aside(ends: FloatArray) -> FloatArray:
@@ -93,19 +93,19 @@ def _aside(ends: FloatArray) -> FloatArray:
     return np.asarray(ends + LINK_ASIDE_MM * (np.stack([way[:, 1], -way[:, 0]], axis=1) / length[:, None])[:, None])
 
 
-def draw_station(ink: Ink, spot: FloatArray, disc: FloatArray, number: int, *, scanned: bool) -> None:
+def draw_station(canvas: Canvas, spot: FloatArray, disc: FloatArray, number: int, *, scanned: bool) -> None:
     """Draw a dot where a station is, and its number in a disc there, or beside it with a line to the spot.
 
     scanned : before; nothing is to be done there, and the disc is hollow.
     """
     if float(np.hypot(*(disc - spot))) > 0.3 * DISC_MM:
-        ink.lines([np.stack([spot, disc])], LEADER)
-    ink.disc((float(spot[0]), float(spot[1])), DOT_MM, INK, Pen(0.2, PAPER))
+        canvas.lines([np.stack([spot, disc])], LEADER)
+    canvas.disc((float(spot[0]), float(spot[1])), DOT_MM, INK, Pen(0.2, PAPER))
     at = (float(disc[0]), float(disc[1]))
     fill, letters = (PAPER, STATION_FILL) if scanned else (STATION_FILL, PAPER)
-    ink.disc(at, DISC_MM, fill, Pen(0.35, letters))
+    canvas.disc(at, DISC_MM, fill, Pen(0.35, letters))
     size_pt = 7.6 if number < 100 else 6.0
-    ink.text((at[0], at[1] - 0.128 * size_pt), str(number), size_pt, colour=letters, bold=True, align="middle")
+    canvas.text((at[0], at[1] - 0.128 * size_pt), str(number), size_pt, colour=letters, bold=True, align="middle")
 
 
 #: Where words go beside a place, the best first, in distances to it.
@@ -121,7 +121,7 @@ _ABOVE = (*((dy, dx) for dx, dy in _ASIDE[:8]), *_ASIDE[12:], *_ASIDE[8:12])
 class Labels:
     """Words beside places, where they cover neither each other nor what was there before."""
 
-    ink: Ink
+    canvas: Canvas
     within: Box
     taken: list[Box]
 
@@ -137,9 +137,9 @@ class Labels:
         ]
         box = min(places, key=self._covered)
         self.taken.append(box)
-        self.ink.area([corners(box)], PAPER)
-        self.ink.lines([corners(box)], Pen(0.12), closed=True)
-        self.ink.text((box.left + 0.6, box.bottom + 0.11 * size_pt), words, size_pt)
+        self.canvas.area([corners(box)], PAPER)
+        self.canvas.lines([corners(box)], Pen(0.12), closed=True)
+        self.canvas.text((box.left + 0.6, box.bottom + 0.11 * size_pt), words, size_pt)
 
     def _covered(self, box: Box) -> float:
         """Area that a box covers of others, and far more for what sticks out of the drawing."""
@@ -169,7 +169,7 @@ def draw_stations(
         return
     discs = spread_apart(spots, 2.1 * DISC_MM)
     for place, (spot, disc, number) in enumerate(zip(spots, discs, numbers, strict=True)):
-        draw_station(labels.ink, spot, disc, number, scanned=bool(scanned) and scanned[place])
+        draw_station(labels.canvas, spot, disc, number, scanned=bool(scanned) and scanned[place])
         labels.taken.append(Box(float(disc[0]) - DISC_MM, float(disc[1]) - DISC_MM, 2 * DISC_MM, 2 * DISC_MM))
     for disc, note in zip(discs, words, strict=False):
         if note:
@@ -182,7 +182,7 @@ def _draw_dots(
     """Draw stations as dots with their numbers beside them, across the longer side of what they spread over."""
     for place, (x, y) in enumerate(spots.tolist()):
         fill, rim = (PAPER, INK) if scanned and scanned[place] else (INK, PAPER)
-        labels.ink.disc((x, y), DOT_MM, fill, Pen(0.2, rim))
+        labels.canvas.disc((x, y), DOT_MM, fill, Pen(0.2, rim))
         labels.taken.append(Box(x - DOT_MM, y - DOT_MM, 2 * DOT_MM, 2 * DOT_MM))
     wide = bool(np.ptp(spots[:, 0]) >= np.ptp(spots[:, 1]))
     for place, (spot, number) in enumerate(zip(spots, numbers, strict=True)):
@@ -234,10 +234,10 @@ def forbidden_zone(x: float, y: float, radius: float) -> Zone:
     return Zone(np.array([x, y]) + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1), "no station")
 
 
-def draw_zones(ink: Ink, outlines: Sequence[FloatArray]) -> None:
+def draw_zones(canvas: Canvas, outlines: Sequence[FloatArray]) -> None:
     """Draw the borders of zones, on paper: a light line under the dashes keeps them apart from walls."""
-    ink.lines(list(outlines), Pen(3 * KEEP_OUT.width_mm, PAPER))
-    ink.lines(list(outlines), KEEP_OUT)
+    canvas.lines(list(outlines), Pen(3 * KEEP_OUT.width_mm, PAPER))
+    canvas.lines(list(outlines), KEEP_OUT)
 
 
 def draw_words(
@@ -247,12 +247,12 @@ def draw_words(
     what zones are. zones : on paper.
     """
     for at, words in stairs:
-        labels.ink.area([at + 1.05 * np.array([(-1, 0), (0, -1), (1, 0), (0, 1)])], INK)
+        labels.canvas.area([at + 1.05 * np.array([(-1, 0), (0, -1), (1, 0), (0, 1)])], INK)
         labels.put(at, words)
     for at, words in (*ends, *breaks):
         labels.put(at, words)
     for at, _ in ends:
-        labels.ink.area([at + 1.2 * np.array([(-1, -0.7), (1, -0.7), (0, 1)])], INK)
+        labels.canvas.area([at + 1.2 * np.array([(-1, -0.7), (1, -0.7), (0, 1)])], INK)
     for at, words in sealed:
         labels.put(at, words, apart=0.0)
     for zone in zones:
@@ -260,7 +260,7 @@ def draw_words(
 
 
 def draw_scale_bar(
-    ink: Ink, mm_per_m: float, middle: float, bottom: float, *, longest_mm: float, unit: LengthUnit = METRE
+    canvas: Canvas, mm_per_m: float, middle: float, bottom: float, *, longest_mm: float, unit: LengthUnit = METRE
 ) -> None:
     """Draw the scale bar in light and dark pieces; of either foot in feet, which on paper are the same."""
     mm_per_unit = mm_per_m * unit.metres
@@ -270,27 +270,27 @@ def draw_scale_bar(
     left = middle - n_pieces * piece_mm / 2
     for piece in range(n_pieces):
         bar = corners(Box(left + piece * piece_mm, bottom, piece_mm, 1.6))
-        ink.area([bar], INK if piece % 2 == 0 else PAPER)
-        ink.lines([bar], Pen(0.15), closed=True)
-    ink.text((left, bottom + 2.3), "0", 6.2, align="middle")
-    ink.text(
+        canvas.area([bar], INK if piece % 2 == 0 else PAPER)
+        canvas.lines([bar], Pen(0.15), closed=True)
+    canvas.text((left, bottom + 2.3), "0", 6.2, align="middle")
+    canvas.text(
         (left + n_pieces * piece_mm, bottom + 2.3), f"{length:g} {'ft' if unit.is_feet else 'm'}", 6.2, align="middle"
     )
 
 
-def draw_axes(ink: Ink, middle: tuple[float, float]) -> None:
+def draw_axes(canvas: Canvas, middle: tuple[float, float]) -> None:
     """Draw the axes of the scene, which are those of the paper."""
     start = np.array(middle) - 4.5
     for way, name in ((np.array([1.0, 0.0]), "x"), (np.array([0.0, 1.0]), "y")):
-        ink.lines([np.stack([start, start + 9 * way])], Pen(0.35))
+        canvas.lines([np.stack([start, start + 9 * way])], Pen(0.35))
         base, aside = start + 8.6 * way, 0.9 * np.array([-way[1], way[0]])
-        ink.area([np.array([start + 11 * way, base + aside, base - aside])], INK)
-        draw_letter(ink, start + 12.8 * way, name)
+        canvas.area([np.array([start + 11 * way, base + aside, base - aside])], INK)
+        draw_letter(canvas, start + 12.8 * way, name)
 
 
-def draw_letter(ink: Ink, at: FloatArray, letter: str) -> None:
+def draw_letter(canvas: Canvas, at: FloatArray, letter: str) -> None:
     """Write the letter of an arrow, its middle at a place (2,)."""
-    ink.text((float(at[0]), float(at[1]) - 1.2), letter, 8.0, bold=True, align="middle")
+    canvas.text((float(at[0]), float(at[1]) - 1.2), letter, 8.0, bold=True, align="middle")
 
 
 def corners(box: Box) -> FloatArray:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.charts import histogram, histograms_of, share_axis
 from planner_core.plan_folder.drawing import marks
-from planner_core.plan_folder.drawing.ink import Pen
+from planner_core.plan_folder.drawing.canvas import Pen
 from planner_core.plan_folder.plan_source import PlanSource
 
 

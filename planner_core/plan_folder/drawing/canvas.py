@@ -1,6 +1,7 @@
 """What sheets are drawn with, whatever they become: lines, areas, discs, words and pictures on a page in millimetres.
 
-The origin of a page is its lower left corner, x to the right, y up. `pdf_ink` and `svg_ink` are the two kinds of ink.
+The origin of a page is its lower left corner, x to the right, y up. `pdf_canvas`, `svg_canvas`
+and `png_canvas` are the kinds of it.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ class Box:
         return Box(self.left + by, self.bottom + by, self.width - 2 * by, self.height - 2 * by)
 
 
-class Ink(Protocol):
+class Canvas(Protocol):
     """A page that is being drawn."""
 
     def lines(self, paths: Sequence[FloatArray], pen: Pen, *, closed: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""Ink of PNG pictures, by matplotlib's software renderer: the user's settings, the time and the screen have no say."""
+"""Canvas of PNG pictures, by matplotlib's software renderer; independent of user settings, time and screen."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import numpy as np
 
 from planner_core.errors import MissingPackageError
 from planner_core.model import FloatArray, UInt8Array
+from planner_core.plan_folder.drawing.canvas import INK, MM_PER_POINT, PAPER, Box, Colour, Pen, clean
 from planner_core.plan_folder.drawing.fonts import families
-from planner_core.plan_folder.drawing.ink import INK, MM_PER_POINT, PAPER, Box, Colour, Pen, clean
 
 DPI = 144
 """Pixels an inch of paper: discs and letters are as large on a screen as printed sheets show them from near."""
@@ -39,8 +39,8 @@ def _matplotlib() -> Any:
     return matplotlib
 
 
-class PngInk:
-    """`Ink` of one picture. Areas are filled inside any ring: rings with holes are not drawn.
+class PngCanvas:
+    """`Canvas` of one picture. Areas are filled inside any ring: rings with holes are not drawn.
 
     zoom : drawn so many times as large as on paper.
     """
@@ -63,7 +63,7 @@ class PngInk:
         self._n_drawn = 0
 
     def lines(self, paths: Sequence[FloatArray], pen: Pen, *, closed: bool = False) -> None:
-        """See `Ink`."""
+        """See `Canvas`."""
         from matplotlib.collections import LineCollection
 
         self._add(
@@ -79,13 +79,13 @@ class PngInk:
         )
 
     def area(self, rings: Sequence[FloatArray], colour: Colour) -> None:
-        """See `Ink`."""
+        """See `Canvas`."""
         from matplotlib.collections import PolyCollection
 
         self._add(self._axes.add_collection, PolyCollection(list(rings), facecolors=[colour], linewidths=0))
 
     def disc(self, centre: tuple[float, float], radius: float, fill: Colour, rim: Pen | None = None) -> None:
-        """See `Ink`."""
+        """See `Canvas`."""
         from matplotlib.patches import Circle
 
         edge = {"linewidth": 0} if rim is None else {"linewidth": rim.width_mm / MM_PER_POINT, "edgecolor": rim.colour}
@@ -102,7 +102,7 @@ class PngInk:
         align: str = "left",
         turn_rad: float = 0.0,
     ) -> None:
-        """See `Ink`."""
+        """See `Canvas`."""
         words = clean(words)
         written = self._axes.text(
             *at, words, family=families(words), fontsize=size_pt, color=colour, weight="bold" if bold else "normal",
@@ -112,7 +112,7 @@ class PngInk:
         self._add(None, written)
 
     def picture(self, path: Path, box: Box) -> None:
-        """See `Ink`."""
+        """See `Canvas`."""
         from matplotlib.image import imread
 
         self._axes.imshow(imread(path), extent=(box.left, box.right, box.bottom, box.top), aspect="auto")
@@ -123,7 +123,7 @@ class PngInk:
 
     @contextmanager
     def clip(self, box: Box) -> Iterator[None]:
-        """See `Ink`."""
+        """See `Canvas`."""
         from matplotlib.patches import Rectangle
 
         self._clip = Rectangle((box.left, box.bottom), box.width, box.height, transform=self._axes.transData)

@@ -1,4 +1,4 @@
-"""Ink of PDF pages, by reportlab: vectors, embedded letters, the same bytes for the same drawing."""
+"""Canvas of PDF pages, by reportlab: vectors, embedded letters, the same bytes for the same drawing."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from planner_core.model import FloatArray
+from planner_core.plan_folder.drawing.canvas import INK, MM_PER_POINT, Box, Colour, Pen, clean
 from planner_core.plan_folder.drawing.fonts import BOLD, REGULAR, Letter, font, runs, width_mm
-from planner_core.plan_folder.drawing.ink import INK, MM_PER_POINT, Box, Colour, Pen, clean
 
 _POINTS_PER_MM = 1.0 / MM_PER_POINT
 _EVEN_ODD, _NON_ZERO = 0, 1
@@ -41,14 +41,14 @@ class PdfBook:
         self.canvas.setAuthor("")
         self.canvas.setCreator("tlsplan")
 
-    def page(self, width_mm: float, height_mm: float, *, title: str, zoom: float = 1.0) -> PdfInk:
+    def page(self, width_mm: float, height_mm: float, *, title: str, zoom: float = 1.0) -> PdfCanvas:
         """Begin a page, `zoom` times as large as this, with all that is on it; `title` is its line in the outline."""
         self.canvas.setPageSize((width_mm * zoom * _POINTS_PER_MM, height_mm * zoom * _POINTS_PER_MM))
         self.canvas.scale(zoom, zoom)
         key = f"page{self.canvas.getPageNumber()}"
         self.canvas.bookmarkPage(key)
         self.canvas.addOutlineEntry(clean(title), key, 0, closed=False)
-        return PdfInk(self.canvas)
+        return PdfCanvas(self.canvas)
 
     def turn(self) -> None:
         """End the page."""
@@ -59,28 +59,28 @@ class PdfBook:
         self.canvas.save()
 
 
-class PdfInk:
-    """`Ink` of one page."""
+class PdfCanvas:
+    """`Canvas` of one page."""
 
     def __init__(self, canvas: Any) -> None:
         self._canvas = canvas
 
     def lines(self, paths: Sequence[FloatArray], pen: Pen, *, closed: bool = False) -> None:
-        """See `Ink`."""
+        """See `Canvas`."""
         if not len(paths):
             return
         self._take(pen)
         self._canvas.drawPath(self._path(paths, closed=closed), stroke=1, fill=0)
 
     def area(self, rings: Sequence[FloatArray], colour: Colour) -> None:
-        """See `Ink`."""
+        """See `Canvas`."""
         if not len(rings):
             return
         self._canvas.setFillColorRGB(*colour)
         self._canvas.drawPath(self._path(rings, closed=True), stroke=0, fill=1, fillMode=_EVEN_ODD)
 
     def disc(self, centre: tuple[float, float], radius: float, fill: Colour, rim: Pen | None = None) -> None:
-        """See `Ink`."""
+        """See `Canvas`."""
         self._canvas.setFillColorRGB(*fill)
         if rim is not None:
             self._take(rim)
@@ -98,7 +98,7 @@ class PdfInk:
         align: str = "left",
         turn_rad: float = 0.0,
     ) -> None:
-        """See `Ink`."""
+        """See `Canvas`."""
         canvas, words = self._canvas, clean(words)
         canvas.setFillColorRGB(*colour)
         canvas.setFont(BOLD if bold else REGULAR, size_pt)
@@ -134,13 +134,13 @@ class PdfInk:
             x += width
 
     def picture(self, path: Path, box: Box) -> None:
-        """See `Ink`."""
+        """See `Canvas`."""
         left, bottom, width, height = (v * _POINTS_PER_MM for v in (box.left, box.bottom, box.width, box.height))
         self._canvas.drawImage(str(path), left, bottom, width, height, preserveAspectRatio=True)
 
     @contextmanager
     def clip(self, box: Box) -> Iterator[None]:
-        """See `Ink`."""
+        """See `Canvas`."""
         canvas = self._canvas
         canvas.saveState()
         path = canvas.beginPath()

@@ -1,4 +1,4 @@
-"""Ink of drawings inside an HTML page: one SVG each, its pictures inside, nothing from elsewhere."""
+"""Canvas of drawings inside an HTML page: one SVG each, its pictures inside, nothing from elsewhere."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from math import degrees
 from pathlib import Path
 
 from planner_core.model import FloatArray
-from planner_core.plan_folder.drawing.ink import INK, MM_PER_POINT, Box, Colour, Pen, clean
+from planner_core.plan_folder.drawing.canvas import INK, MM_PER_POINT, Box, Colour, Pen, clean
 
 _ANCHOR = {"left": "start", "middle": "middle", "right": "end"}
 
 
-class SvgInk:
-    """`Ink` of one drawing.
+class SvgCanvas:
+    """`Canvas` of one drawing.
 
     Parameters
     ----------
@@ -44,18 +44,18 @@ class SvgInk:
         )
 
     def lines(self, paths: Sequence[FloatArray], pen: Pen, *, closed: bool = False) -> None:
-        """See `Ink`."""
+        """See `Canvas`."""
         if len(paths):
             self._marks.append(f'<path d="{self._path(paths, closed=closed)}" fill="none"{_stroke(pen)}/>')
 
     def area(self, rings: Sequence[FloatArray], colour: Colour) -> None:
-        """See `Ink`."""
+        """See `Canvas`."""
         if len(rings):
             path = self._path(rings, closed=True)
             self._marks.append(f'<path d="{path}" fill="{_hex(colour)}" fill-rule="evenodd"/>')
 
     def disc(self, centre: tuple[float, float], radius: float, fill: Colour, rim: Pen | None = None) -> None:
-        """See `Ink`."""
+        """See `Canvas`."""
         x, y = self._at(centre)
         edge = "" if rim is None else _stroke(rim)
         self._marks.append(f'<circle cx="{x}" cy="{y}" r="{_number(radius)}" fill="{_hex(fill)}"{edge}/>')
@@ -71,7 +71,7 @@ class SvgInk:
         align: str = "left",
         turn_rad: float = 0.0,
     ) -> None:
-        """See `Ink`."""
+        """See `Canvas`."""
         x, y = self._at(at)
         weight = ' font-weight="bold"' if bold else ""
         turn = f' transform="rotate({_number(-degrees(turn_rad))} {x} {y})"' if turn_rad else ""
@@ -81,7 +81,7 @@ class SvgInk:
         )
 
     def picture(self, path: Path, box: Box) -> None:
-        """See `Ink`."""
+        """See `Canvas`."""
         x, y = self._at((box.left, box.top))
         content = base64.b64encode(path.read_bytes()).decode("ascii")
         self._marks.append(
@@ -91,7 +91,7 @@ class SvgInk:
 
     @contextmanager
     def clip(self, box: Box) -> Iterator[None]:
-        """See `Ink`."""
+        """See `Canvas`."""
         self._n_clips += 1
         name = f"{self._name}clip{self._n_clips}"
         x, y = self._at((box.left, box.top))
