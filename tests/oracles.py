@@ -94,17 +94,17 @@ class Enough:
 
 def enough_of(
     observations: Observations,
-    counted: UInt8Array | None,
+    countable_share: UInt8Array | None,
     qualities: tuple[PointLimits, ...],
     wanted: list[BoolArray] | None = None,
 ) -> Enough:
-    """Observations of enough of `counted` (P,). By samples, as much counts as positions together meet any quality on,
-    or else see, and at most so much that one of them sees 55 % of it."""
+    """Observations of enough of `countable_share` (P,). By samples, as much counts as positions together meet any
+    quality on, or else see, and at most so much that one of them sees 55 % of it."""
     weight = sample_pattern()[:, 2]
     meets = [observations_meeting(observations, asked) for asked in qualities]
     if wanted is not None:
         meets = [found & part[observations.patch] for found, part in zip(meets, wanted, strict=True)]
-    if observations.part is None or counted is None:
+    if observations.part is None or countable_share is None:
         return Enough(np.full(observations.n_patches, 255), np.ones(observations.patch.size, dtype=bool), meets)
 
     def in_255ths(samples: set[int]) -> int:
@@ -121,7 +121,7 @@ def enough_of(
             )
     enough = np.array(
         [
-            in_255ths(samples) >= _ENOUGH * int(counted[patch])
+            in_255ths(samples) >= _ENOUGH * int(countable_share[patch])
             for samples, patch in zip(own, observations.patch, strict=True)
         ],
         dtype=bool,

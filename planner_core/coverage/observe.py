@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from planner_core.coverage.counted import observed_enough
 from planner_core.coverage.ground_sides import GroundSides
 from planner_core.coverage.levels import Observations, observations_of_returns, observations_of_views, with_noise
+from planner_core.coverage.visibility_threshold import observed_enough
 from planner_core.engine.patch_mode import PatchMode
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import FloatArray, ScanBy, Survey
@@ -31,7 +31,7 @@ def observations_in_batches(
 
     How positions are split depends on how much they see, and no figure depends on it. The rows are those of
     `planner_core.coverage.survey.visible_from`; once the survey knows how much of each patch counts, those of which
-    enough is seen, see `coverage.counted`. 20 bytes per observation, 24 with noise.
+    enough is seen, see `coverage.visibility_threshold`. 20 bytes per observation, 24 with noise.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def observing(
     def look(at: FloatArray, progress: Progress) -> Observations:
         found = by_mode(at, progress)
         counts = sides.counts(at, found.starts, found.patch)
-        found = observed_enough(found if counts.all() else found.take(counts), survey.patches.counted)
+        found = observed_enough(found if counts.all() else found.take(counts), survey.patches.countable_share)
         return with_noise(found, survey.scanner, reflectivity=survey.reflectivity) if noise else found
 
     return look

@@ -227,14 +227,14 @@ class Patches:
     the bisection tree. See `planner_core.scene.patches`.
 
     depth : (T,) uint8. first_patch : (T + 1,) int32, last entry = n_patches. triangle_area_m2 : (T,) float64.
-    counted : (P,) uint8, how much of each patch counts, in 255ths; None: all. docs/method/coverage.md.
+    countable_share : (P,) uint8, how much of each patch counts, in 255ths; None: all. docs/method/coverage.md.
     """
 
     max_area_m2: float
     depth: UInt8Array
     first_patch: Int32Array
     triangle_area_m2: FloatArray
-    counted: UInt8Array | None = None
+    countable_share: UInt8Array | None = None
 
     @property
     def n_patches(self) -> int:
@@ -246,7 +246,7 @@ class Patches:
         """(P,) float64, area of every patch, as far as it counts."""
         count = np.diff(self.first_patch)
         whole_m2 = np.repeat(self.triangle_area_m2 / np.maximum(count, 1), count)
-        return whole_m2 if self.counted is None else whole_m2 * (self.counted / 255.0)
+        return whole_m2 if self.countable_share is None else whole_m2 * (self.countable_share / 255.0)
 
     @property
     def triangle_of_patch(self) -> Int32Array:

@@ -198,8 +198,8 @@ def _by_patch(plan: Plan) -> dict[str, bytes]:
             files[_PIECES] = plan.why.piece_of_patch.astype("<i4").tobytes()
     if plan.times_met is not None:
         files["achievable.u8"] = plan.times_met.tobytes()
-    if plan.survey.patches.counted is not None:
-        files["counted.u8"] = plan.survey.patches.counted.tobytes()
+    if plan.survey.patches.countable_share is not None:
+        files["counted.u8"] = plan.survey.patches.countable_share.tobytes()
     return files
 
 
@@ -221,7 +221,7 @@ def _document(plan: Plan) -> dict[str, Any]:
         ],
         "reasons": [] if plan.why is None else list(REASONS),
         "out_of_scope": OUT_OF_SCOPE,
-        "counted": None if plan.survey.patches.counted is None else "counted.u8",
+        "counted": None if plan.survey.patches.countable_share is None else "counted.u8",
         "pieces": None if plan.why is None or plan.why.piece_of_patch is None else _PIECES,
         "qualities": [LimitsSection.written(limits) for limits in plan.qualities],
     }

@@ -183,7 +183,7 @@ def _link(link: Link, plan: Plan, linking: BoolArray) -> JudgedLink:
 def _points(survey: Survey, goals: Goals, n_points: int, rng: np.random.Generator) -> _Points:
     """Points at even steps of area through all patches of which something may be required, at random places in each."""
     wanted = np.flatnonzero(goals.patches)
-    patch_m2 = replace(survey.patches, counted=None).area_m2
+    patch_m2 = replace(survey.patches, countable_share=None).area_m2
     sum_m2 = np.cumsum(patch_m2[wanted])
     step = (np.arange(n_points) + rng.random(n_points)) * (sum_m2[-1] / n_points)
     patch = wanted[np.minimum(np.searchsorted(sum_m2, step, side="right"), wanted.size - 1)]

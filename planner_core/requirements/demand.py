@@ -37,7 +37,7 @@ class Demand:
     constraints : one a goal, over the stacked patches. area_m2 : (Q P,). times_met : (Q, P) int32, positions that meet
     each quality. needed : for each quality, by the name of each limit, (P,) float32: the least figure at positions that
     meet all its other limits; inf where they have none that is known, NaN where there are no such positions.
-    counted : (P,) uint8, see `Patches`.
+    countable_share : (P,) uint8, see `Patches`.
     """
 
     n_patches: int
@@ -47,11 +47,11 @@ class Demand:
     area_m2: FloatArray
     times_met: Int32Array
     needed: tuple[dict[str, Float32Array], ...]
-    counted: UInt8Array | None = None
+    countable_share: UInt8Array | None = None
 
     def with_counted_patches(self, survey: Survey) -> Survey:
         """The survey, with patches that count as far as positions see them."""
-        return replace(survey, patches=replace(survey.patches, counted=self.counted))
+        return replace(survey, patches=replace(survey.patches, countable_share=self.countable_share))
 
     def achievable(self, goal: Goal) -> BoolArray:
         """(P,) bool, patches of the goal that as many positions as it asks for can meet."""
@@ -95,20 +95,20 @@ def demand_of(
         if new.size or (np.diff(known.row) < 0).any():  # all of them, but in another order
             found = observe_candidates(survey, engine, positions_m[new], goals, progress=progress)
             observed = merged(observed, found, np.argsort(np.concatenate([known.row, new])))
-    counted = survey.patches.counted
-    if counted is None:
-        counted = observed.counted(survey, engine, positions_m)
-    rows = observed.rows_of(counted)
+    countable_share = survey.patches.countable_share
+    if countable_share is None:
+        countable_share = observed.countable_share(survey, engine, positions_m)
+    rows = observed.rows_of(countable_share)
     n_patches, n_qualities = survey.patches.n_patches, len(goals.qualities)
     demand = Demand(
         n_patches=n_patches,
         goals=goals,
         rows=rows,
         constraints=tuple(_constraint(goals, goal) for goal in goals.each),
-        area_m2=np.tile(replace(survey.patches, counted=counted).area_m2, n_qualities),
+        area_m2=np.tile(replace(survey.patches, countable_share=countable_share).area_m2, n_qualities),
         times_met=times_seen(rows.met).reshape(n_qualities, n_patches),
         needed=observed.needed,
-        counted=counted,
+        countable_share=countable_share,
     )
     check_possible(demand)
     return demand
@@ -119,7 +119,7 @@ def rows_from(
 ) -> Rows:
     """What further positions (N, 3) see, by the qualities of `demand`: for places that are not among its own."""
     observed = observe_candidates(survey, engine, positions_m, demand.goals, notes_needed=False, progress=progress)
-    return observed.rows_of(demand.counted)
+    return observed.rows_of(demand.countable_share)
 
 
 def check_possible(demand: Demand) -> None:

@@ -1,7 +1,7 @@
 """Observations of candidates: which patches each sees, which it meets the limits on, and how much of each.
 
 A `Survey`, `Goals`, an open engine, positions (N, 3) in the local frame, metres -> `CandidateObservations`, and from
-these `Rows` once it is known how much of each patch counts, see `planner_core.coverage.counted`.
+these `Rows` once it is known how much of each patch counts, see `planner_core.coverage.visibility_threshold`.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from planner_core.coverage.counted import WHOLE, most_counted, sees_enough, shares_of
 from planner_core.coverage.coverage import stacked_rows, take_rows, taken_along
 from planner_core.coverage.cut_patches import shares_of_cut_patches
 from planner_core.coverage.levels import Observations, observations_meeting
 from planner_core.coverage.observe import observations_in_batches
 from planner_core.coverage.survey import visible_from
+from planner_core.coverage.visibility_threshold import WHOLE, most_countable, sees_enough, shares_of
 from planner_core.engine.patch_samples import UInt32Array
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
@@ -72,7 +72,7 @@ class CandidateObservations:
     parts: Parts | None
     needed: tuple[dict[str, Float32Array], ...]
 
-    def counted(self, survey: Survey, engine: ScanEngine, positions_m: FloatArray) -> UInt8Array | None:
+    def countable_share(self, survey: Survey, engine: ScanEngine, positions_m: FloatArray) -> UInt8Array | None:
         """(P,) uint8, how much of each patch these positions (N, 3) meet together, or else see; of what none sees, all.
 
         Of patches that are cut the samples say which positions see most, and points of their own how much that is; at
@@ -82,23 +82,25 @@ class CandidateObservations:
             return None
         is_met = self.parts.any_met > 0
         share = shares_of(np.where(is_met, self.parts.any_met, self.parts.any_seen))
-        counted = np.where(share > 0, share, WHOLE).astype(np.uint8)
-        is_cut = counted < WHOLE
+        countable_share = np.where(share > 0, share, WHOLE).astype(np.uint8)
+        is_cut = countable_share < WHOLE
         for which, rows, parts in (
             (is_met, self.rows.met, self.parts.met),
             (~is_met, self.rows.seen, self.parts.seen),
         ):
             cut = np.flatnonzero(is_cut & which).astype(np.int32)
             together = shares_of_cut_patches(survey, engine, positions_m, rows, parts, cut)
-            counted[cut] = np.minimum(together, most_counted(_best(rows, parts, counted.size)[cut]))
-        return counted
+            countable_share[cut] = np.minimum(together, most_countable(_best(rows, parts, countable_share.size)[cut]))
+        return countable_share
 
-    def rows_of(self, counted: UInt8Array | None) -> Rows:
+    def rows_of(self, countable_share: UInt8Array | None) -> Rows:
         """Rows of patches of which enough is seen, with (P,) uint8 of them counting."""
-        if self.parts is None or counted is None:
+        if self.parts is None or countable_share is None:
             return self.rows
-        seen = _enough(self.rows.seen, self.parts.seen, counted)
-        return Rows(seen, seen if self.rows.met is self.rows.seen else _enough(self.rows.met, self.parts.met, counted))
+        seen = _enough(self.rows.seen, self.parts.seen, countable_share)
+        return Rows(
+            seen, seen if self.rows.met is self.rows.seen else _enough(self.rows.met, self.parts.met, countable_share)
+        )
 
 
 #: Fewer positions are observed from here: sending them away takes longer.
@@ -143,7 +145,7 @@ def observe_candidates_here(
     if goals.plain and not survey.counts_parts:
         seen = _plainly_seen(survey, engine, positions_m, progress)
         return CandidateObservations(Rows(seen, seen), None, needed)
-    found = _Found(goals, n_patches, needed, keeps_parts=survey.counts_parts and survey.patches.counted is None)
+    found = _Found(goals, n_patches, needed, keeps_parts=survey.counts_parts and survey.patches.countable_share is None)
     noise = goals.requirements.limits_noise
     for observations in observations_in_batches(survey, engine, positions_m, noise=noise, progress=progress):
         found.add(observations)
@@ -318,11 +320,11 @@ def _best(rows: Visibility, share: UInt8Array, n_patches: int) -> Int32Array:
     return best
 
 
-def _enough(rows: Visibility, share: UInt8Array, counted: UInt8Array) -> Visibility:
+def _enough(rows: Visibility, share: UInt8Array, countable_share: UInt8Array) -> Visibility:
     """Rows without patches of which too little is seen; patches may be stacked."""
     column, size = PatchColumn(visibility_budget()), np.zeros(rows.n_positions, dtype=np.int64)
     for at, patch in rows.pieces():
-        kept = sees_enough(share[at : at + patch.size], counted[patch % counted.size])
+        kept = sees_enough(share[at : at + patch.size], countable_share[patch % countable_share.size])
         column.add(patch[kept])
         size += np.bincount(rows.positions_of(at, patch.size)[kept], minlength=size.size)
     return column.rows(np.concatenate([[0], np.cumsum(size)]).astype(np.int64), rows.n_patches)

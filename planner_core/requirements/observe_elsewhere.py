@@ -47,7 +47,7 @@ class ObservationQuestion:
         survey = self.survey
 
         def opened() -> ScanEngine:
-            return open_engine(survey.scene, replace(survey.patches, counted=None), engine=self.engine)
+            return open_engine(survey.scene, replace(survey.patches, countable_share=None), engine=self.engine)
 
         observed = observe_candidates_here(
             survey, kept(self.scene_key, opened), np.asarray(positions_m), self.goals, notes_needed=self.notes_needed,
@@ -67,7 +67,7 @@ def observe_elsewhere(
     progress: Progress,
 ) -> CandidateObservations:
     """Observe from each of positions (N, 3), as `observe_candidates_here`."""
-    scene_key = spread.key_of((survey.scene, replace(survey.patches, counted=None)))
+    scene_key = spread.key_of((survey.scene, replace(survey.patches, countable_share=None)))
     question = ObservationQuestion(survey, goals, notes_needed, engine.name, scene_key)
     parts = parts_of_row(positions_m.shape[0], first=FIRST_POSITIONS, each=TASK_POSITIONS)
     answers = spread.answers(

@@ -33,7 +33,7 @@ HEAD = [
 @contextmanager
 def whole_patches() -> Iterator[None]:
     """Count patches whole where any sample is seen, as plans of survey scanners did."""
-    with mock.patch.object(CandidateObservations, "counted", lambda *_: None):
+    with mock.patch.object(CandidateObservations, "countable_share", lambda *_: None):
         yield
 
 

@@ -122,6 +122,6 @@ def test_a_given_list_is_worth_less_by_parts_of_patches_than_by_beams(scene: Sce
     counting = worth["patches"].survey
     own = visible_from(counting, settings, engine, at)
     assert own.patch.size > 0
-    assert counting.patches.counted is not None
+    assert counting.patches.countable_share is not None
     (seen,) = observations_in_batches(counting, engine, at)
     assert counting.patches.area_m2[seen.patch].sum() == pytest.approx(worth["patches"].stations[0].covered_area_m2)

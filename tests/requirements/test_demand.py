@@ -64,7 +64,7 @@ def test_a_demand_without_limits_is_the_problem_of_floors_and_visibility(
     plain = replace(settings_of(scan_mode=scan_mode, coverage=0.9, floors=floors), method=Paper())
     scan_engine = getattr(box, which)
     demand = demand_of(box.survey, plain, scan_engine, box.positions_m)
-    assert demand.counted is None
+    assert demand.countable_share is None
     visibility = visible_from(box.survey, plain, scan_engine, box.positions_m)
     of_patch = floor_of_patch(box.survey.patches, box.survey.floor_of_triangle)
     indices = (0,) if floors else (0, 1)
@@ -108,7 +108,7 @@ def test_known_positions_are_not_looked_around_from_again(
     assert observed == [len(box.positions_m) - 3]
     for one, other in ((whole.rows.seen, again.rows.seen), (whole.rows.met, again.rows.met)):
         assert (one.starts.tolist(), one.patch.tolist()) == (other.starts.tolist(), other.patch.tolist())
-    np.testing.assert_array_equal(whole.counted, again.counted)
+    np.testing.assert_array_equal(whole.countable_share, again.countable_share)
     np.testing.assert_array_equal(whole.times_met, again.times_met)
     for least, other in zip(whole.needed, again.needed, strict=True):
         for limit, figures in least.items():
@@ -153,7 +153,7 @@ def test_stacked_rows_hold_what_meets_each_quality(mixed: SimpleNamespace, box: 
         PointLimits(incidence_rad=0.9),
         PointLimits(range_m=4.0),
     )
-    enough = enough_of(observations, demand.counted, demand.goals.qualities, wanted_of_mixed(box))
+    enough = enough_of(observations, demand.countable_share, demand.goals.qualities, wanted_of_mixed(box))
     for position in range(len(box.positions_m)):
         entries = range(int(observations.starts[position]), int(observations.starts[position + 1]))
         expected = [
@@ -193,7 +193,7 @@ def test_results_are_those_of_a_recount_over_sights(
     demand, observations = mixed.demand, mixed.observations
     results = part_results(demand, demand.rows.take(chosen))
     area = demand.with_counted_patches(box.survey).patches.area_m2
-    enough = enough_of(observations, demand.counted, demand.goals.qualities, wanted_of_mixed(box)).seen
+    enough = enough_of(observations, demand.countable_share, demand.goals.qualities, wanted_of_mixed(box)).seen
     for goal, result in zip(demand.goals.each, results, strict=True):
         by_all, by_chosen = np.zeros(len(area), dtype=int), np.zeros(len(area), dtype=int)
         for position in range(len(box.positions_m)):

@@ -122,20 +122,20 @@ def _demand(
     if path.is_file():
         times_met = _read_bytes(path, (len(goals.qualities), n_patches), "one each quality and patch").astype(np.int32)
         counting = path.with_name("counted.u8")
-        counted = _read_bytes(counting, (n_patches,), "one each patch") if counting.is_file() else None
+        countable_share = _read_bytes(counting, (n_patches,), "one each patch") if counting.is_file() else None
     else:
         found = _scanned(document, survey, settings, goals, engine, progress)
-        times_met, counted = found.times_met, found.counted
+        times_met, countable_share = found.times_met, found.countable_share
     none = Visibility(np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32), n_patches)
     return Demand(
         n_patches=n_patches,
         goals=goals,
         rows=Rows(none, none),
         constraints=(),
-        area_m2=np.tile(replace(survey.patches, counted=counted).area_m2, len(goals.qualities)),
+        area_m2=np.tile(replace(survey.patches, countable_share=countable_share).area_m2, len(goals.qualities)),
         times_met=times_met,
         needed=(),
-        counted=counted,
+        countable_share=countable_share,
     )
 
 

@@ -59,7 +59,7 @@ def test_parts_of_patches_count_as_in_the_plan(planned: Planned, tmp_path: Path)
     """By samples, a patch counts as far as candidates see it, which the folder keeps."""
     written, plan = planned("two-rooms", replace(SETTINGS["house"], refine=False))
     folder, scene = shutil.copytree(written, tmp_path / "plan"), written.parent / "two-rooms.ifc"
-    counted = plan.survey.patches.counted
+    counted = plan.survey.patches.countable_share
     assert counted is not None
     assert 0 < (counted < 255).mean() < 0.5
     assert (folder / "viewer" / "counted.u8").read_bytes() == counted.tobytes()

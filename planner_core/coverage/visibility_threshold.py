@@ -14,7 +14,7 @@ from planner_core.engine.patch_mode import share_of
 from planner_core.engine.patch_samples import UInt32Array
 from planner_core.model import BoolArray, Int32Array, UInt8Array
 
-#: `Patches.counted` of a patch that counts whole.
+#: `Patches.countable_share` of a patch that counts whole.
 WHOLE = 255
 #: Part of what counts that is enough, eleven twentieths: at which areas of plans are those of the judge, see
 #: docs/decisions/0014-what-counts-as-covered.md.
@@ -27,21 +27,21 @@ def shares_of(part: UInt32Array) -> UInt8Array:
     return np.where(part > 0, np.maximum(share, 1), 0).astype(np.uint8)
 
 
-def sees_enough(share: UInt8Array, counted: UInt8Array) -> BoolArray:
+def sees_enough(share: UInt8Array, countable_share: UInt8Array) -> BoolArray:
     """(M,) bool: whether shares (M,) are enough of what counts of their patches, (M,)."""
-    enough: BoolArray = _OF * share.astype(np.int32) >= _ENOUGH * counted.astype(np.int32)
+    enough: BoolArray = _OF * share.astype(np.int32) >= _ENOUGH * countable_share.astype(np.int32)
     return enough
 
 
-def most_counted(best: Int32Array) -> Int32Array:
+def most_countable(best: Int32Array) -> Int32Array:
     """(P,) the most that may count of patches of which one position sees `best` (P,) and no other more: enough of it
     is seen then.
     """
     return best * _OF // _ENOUGH
 
 
-def observed_enough(observations: Observations, counted: UInt8Array | None) -> Observations:
+def observed_enough(observations: Observations, countable_share: UInt8Array | None) -> Observations:
     """Observations of enough of what counts, (P,) uint8; by beams, and where nobody knows what counts, all."""
-    if counted is None or observations.part is None:
+    if countable_share is None or observations.part is None:
         return observations
-    return observations.take(sees_enough(shares_of(observations.part), counted[observations.patch]))
+    return observations.take(sees_enough(shares_of(observations.part), countable_share[observations.patch]))

@@ -10,9 +10,9 @@ from oracles import enough_of, observations_from
 from stages import demand_of, observed_from, rows_from
 
 import scenes_synthetic
-from planner_core.coverage.counted import observed_enough
 from planner_core.coverage.levels import observations_meeting
 from planner_core.coverage.survey import make_survey
+from planner_core.coverage.visibility_threshold import observed_enough
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import PartRequirement, PlanSettings, PointLimits, Requirements, Survey
 from planner_core.requirements.demand import KnownObservations
@@ -57,13 +57,13 @@ def test_rows_areas_and_looks_later_on_are_those_of_plain_loops(
     at = positions_of(survey, 5)
     demand = demand_of(survey, settings, engine, at)
     observations = observations_from(survey, settings, engine, at)
-    assert demand.counted is not None
-    enough = enough_of(observations, demand.counted, demand.goals.qualities)
+    assert demand.countable_share is not None
+    enough = enough_of(observations, demand.countable_share, demand.goals.qualities)
     # Samples and points of their own say the same of what is cut, but for their coarseness.
     cut = enough.by_samples < 255
     assert 0.02 < cut.mean() < 0.5
-    assert (demand.counted[~cut] == 255).all()
-    off = (demand.counted[cut].astype(int) - enough.by_samples[cut]) / 255
+    assert (demand.countable_share[~cut] == 255).all()
+    off = (demand.countable_share[cut].astype(int) - enough.by_samples[cut]) / 255
     assert np.abs(off).max() < 0.3
     assert abs(off.mean()) < 0.03
     assert 0 < (~enough.seen).sum() < 0.5 * enough.seen.size
@@ -74,18 +74,18 @@ def test_rows_areas_and_looks_later_on_are_those_of_plain_loops(
     n_met = sum(int(met.sum()) for met in enough.met)
     assert demand.rows.met.patch.size == n_met
     counting = demand.with_counted_patches(survey)
-    area_m2 = survey.patches.area_m2 * demand.counted / 255
+    area_m2 = survey.patches.area_m2 * demand.countable_share / 255
     np.testing.assert_allclose(counting.patches.area_m2, area_m2)
     np.testing.assert_allclose(demand.area_m2.reshape(len(demand.goals.qualities), -1)[-1], area_m2)
     later = observations_from(counting, settings, engine, at)
     assert later.patch.tolist() == demand.rows.seen.patch.tolist()
-    assert observed_enough(observations, demand.counted).starts.tolist() == later.starts.tolist()
+    assert observed_enough(observations, demand.countable_share).starts.tolist() == later.starts.tolist()
     # Positions of later keep to what counts, whether the survey knows it or the demand alone; so does a demand anew.
     for known in (counting, survey):
         rows = rows_from(known, settings, engine, at, demand)
         assert rows.met.patch.tolist() == demand.rows.met.patch.tolist()
     again = demand_of(counting, settings, engine, at[:2])
-    np.testing.assert_array_equal(again.counted, demand.counted)
+    np.testing.assert_array_equal(again.countable_share, demand.countable_share)
 
 
 @pytest.mark.slow
@@ -97,7 +97,7 @@ def test_what_was_looked_at_before_counts_with_the_rest(rooms: tuple[Survey, Sca
     row = np.array([4, 1])
     known = KnownObservations(row, observed_from(survey, settings, engine, at[row]))
     again = demand_of(survey, settings, engine, at, known=known)
-    np.testing.assert_array_equal(again.counted, whole.counted)
+    np.testing.assert_array_equal(again.countable_share, whole.countable_share)
     for one, other in ((again.rows.seen, whole.rows.seen), (again.rows.met, whole.rows.met)):
         assert (one.starts.tolist(), one.patch.tolist()) == (other.starts.tolist(), other.patch.tolist())
     # All of them, in another order than asked for.
@@ -105,11 +105,11 @@ def test_what_was_looked_at_before_counts_with_the_rest(rooms: tuple[Survey, Sca
     turned = demand_of(
         survey, settings, engine, at, known=KnownObservations(order, observed_from(survey, settings, engine, at[order]))
     )
-    np.testing.assert_array_equal(turned.counted, whole.counted)
+    np.testing.assert_array_equal(turned.countable_share, whole.countable_share)
     assert turned.rows.met.patch.tolist() == whole.rows.met.patch.tolist()
     some = demand_of(survey, settings, engine, at[row])
-    assert some.counted is not None
-    assert (some.counted != whole.counted).any()
+    assert some.countable_share is not None
+    assert (some.countable_share != whole.countable_share).any()
 
 
 @pytest.mark.parametrize("patch_m2", [0.16, 0.04, 0.01])
