@@ -1,6 +1,6 @@
-"""Work that other processes do for this one, to the bit: questions, their tasks, and who answers them meanwhile.
+"""Work that other processes do for this one, to the bit: jobs, their tasks, and who answers them meanwhile.
 
-A question goes to each of them once, its tasks one by one; an answer is bytes, and an errand leaves files, too.
+A job goes to each of them once, its tasks one by one; an answer is bytes, and a file job leaves files, too.
 `planner_core.cluster` has who answers.
 """
 
@@ -23,7 +23,7 @@ class NotWantedError(Exception):
     """Nobody waits any more for what is being done."""
 
 
-class Question(Protocol):
+class RemoteJob(Protocol):
     """Work for other processes. Its tasks are answered alone, in any order: the same bytes by whoever is fit."""
 
     def answer(self, task: Any, kept: Kept, progress: Progress = silent) -> bytes:
@@ -33,7 +33,7 @@ class Question(Protocol):
 
 @dataclass(frozen=True)
 class Place:
-    """Where an errand is done. made : the folder that is fetched. file : where a file is that was sent, by its hash.
+    """Where a file job is done. made : the folder that is fetched. file : where a file is that was sent, by its hash.
 
     is_wanted : whether to go on. tell : a line on how far it is.
     """
@@ -59,8 +59,8 @@ class Outcome:
     answer: bytes = b""
 
 
-class Errand(Protocol):
-    """A question whose tasks leave files."""
+class FileJob(Protocol):
+    """A job whose tasks leave files."""
 
     def do(self, task: Any, place: Place) -> Outcome:
         """Do one task.
@@ -71,20 +71,20 @@ class Errand(Protocol):
         ...
 
 
-class AnsweringErrand(Errand, Question, Protocol):
-    """An errand that answers, too: by whose first answer it is known who does it as this process would."""
+class AnsweringFileJob(FileJob, RemoteJob, Protocol):
+    """A file job that answers, too: by whose first answer it is known who does it as this process would."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """A part of a question. of : what `answer` and `do` get. size : steps of progress. name : for messages."""
+    """A part of a job. of : what `answer` and `do` get. size : steps of progress. name : for messages."""
 
     of: Any
     size: int
     name: str = ""
 
 
-class Spread(Protocol):
+class Executor(Protocol):
     """Other processes that answer for this one."""
 
     def key_of(self, value: object) -> str:
@@ -93,7 +93,7 @@ class Spread(Protocol):
 
     def answers(
         self,
-        question: Question,
+        job: RemoteJob,
         tasks: Sequence[Task],
         *,
         here: Callable[[Any], bytes],
@@ -111,7 +111,7 @@ class Spread(Protocol):
 
     def files(
         self,
-        errand: AnsweringErrand,
+        job: AnsweringFileJob,
         tasks: Sequence[Task],
         folder: Path,
         *,
@@ -127,22 +127,22 @@ class Spread(Protocol):
         ...
 
 
-_spread: ContextVar[Spread | None] = ContextVar("spread", default=None)
+_executor: ContextVar[Executor | None] = ContextVar("executor", default=None)
 
 
-def who_answers() -> Spread | None:
+def current_executor() -> Executor | None:
     """Return who works for this process at present; None: nobody."""
-    return _spread.get()
+    return _executor.get()
 
 
 @contextmanager
-def spread_over(spread: Spread | None) -> Iterator[None]:
+def spread_over(executor: Executor | None) -> Iterator[None]:
     """Let others work, too, for what is planned meanwhile; None: nobody."""
-    token = _spread.set(spread)
+    token = _executor.set(executor)
     try:
         yield
     finally:
-        _spread.reset(token)
+        _executor.reset(token)
 
 
 def parts_of_row(n: int, *, first: int, each: int) -> list[tuple[int, int]]:

@@ -1,4 +1,4 @@
-"""Jobs of a batch as errands of Dask workers: the same command there, in a folder laid out as the files lie here.
+"""Jobs of a batch as file jobs of Dask workers: the same command there, in a folder laid out as the files lie here.
 
 What is sent: the files that a job is planned from, by content, each once to a worker. What comes back: the plan folder.
 No folder has to be shared. A worker is used once it is of the same version, with the same libraries, and scans a small
@@ -30,7 +30,7 @@ from .runner import Ended, Runner, ThisMachine, end_all, failure_of, last_line, 
 
 if TYPE_CHECKING:
     from planner_core.cluster.connection import Cluster
-    from planner_core.cluster.errands import Order
+    from planner_core.cluster.file_jobs import Order
 
     from ..progress import ProgressReporter
 
@@ -43,7 +43,7 @@ _LACKS = (6, FULL_DISK)
 
 @dataclass(frozen=True)
 class Command:
-    """A command of a worker; a question of one task. files : where they lie below the root, and their hashes.
+    """A command of a worker; a job of one task. files : where they lie below the root, and their hashes.
 
     folder : that it writes, and at : that it is run in, below the root.
     """
@@ -55,7 +55,7 @@ class Command:
 
     def do(self, task: Any, place: Place) -> Outcome:
         """Run it; its files, output and messages are in the folder that is fetched."""
-        from planner_core.cluster.workplace import linked
+        from planner_core.cluster.worker_files import linked
 
         root, log = place.folder / "root", place.made / "log"
         for name, digest in self.files:
@@ -92,10 +92,10 @@ class OnWorkers:
         most: int | None,
         engine: Sequence[str],
     ) -> None:
-        from planner_core.cluster.errands import Errands
+        from planner_core.cluster.file_jobs import FileJobDispatcher
 
         self._here, self._folder, self._cluster, self._engine = here, folder, cluster, engine
-        self._errands = Errands(cluster, is_fit, most=most)
+        self._dispatcher = FileJobDispatcher(cluster, is_fit, most=most)
         self._alone: list[Job] | None = None
         self._refused: list[Ended] = []
 
@@ -103,7 +103,7 @@ class OnWorkers:
         """How many more jobs may be begun."""
         if self._alone is not None:
             return self._here.free() - len(self._alone)
-        return self._errands.free()
+        return self._dispatcher.free()
 
     def begin(self, job: Job) -> None:
         """Give a job to a worker."""
@@ -115,7 +115,7 @@ class OnWorkers:
         try:
             if not job.finds_floors:  # the worker has another folder
                 check_output(self._folder.plan(job), overwrite=True)
-            self._errands.give(self._order(job))
+            self._dispatcher.give(self._order(job))
         except (OutputExistsError, PlanFolderError) as error:
             self._refused.append(Ended(job, str(error)))
 
@@ -123,8 +123,8 @@ class OnWorkers:
         """Jobs that ended since the last call; the plans of those that did not fail are in place."""
         ended, self._refused = self._refused, []
         if self._alone is None:
-            ended += [self._kept(order, outcome.message) for order, outcome in self._errands.done()]
-            left = self._errands.left_alone()
+            ended += [self._kept(order, outcome.message) for order, outcome in self._dispatcher.done()]
+            left = self._dispatcher.left_alone()
             if left is not None:
                 self._alone = [_job_of(order) for order in left]
             return ended
@@ -134,18 +134,18 @@ class OnWorkers:
 
     def doing(self) -> list[tuple[Job, str]]:
         """Jobs at work, and the messages of each."""
-        given = [(_job_of(order), note) for order, note in self._errands.orders().items()]
+        given = [(_job_of(order), note) for order, note in self._dispatcher.orders().items()]
         return [*given, *((job, "") for job in self._alone or ()), *((each.job, "") for each in self._refused),
                 *self._here.doing()]  # fmt: skip
 
     def stop(self) -> None:
         """End all jobs; what is half-fetched goes."""
-        self._errands.stop()
+        self._dispatcher.stop()
         self._here.stop()
         shutil.rmtree(self._folder.fetched_folder, ignore_errors=True)
 
     def _order(self, job: Job) -> Order:
-        from planner_core.cluster.errands import Order
+        from planner_core.cluster.file_jobs import Order
 
         folder = self._folder.plan(job)
         files = {_below_root(file): (file, digest_of(file)) for file in files_of(job.site)}
@@ -161,7 +161,7 @@ class OnWorkers:
             _below_root(Path.cwd()),
         )
         sent = {digest: file for file, digest in files.values() if digest}
-        return Order(job, self._cluster.parcel(command), None, sent, self._folder.fetched(job))
+        return Order(job, self._cluster.payload(command), None, sent, self._folder.fetched(job))
 
     def _kept(self, order: Order, message: str) -> Ended:
         """Put what was fetched in its places."""
@@ -208,12 +208,12 @@ def fit_for_jobs(cluster: Cluster, engine: str, device: str | None) -> Callable[
     import numpy as np
 
     import scenes_synthetic
-    from planner_core.cluster.crew import answers_alike
+    from planner_core.cluster.worker_pool import answers_alike
     from planner_core.coverage.survey import make_survey
     from planner_core.engine.scan_engine import open_engine
     from planner_core.model import PlanSettings
     from planner_core.requirements.goals import goals_of
-    from planner_core.requirements.observe_elsewhere import ObservationQuestion
+    from planner_core.requirements.observe_elsewhere import ObservationJob
     from planner_core.scanner import DEFAULT_SCANNER
     from planner_core.scanner.load_scanner import load_scanner
 
@@ -221,11 +221,11 @@ def fit_for_jobs(cluster: Cluster, engine: str, device: str | None) -> Callable[
     survey = make_survey(scenes_synthetic.build("two-rooms").scene, settings)
     opened = open_engine(survey.scene, survey.patches, engine=engine, device=device)
     goals = goals_of(survey, settings.requirements)
-    question = ObservationQuestion(survey, goals, True, opened.name, cluster.key_of((survey.scene, survey.patches)))
+    job = ObservationJob(survey, goals, True, opened.name, cluster.key_of((survey.scene, survey.patches)))
     low, high = survey.scene.vertices_m.min(axis=0), survey.scene.vertices_m.max(axis=0)
     at_m = low + (high - low) * np.array([[0.3, 0.4, 0.5], [0.7, 0.6, 0.5]])
-    parcel, expected = cluster.parcel(question), question.answer(at_m, lambda key, make: opened)
-    return lambda address: answers_alike(cluster, address, parcel, at_m, expected)
+    payload, expected = cluster.payload(job), job.answer(at_m, lambda key, make: opened)
+    return lambda address: answers_alike(cluster, address, payload, at_m, expected)
 
 
 def _job_of(order: Order) -> Job:

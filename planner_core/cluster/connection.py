@@ -1,9 +1,9 @@
-"""A connection to the workers of a Dask scheduler: sends them questions and what they lack, and reports what went
+"""A connection to the workers of a Dask scheduler: sends them jobs and what they lack, and reports what went
 wrong.
 
 WHAT FAILS. A worker or scheduler that is gone or silent (`Cluster.is_lost`) is searched for again. One that reports
 that it lacks something (`UnfitError`) is reported and not used. Anything else is a bug (`BugError`): reported with its
-origin, counted, and the worker gets nothing more of that question; where nobody else is there, this process does the
+origin, counted, and the worker gets nothing more of that job; where nobody else is there, this process does the
 rest.
 """
 
@@ -20,11 +20,11 @@ from pathlib import Path
 from typing import Any
 
 from planner_core.cluster import worker
-from planner_core.cluster.parcels import Packer, Parcel, squeezed
+from planner_core.cluster.payloads import Packer, TaskPayload, squeezed
 from planner_core.errors import ClusterError, MissingPackageError, one_line
 from planner_core.operating_system import n_usable_cores
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.spread import AnsweringErrand, NotWantedError, Question, Task
+from planner_core.spread import AnsweringFileJob, NotWantedError, RemoteJob, Task
 
 LOCAL = "local"
 _MOST_LOCAL = 1000
@@ -48,7 +48,7 @@ class BugError(Exception):
 
 
 class Cluster:
-    """Workers of a Dask scheduler that work for this process; a `Spread`. Made by `open_cluster`.
+    """Workers of a Dask scheduler that work for this process; a `Executor`. Made by `open_cluster`.
 
     has_helped : whether any of them has answered a task. n_bugs : how often something failed that nobody foresaw.
     """
@@ -62,15 +62,15 @@ class Cluster:
 
     def key_of(self, value: object) -> str:
         """Return a key of a value's contents."""
-        return self._packer.parcel(value).digest
+        return self._packer.payload(value).digest
 
-    def parcel(self, value: object) -> Parcel:
+    def payload(self, value: object) -> TaskPayload:
         """Return a value as it is sent."""
-        return self._packer.parcel(value)
+        return self._packer.payload(value)
 
     def answers(
         self,
-        question: Question,
+        job: RemoteJob,
         tasks: Sequence[Task],
         *,
         here: Callable[[Any], bytes],
@@ -78,26 +78,26 @@ class Cluster:
         progress: Progress,
         answered: Callable[[int, bytes], None] | None = None,
     ) -> list[bytes]:
-        """Return the answers to tasks, one or more, in their order; see `planner_core.spread.Spread.answers`.
+        """Return the answers to tasks, one or more, in their order; see `planner_core.spread.Executor.answers`.
 
         Raises
         ------
         ClusterError
             All workers that there are answer otherwise than this process, or are of another version.
         """
-        from planner_core.cluster.deal import Deal
+        from planner_core.cluster.task_dispatcher import TaskDispatcher
 
         progress(ProgressEvent(stage, 0, sum(task.size for task in tasks), "cluster"))
-        return Deal(self, self.parcel(question), tasks, here, stage, progress, answered).answers()
+        return TaskDispatcher(self, self.payload(job), tasks, here, stage, progress, answered).answers()
 
-    def files(self, errand: AnsweringErrand, tasks: Sequence[Task], folder: Path, **how: Any) -> list[bytes]:
-        """Have the files of all tasks in a folder, and return what they answered: `planner_core.spread.Spread.files`.
+    def files(self, job: AnsweringFileJob, tasks: Sequence[Task], folder: Path, **how: Any) -> list[bytes]:
+        """Have the files of all tasks in a folder, and return what they answered: `planner_core.spread.Executor.files`.
 
-        Raises as `planner_core.cluster.errands.files_of`.
+        Raises as `planner_core.cluster.file_jobs.files_of`.
         """
-        from planner_core.cluster.errands import files_of
+        from planner_core.cluster.file_jobs import files_of
 
-        return files_of(self, errand, tasks, folder, **how)
+        return files_of(self, job, tasks, folder, **how)
 
     # -------------------------------------------------------------------------------------------- workers
     def workers(self) -> set[str]:
@@ -166,14 +166,14 @@ class Cluster:
         with contextlib.suppress(Exception):  # of a scheduler that is gone there is nothing to take back
             self._client.cancel(futures)
 
-    def supply(self, address: str, parcel: Parcel) -> None:
-        """Send a worker what it lacks of a question; raises as `ask`."""
-        lacking, names = self.ask(address, worker.lacks, parcel.digest, list(parcel.arrays))
+    def supply(self, address: str, payload: TaskPayload) -> None:
+        """Send a worker what it lacks of a job; raises as `ask`."""
+        lacking, names = self.ask(address, worker.lacks, payload.digest, list(payload.arrays))
         for name in names:
-            content = self._client.scatter(squeezed(parcel.arrays[name]), workers=[address], hash=False)
+            content = self._client.scatter(squeezed(payload.arrays[name]), workers=[address], hash=False)
             self.ask(address, worker.take_array, name, content)
         if lacking or names:
-            self.ask(address, worker.take_question, parcel.digest, parcel.body, list(parcel.arrays))
+            self.ask(address, worker.take_job, payload.digest, payload.body, list(payload.arrays))
 
     def reconnect(self) -> bool:
         """Try to reach the scheduler again; whether it is there."""
@@ -199,7 +199,7 @@ class Cluster:
 def fault_of(future: Any) -> Exception:
     """Return why a task ended in an error at its worker.
 
-    `LackingError`: it has to be sent the question again. `UnfitError`: the worker lacks something else. `BugError`.
+    `LackingError`: it has to be sent the job again. `UnfitError`: the worker lacks something else. `BugError`.
     ConnectionError: it was lost.
     """
     error = future.exception(timeout=PATIENCE_S)

@@ -1,6 +1,6 @@
-"""What runs on workers: they take arrays and questions once, build the engine once per scene, and answer.
+"""What runs on workers: they take arrays and jobs once, build the engine once per scene, and answer.
 
-State of the worker's process: arrays by their hashes, the questions that came last, what is kept for them. A
+State of the worker's process: arrays by their hashes, the jobs that came last, what is kept for them. A
 worker that is started anew has none, reports that (`LackingError`), and is sent it again.
 """
 
@@ -22,7 +22,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from planner_core.cluster.parcels import unpacked, unsqueezed
+from planner_core.cluster.payloads import unpacked, unsqueezed
 from planner_core.errors import PlannerError
 from planner_core.progress import Progress, ProgressEvent
 from planner_core.spread import NotWantedError
@@ -31,12 +31,12 @@ from planner_core.spread import NotWantedError
 _LIBRARIES = ("numpy", "scipy", "numba", "highspy", "shapely", "ifcopenshell", "usd-core", "vtk", "matplotlib")
 #: What is raised where a machine lacks something, or a device failed: another one may not. All else is a bug.
 FAULTS = (PlannerError, OSError, MemoryError, ImportError)
-#: Questions, engines and arrays beyond these are forgotten, the oldest first.
-_MOST_QUESTIONS, _MOST_KEPT = 4, 2
+#: Jobs, engines and arrays beyond these are forgotten, the oldest first.
+_MOST_JOBS, _MOST_KEPT = 4, 2
 
 _lock = Lock()
 _arrays: dict[str, NDArray[Any]] = {}
-_questions: dict[str, tuple[frozenset[str], Any]] = {}
+_jobs: dict[str, tuple[frozenset[str], Any]] = {}
 _kept: dict[str, Any] = {}
 
 
@@ -102,9 +102,9 @@ def greet() -> dict[str, str]:
 
 
 def lacks(digest: str, names: list[str]) -> tuple[bool, list[str]]:
-    """Return whether this worker lacks a question, and which of its arrays."""
+    """Return whether this worker lacks a job, and which of its arrays."""
     with _lock:
-        return digest not in _questions, [name for name in names if name not in _arrays]
+        return digest not in _jobs, [name for name in names if name not in _arrays]
 
 
 def take_array(name: str, content: bytes) -> None:
@@ -114,8 +114,8 @@ def take_array(name: str, content: bytes) -> None:
         _arrays[name] = array
 
 
-def take_question(digest: str, body: bytes, names: list[str]) -> None:
-    """Keep a question; of the arrays those alone that questions need.
+def take_job(digest: str, body: bytes, names: list[str]) -> None:
+    """Keep a job; of the arrays those alone that jobs need.
 
     Raises
     ------
@@ -125,23 +125,23 @@ def take_question(digest: str, body: bytes, names: list[str]) -> None:
     with _lock:
         if not _arrays.keys() >= set(names):
             raise LackingError(digest)
-        question = unpacked(body, _arrays)
-        _questions.pop(digest, None)
-        _questions[digest] = frozenset(names), question
-        while len(_questions) > _MOST_QUESTIONS:
-            del _questions[next(iter(_questions))]
-        needed = frozenset().union(*(of for of, _ in _questions.values()))
+        job = unpacked(body, _arrays)
+        _jobs.pop(digest, None)
+        _jobs[digest] = frozenset(names), job
+        while len(_jobs) > _MOST_JOBS:
+            del _jobs[next(iter(_jobs))]
+        needed = frozenset().union(*(of for of, _ in _jobs.values()))
         for name in [name for name in _arrays if name not in needed]:
             del _arrays[name]
 
 
 def answer(digest: str, task: Any) -> bytes:
-    """Do one task of a question.
+    """Do one task of a job.
 
     Raises
     ------
     LackingError
-        The question is not here.
+        The job is not here.
     DeviceError
         This worker has no engine of the kind required.
     NotWantedError
@@ -149,7 +149,7 @@ def answer(digest: str, task: Any) -> bytes:
     """
     hear = _ends_with_its_task()
     with _lock:  # one engine, one device: threads of a worker wait for each other
-        found: bytes = question_of(digest).answer(task, kept, hear)
+        found: bytes = job_of(digest).answer(task, kept, hear)
         return found
 
 
@@ -167,11 +167,11 @@ def _ends_with_its_task() -> Progress:
     return hear
 
 
-def question_of(digest: str) -> Any:
-    """Return a question that was sent; raises `LackingError`."""
-    if digest not in _questions:
+def job_of(digest: str) -> Any:
+    """Return a job that was sent; raises `LackingError`."""
+    if digest not in _jobs:
         raise LackingError(digest)
-    return _questions[digest][1]
+    return _jobs[digest][1]
 
 
 def kept(key: str, make: Callable[[], Any]) -> Any:

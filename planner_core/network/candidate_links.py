@@ -27,7 +27,7 @@ from planner_core.network.pair_overlap import (
 )
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.network import Network
-from planner_core.spread import Kept, Task, parts_of_row, who_answers
+from planner_core.spread import Kept, Task, current_executor, parts_of_row
 
 #: Fewer candidates' links are found here: sending what they see takes longer.
 _WORTH_SPREADING = 1024
@@ -70,7 +70,7 @@ class CandidateLinks:
 
 
 @dataclass(frozen=True)
-class LinkQuestion:
+class LinkJob:
     """Which pairs are links, as `candidate_links`; a task is a part of the rows, whose later partners are found."""
 
     visibility: Visibility
@@ -146,18 +146,18 @@ def candidate_links(
     if not 0.0 <= min_strength <= 1.0:
         raise RequirementError(f"min_strength: got {min_strength:g}, expected 0 to 1; give e.g. 0.01")
     n = visibility.n_positions
-    question = LinkQuestion(visibility, patch_area_m2, surface, min_overlap, min_strength, measure)
-    spread = who_answers()
-    if spread is None or n < _WORTH_SPREADING:
+    job = LinkJob(visibility, patch_area_m2, surface, min_overlap, min_strength, measure)
+    executor = current_executor()
+    if executor is None or n < _WORTH_SPREADING:
         linked = []
         for begin in range(0, n, rows_a_block):
             end = min(begin + rows_a_block, n)
-            linked.append(question.links_of_rows(begin, end))
+            linked.append(job.links_of_rows(begin, end))
             progress(ProgressEvent("links", end, n))
     else:
         parts = parts_of_row(n, first=_ROWS_OF_FIRST_TASK, each=rows_a_block)
-        answers = spread.answers(
-            question, [Task(part, part[1] - part[0]) for part in parts], here=question.answer, stage="links",
+        answers = executor.answers(
+            job, [Task(part, part[1] - part[0]) for part in parts], here=job.answer, stage="links",
             progress=progress,
         )  # fmt: skip
         linked = [_unpacked(each) for each in answers]

@@ -32,7 +32,7 @@ from planner_core.model import (
 from planner_core.model.stored_rows import PatchColumn, visibility_budget
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.goals import Goals
-from planner_core.spread import who_answers
+from planner_core.spread import current_executor
 
 
 @dataclass(frozen=True)
@@ -119,12 +119,12 @@ def observe_candidates(
     progress: Progress = silent,
 ) -> CandidateObservations:
     """Look from each of positions (N, 3), here or, within `spread_over`, elsewhere: the same to the bit."""
-    spread = who_answers()
-    if spread is None or positions_m.shape[0] < _WORTH_SPREADING:
+    executor = current_executor()
+    if executor is None or positions_m.shape[0] < _WORTH_SPREADING:
         return observe_candidates_here(survey, engine, positions_m, goals, notes_needed=notes_needed, progress=progress)
     from planner_core.requirements.observe_elsewhere import observe_elsewhere
 
-    return observe_elsewhere(spread, survey, engine, positions_m, goals, notes_needed=notes_needed, progress=progress)
+    return observe_elsewhere(executor, survey, engine, positions_m, goals, notes_needed=notes_needed, progress=progress)
 
 
 def observe_candidates_here(

@@ -1,4 +1,4 @@
-"""Observations of candidates by other processes: the question, and what positions see as bytes that travel.
+"""Observations of candidates by other processes: the job, and what positions see as bytes that travel.
 
 An answer holds compressed rows, and of figures per patch those alone that are set.
 """
@@ -24,7 +24,7 @@ from planner_core.requirements.observe_candidates import (
     in_a_row,
     observe_candidates_here,
 )
-from planner_core.spread import Kept, Spread, Task, parts_of_row
+from planner_core.spread import Executor, Kept, Task, parts_of_row
 
 #: Positions of a task: enough that it outweighs its overhead, few enough that the last ones are soon done.
 TASK_POSITIONS, FIRST_POSITIONS = 16, 4
@@ -33,7 +33,7 @@ _LEVEL = 1
 
 
 @dataclass(frozen=True)
-class ObservationQuestion:
+class ObservationJob:
     """What positions see, for some goals. engine : its kind. scene_key : of scene and patches, for engines kept."""
 
     survey: Survey
@@ -57,7 +57,7 @@ class ObservationQuestion:
 
 
 def observe_elsewhere(
-    spread: Spread,
+    executor: Executor,
     survey: Survey,
     engine: ScanEngine,
     positions_m: FloatArray,
@@ -67,13 +67,13 @@ def observe_elsewhere(
     progress: Progress,
 ) -> CandidateObservations:
     """Observe from each of positions (N, 3), as `observe_candidates_here`."""
-    scene_key = spread.key_of((survey.scene, replace(survey.patches, countable_share=None)))
-    question = ObservationQuestion(survey, goals, notes_needed, engine.name, scene_key)
+    scene_key = executor.key_of((survey.scene, replace(survey.patches, countable_share=None)))
+    job = ObservationJob(survey, goals, notes_needed, engine.name, scene_key)
     parts = parts_of_row(positions_m.shape[0], first=FIRST_POSITIONS, each=TASK_POSITIONS)
-    answers = spread.answers(
-        question,
+    answers = executor.answers(
+        job,
         [Task(positions_m[begin:end], end - begin) for begin, end in parts],
-        here=lambda some_m: question.answer(some_m, lambda key, make: engine),
+        here=lambda some_m: job.answer(some_m, lambda key, make: engine),
         stage="scan",
         progress=progress,
     )

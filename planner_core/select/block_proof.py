@@ -29,12 +29,12 @@ import numpy as np
 
 from planner_core.model import Int64Array
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.select.block_tasks import BlockQuestion, BlockResult, BlockTask, Find
+from planner_core.select.block_tasks import BlockJob, BlockResult, BlockTask, Find
 from planner_core.select.blocks import Block
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import independent_constraints
-from planner_core.spread import Spread, Task, who_answers
+from planner_core.spread import Executor, Task, current_executor
 
 #: Work of one turn of a proof, and of its first turn, the root included.
 _PROOF_WORK, _FIRST_PROOF_WORK = 1.0, 5.0
@@ -125,7 +125,7 @@ class BlockProof:
         self._turns: dict[tuple[int, bytes], _Turns] = {}
         self._growing: BranchAndBound | None = None  # in its first turn
         self._grown: dict[tuple[int, bytes], BranchAndBound] = {}
-        self._question = BlockQuestion(self._blocks, find)
+        self._job = BlockJob(self._blocks, find)
         self._open: list[tuple[int, int, int, _Node]] = []
         self._given_up = 2**31
         self._number = 0
@@ -276,7 +276,7 @@ class BlockProof:
     def _go_on(self, turns: _Turns, progress: Progress) -> None:
         """Do another turn of a proof."""
         if turns.tree is None:
-            turns.tree = self._question.first_turn(turns.first, progress, self._grow)[1]
+            turns.tree = self._job.first_turn(turns.first, progress, self._grow)[1]
             self._growing = None
         turns.tree.advance(work=_PROOF_WORK, progress=progress)
         self._take(turns.first, turns.tree.lower_bound, turns.tree.best or ())
@@ -301,18 +301,18 @@ class BlockProof:
         """
         if tasks:
             progress(ProgressEvent("prove", 0, len(tasks)))
-        spread, entries = who_answers(), [self._blocks[task.number].problem.row.size for task in tasks]
+        executor, entries = current_executor(), [self._blocks[task.number].problem.row.size for task in tasks]
         pays = len(tasks) > 1 and sum(entries) >= _WORTH_SPREADING and not self._stopped  # then all end at once
-        if pays and spread is not None and self._sent_find is not None:
+        if pays and executor is not None and self._sent_find is not None:
             least = tasks[entries.index(min(entries))]
-            self._run_elsewhere(spread, self._sent_find, tasks, least, take, progress)
+            self._run_elsewhere(executor, self._sent_find, tasks, least, take, progress)
             return
         for task, found in [(task, self._run_here(task, progress)) for task in tasks]:
             take(task, found)
 
     def _run_elsewhere(
         self,
-        spread: Spread,
+        executor: Executor,
         find: Find,
         tasks: Sequence[BlockTask],
         least: BlockTask,
@@ -321,11 +321,11 @@ class BlockProof:
     ) -> None:
         """Run tasks in other processes. least : each process first does a short one on its block, as a probe."""
         probe = replace(least, wanted=len(self._blocks[least.number].candidate), start=None, work=0.0)
-        question, answers = BlockQuestion(self._blocks, find), dict[int, bytes]()
+        job, answers = BlockJob(self._blocks, find), dict[int, bytes]()
 
         def here(task: BlockTask) -> bytes:
             if task is probe:
-                return question.answer(task, lambda _, make: make())
+                return job.answer(task, lambda _, make: make())
             return pickle.dumps(self._run_here(task, progress), protocol=5)
 
         def heard(event: ProgressEvent) -> None:
@@ -335,7 +335,7 @@ class BlockProof:
 
         sent = [Task(probe, 0), *(Task(task, 1) for task in tasks)]
         try:
-            spread.answers(question, sent, here=here, stage="prove", progress=heard, answered=answers.__setitem__)
+            executor.answers(job, sent, here=here, stage="prove", progress=heard, answered=answers.__setitem__)
         except _StoppedError:
             if len(answers) < len(sent):
                 raise
@@ -346,8 +346,8 @@ class BlockProof:
 
     def _run_here(self, task: BlockTask, progress: Progress) -> BlockResult:
         if task.wanted == 0:
-            return self._question.found(task, progress)
-        found, self._grown[task.key] = self._question.first_turn(task, progress, self._grow)
+            return self._job.found(task, progress)
+        found, self._grown[task.key] = self._job.first_turn(task, progress, self._grow)
         self._growing = None
         return found
 

@@ -57,7 +57,7 @@ class BlockResult:
 
 
 @dataclass(frozen=True)
-class BlockQuestion:
+class BlockJob:
     """Searches of blocks, independent of each other. find : see `Find`."""
 
     blocks: tuple[Block, ...]

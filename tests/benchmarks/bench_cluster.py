@@ -24,7 +24,7 @@ import numpy as np
 import scenes_synthetic
 from planner_core.cluster import worker
 from planner_core.cluster.connection import Cluster, open_cluster
-from planner_core.cluster.parcels import Packer, squeezed
+from planner_core.cluster.payloads import Packer, squeezed
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.export.clouds.each_station import StationClouds
@@ -41,7 +41,7 @@ from planner_core.model import (
     Station,
     Survey,
 )
-from planner_core.network.candidate_links import LinkQuestion, candidate_links
+from planner_core.network.candidate_links import LinkJob, candidate_links
 from planner_core.network.links import surface_of_patches
 from planner_core.network.pair_overlap import ROWS_A_BLOCK
 from planner_core.operating_system import n_usable_cores
@@ -50,12 +50,12 @@ from planner_core.requirements.goals import goals_of
 from planner_core.requirements.observe_candidates import observe_candidates_here
 from planner_core.requirements.observe_elsewhere import (
     TASK_POSITIONS,
-    ObservationQuestion,
+    ObservationJob,
     observe_elsewhere,
     pack_observations,
 )
 from planner_core.scanner.load_scanner import load_scanner
-from planner_core.select.block_tasks import BlockQuestion, BlockTask
+from planner_core.select.block_tasks import BlockJob, BlockTask
 from planner_core.select.blocks import blocks_of
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
@@ -72,10 +72,10 @@ def seconds(work: Callable[[], Any]) -> float:
     return time.perf_counter() - began
 
 
-def sent_bytes(question: object) -> int:
+def sent_bytes(job: object) -> int:
     """Compressed, as a worker gets it."""
-    parcel = Packer().parcel(question)
-    return len(parcel.body) + sum(len(squeezed(each)) for each in parcel.arrays.values())
+    payload = Packer().payload(job)
+    return len(payload.body) + sum(len(squeezed(each)) for each in payload.arrays.values())
 
 
 def measure_links(rounds: int) -> str:
@@ -92,10 +92,10 @@ def measure_links(rounds: int) -> str:
     def find() -> Any:
         return candidate_links(seen, area_m2, surface, min_overlap=0.3, min_strength=0.01)
 
-    question = LinkQuestion(seen, area_m2, surface, 0.3, 0.01, OverlapMeasure.SMALLER_SHARE)
-    sent = sent_bytes(question)  # before it keeps what it worked out
-    n_links, answer = find().n_links, len(question.answer((0, ROWS_A_BLOCK)))
-    in_answer = question.links_of_rows(0, ROWS_A_BLOCK)[1].size
+    job = LinkJob(seen, area_m2, surface, 0.3, 0.01, OverlapMeasure.SMALLER_SHARE)
+    sent = sent_bytes(job)  # before it keeps what it worked out
+    n_links, answer = find().n_links, len(job.answer((0, ROWS_A_BLOCK)))
+    in_answer = job.links_of_rows(0, ROWS_A_BLOCK)[1].size
     lines = [
         f"Links: house, {N_LINKED} positions that see {seen.patch.size / 1e6:.1f} million patches together, {n_links} "
         f"links, tasks of {ROWS_A_BLOCK} rows.",
@@ -131,7 +131,7 @@ def measure_scans(rounds: int) -> str:
     ]
     thin = replace(survey, template=every_nth(survey.template, thinning_step(survey.template.shape, 10**6)))
     clouds = simulated_clouds(thin, settings, stations, engine)
-    question = StationClouds(replace(clouds, scan_engine=None), (), engine.name, "x" * 64)
+    job = StationClouds(replace(clouds, scan_engine=None), (), engine.name, "x" * 64)
     lines = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -148,7 +148,7 @@ def measure_scans(rounds: int) -> str:
             "",
             "| what | figure |",
             "|---|---|",
-            f"| sent to a worker once, compressed | {sent_bytes(question) / 1e6:.2f} MB |",
+            f"| sent to a worker once, compressed | {sent_bytes(job) / 1e6:.2f} MB |",
             f"| sent back per station | {size / 1e6:.0f} MB, {size / n_beams:.0f} bytes a beam, in pieces of 4 MB |",
         ]
         for count in (1, 2):
@@ -196,14 +196,14 @@ def measure_blocks(rounds: int) -> str:
     problem, network = flats()
     blocks = blocks_of(problem, network)
     find = partial(_find_in_block, Proven(prove=False), {"host": False})
-    question = BlockQuestion(tuple(blocks), find)
+    job = BlockJob(tuple(blocks), find)
     sets = [BlockTask(number, (block.ticks * 17 // 20).astype(np.int64)) for number, block in enumerate(blocks)]
-    found = [question.found(look) for look in sets]
+    found = [job.found(look) for look in sets]
     proofs = [replace(look, wanted=len(one.chosen), work=2.0) for look, one in zip(sets, found, strict=True)]
     least = replace(proofs[0], work=0.0)
 
     def here() -> Any:
-        return [question.answer(look, made) for look in (*sets, *proofs)]
+        return [job.answer(look, made) for look in (*sets, *proofs)]
 
     lines = [
         f"Blocks of selection: {len(blocks)} flats of {blocks[0].candidate.size} candidates, {problem.row.size} "
@@ -211,8 +211,8 @@ def measure_blocks(rounds: int) -> str:
         "",
         "| what | figure |",
         "|---|---|",
-        f"| sent to a worker once, compressed | {sent_bytes(question) / 1e6:.2f} MB |",
-        f"| sent back per task | {max(len(question.answer(look, made)) for look in sets)} bytes and less |",
+        f"| sent to a worker once, compressed | {sent_bytes(job) / 1e6:.2f} MB |",
+        f"| sent back per task | {max(len(job.answer(look, made)) for look in sets)} bytes and less |",
     ]
     for count in (1, 2):
         with open_cluster(f"local:{count}", tell=print) as cluster:
@@ -220,14 +220,14 @@ def measure_blocks(rounds: int) -> str:
             def there(looks: Any, cluster: Any = cluster) -> Any:
                 tasks = [Task(look, 1) for look in looks]
                 return cluster.answers(
-                    question, tasks, here=lambda look: question.answer(look, made), stage="prove", progress=silent
+                    job, tasks, here=lambda look: job.answer(look, made), stage="prove", progress=silent
                 )
 
             def both(there: Any = there) -> Any:
                 return [there([least, *sets]), there([least, *proofs])]
 
             both()
-            alone = statistics.median(seconds(lambda: question.answer(least, made)) for _ in range(5))
+            alone = statistics.median(seconds(lambda: job.answer(least, made)) for _ in range(5))
             empty = seconds(lambda: there([least] * N_TASKS)) / N_TASKS
             pairs = [(seconds(here), seconds(both)) for _ in range(rounds)]
             lines += [
@@ -290,7 +290,7 @@ def measure_looks(rounds: int) -> str:
         return observe_candidates_here(survey, engine, positions_m, goals, notes_needed=True, progress=silent)
 
     observed = here(at_m[:TASK_POSITIONS])
-    supplied = sent_bytes(ObservationQuestion(survey, goals, True, engine.name, "x" * 64))
+    supplied = sent_bytes(ObservationJob(survey, goals, True, engine.name, "x" * 64))
     entries, answer = observed.rows.seen.patch.size + observed.rows.met.patch.size, len(pack_observations(observed))
     alone = [seconds(lambda: here(at_m[:TASK_POSITIONS])) for _ in range(5)]
     at_once = seconds(here)
@@ -300,7 +300,7 @@ def measure_looks(rounds: int) -> str:
         "",
         "| what | figure |",
         "|---|---|",
-        f"| sent to a worker once: scene and question, compressed | {supplied / 1e6:.2f} MB |",
+        f"| sent to a worker once: scene and job, compressed | {supplied / 1e6:.2f} MB |",
         f"| sent per batch | {at_m[:TASK_POSITIONS].nbytes + 500} bytes, about |",
         f"| sent back per batch | {answer / 1e3:.0f} kB for {entries} observations, {8 * answer / entries:.1f} bits "
         "each |",

@@ -34,7 +34,7 @@ from planner_core.requirements.goals import Goals, goals_of
 from planner_core.requirements.observe_candidates import CandidateObservations, observe_candidates_here
 from planner_core.requirements.observe_elsewhere import observe_elsewhere
 from planner_core.scanner.load_scanner import load_scanner
-from planner_core.spread import Spread
+from planner_core.spread import Executor
 
 SETTINGS = PlanSettings(
     scanner=replace(load_scanner("hdl-64e"), n_azimuths=360),
@@ -62,9 +62,9 @@ class Look:
         at_m = self.positions_m if positions_m is None else positions_m
         return observe_candidates_here(self.survey, self.engine, at_m, self.goals, notes_needed=True, progress=silent)
 
-    def by(self, spread: Spread, progress: Progress = silent) -> CandidateObservations:
+    def by(self, executor: Executor, progress: Progress = silent) -> CandidateObservations:
         return observe_elsewhere(
-            spread, self.survey, self.engine, self.positions_m, self.goals, notes_needed=True, progress=progress
+            executor, self.survey, self.engine, self.positions_m, self.goals, notes_needed=True, progress=progress
         )
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from waiting import until
 
-from planner_core.cluster import errands
+from planner_core.cluster import file_jobs
 from planner_core.cluster.connection import Cluster, open_cluster
 from planner_core.errors import ExportError
 from planner_core.export.clouds import e57, each_station, las
@@ -25,7 +25,7 @@ from planner_core.export.clouds.points import Clouds, Tally
 from planner_core.export.clouds.simulated import FORMATS, simulated_clouds, write_simulated_scans
 from planner_core.model import OverlapMeasure, Station
 from planner_core.network import candidate_links as links
-from planner_core.network.candidate_links import CandidateLinks, LinkQuestion, candidate_links
+from planner_core.network.candidate_links import CandidateLinks, LinkJob, candidate_links
 from planner_core.network.links import surface_of_patches
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.spread import Outcome, Place, spread_over
@@ -37,7 +37,7 @@ N_STATIONS = 6
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(errands, "_WAIT_S", 0.05)
+    monkeypatch.setattr(file_jobs, "_WAIT_S", 0.05)
     monkeypatch.setattr(links, "_WORTH_SPREADING", 1)
 
 
@@ -84,13 +84,13 @@ def test_links_by_workers_are_those_of_one_process(look: Look, n_workers: int) -
     assert told == []
 
 
-def test_a_question_of_links_travels_without_what_was_worked_out_from_it(look: Look) -> None:
+def test_a_job_of_links_travels_without_what_was_worked_out_from_it(look: Look) -> None:
     seen = look.here(look.positions_m[:12]).rows.seen
     surface = surface_of_patches(look.survey.scene, look.survey.patches, np.ones(seen.n_patches, dtype=bool))
-    question = LinkQuestion(seen, look.survey.patches.area_m2, surface, 0.2, 0.01, OverlapMeasure.SMALLER_SHARE)
-    before = pickle.dumps(question)
-    answer = question.answer((0, 12))
-    assert pickle.dumps(question) == before
+    job = LinkJob(seen, look.survey.patches.area_m2, surface, 0.2, 0.01, OverlapMeasure.SMALLER_SHARE)
+    before = pickle.dumps(job)
+    answer = job.answer((0, 12))
+    assert pickle.dumps(job) == before
     assert pickle.loads(before).answer((0, 12)) == answer
 
 
@@ -151,7 +151,7 @@ def test_a_slow_worker_does_not_hold_the_scans(look: Look, tmp_path: Path, monke
         return sound(self, number, place)
 
     monkeypatch.setattr(each_station.StationClouds, "do", do)
-    monkeypatch.setattr(errands, "_LONG_S", 0.5)
+    monkeypatch.setattr(file_jobs, "_LONG_S", 0.5)
     with cluster_of(2) as (cluster, _):
         found = written(look, tmp_path / "there", cluster)
     assert found == written(look, tmp_path / "here")

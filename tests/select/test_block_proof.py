@@ -16,7 +16,7 @@ from planner_core.model import Proven
 from planner_core.progress import ProgressEvent, silent
 from planner_core.select import block_proof, proven
 from planner_core.select.block_proof import BlockProof
-from planner_core.select.block_tasks import BlockQuestion
+from planner_core.select.block_tasks import BlockJob
 from planner_core.select.blocks import blocks_of
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
@@ -124,10 +124,8 @@ def test_selection_of_flats_is_proven_by_blocks(seed, monkeypatch):
 @pytest.fixture
 def sent(monkeypatch):
     """Tasks sent to other processes, however small blocks are."""
-    tasks, sound = [], BlockQuestion.answer
-    monkeypatch.setattr(
-        BlockQuestion, "answer", lambda self, task, *more: tasks.append(task) or sound(self, task, *more)
-    )
+    tasks, sound = [], BlockJob.answer
+    monkeypatch.setattr(BlockJob, "answer", lambda self, task, *more: tasks.append(task) or sound(self, task, *more))
     monkeypatch.setattr(block_proof, "_WORTH_SPREADING", 1)
     return tasks
 
@@ -183,7 +181,7 @@ def test_blocks_searched_elsewhere_end_at_the_same_work(sent, n_done, monkeypatc
 def held(monkeypatch):
     """Workers search blocks for ever, but for those of `held.passes`, until nobody waits for them."""
     monkeypatch.setattr(block_proof, "_WORTH_SPREADING", 1)
-    sound, held = BlockQuestion.answer, SimpleNamespace(passes=lambda task: False, begun=[], ended=[])
+    sound, held = BlockJob.answer, SimpleNamespace(passes=lambda task: False, begun=[], ended=[])
 
     def answer(self, task, kept, progress=silent):
         is_probe = task.wanted > 0 and task.work == 0.0
@@ -200,7 +198,7 @@ def held(monkeypatch):
             raise
         return sound(self, task, kept, progress)
 
-    monkeypatch.setattr(BlockQuestion, "answer", answer)
+    monkeypatch.setattr(BlockJob, "answer", answer)
     return held
 
 

@@ -19,7 +19,7 @@ from planner_core.export.clouds.file_header import file_names
 from planner_core.export.clouds.points import STAGE, Clouds, Tally, every_nth, thinning_step
 from planner_core.plan_folder.plan_source import FieldStation
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.spread import Kept, NotWantedError, Outcome, Place, Task, who_answers
+from planner_core.spread import Kept, NotWantedError, Outcome, Place, Task, current_executor
 
 Write = Callable[[Clouds, tuple[FieldStation, ...], Path], None]
 """Writes a file of some stations."""
@@ -28,7 +28,7 @@ WriteStation = Callable[[Clouds, FieldStation, Path], None]
 
 #: Beams of the first station that go to other workers first.
 _MOST_BEAMS_AHEAD = 4096
-#: Errands that several processes gave wait for each other: they share an engine.
+#: File jobs that several processes gave wait for each other: they share an engine.
 _engine_lock = Lock()
 
 
@@ -47,12 +47,12 @@ def write_each(clouds: Clouds, passes: Sequence[WriteStation], folder: Path) -> 
     passes : over the beams of a station, one after the other; they are sent to others, and have to be functions of
     modules.
     """
-    spread = who_answers()
-    if spread is None:
+    executor = current_executor()
+    if executor is None:
         tallies = [write_station(clouds, passes, number, folder) for number in range(len(clouds.stations))]
     else:
-        scene_key = spread.key_of((clouds.survey.scene, clouds.survey.patches))
-        question = StationClouds(
+        scene_key = executor.key_of((clouds.survey.scene, clouds.survey.patches))
+        job = StationClouds(
             replace(clouds, scan_engine=None, progress=silent), tuple(passes), clouds.engine.name, scene_key
         )
 
@@ -60,8 +60,8 @@ def write_each(clouds: Clouds, passes: Sequence[WriteStation], folder: Path) -> 
             alone = replace(clouds, scan_engine=clouds.engine, progress=silent)
             return _packed(write_station(alone, passes, number, folder))
 
-        found = spread.files(
-            question,
+        found = executor.files(
+            job,
             [Task(number, 1, f"station {station.id}") for number, station in enumerate(clouds.stations)],
             folder,
             kept=lambda key, make: clouds.engine,
@@ -98,7 +98,7 @@ def _packed(tally: Tally) -> bytes:
 
 @dataclass(frozen=True)
 class StationClouds:
-    """Files of stations, by their numbers; an errand. engine : its kind. scene_key : of scene and patches."""
+    """Files of stations, by their numbers; a file job. engine : its kind. scene_key : of scene and patches."""
 
     clouds: Clouds
     passes: tuple[WriteStation, ...]
@@ -120,7 +120,7 @@ class StationClouds:
         """Write the files of a station."""
         with _engine_lock:
             # Not the one that answers meanwhile: an engine does one thing at a time.
-            engine = place.kept(f"{self.scene_key} of errands", self._opened)
+            engine = place.kept(f"{self.scene_key} of file jobs", self._opened)
             clouds = replace(self.clouds, scan_engine=engine, progress=partial(_heard, place))
             return Outcome(answer=_packed(write_station(clouds, self.passes, number, place.made)))
 

@@ -17,7 +17,7 @@ import pytest
 from tlsplan.batch import on_workers
 from waiting import until
 
-from planner_core.cluster import connection, errands, worker, workplace
+from planner_core.cluster import connection, file_jobs, worker, worker_files
 from planner_core.errors import PlanFolderError
 from planner_core.plan_folder import folder
 from planner_core.spread import Outcome, Place
@@ -34,7 +34,7 @@ NO_ROOM = "Auf dem Gerät ist kein Speicherplatz mehr verfügbar"
 def fit(stood_in: Path, monkeypatch: pytest.MonkeyPatch) -> Path:  # noqa: F811
     """Workers of the same process scan as it does."""
     monkeypatch.setattr(on_workers, "fit_for_jobs", lambda *_: lambda address: True)
-    monkeypatch.setattr(errands, "_WAIT_S", 0.05)
+    monkeypatch.setattr(file_jobs, "_WAIT_S", 0.05)
     return stood_in
 
 
@@ -146,18 +146,18 @@ def test_a_full_disk_of_a_worker_is_told_and_nothing_is_lost(
         return get_worker().address in full
 
     if where == "at the start":
-        sound = workplace._own_folder
-        monkeypatch.setattr(workplace, "_own_folder", lambda name: raise_(full_disk) if is_full() else sound(name))
+        sound = worker_files._own_folder
+        monkeypatch.setattr(worker_files, "_own_folder", lambda name: raise_(full_disk) if is_full() else sound(name))
     elif where == "while files come":
-        take = workplace.take_piece
-        stand_in(monkeypatch, workplace, "take_piece", lambda *of: raise_(full_disk) if is_full() else take(*of))
+        take = worker_files.take_piece
+        stand_in(monkeypatch, worker_files, "take_piece", lambda *of: raise_(full_disk) if is_full() else take(*of))
     else:
-        begin, do = workplace.begin, on_workers.Command.do
+        begin, do = worker_files.begin, on_workers.Command.do
 
         def begin_there(number: str, *rest: Any) -> None:
             begin(f"full-{number}" if is_full() else number, *rest)
             if is_full():
-                workplace._going[number] = workplace._going[f"full-{number}"]
+                worker_files._going[number] = worker_files._going[f"full-{number}"]
 
         def do_there(self: Any, task: Any, place: Place) -> Outcome:
             if "full-" not in place.folder.name:
@@ -166,7 +166,7 @@ def test_a_full_disk_of_a_worker_is_told_and_nothing_is_lost(
                 raise PlanFolderError("kein Platz") from full_disk
             return do(on_workers.Command(("plan", "nothing", "full"), (), "", "."), task, place)
 
-        stand_in(monkeypatch, workplace, "begin", begin_there)
+        stand_in(monkeypatch, worker_files, "begin", begin_there)
         monkeypatch.setattr(on_workers.Command, "do", do_there)
     out = tmp_path / "out"
     done = tlsplan("batch", sites(tmp_path, a="plan", b="plan", c="plan"), "-o", out, "--scheduler", two_workers)
@@ -259,11 +259,11 @@ def test_a_slow_worker_does_not_hold_the_others(
         if not held:
             held.append(place)
             while place.is_wanted():
-                workplace.time.sleep(0.05)
+                worker_files.time.sleep(0.05)
         return sound(self, task, place)
 
     monkeypatch.setattr(on_workers.Command, "do", do)
-    monkeypatch.setattr(errands, "_LONG_S", 0.5)
+    monkeypatch.setattr(file_jobs, "_LONG_S", 0.5)
     out = tmp_path / "out"
     done = tlsplan("batch", sites(tmp_path, a="plan", b="plan", c="plan"), "-o", out, "--scheduler", two_workers)
     assert (done.returncode, len(held)) == (0, 1), done.stderr
@@ -308,7 +308,7 @@ def test_a_plan_that_has_no_place_here_fails_alone(
     assert {name: row["message"] for name, row in rows(out).items()} == {"a": "the review is damaged", "b": ""}
 
 
-def test_a_process_ends_whatever_becomes_of_its_errand(
+def test_a_process_ends_whatever_becomes_of_its_file_job(
     stood_in: Path,  # noqa: F811
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -328,7 +328,7 @@ def test_a_process_ends_whatever_becomes_of_its_errand(
 #: What worker processes do before they work: jobs are stood in for, and a lease ends soon.
 BEFORE = (
     f"from tlsplan.batch import runner; runner._PROGRAM = {STAND_IN!r}",
-    "from planner_core.cluster import workplace; workplace.LEASE_S = 5.0",
+    "from planner_core.cluster import worker_files; worker_files.LEASE_S = 5.0",
 )
 
 
@@ -420,7 +420,7 @@ def test_jobs_of_a_batch_that_is_ended_end_at_workers_and_it_goes_on(
     batch.send_signal(number)
     batch.communicate(timeout=60)
     until(lambda: not is_alive(pid))
-    until(lambda: not [each for each in below() if each.parent.name == "errands"])
+    until(lambda: not [each for each in below() if each.parent.name == "file_jobs"])
     assert not (out / "plans" / "b").exists()
     first = begun(out)
     (tmp_path / "b.obj").write_text("plan")

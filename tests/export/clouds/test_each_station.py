@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 from tlsplan.group import cli
 
-from planner_core.cluster import errands
+from planner_core.cluster import file_jobs
 from planner_core.cluster.connection import Cluster
 from planner_core.export.clouds.each_station import StationClouds, write_each
 from planner_core.export.clouds.points import Clouds, open_clouds
@@ -43,7 +43,7 @@ MORE = [pytest.param(name, marks=pytest.mark.campaign) for name in ("laz-split",
 def test_clouds_by_workers_are_the_files_of_one_process(
     name: str, source: PlanSource, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(errands, "_WAIT_S", 0.05)
+    monkeypatch.setattr(file_jobs, "_WAIT_S", 0.05)
     with cluster_of(2) as (cluster, told):
         found = exported(source, name, tmp_path / "there", cluster)
     assert found == exported(source, name, tmp_path / "here")
@@ -59,7 +59,7 @@ def test_a_bug_at_workers_is_in_the_last_line_and_the_clouds_are_whole(
         raise ZeroDivisionError("odd beams")
 
     monkeypatch.setattr(StationClouds, "do", strikes)
-    monkeypatch.setattr(errands, "_WAIT_S", 0.05)
+    monkeypatch.setattr(file_jobs, "_WAIT_S", 0.05)
     words = ["export", str(plan_folder), "-o", str(tmp_path / "out"), "--max-points", "700", "--format", "las-split"]
     with threads(2) as address:
         done = CliRunner().invoke(cli, [*words, "--scheduler", address, "-q"], catch_exceptions=False)

@@ -1,6 +1,6 @@
-"""Folders at workers: files that are sent there once, by content, and errands whose files are fetched in pieces.
+"""Folders at workers: files that are sent there once, by content, and file jobs whose files are fetched in pieces.
 
-An errand is a question whose tasks leave files. It runs in a thread beside the worker's own, which answer how far it
+A file job is a job whose tasks leave files. It runs in a thread beside the worker's own, which answer how far it
 is; one that nobody asks about for `LEASE_S` is ended, and its folder goes: whoever gave it is gone. All of it lies in
 the worker's own directory, which Dask removes.
 """
@@ -19,22 +19,22 @@ from pathlib import Path
 from threading import Event, Thread
 from typing import Any
 
-from planner_core.cluster.worker import FAULTS, LackingError, bug_of, kept, question_of
+from planner_core.cluster.worker import FAULTS, LackingError, bug_of, job_of, kept
 from planner_core.errors import DeviceError, MissingPackageError, PlannerError, is_of_full_disk, one_line
 from planner_core.spread import NotWantedError, Outcome, Place
 
 LEASE_S = 120.0
 #: Nothing larger travels at once.
 PIECE_BYTES = 4_000_000
-#: With less than this no errand is begun.
+#: With less than this no file job is begun.
 LEAST_FREE_BYTES = 50_000_000
-#: Files beyond these go, unless the next errand needs them.
+#: Files beyond these go, unless the next file job needs them.
 _MOST_FILE_BYTES = 8_000_000_000
 
 
 @dataclass(frozen=True)
 class State:
-    """How far an errand is. outcome : None while it goes on. made : names and sizes of its files; of folders, -1."""
+    """How far a file job is. outcome : None while it goes on. made : names and sizes of its files; of folders, -1."""
 
     note: str
     outcome: Outcome | None
@@ -100,19 +100,19 @@ def take_piece(digest: str, sender: str, offset: int, content: bytes, is_last: b
         partial.replace(target)
 
 
-# ------------------------------------------------------------------------------------------------- errands
+# ------------------------------------------------------------------------------------------------- file jobs
 def begin(number: str, digest: str, task: Any) -> None:
-    """Begin an errand: a task of a question that was sent.
+    """Begin a file job: a task of a job that was sent.
 
     Raises
     ------
     LackingError
-        The question is not here.
+        The job is not here.
     OSError
         The disk has no room.
     """
-    errand = question_of(digest)
-    folder = _own_folder("errands")
+    job = job_of(digest)
+    folder = _own_folder("file_jobs")
     free = shutil.disk_usage(folder).free
     if free < LEAST_FREE_BYTES:
         raise OSError(errno.ENOSPC, f"its disk has {free / 1e6:.0f} MB left, expected {LEAST_FREE_BYTES / 1e6:.0f}")
@@ -126,7 +126,7 @@ def begin(number: str, digest: str, task: Any) -> None:
         place = Place(going.folder, going.folder / "made", lambda name: files / name, going.goes_on, tell, kept)
         try:
             place.made.mkdir(parents=True)
-            going.outcome = errand.do(task, place)
+            going.outcome = job.do(task, place)
         except NotWantedError:
             going.is_wanted = False
         except BaseException as error:  # noqa: BLE001 - reported by `state`; Rust and C++ raise what is no Exception
@@ -138,11 +138,11 @@ def begin(number: str, digest: str, task: Any) -> None:
         shutil.rmtree(going.folder, ignore_errors=True)
 
     _going[number] = going
-    Thread(target=work, name=f"errand {number}", daemon=True).start()
+    Thread(target=work, name=f"file job {number}", daemon=True).start()
 
 
 def _outcome_of(error: BaseException) -> Outcome:
-    """What an error of an errand means: that this worker can't do it, that nobody can, or a bug."""
+    """What an error of a file job means: that this worker can't do it, that nobody can, or a bug."""
     if not isinstance(error, FAULTS):
         return Outcome(one_line(bug_of(error, error.__traceback__)), is_of_worker=True, is_bug=True)
     of_all = isinstance(error, PlannerError) and not isinstance(error, (DeviceError, MissingPackageError))
@@ -151,7 +151,7 @@ def _outcome_of(error: BaseException) -> Outcome:
 
 
 def state(number: str, wait_s: float) -> State:
-    """Return how far an errand is, at once or, where it ends meanwhile, within some seconds; raises `LackingError`."""
+    """Return how far a file job is, at once or, where it ends meanwhile, within some seconds; raises `LackingError`."""
     going = _of(number)
     going.ended.wait(wait_s)
     if going.outcome is None:
@@ -160,7 +160,7 @@ def state(number: str, wait_s: float) -> State:
 
 
 def piece(number: str, offset: int) -> bytes:
-    """Return a piece of what an errand made, its files one behind the other; raises `LackingError`."""
+    """Return a piece of what a file job made, its files one behind the other; raises `LackingError`."""
     made, parts, left = _of(number).folder / "made", list[bytes](), PIECE_BYTES
     for name, size in _listed(made):
         if offset < size and left > 0:
@@ -173,7 +173,7 @@ def piece(number: str, offset: int) -> bytes:
 
 
 def drop(number: str) -> None:
-    """End an errand, and remove what it made."""
+    """End a file job, and remove what it made."""
     going = _going.get(number)
     if going is not None:
         going.is_wanted = False

@@ -1,9 +1,9 @@
-"""Gives errands to Dask workers, one at a time each, and fetches the files that they make, in pieces.
+"""Gives file jobs to Dask workers, one at a time each, and fetches the files that they make, in pieces.
 
-Whole jobs of a batch and clouds of stations go this way. A worker that dies loses its errand to another; one whose disk
-is full, or that lacks something else, is reported and not used, and so is one at which a bug strikes; when none wait,
-idle workers get copies of those that are out for much longer than others took, and the first one that ends counts.
-What is fetched is whole: of what is not wanted any more nothing is written, and what was is removed.
+Whole jobs of a batch and clouds of stations go this way. A worker that dies loses its file job to another; one whose
+disk is full, or that lacks something else, is reported and not used, and so is one at which a bug strikes; when none
+wait, idle workers get copies of those that are out for much longer than others took, and the first one that ends
+counts. What is fetched is whole: of what is not wanted any more nothing is written, and what was is removed.
 """
 
 from __future__ import annotations
@@ -21,30 +21,30 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from planner_core.cluster import workplace
+from planner_core.cluster import worker_files
 from planner_core.cluster.connection import BugError, Cluster, UnfitError
-from planner_core.cluster.crew import MOST_COPIES, MOST_FAILURES, Crew, answers_alike
-from planner_core.cluster.parcels import Parcel
+from planner_core.cluster.payloads import TaskPayload
 from planner_core.cluster.worker import LackingError
+from planner_core.cluster.worker_pool import MOST_COPIES, MOST_FAILURES, WorkerPool, answers_alike
 from planner_core.errors import ClusterError, ExportError, one_line
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.spread import AnsweringErrand, Kept, NotWantedError, Outcome, Task
+from planner_core.spread import AnsweringFileJob, Kept, NotWantedError, Outcome, Task
 
-#: How long a worker waits for the end of an errand before it reports its progress.
+#: How long a worker waits for the end of a file job before it reports its progress.
 _WAIT_S = 0.5
 _LOOK_S = 0.1
 _DROPS_WITHIN_S = 5.0
-#: An errand that is out for longer, and for twice as long as any that was done, is given to an idle worker, too.
+#: A file job that is out for longer, and for twice as long as any that was done, is given to an idle worker, too.
 _LONG_S = 60.0
 _MOST_THREADS = 1000
 
 
 @dataclass(frozen=True, eq=False)
 class Order:
-    """An errand to be done. files : that it needs, by their hashes. made : a free name for the folder of its files."""
+    """A file job to be done. files : that it needs, by their hashes. made : a free name for the folder of its files."""
 
     key: Hashable
-    parcel: Parcel
+    payload: TaskPayload
     task: Any
     files: Mapping[str, Path]
     made: Path
@@ -92,12 +92,12 @@ class _Out:
             shutil.rmtree(self.made, ignore_errors=True)
 
 
-class Errands:
-    """Orders that workers do. is_fit : asks a worker, see `Crew`. most : at the same time, copies included."""
+class FileJobDispatcher:
+    """Orders that workers do. is_fit : asks a worker, see `WorkerPool`. most : at the same time, copies included."""
 
     def __init__(self, cluster: Cluster, is_fit: Callable[[str], bool], *, most: int | None = None) -> None:
-        self._cluster, self._crew, self._most = cluster, Crew(cluster, is_fit), most or _MOST_THREADS
-        self._threads = ThreadPoolExecutor(_MOST_THREADS, thread_name_prefix="errand")
+        self._cluster, self._pool, self._most = cluster, WorkerPool(cluster, is_fit), most or _MOST_THREADS
+        self._threads = ThreadPoolExecutor(_MOST_THREADS, thread_name_prefix="file-job")
         self._waiting: list[Order] = []
         self._out: list[_Out] = []
         self._was_idle: set[str] = set()
@@ -127,14 +127,14 @@ class Errands:
         before, self._are_for_here = self._are_for_here, bool(self._for_here) and not self._waiting and not self._out
         if self._are_for_here and before:
             self._cluster.tell("no worker can do what is left: this machine goes on alone")
-        elif not self._crew.is_gone():
+        elif not self._pool.is_gone():
             return None
         orders = list(self.orders())
         self.stop()
         return orders
 
     def done(self) -> list[tuple[Order, Outcome]]:
-        """Deal orders out, and return those that were done since, or that nobody can do.
+        """TaskDispatcher orders out, and return those that were done since, or that nobody can do.
 
         Raises
         ------
@@ -145,18 +145,18 @@ class Errands:
         """
         try:
             if not self._cluster.is_connected and not self._cluster.reconnect():
-                self._crew.forget()
+                self._pool.forget()
             else:
-                there = self._crew.find(nothing_done=self._longest_s is None and not self._out)
+                there = self._pool.find(nothing_done=self._longest_s is None and not self._out)
                 for out in [each for each in self._out if each.address not in there and not each.done.done()]:
                     self._lose(out, "it is gone")
-                self._deal()
+                self._dispatch()
         except ClusterError:
             raise
         except (Exception, AsyncCancelledError) as error:  # noqa: BLE001 - reported unless Dask may raise it
             if not self._cluster.is_lost(error):
-                self._crew.give_up(error)
-            self._crew.forget()
+                self._pool.give_up(error)
+            self._pool.forget()
         return self._collected()
 
     def stop(self) -> None:
@@ -168,13 +168,13 @@ class Errands:
         self._out.clear()
         self._waiting.clear()
         self._for_here.clear()
-        self._crew.close()
+        self._pool.close()
         self._threads.shutdown(wait=False, cancel_futures=True)
 
     def _idle(self) -> set[str]:
-        return self._crew.used - {each.address for each in self._out}
+        return self._pool.used - {each.address for each in self._out}
 
-    def _deal(self) -> None:
+    def _dispatch(self) -> None:
         idle = sorted(self._idle())
         while idle and self._waiting and len(self._out) < self._most:
             self._send(self._waiting.pop(0), idle.pop())
@@ -207,7 +207,7 @@ class Errands:
             if isinstance(error, _HereError):
                 raise error.error
             if isinstance(error, UnfitError):
-                self._crew.used.discard(out.address)
+                self._pool.used.discard(out.address)
                 self._cluster.refuse(out.address, f"{error}; what it had is given to others")
                 self._put_back(order)
             elif error is None or isinstance(error, _RefusedError):
@@ -219,10 +219,10 @@ class Errands:
                     out.made.replace(order.made)
                 ended.append((order, out.done.result() if error is None else Outcome(str(error))))
             elif self._cluster.is_lost(error):
-                self._crew.used.discard(out.address)
+                self._pool.used.discard(out.address)
                 self._lose(out, one_line(str(error) or type(error).__name__))
             else:
-                self._crew.spare(out.address, error)
+                self._pool.spare(out.address, error)
                 self._struck[order] = self._struck.get(order, 0) + 1
                 self._put_back(order)
         given_up, self._given_up = self._given_up, []
@@ -251,15 +251,15 @@ class Errands:
     def _attend(self, out: _Out) -> Outcome:
         """See one order through at one worker."""
         order, address, number = out.order, out.address, secrets.token_hex(8)
-        self._cluster.supply(address, order.parcel)
+        self._cluster.supply(address, order.payload)
         self._send_files(out)
         ask = self._cluster.ask
-        ask(address, workplace.begin, number, order.parcel.digest, order.task)
+        ask(address, worker_files.begin, number, order.payload.digest, order.task)
         try:
-            state = ask(address, workplace.state, number, _WAIT_S)
+            state = ask(address, worker_files.state, number, _WAIT_S)
             while state.outcome is None and out.is_wanted:
                 out.note = state.note
-                state = ask(address, workplace.state, number, _WAIT_S)
+                state = ask(address, worker_files.state, number, _WAIT_S)
             if state.outcome is None:
                 raise NotWantedError
             if state.outcome.is_bug:
@@ -271,16 +271,16 @@ class Errands:
             return outcome
         finally:
             with suppress(Exception, AsyncCancelledError):
-                self._cluster.submit(address, workplace.drop, number).result(timeout=_DROPS_WITHIN_S)
+                self._cluster.submit(address, worker_files.drop, number).result(timeout=_DROPS_WITHIN_S)
 
     def _send_files(self, out: _Out) -> None:
         files, sender = out.order.files, secrets.token_hex(4)
-        for digest in self._cluster.ask(out.address, workplace.lacks_files, list(files)):
+        for digest in self._cluster.ask(out.address, worker_files.lacks_files, list(files)):
             offset = 0
             for content, is_last in _pieces(files[digest], digest):
                 if not out.is_wanted:
                     raise NotWantedError
-                self._cluster.ask(out.address, workplace.take_piece, digest, sender, offset, content, is_last)
+                self._cluster.ask(out.address, worker_files.take_piece, digest, sender, offset, content, is_last)
                 offset += len(content)
 
     def _fetch(self, number: str, made: tuple[tuple[str, int], ...], out: _Out) -> None:
@@ -296,7 +296,7 @@ class Errands:
                     path.touch()
             while left > 0:
                 if not content:
-                    content = self._cluster.ask(out.address, workplace.piece, number, offset)
+                    content = self._cluster.ask(out.address, worker_files.piece, number, offset)
                     offset += len(content)
                     if not content:
                         raise LackingError(name)
@@ -317,9 +317,9 @@ def _pieces(path: Path, digest: str) -> Iterator[tuple[bytes, bool]]:
     found = hashlib.sha256()
     try:
         with path.open("rb") as file:
-            content, more = file.read(workplace.PIECE_BYTES), True
+            content, more = file.read(worker_files.PIECE_BYTES), True
             while more:
-                following = file.read(workplace.PIECE_BYTES)
+                following = file.read(worker_files.PIECE_BYTES)
                 found.update(content)
                 more = bool(following)
                 if not more and found.hexdigest() != digest:
@@ -332,7 +332,7 @@ def _pieces(path: Path, digest: str) -> Iterator[tuple[bytes, bool]]:
 
 def files_of(
     cluster: Cluster,
-    errand: AnsweringErrand,
+    job: AnsweringFileJob,
     tasks: Sequence[Task],
     folder: Path,
     *,
@@ -341,7 +341,7 @@ def files_of(
     stage: str,
     progress: Progress,
 ) -> list[bytes]:
-    """Have the files of all tasks in a folder; see `planner_core.spread.Spread.files`.
+    """Have the files of all tasks in a folder; see `planner_core.spread.Executor.files`.
 
     Raises
     ------
@@ -352,8 +352,10 @@ def files_of(
     OSError
         The folder can't be written.
     """
-    parcel, expected = cluster.parcel(errand), errand.answer(tasks[0].of, kept)
-    errands = Errands(cluster, lambda address: answers_alike(cluster, address, parcel, tasks[0].of, expected))
+    payload, expected = cluster.payload(job), job.answer(tasks[0].of, kept)
+    dispatcher = FileJobDispatcher(
+        cluster, lambda address: answers_alike(cluster, address, payload, tasks[0].of, expected)
+    )
     waiting, answers = list(range(len(tasks))), dict[int, bytes]()
     n_steps = sum(task.size for task in tasks)
 
@@ -361,11 +363,11 @@ def files_of(
         progress(ProgressEvent(stage, sum(tasks[number].size for number in answers), n_steps, note))
 
     try:
-        while waiting or errands.orders():
-            while waiting and errands.free() > 0:
+        while waiting or dispatcher.orders():
+            while waiting and dispatcher.free() > 0:
                 number = waiting.pop(0)
-                errands.give(Order(number, parcel, tasks[number].of, {}, folder / f".{number}"))
-            for order, outcome in errands.done():
+                dispatcher.give(Order(number, payload, tasks[number].of, {}, folder / f".{number}"))
+            for order, outcome in dispatcher.done():
                 done = order.key
                 assert isinstance(done, int)
                 if outcome.message:
@@ -374,7 +376,7 @@ def files_of(
                     path.rename(folder / path.name)
                 order.made.rmdir()
                 answers[done] = outcome.answer
-            if errands.left_alone() is not None:
+            if dispatcher.left_alone() is not None:
                 for number in sorted(set(range(len(tasks))) - answers.keys()):
                     answers[number] = here(tasks[number].of)
                     show("alone")
@@ -382,5 +384,5 @@ def files_of(
             show("workers")
             time.sleep(_LOOK_S)
     finally:
-        errands.stop()
+        dispatcher.stop()
     return [answers[number] for number in range(len(tasks))]

@@ -1,6 +1,6 @@
-"""What travels to workers: questions with their arrays by content.
+"""What travels to workers: jobs with their arrays by content.
 
-A question is pickled without its large arrays: these go by their hash, each once to a worker, whatever questions they
+A job is pickled without its large arrays: these go by their hash, each once to a worker, whatever jobs they
 are part of.
 """
 
@@ -24,7 +24,7 @@ _LEVEL = 1
 
 
 @dataclass(frozen=True)
-class Parcel:
+class TaskPayload:
     """A value to send: `body` without the arrays of `arrays`, which go by their hashes. digest : of all of it."""
 
     digest: str
@@ -53,24 +53,24 @@ class _Pickler(pickle.Pickler):
 
 
 class Packer:
-    """Makes parcels; arrays that were hashed before are not hashed again."""
+    """Makes payloads; arrays that were hashed before are not hashed again."""
 
     def __init__(self) -> None:
         self._known: dict[int, tuple[str, NDArray[Any]]] = {}
 
-    def parcel(self, value: object) -> Parcel:
-        """Return a value as a parcel."""
+    def payload(self, value: object) -> TaskPayload:
+        """Return a value as a payload."""
         file = io.BytesIO()
         pickler = _Pickler(file, self._known)
         pickler.dump(value)
         body = file.getvalue()
         digest = hashlib.sha256(body)
         digest.update("".join(pickler.arrays).encode())
-        return Parcel(digest.hexdigest(), body, pickler.arrays)
+        return TaskPayload(digest.hexdigest(), body, pickler.arrays)
 
 
 def unpacked(body: bytes, arrays: Mapping[str, NDArray[Any]]) -> Any:
-    """Return the value of a parcel; raises KeyError where an array is not there."""
+    """Return the value of a payload; raises KeyError where an array is not there."""
 
     class Unpickler(pickle.Unpickler):
         def persistent_load(self, name: Any) -> Any:
@@ -87,7 +87,7 @@ def squeezed(array: NDArray[Any]) -> bytes:
 
 
 def unsqueezed(content: bytes) -> NDArray[Any]:
-    """Return the array of `squeezed`, read-only: many questions share it."""
+    """Return the array of `squeezed`, read-only: many jobs share it."""
     array: NDArray[Any] = np.load(io.BytesIO(zlib.decompress(content)), allow_pickle=False)
     array.setflags(write=False)
     return array

@@ -12,7 +12,7 @@ from typing import Any
 
 from planner_core.cluster import connection, worker
 from planner_core.cluster.connection import BugError, Cluster, UnfitError
-from planner_core.cluster.parcels import Parcel
+from planner_core.cluster.payloads import TaskPayload
 from planner_core.errors import ClusterError
 
 #: Workers that are checked at the same time: others work meanwhile.
@@ -24,7 +24,7 @@ MOST_FAILURES = 3
 _LOOK_S = 0.5
 
 
-class Crew:
+class WorkerPool:
     """Workers that are there and, checked once, were found fit. is_fit : checks one, and refuses it where it is not."""
 
     def __init__(self, cluster: Cluster, is_fit: Callable[[str], bool]) -> None:
@@ -149,10 +149,10 @@ def no_answer(error: UnfitError) -> str:
     return f"got no answer ({error}), expected one; see `tlsplan doctor` there"
 
 
-def answers_alike(cluster: Cluster, address: str, parcel: Parcel, task: Any, expected: bytes) -> bool:
+def answers_alike(cluster: Cluster, address: str, payload: TaskPayload, task: Any, expected: bytes) -> bool:
     """Whether a worker answers a task as this process does, bit by bit; refused where it does not. Raises as `ask`."""
-    cluster.supply(address, parcel)
-    if cluster.ask(address, worker.answer, parcel.digest, task, within_s=10 * connection.PATIENCE_S) != expected:
+    cluster.supply(address, payload)
+    if cluster.ask(address, worker.answer, payload.digest, task, within_s=10 * connection.PATIENCE_S) != expected:
         cluster.refuse(
             address, "got an answer that differs from this machine's, expected the same bits; give it the same device"
         )

@@ -22,9 +22,9 @@ import pytest
 from waiting import until
 
 import scenes_synthetic
-from planner_core.cluster import connection, deal, worker
+from planner_core.cluster import connection, task_dispatcher, worker
 from planner_core.cluster.connection import open_cluster
-from planner_core.cluster.parcels import Packer
+from planner_core.cluster.payloads import Packer
 from planner_core.errors import ClusterError, DeviceError
 from planner_core.model import Plan
 from planner_core.plan_folder.plan_json import DROPPABLE_KEYS, plan_document
@@ -144,9 +144,9 @@ def test_a_bug_at_workers_is_told_with_where_and_counted_and_this_machine_goes_o
         assert_same_bits(look.by(cluster), look.here())
         n_bugs = cluster.n_bugs
         (last,) = cluster.last_words()
-    assert n_bugs == 2 if when != "later" else 2 <= n_bugs <= 2 * deal._AHEAD
+    assert n_bugs == 2 if when != "later" else 2 <= n_bugs <= 2 * task_dispatcher._AHEAD
     assert len(set(asked)) == 2
-    assert len(asked) <= (2 if when != "later" else 2 + 2 * deal._AHEAD)
+    assert len(asked) <= (2 if when != "later" else 2 + 2 * task_dispatcher._AHEAD)
     bug, alone = told
     assert bug.startswith("worker inproc://")
     assert "internal error: ZeroDivisionError: odd rows (planner_core.requirements.observe_elsewhere:" in bug
@@ -183,7 +183,9 @@ def test_a_bug_over_one_task_takes_no_more_workers_than_others_are_left(
 
 def test_a_task_that_failed_often_is_done_here_whoever_has_a_copy() -> None:
     cluster = connection.Cluster("nowhere", SimpleNamespace(), print)
-    dealt = deal.Deal(cluster, Packer().parcel(0), [Task(0, 1), Task(1, 1)], bytes, "scan", silent, None)
+    dealt = task_dispatcher.TaskDispatcher(
+        cluster, Packer().payload(0), [Task(0, 1), Task(1, 1)], bytes, "scan", silent, None
+    )
     dealt._waiting, dealt._out = [], {"copy": ("w2", 1)}
     for n_failures in range(1, 5):
         dealt._failed("w1", 1, SimpleNamespace(status="lost"))
@@ -193,9 +195,11 @@ def test_a_task_that_failed_often_is_done_here_whoever_has_a_copy() -> None:
 def test_the_last_task_goes_to_two_who_are_idle_at_once() -> None:
     """A copy of what was dealt in this very look."""
     cluster = connection.Cluster("nowhere", SimpleNamespace(submit=lambda *_, **how: Future()), print)
-    dealt = deal.Deal(cluster, Packer().parcel(0), [Task(0, 1), Task(1, 1)], bytes, "scan", silent, None)
-    dealt._crew.used = {"w1", "w2", "w3"}
-    dealt._deal()
+    dealt = task_dispatcher.TaskDispatcher(
+        cluster, Packer().payload(0), [Task(0, 1), Task(1, 1)], bytes, "scan", silent, None
+    )
+    dealt._pool.used = {"w1", "w2", "w3"}
+    dealt._dispatch()
     assert sorted(dealt._out.values()) == [("w1", 1), ("w2", 1)]
     assert dealt._waiting == []
 
@@ -203,7 +207,7 @@ def test_the_last_task_goes_to_two_who_are_idle_at_once() -> None:
 def test_a_bug_while_tasks_are_dealt_is_told_and_this_machine_goes_on_alone(
     look: Look, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(deal.Deal, "_deal", lambda self: raise_(KeyError("odd")))
+    monkeypatch.setattr(task_dispatcher.TaskDispatcher, "_dispatch", lambda self: raise_(KeyError("odd")))
     with cluster_of(1) as (cluster, told):
         assert_same_bits(look.by(cluster), look.here())
         assert cluster.n_bugs == 1
@@ -215,7 +219,7 @@ def test_a_bug_while_tasks_are_dealt_is_told_and_this_machine_goes_on_alone(
 @pytest.mark.slow
 def test_a_task_that_could_not_be_sent_is_sent_again(look: Look, monkeypatch: pytest.MonkeyPatch) -> None:
     """As where the scheduler goes in just this moment."""
-    sound, n_sent = deal.Deal._send, 0
+    sound, n_sent = task_dispatcher.TaskDispatcher._send, 0
 
     def send(self: Any, address: str, number: int) -> None:
         nonlocal n_sent
@@ -228,31 +232,31 @@ def test_a_task_that_could_not_be_sent_is_sent_again(look: Look, monkeypatch: py
         n_heard.append(None)
         assert len(n_heard) < 200, "it is dealt no more"
 
-    monkeypatch.setattr(deal.Deal, "_send", send)
+    monkeypatch.setattr(task_dispatcher.TaskDispatcher, "_send", send)
     with cluster_of(1) as (cluster, told):
         assert_same_bits(look.by(cluster, hear), look.here())
     assert told == []
 
 
 class Breaks:
-    """Can't be unpacked: as a question of ours with a bug."""
+    """Can't be unpacked: as a job of ours with a bug."""
 
     def __reduce__(self) -> Any:
         return raise_, (KeyError("odd"),)
 
 
-def test_a_question_that_breaks_while_it_is_unpacked_is_no_question_that_lacks_an_array() -> None:
-    packed = Packer().parcel(np.arange(5000))
+def test_a_job_that_breaks_while_it_is_unpacked_is_no_job_that_lacks_an_array() -> None:
+    packed = Packer().payload(np.arange(5000))
     with pytest.raises(worker.LackingError):
-        worker.take_question("digest", packed.body, list(packed.arrays))
+        worker.take_job("digest", packed.body, list(packed.arrays))
     with pytest.raises(KeyError, match="odd"):
-        worker.take_question("digest", pickle.dumps(Breaks()), [])
+        worker.take_job("digest", pickle.dumps(Breaks()), [])
 
 
 # ------------------------------------------------------------------------------------------------- the end
 @dataclass(frozen=True)
 class Endless:
-    """A question whose tasks end when nobody waits, but for the first and those that are quick."""
+    """A job whose tasks end when nobody waits, but for the first and those that are quick."""
 
     def answer(self, task: str, kept: Kept, progress: Progress = silent) -> bytes:
         if task.startswith("endless"):
@@ -300,7 +304,7 @@ def test_a_worker_that_forgot_is_sent_it_again(look: Look, monkeypatch: pytest.M
         nonlocal n_looks
         n_looks += 1
         if n_looks == 3:
-            worker._questions.clear()
+            worker._jobs.clear()
             worker._arrays.clear()
         return sound(digest, task)
 
@@ -429,7 +433,7 @@ import pathlib, time
 from planner_core.progress import ProgressEvent
 from planner_core.requirements import observe_elsewhere
 from planner_core.spread import NotWantedError
-sound, folder = observe_elsewhere.ObservationQuestion.answer, pathlib.Path({folder!r})
+sound, folder = observe_elsewhere.ObservationJob.answer, pathlib.Path({folder!r})
 def answer(self, task, kept, progress):
     if len(task) <= observe_elsewhere.FIRST_POSITIONS:
         return sound(self, task, kept, progress)
@@ -441,7 +445,7 @@ def answer(self, task, kept, progress):
     except NotWantedError:
         (folder / f"ended-{{task[0, 0]}}").touch()
         raise
-observe_elsewhere.ObservationQuestion.answer = answer
+observe_elsewhere.ObservationJob.answer = answer
 ''')"""
 #: A process that asks workers.
 ASKS = """
@@ -483,7 +487,7 @@ def raise_(error: Exception) -> Any:
 
 def test_of_two_answers_to_a_task_the_first_counts_and_is_heard_of_once() -> None:
     heard: list[tuple[int, bytes]] = []
-    dealt = deal.Deal.__new__(deal.Deal)
+    dealt = task_dispatcher.TaskDispatcher.__new__(task_dispatcher.TaskDispatcher)
     dealt._answers, dealt._answered = {}, lambda number, answer: heard.append((number, answer))
     for answer in (b"first", b"late"):
         dealt._keep(1, answer)

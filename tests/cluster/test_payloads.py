@@ -1,12 +1,12 @@
-"""What travels: parcels are what they were made of, arrays once, and pieces of a look are the look."""
+"""What travels: payloads are what they were made of, arrays once, and pieces of a look are the look."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from planner_core.cluster import parcels
-from planner_core.cluster.parcels import Packer, squeezed, unpacked, unsqueezed
+from planner_core.cluster import payloads
+from planner_core.cluster.payloads import Packer, squeezed, unpacked, unsqueezed
 from planner_core.model import ScanBy
 from planner_core.requirements.observe_candidates import in_a_row
 from planner_core.requirements.observe_elsewhere import pack_observations, unpack_observations
@@ -36,10 +36,10 @@ def check(look: Look) -> None:
 
 
 def test_a_parcel_leaves_large_arrays_to_be_sent_once(look: Look, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(parcels, "_LEAST_BYTES", 64)  # the scene is small
+    monkeypatch.setattr(payloads, "_LEAST_BYTES", 64)  # the scene is small
     packer = Packer()
-    one = packer.parcel((look.survey, look.settings))
-    other = packer.parcel((look.survey, look.goals))
+    one = packer.payload((look.survey, look.settings))
+    other = packer.payload((look.survey, look.goals))
     assert set(one.arrays) & set(other.arrays), "arrays of the survey are the same"
     assert not any(array.tobytes() in one.body for array in one.arrays.values())
     sent = {name: unsqueezed(squeezed(array)) for name, array in one.arrays.items()}
@@ -47,7 +47,7 @@ def test_a_parcel_leaves_large_arrays_to_be_sent_once(look: Look, monkeypatch: p
     np.testing.assert_array_equal(survey.scene.vertices_m, look.survey.scene.vertices_m)
     np.testing.assert_array_equal(survey.patches.first_patch, look.survey.patches.first_patch)
     assert settings == look.settings
-    again = Packer().parcel((look.survey, look.settings))
+    again = Packer().payload((look.survey, look.settings))
     assert (again.digest, list(again.arrays)) == (one.digest, list(one.arrays))
     with pytest.raises(KeyError):
         unpacked(one.body, {})

@@ -1,4 +1,4 @@
-"""Errands and who does them: nothing is lost, written twice, left behind, or waited for without end."""
+"""File jobs and who does them: nothing is lost, written twice, left behind, or waited for without end."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 from waiting import until
 
-from planner_core.cluster import errands, workplace
-from planner_core.cluster.errands import Errands, Order, _Out, _pieces
-from planner_core.cluster.parcels import Packer
+from planner_core.cluster import file_jobs, worker_files
+from planner_core.cluster.file_jobs import FileJobDispatcher, Order, _Out, _pieces
+from planner_core.cluster.payloads import Packer
 from planner_core.cluster.worker import LackingError
 from planner_core.errors import DeviceError
 from planner_core.progress import Progress, silent
@@ -26,7 +26,7 @@ from .conftest import cluster_of
 
 @dataclass(frozen=True)
 class Writes:
-    """An errand that writes its task into files of several folders."""
+    """A file job that writes its task into files of several folders."""
 
     def answer(self, task: Any, kept: Kept, progress: Progress = silent) -> bytes:
         if task == "fails":
@@ -41,19 +41,19 @@ class Writes:
 
 
 def order_of(task: str, made: Path, **files: Path) -> Order:
-    return Order(task, Packer().parcel(Writes()), task, files, made)
+    return Order(task, Packer().payload(Writes()), task, files, made)
 
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(errands, "_WAIT_S", 0.05)
+    monkeypatch.setattr(file_jobs, "_WAIT_S", 0.05)
 
 
 @pytest.mark.parametrize("size", [0, 1, 4, 5, 8, 11])
 def test_files_go_in_pieces_of_which_one_is_the_last(
     size: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(workplace, "PIECE_BYTES", 4)
+    monkeypatch.setattr(worker_files, "PIECE_BYTES", 4)
     content = bytes(range(size))
     (tmp_path / "file").write_bytes(content)
     pieces = list(_pieces(tmp_path / "file", hashlib.sha256(content).hexdigest()))
@@ -62,16 +62,16 @@ def test_files_go_in_pieces_of_which_one_is_the_last(
     assert max(len(piece) for piece, _ in pieces) <= 4
 
 
-def test_a_file_that_changed_or_is_gone_fails_its_errand_and_no_other(tmp_path: Path) -> None:
+def test_a_file_that_changed_or_is_gone_fails_its_file_job_and_no_other(tmp_path: Path) -> None:
     digest = hashlib.sha256(b"before").hexdigest()
     (tmp_path / "changed").write_bytes(b"after")
     (tmp_path / "sound").write_bytes(b"before")
     found: dict[Any, Outcome] = {}
     with cluster_of(1) as (cluster, told):
-        given = Errands(cluster, lambda address: True)
+        given = FileJobDispatcher(cluster, lambda address: True)
         for name in ("changed", "gone", "sound"):
             order = order_of(digest, tmp_path / f"made-{name}", **{digest: tmp_path / name})
-            given.give(Order(name, order.parcel, digest, order.files, order.made))
+            given.give(Order(name, order.payload, digest, order.files, order.made))
         until(lambda: found.update({order.key: outcome for order, outcome in given.done()}) or len(found) == 3)
         given.stop()
     assert "changed: changed meanwhile" in found["changed"].message
@@ -93,16 +93,16 @@ def test_what_is_no_longer_wanted_is_not_written(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_errand_over_which_workers_are_lost_is_given_up_in_a_line(
+def test_a_file_job_over_which_workers_are_lost_is_given_up_in_a_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fails(self: Errands, out: _Out) -> Outcome:
+    def fails(self: FileJobDispatcher, out: _Out) -> Outcome:
         raise TimeoutError("whatever")
 
-    monkeypatch.setattr(Errands, "_attend", fails)
+    monkeypatch.setattr(FileJobDispatcher, "_attend", fails)
     found: list[tuple[Order, Outcome]] = []
     with cluster_of(2) as (cluster, _):
-        given = Errands(cluster, lambda address: True)
+        given = FileJobDispatcher(cluster, lambda address: True)
         given.give(order_of("a", tmp_path / "made"))
         until(lambda: found.extend(given.done()) or found)
         given.stop()
@@ -111,8 +111,8 @@ def test_an_errand_over_which_workers_are_lost_is_given_up_in_a_line(
     assert given.orders() == {}
 
 
-def done_and_left(given: Errands) -> tuple[dict[Any, Outcome], list[Any]]:
-    """What is done of errands, and what is left to this process."""
+def done_and_left(given: FileJobDispatcher) -> tuple[dict[Any, Outcome], list[Any]]:
+    """What is done of file jobs, and what is left to this process."""
     found: dict[Any, Outcome] = {}
 
     def look() -> list[Order] | None:
@@ -131,9 +131,9 @@ def test_a_bug_here_is_told_and_this_machine_does_what_is_left(
     def fails(*of: Any) -> Any:
         raise KeyError("whatever")
 
-    monkeypatch.setattr(Errands, "_attend" if where == "over a worker" else "_deal", fails)
+    monkeypatch.setattr(FileJobDispatcher, "_attend" if where == "over a worker" else "_dispatch", fails)
     with cluster_of(2) as (cluster, told):
-        given = Errands(cluster, lambda address: True)
+        given = FileJobDispatcher(cluster, lambda address: True)
         given.give(order_of("a", tmp_path / "made"))
         assert done_and_left(given) == ({}, ["a"])
         assert cluster.n_bugs == (2 if where == "over a worker" else 1)
@@ -146,7 +146,7 @@ def test_a_bug_here_is_told_and_this_machine_does_what_is_left(
 
 
 @pytest.mark.parametrize("error", [KeyError("odd"), RuntimeError("odd"), SystemExit("odd")])
-def test_an_errand_at_which_a_bug_strikes_is_left_to_this_machine_and_others_go_on(
+def test_a_file_job_at_which_a_bug_strikes_is_left_to_this_machine_and_others_go_on(
     error: BaseException, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of five workers three fail at it: the others do the rest."""
@@ -159,7 +159,7 @@ def test_an_errand_at_which_a_bug_strikes_is_left_to_this_machine_and_others_go_
 
     monkeypatch.setattr(Writes, "do", do)
     with cluster_of(5) as (cluster, told):
-        given = Errands(cluster, lambda address: True)
+        given = FileJobDispatcher(cluster, lambda address: True)
         for name in ("odd", "a", "b", "c", "d", "e"):
             given.give(order_of(name, tmp_path / name))
         found, left = done_and_left(given)
@@ -169,7 +169,7 @@ def test_an_errand_at_which_a_bug_strikes_is_left_to_this_machine_and_others_go_
     assert {outcome.message for outcome in found.values()} == {""}
     bug, alone = told
     assert f"internal error: {type(error).__name__}: " in bug
-    assert " (planner_core.cluster.workplace:" in bug
+    assert " (planner_core.cluster.worker_files:" in bug
     assert ", in work). This is a bug: please report it" in bug
     assert "no worker can do what is left" in alone
     assert "3 internal errors, reported above" in last
@@ -177,7 +177,7 @@ def test_an_errand_at_which_a_bug_strikes_is_left_to_this_machine_and_others_go_
 
 
 @pytest.mark.parametrize("error", [DeviceError("no device"), MemoryError("no room"), ImportError("no package")])
-def test_an_errand_for_which_a_worker_lacks_something_goes_to_another(
+def test_a_file_job_for_which_a_worker_lacks_something_goes_to_another(
     error: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sound, n_done = Writes.do, 0
@@ -192,7 +192,7 @@ def test_an_errand_for_which_a_worker_lacks_something_goes_to_another(
     monkeypatch.setattr(Writes, "do", do)
     found: list[tuple[Order, Outcome]] = []
     with cluster_of(2) as (cluster, told):
-        given = Errands(cluster, lambda address: True)
+        given = FileJobDispatcher(cluster, lambda address: True)
         given.give(order_of("a", tmp_path / "made"))
         until(lambda: found.extend(given.done()) or found)
         given.stop()
@@ -202,11 +202,11 @@ def test_an_errand_for_which_a_worker_lacks_something_goes_to_another(
     assert line.endswith(f"is not used: {error}; what it had is given to others")
 
 
-def test_an_errand_that_nobody_asked_about_for_long_is_gone_for_whoever_asks_again(
+def test_a_file_job_that_nobody_asked_about_for_long_is_gone_for_whoever_asks_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It ends by what tells it, which is no bug, and its lease is not renewed."""
-    monkeypatch.setattr(workplace, "_own_folder", lambda name: tmp_path)
+    monkeypatch.setattr(worker_files, "_own_folder", lambda name: tmp_path)
     held: list[Place] = []
 
     class Waits:
@@ -215,38 +215,38 @@ def test_an_errand_that_nobody_asked_about_for_long_is_gone_for_whoever_asks_aga
             until(lambda: not place.is_wanted())
             raise NotWantedError
 
-    monkeypatch.setattr(workplace, "question_of", lambda digest: Waits())
-    workplace.begin("1", "digest", None)
+    monkeypatch.setattr(worker_files, "job_of", lambda digest: Waits())
+    worker_files.begin("1", "digest", None)
     until(lambda: held)
-    assert workplace.state("1", 0.0).outcome is None
-    monkeypatch.setattr(workplace, "LEASE_S", 0.0)
+    assert worker_files.state("1", 0.0).outcome is None
+    monkeypatch.setattr(worker_files, "LEASE_S", 0.0)
     with pytest.raises(LackingError):
-        workplace.state("1", 0.0)
-    until(lambda: "1" not in workplace._going and not held[0].folder.exists())
+        worker_files.state("1", 0.0)
+    until(lambda: "1" not in worker_files._going and not held[0].folder.exists())
 
 
 def dealt(
     monkeypatch: pytest.MonkeyPatch, folder: Path, *, most: int | None
-) -> tuple[Errands, Callable[[], list[str]]]:
-    """Errands of which two are out for long, and who has one after another look."""
-    monkeypatch.setattr(errands, "_LONG_S", -1.0)
-    given = Errands(SimpleNamespace(), lambda address: True, most=most)  # type: ignore[arg-type]
+) -> tuple[FileJobDispatcher, Callable[[], list[str]]]:
+    """File jobs of which two are out for long, and who has one after another look."""
+    monkeypatch.setattr(file_jobs, "_LONG_S", -1.0)
+    given = FileJobDispatcher(SimpleNamespace(), lambda address: True, most=most)  # type: ignore[arg-type]
     monkeypatch.setattr(given, "_send", lambda order, address: given._out.append(_Out(order, address)))
-    given._crew.used.update(("w1", "w2"))
+    given._pool.used.update(("w1", "w2"))
     for name in ("a", "b"):
         given.give(order_of(name, folder / name))
 
     def look() -> list[str]:
-        given._deal()
+        given._dispatch()
         return sorted(out.address for out in given._out)
 
     assert look() == ["w1", "w2"]
     return given, look
 
 
-def test_idle_workers_get_copies_once_no_new_errand_came(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_idle_workers_get_copies_once_no_new_file_job_came(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     given, look = dealt(monkeypatch, tmp_path, most=None)
-    given._crew.used.update(("w3", "w4"))
+    given._pool.used.update(("w3", "w4"))
     assert look() == ["w1", "w2"]
     given.give(order_of("c", tmp_path / "c"))
     assert look() == ["w1", "w2", "w3", "w4"]
@@ -255,7 +255,7 @@ def test_idle_workers_get_copies_once_no_new_errand_came(tmp_path: Path, monkeyp
 
 def test_copies_keep_to_the_most_at_the_same_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     given, look = dealt(monkeypatch, tmp_path, most=2)
-    given._crew.used.add("w3")
+    given._pool.used.add("w3")
     assert [look(), look()] == [["w1", "w2"]] * 2
     given._out.pop()
     assert given.free() == 1
@@ -275,13 +275,13 @@ def test_what_a_task_raises_here_after_all_workers_failed_comes_out() -> None:
 def test_files_that_were_just_needed_stay_where_there_are_too_many(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(workplace, "_own_folder", lambda name: tmp_path)
-    monkeypatch.setattr(workplace, "_MOST_FILE_BYTES", 2)
+    monkeypatch.setattr(worker_files, "_own_folder", lambda name: tmp_path)
+    monkeypatch.setattr(worker_files, "_MOST_FILE_BYTES", 2)
     for name, age_s in (("old", 1000), ("needed", 1000), ("young", 0)):
         (tmp_path / name).write_bytes(b"x")
         now_s = (tmp_path / name).stat().st_mtime
         os.utime(tmp_path / name, (now_s - age_s, now_s - age_s))
-    assert workplace.lacks_files(["needed", "other"]) == ["other"]
+    assert worker_files.lacks_files(["needed", "other"]) == ["other"]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["needed", "young"]
-    assert workplace.lacks_files([]) == []
+    assert worker_files.lacks_files([]) == []
     assert sorted(path.name for path in tmp_path.iterdir()) == ["needed", "young"], "it was asked for a moment ago"

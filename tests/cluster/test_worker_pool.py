@@ -11,7 +11,7 @@ from waiting import until
 
 from planner_core.cluster import connection
 from planner_core.cluster.connection import Cluster
-from planner_core.cluster.crew import Crew
+from planner_core.cluster.worker_pool import WorkerPool
 
 
 def test_workers_that_never_answer_are_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -22,12 +22,12 @@ def test_workers_that_never_answer_are_not_waited_for(monkeypatch: pytest.Monkey
     cluster = Cluster("nowhere", SimpleNamespace(submit=lambda *of, **more: silent_future()), told.append)
     monkeypatch.setattr(cluster, "workers", lambda: {"w1"})
     monkeypatch.setattr(connection, "PATIENCE_S", 0.3)
-    crew = Crew(cluster, lambda address: True)
+    pool = WorkerPool(cluster, lambda address: True)
 
     def is_gone() -> bool:
-        crew.find(nothing_done=True)
-        return crew.is_gone()
+        pool.find(nothing_done=True)
+        return pool.is_gone()
 
     until(is_gone)
-    crew.close()
+    pool.close()
     assert told == ["no worker for 0 s: this machine goes on alone"]
