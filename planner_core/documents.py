@@ -56,26 +56,26 @@ class Document(BaseModel):
     model_config = ConfigDict(use_attribute_docstrings=True, populate_by_name=True, frozen=True)
 
 
-class Mirror(Document):
-    """A mapping of a dataclass's fields, in their order as the file has them: written from it, and read back to it."""
+class RoundTripModel(Document):
+    """A mapping of the fields of `dataclass`, in the order of the file: written from one, and read back to one."""
 
-    made: ClassVar[type[Any]]
+    dataclass: ClassVar[type[Any]]
 
     @classmethod
-    def written(cls, value: object) -> dict[str, Any]:
+    def to_document(cls, value: object) -> dict[str, Any]:
         """Return the file's entry for `value`, as plain dicts and lists."""
         return cls.model_validate(value, from_attributes=True).model_dump(mode="json", by_alias=True)
 
-    def read(self, **more: object) -> Any:
+    def to_dataclass(self, **more: object) -> Any:
         """Return the dataclass that this was written from; `more` are fields that are not of this mapping."""
-        own = {field.name for field in fields(self.made)} & type(self).model_fields.keys()
-        return self.made(**{name: _read(getattr(self, name)) for name in own}, **more)
+        own = {field.name for field in fields(self.dataclass)} & type(self).model_fields.keys()
+        return self.dataclass(**{name: _as_dataclass(getattr(self, name)) for name in own}, **more)
 
 
-def _read(value: Any) -> Any:
+def _as_dataclass(value: Any) -> Any:
     if isinstance(value, tuple):
-        return tuple(_read(each) for each in value)
-    return value.read() if isinstance(value, Mirror) else value
+        return tuple(_as_dataclass(each) for each in value)
+    return value.to_dataclass() if isinstance(value, RoundTripModel) else value
 
 
 class Entries(Document):

@@ -101,7 +101,7 @@ def georeference_of(document: Mapping[str, Any]) -> Georeference | None:
     where = "plan.json: scene.georeference."
     georeference: Georeference = read_as(
         GeoreferenceSection, row, where, remedy="plan again", error=PlanFolderError
-    ).read()
+    ).to_dataclass()
     return georeference
 
 

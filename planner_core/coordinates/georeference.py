@@ -6,16 +6,16 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from planner_core.documents import Mirror, Number
+from planner_core.documents import Number, RoundTripModel
 from planner_core.model import Georeference
 
 _Row = tuple[Number, Number, Number, Number]
 
 
-class GeoreferenceSection(Mirror):
+class GeoreferenceSection(RoundTripModel):
     """Where on earth the scene is by its file, unchecked; texts as the file has them, empty: not given."""
 
-    made: ClassVar = Georeference
+    dataclass: ClassVar = Georeference
 
     operation: str
     """IFC class of the map conversion; empty: the file has none."""

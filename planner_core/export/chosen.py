@@ -96,7 +96,7 @@ def stakeout_point(plan: PlanSource, station: FieldStation, options: Options) ->
 
 def to_output_coordinates(plan: PlanSource, site_m: FloatArray, options: Options) -> FloatArray:
     """(3,) float64 of the site frame, metres -> in the unit of the plan's frame, less `options.subtract`."""
-    return np.asarray(plan.frame.written(site_m) - np.array(options.subtract, dtype=np.float64))
+    return np.asarray(plan.frame.in_unit(site_m) - np.array(options.subtract, dtype=np.float64))
 
 
 def subtracted_remark(plan: PlanSource, options: Options) -> tuple[str, ...]:

@@ -183,7 +183,7 @@ class _Drawing:
         if z_m is not None:
             points_m = np.column_stack([points_m, np.full(len(points_m), z_m)])
         frame = self.plan.frame
-        site = np.round(frame.written(frame.to_site(points_m)), _DECIMALS)
+        site = np.round(frame.in_unit(frame.to_site(points_m)), _DECIMALS)
         self._low = np.minimum(self._low, site.min(axis=0, initial=np.inf))
         self._high = np.maximum(self._high, site.max(axis=0, initial=-np.inf))
         return site
@@ -316,7 +316,7 @@ def _draw_station(drawing: _Drawing, station: FieldStation) -> None:
     known = math.isfinite(station.instrument_height_m)
     ground = drawing.at((station.ground_m if known else station.position_m)[None])[0]
     sensor = drawing.at(station.position_m[None])[0]
-    east, north, height = drawing.plan.frame.written(station.site_m).tolist()
+    east, north, height = drawing.plan.frame.in_unit(station.site_m).tolist()
     mark = drawing.space.add_blockref(BLOCK, ground.tolist(), dxfattribs={"layer": layer})
     mark.add_auto_attribs(
         {

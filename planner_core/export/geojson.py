@@ -48,7 +48,7 @@ def write_geojson(plan: PlanSource, path: Path, options: Options, progress: Prog
         positions, remarks = (lambda site_m: way.degrees(site_m).tolist()), way.remarks
     else:
         document["crs"] = _named_crs(plan.frame)
-        positions, remarks = (lambda site_m: local_positions(plan.frame.written(site_m))), (_local_remark(plan.frame),)
+        positions, remarks = (lambda site_m: local_positions(plan.frame.in_unit(site_m))), (_local_remark(plan.frame),)
     document["coordinates"] = plan.frame.crs_line if options.geojson_crs == "local" else "WGS84 longitude, latitude"
     document["heights"] = f"metres; {plan.frame.in_metres().crs_line}"
     outlines, of_floors = outlines_of(plan, chosen_floors(plan, options))

@@ -163,5 +163,5 @@ def _add_route(root: ElementTree.Element, frame: SiteFrame, ways: list[RouteLeg]
 
 
 def _north_east_height(frame: SiteFrame, site_m: FloatArray) -> str:
-    east, north, height = frame.written(site_m).tolist()
+    east, north, height = frame.in_unit(site_m).tolist()
     return f"{figure(north)} {figure(east)} {figure(height)}"

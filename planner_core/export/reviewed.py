@@ -153,7 +153,7 @@ def _with_areas(plan: PlanSource, planned: PlanUnderReview, review: Review) -> P
     if not (review.forbidden or any(zone.kind == "keep_out" for zone in review.zones.values())):
         return plan
     site = site_with_areas(settings_of(plan.document).site, review, planned)
-    return replace(plan, document={**plan.document, "site": SiteSection.written(site)}, _made={})
+    return replace(plan, document={**plan.document, "site": SiteSection.to_document(site)}, _made={})
 
 
 def _of_evaluated(

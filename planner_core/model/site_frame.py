@@ -56,7 +56,7 @@ class SiteFrame:
         """Return the same for a format that knows metres only."""
         return replace(self, unit=METRE)
 
-    def written(self, site_m: FloatArray) -> FloatArray:
+    def in_unit(self, site_m: FloatArray) -> FloatArray:
         """(..., 3) E, N, H in metres -> the same in `unit`."""
         return self.unit.of_array(np.asarray(site_m, dtype=np.float64))
 

@@ -80,13 +80,13 @@ def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
         "schema": SCHEMA,
         "scene": _scene(plan.survey.scene),
         "source": _source(plan.survey.scene, folder),
-        "scanner": ScannerSection.written(plan.settings.scanner),
+        "scanner": ScannerSection.to_document(plan.settings.scanner),
         "requirements": _requirements(plan),
         "method": plan.settings.method.name,
         "method_options": options_of(plan.settings.method),
         "seed": plan.settings.seed,
         "settings": _settings(plan),
-        "site": SiteSection.written(plan.settings.site),
+        "site": SiteSection.to_document(plan.settings.site),
         "floors": [_floor(floor, plan) for floor in plan.survey.floors],
         "stations": _stations(plan),
         "scope": _scope(plan),
@@ -95,11 +95,11 @@ def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
         "optimality": _optimality(plan),
         "registration": _registration(plan),
         "route": route_document(plan),
-        "field_time": None if plan.field_time is None else FieldTimeSection.written(plan.field_time),
+        "field_time": None if plan.field_time is None else FieldTimeSection.to_document(plan.field_time),
         "sealed": sealed_document(plan),
         "unseen": [_unseen(part, plan.survey.scene) for part in plan.unseen],
         "why": None if plan.why is None else why_document(plan.why, plan.survey.scene),
-        "judge": None if plan.judgement is None else JudgeSection.written(plan.judgement),
+        "judge": None if plan.judgement is None else JudgeSection.to_document(plan.judgement),
         "warnings": list(plan.warnings),
         "device": plan.engine,
         "versions": _versions(),
@@ -201,7 +201,7 @@ def _scene(scene: Scene) -> dict[str, Any]:
         "up_axis": scene.source.up_axis,
         "glass": scene.source.glass,
         "doors": scene.source.doors,
-        "load_options": LoadOptionsSection.written(_load_options(scene.source)),
+        "load_options": LoadOptionsSection.to_document(_load_options(scene.source)),
         "other_files": [_file(source) for source in scene.further_sources],
         "n_doors_open": report.n_doors_open,
         "offset": [_number(value) for value in scene.offset_m],
@@ -234,7 +234,7 @@ def _file(source: SceneSource) -> dict[str, Any]:
         "units": source.unit_name,
         "metres_per_unit": source.metres_per_unit,
         "up_axis": source.up_axis,
-        "load_options": LoadOptionsSection.written(_load_options(source)),
+        "load_options": LoadOptionsSection.to_document(_load_options(source)),
     }
 
 
@@ -253,7 +253,7 @@ def _load_options(source: SceneSource) -> LoadOptions:
 
 def _georeference(scene: Scene) -> dict[str, Any] | None:
     """The scene file's georeference, with all digits: coordinates are made of it."""
-    return None if scene.georeference is None else GeoreferenceSection.written(scene.georeference)
+    return None if scene.georeference is None else GeoreferenceSection.to_document(scene.georeference)
 
 
 def _n_of(scene: Scene, optics: Optics) -> int:
@@ -261,8 +261,8 @@ def _n_of(scene: Scene, optics: Optics) -> int:
 
 
 def _requirements(plan: Plan) -> dict[str, Any]:
-    written = RequirementsSection.written(plan.settings.requirements)
-    return {**written, "results": [ResultSection.written(result) for result in plan.requirements]}
+    written = RequirementsSection.to_document(plan.settings.requirements)
+    return {**written, "results": [ResultSection.to_document(result) for result in plan.requirements]}
 
 
 def _settings(plan: Plan) -> dict[str, Any]:
@@ -271,7 +271,7 @@ def _settings(plan: Plan) -> dict[str, Any]:
         "n_candidates": plan.n_candidates,
         "n_patches": plan.survey.patches.n_patches,
     }
-    return SettingsSection.written({**vars(plan.settings), **used})
+    return SettingsSection.to_document({**vars(plan.settings), **used})
 
 
 def _registration(plan: Plan) -> dict[str, Any]:
@@ -280,15 +280,15 @@ def _registration(plan: Plan) -> dict[str, Any]:
         "threshold": required.overlap,
         "min_strength": required.min_strength,
         "connected": plan.connected,
-        "links": [LinkSection.written(link) for link in plan.links],
+        "links": [LinkSection.to_document(link) for link in plan.links],
     }
     if found is None:
         return links
     return {
         **links,
-        "networks": [NetworkSection.written(network) for network in found.networks],
+        "networks": [NetworkSection.to_document(network) for network in found.networks],
         "floor_joins": [[link.a, link.b] for link in found.floor_joins],
-        "gaps": [GapSection.written(gap) for gap in found.gaps],
+        "gaps": [GapSection.to_document(gap) for gap in found.gaps],
     }
 
 
@@ -331,7 +331,7 @@ def _losses(losses: tuple[Loss, ...], plan: Plan) -> dict[str, Any]:
     lost = np.unique(np.concatenate([loss.patch for loss in losses]))
     return {
         "lost_area_m2": _number(float(plan.survey.patches.area_m2[lost].sum())),
-        "losses": [LossSection.written(loss) for loss in losses if loss.patch.size],
+        "losses": [LossSection.to_document(loss) for loss in losses if loss.patch.size],
     }
 
 
@@ -359,8 +359,8 @@ def _coverage(plan: Plan) -> dict[str, Any]:
     floors = zip(plan.survey.floors, plan.coverage_by_floor, strict=True)
     return {
         "max_patch_area_m2": _number(plan.survey.patches.max_area_m2, 9),
-        **CoverageFigures.written(plan.coverage),
-        "floors": [{"floor": floor.id, **CoverageFigures.written(coverage)} for floor, coverage in floors],
+        **CoverageFigures.to_document(plan.coverage),
+        "floors": [{"floor": floor.id, **CoverageFigures.to_document(coverage)} for floor, coverage in floors],
     }
 
 

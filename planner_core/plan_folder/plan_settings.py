@@ -38,12 +38,12 @@ def settings_of(document: Mapping[str, Any]) -> PlanSettings:
         A setting of the document makes no sense, as of one that was edited.
     """
     plan = _plan_of(document)
-    settings: PlanSettings = plan.settings.read(
-        scanner=plan.scanner.read(),
-        requirements=plan.requirements.read(),
+    settings: PlanSettings = plan.settings.to_dataclass(
+        scanner=plan.scanner.to_dataclass(),
+        requirements=plan.requirements.to_dataclass(),
         method=method_of(plan.method, plan.method_options.items()),
         seed=plan.seed,
-        site=plan.site.read(),
+        site=plan.site.to_dataclass(),
     )
     return settings
 
@@ -53,7 +53,7 @@ def load_options_of(document: Mapping[str, Any]) -> tuple[LoadOptions, ...]:
     scene = _plan_of(document).scene
     if scene.load_options is None:
         return (LoadOptions(glass=scene.glass, doors=scene.doors),)
-    return (scene.load_options.read(), *(file.load_options.read() for file in scene.other_files))
+    return (scene.load_options.to_dataclass(), *(file.load_options.to_dataclass() for file in scene.other_files))
 
 
 def _plan_of(document: Mapping[str, Any]) -> PlanDocument:

@@ -223,5 +223,5 @@ def _document(plan: Plan) -> dict[str, Any]:
         "out_of_scope": OUT_OF_SCOPE,
         "counted": None if plan.survey.patches.countable_share is None else "counted.u8",
         "pieces": None if plan.why is None or plan.why.piece_of_patch is None else _PIECES,
-        "qualities": [LimitsSection.written(limits) for limits in plan.qualities],
+        "qualities": [LimitsSection.to_document(limits) for limits in plan.qualities],
     }

@@ -31,7 +31,7 @@ def why_document(why: Why, scene: Scene) -> dict[str, Any]:
             unlisted[surface.reason] += surface.area_m2
     return {
         "stations": [_station(reason, scene) for reason in why.stations],
-        "curve": [StepSection.written(step) for step in why.curve],
+        "curve": [StepSection.to_document(step) for step in why.curve],
         "area_by_reason_m2": {reason: _number(area) for reason, area in areas.items()},
         "unlisted_area_m2": {reason: _number(area) for reason, area in unlisted.items()},
         "unseen_surfaces": [_surface(surface, scene) for surface in listed],

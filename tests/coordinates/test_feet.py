@@ -114,7 +114,7 @@ def test_an_origin_in_the_feet_of_its_crs_is_metres_inside_and_feet_again_when_w
     expected_m = np.array([EAST_FT, NORTH_FT, HEIGHT_FT]) * FOOT_US_M
     np.testing.assert_allclose(frame.matrix[:3, 3], expected_m, rtol=1e-15)
     np.testing.assert_allclose(
-        frame.written(frame.to_site(np.array([3.048, 0.0, 0.0]))),
+        frame.in_unit(frame.to_site(np.array([3.048, 0.0, 0.0]))),
         [EAST_FT + 3.048 / FOOT_US_M, NORTH_FT, HEIGHT_FT],
         rtol=0,
         atol=1e-6,
@@ -154,7 +154,7 @@ def test_a_metric_system_may_be_written_in_feet_and_says_so() -> None:
     request = asked(crs="EPSG:25832", vertical_crs="EPSG:7837", origin="458870m,5438260m,110m", units="ft")
     frame = site_frame(plan_of(), request)
     assert frame.crs_line == "EPSG:25832 ETRS89 / UTM zone 32N, in feet; heights EPSG:7837 DHHN2016 height, in feet"
-    assert frame.written(np.array([0.3048, 3.048, 30.48])) == pytest.approx([1.0, 10.0, 100.0])
+    assert frame.in_unit(np.array([0.3048, 3.048, 30.48])) == pytest.approx([1.0, 10.0, 100.0])
 
 
 def test_scene_coordinates_may_be_written_in_feet() -> None:

@@ -297,7 +297,7 @@ def _with(document: dict[str, Any], told: Georeference | None) -> dict[str, Any]
     """As plan.json has it."""
     from planner_core.coordinates.georeference import GeoreferenceSection
 
-    written = json.loads(json.dumps(None if told is None else GeoreferenceSection.written(told)))
+    written = json.loads(json.dumps(None if told is None else GeoreferenceSection.to_document(told)))
     return {**document, "scene": {"georeference": written}}
 
 

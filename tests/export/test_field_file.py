@@ -66,7 +66,7 @@ def test_the_page_has_the_way_to_site_coordinates(
     planned = {each.id: each for each in source.stations}
     for station in document["stations"]:
         place = np.array(site["from_scene"]) @ [*station["position"], 1.0] / site["metres_per_unit"]
-        expected = source.frame.written(planned[station["id"]].site_m)
+        expected = source.frame.in_unit(planned[station["id"]].site_m)
         np.testing.assert_allclose(place, expected, atol=2e-4)
 
 

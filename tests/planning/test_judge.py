@@ -229,7 +229,7 @@ def test_a_plan_that_says_too_much_is_told_so() -> None:
         assert judgement is not None
         assert is_within(judgement.achievable_m2.judged, ROOM_M2, judgement.achievable_m2.error)
         # What the points say is in the plan's document, and comes back as it was.
-        back = JudgeSection.model_validate(JudgeSection.written(judgement)).read()
+        back = JudgeSection.model_validate(JudgeSection.to_document(judgement)).to_dataclass()
         assert back.share.judged == pytest.approx(judgement.share.judged, abs=1e-9)
         assert (back.n_points, len(back.links)) == (20_000, len(plan.links))
 

@@ -180,12 +180,12 @@ def test_a_limit_of_noise_needs_a_table_and_the_message_helps() -> None:
 @pytest.mark.parametrize("deliverable", DELIVERABLES.values(), ids=lambda each: each.name)
 def test_plan_json_holds_the_limits_and_the_name(deliverable: Deliverable) -> None:
     asked, _ = requirements_from({"deliverable": deliverable.name})
-    written = RequirementsSection.written(asked)
+    written = RequirementsSection.to_document(asked)
     assert written["deliverable"] == (None if deliverable.name == "none" else deliverable.name)
     assert written["asked"]["spacing_m"] == deliverable.spacing_m
-    assert RequirementsSection.model_validate(written).read() == asked
+    assert RequirementsSection.model_validate(written).to_dataclass() == asked
     del written["deliverable"]  # plans of before
-    assert RequirementsSection.model_validate(written).read().deliverable is None
+    assert RequirementsSection.model_validate(written).to_dataclass().deliverable is None
 
 
 def test_names_are_found_however_they_are_spelled() -> None:

@@ -82,7 +82,7 @@ def test_an_ifc_file_in_feet_is_metres_by_its_own_factor(
 
 def test_a_state_plane_building_lies_where_pyproj_puts_its_feet(tmp_path: Path) -> None:
     scene = load_scene(write_ifc(tmp_path / "feet.ifc", "US SURVEY FOOT", 0.304800609601219, "EPSG:2263"))
-    row = GeoreferenceSection.written(scene.georeference)
+    row = GeoreferenceSection.to_document(scene.georeference)
     frame = site_frame(
         {
             "scene": {"georeference": row, "metres_per_unit": scene.source.metres_per_unit},
@@ -94,7 +94,7 @@ def test_a_state_plane_building_lies_where_pyproj_puts_its_feet(tmp_path: Path) 
     assert frame.warnings == ()
     corner_m = np.array([40.0, 30.0, 1.0]) * 1200 / 3937
     np.testing.assert_allclose(
-        frame.written(frame.to_site(corner_m)), [EAST + 40, NORTH + 30, HEIGHT + 1], rtol=0, atol=1e-5
+        frame.in_unit(frame.to_site(corner_m)), [EAST + 40, NORTH + 30, HEIGHT + 1], rtol=0, atol=1e-5
     )
     expected = pyproj.Transformer.from_crs("EPSG:2263", "EPSG:4326", always_xy=True).transform(EAST + 40, NORTH + 30)
     found = map_crs(frame.crs)[0].degrees(frame.to_site(corner_m)[None, :2])[0]

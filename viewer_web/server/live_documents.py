@@ -194,7 +194,7 @@ def preview_head(live: LivePlan, preview: Preview, *, sequence: int, revision: i
         reason=preview.spot.reason,
         coverage=CoverageFigures.model_validate(preview.overall, from_attributes=True),
         floors=[
-            FloorCoverage(floor=floor.id, **CoverageFigures.written(covered))
+            FloorCoverage(floor=floor.id, **CoverageFigures.to_document(covered))
             for floor, covered in zip(live.survey.floors, preview.floors, strict=True)
         ],
         requirements=[

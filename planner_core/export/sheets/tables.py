@@ -169,7 +169,7 @@ def _station_row(
     plan: PlanSource, station: FieldStation, links: Mapping[str, list[tuple[float, int]]]
 ) -> tuple[str, ...]:
     unit = plan.frame.unit
-    east, north, sensor = plan.frame.written(station.site_m).tolist()
+    east, north, sensor = plan.frame.in_unit(station.site_m).tolist()
     height_m = station.instrument_height_m
     linked = sorted(links.get(station.id, []), key=lambda link: (-link[0], link[1]))
     return (

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BeforeValidator, Field, WithJsonSchema, field_serializer
 
 from planner_core.coordinates.georeference import GeoreferenceSection
-from planner_core.documents import Document, Mirror, Number, Whole, YesNo, words_of
+from planner_core.documents import Document, Number, RoundTripModel, Whole, YesNo, words_of
 from planner_core.model import (
     Doors,
     Glass,
@@ -61,10 +61,10 @@ class Repairs(Document):
     """What loading wants the user to know."""
 
 
-class LoadOptionsSection(Mirror):
+class LoadOptionsSection(RoundTripModel):
     """How the file was read; null: by its own entries. What it takes to read it again."""
 
-    made: ClassVar = LoadOptions
+    dataclass: ClassVar = LoadOptions
 
     metres_per_unit: Number | None
     """As the user gave it."""
@@ -151,10 +151,10 @@ class SourceSection(Document):
 
 
 # ---------------------------------------------------------------------------------- what the plan is made from
-class ScannerSection(Mirror):
+class ScannerSection(RoundTripModel):
     """The scanner's specification in full."""
 
-    made: ClassVar = Scanner
+    dataclass: ClassVar = Scanner
 
     name: str
     mode: str = ""
@@ -203,10 +203,10 @@ class ScannerSection(Mirror):
         return value or ()
 
 
-class LimitsSection(Mirror):
+class LimitsSection(RoundTripModel):
     """Limits on how surfaces are seen; null: none."""
 
-    made: ClassVar = PointLimits
+    dataclass: ClassVar = PointLimits
 
     spacing_m: Number | None = None
     """Greatest distance between neighbouring points."""
@@ -216,10 +216,10 @@ class LimitsSection(Mirror):
     """Greatest one sigma of range noise."""
 
 
-class PartSection(Mirror):
+class PartSection(RoundTripModel):
     """What is required of a part of the building besides."""
 
-    made: ClassVar = PartRequirement
+    dataclass: ClassVar = PartRequirement
 
     name: str
     coverage: Required
@@ -233,7 +233,7 @@ class PartSection(Mirror):
     """Lowest and highest z, scene coordinates."""
 
 
-class ResultSection(Mirror):
+class ResultSection(RoundTripModel):
     """What became of one thing that was required: of a floor, overall, of a part."""
 
     name: str
@@ -247,10 +247,10 @@ class ResultSection(Mirror):
     met: YesNo
 
 
-class RequirementsSection(Mirror):
+class RequirementsSection(RoundTripModel):
     """What was required, and what became of it."""
 
-    made: ClassVar = Requirements
+    dataclass: ClassVar = Requirements
 
     coverage: Required
     """Share of the scannable area required, overall and on each floor."""
@@ -279,10 +279,10 @@ class RequirementsSection(Mirror):
     """Of floors, overall, of parts."""
 
 
-class SettingsSection(Mirror):
+class SettingsSection(RoundTripModel):
     """Everything else that decided the plan, and the size of the problem."""
 
-    made: ClassVar = PlanSettings
+    dataclass: ClassVar = PlanSettings
 
     objective: Annotated[Objective, words_of(Objective)] = Objective.FEWEST
     """What the plan is best in."""
@@ -310,10 +310,10 @@ class SettingsSection(Mirror):
     n_patches: Count
 
 
-class KeepOutSection(Mirror):
+class KeepOutSection(RoundTripModel):
     """An area where nobody goes, or, with `access`, the only one on its floor where somebody does."""
 
-    made: ClassVar = KeepOut
+    dataclass: ClassVar = KeepOut
 
     name: str
     floor: str
@@ -321,10 +321,10 @@ class KeepOutSection(Mirror):
     outline_m: Annotated[tuple[Corner, ...], Field(alias="outline")]
 
 
-class PriorSection(Mirror):
+class PriorSection(RoundTripModel):
     """A station, or a forbidden position, given before planning."""
 
-    made: ClassVar = PriorStation
+    dataclass: ClassVar = PriorStation
 
     id: str
     role: Annotated[Role, words_of(Role)]
@@ -343,10 +343,10 @@ class PriorSection(Mirror):
         return value if self.role == Role.FORBIDDEN else None
 
 
-class PickSection(Mirror):
+class PickSection(RoundTripModel):
     """A surface marked as ground, or unmarked: the coplanar region around a point."""
 
-    made: ClassVar = GroundPick
+    dataclass: ClassVar = GroundPick
 
     point_m: Annotated[Point, Field(alias="point")]
     is_ground: YesNo
@@ -354,10 +354,10 @@ class PickSection(Mirror):
     """Id or name; empty: the nearest."""
 
 
-class SiteSection(Mirror):
+class SiteSection(RoundTripModel):
     """Where the crew may go, and stations given before planning."""
 
-    made: ClassVar = Site
+    dataclass: ClassVar = Site
 
     entrances_m: Annotated[tuple[Point, ...], Field(alias="entrances")] = ()
     keep_out: tuple[KeepOutSection, ...] = ()

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from planner_core.documents import Document, Mirror, Number, Whole, YesNo
+from planner_core.documents import Document, Number, RoundTripModel, Whole, YesNo
 from planner_core.errors import PlanFolderError
 from planner_core.model import (
     JudgedFigure,
@@ -73,7 +73,7 @@ class FloorSection(Document):
         return self
 
 
-class LossSection(Mirror):
+class LossSection(RoundTripModel):
     """What a requirement would lose without a station."""
 
     requirement: str
@@ -138,7 +138,7 @@ class ScopeSection(Document):
     left_out: tuple[LeftOutSection, ...] = ()
 
 
-class CoverageFigures(Mirror):
+class CoverageFigures(RoundTripModel):
     """Coverage of surface."""
 
     achievable_area_m2: Area
@@ -200,10 +200,10 @@ class OptimalitySection(Document):
     """What no plan on these candidates is better than, in the same unit."""
 
 
-class JudgedSection(Mirror):
+class JudgedSection(RoundTripModel):
     """A figure of this plan beside what random points say."""
 
-    made: ClassVar = JudgedFigure
+    dataclass: ClassVar = JudgedFigure
 
     told: Number
     """Of this plan."""
@@ -213,20 +213,20 @@ class JudgedSection(Mirror):
     """One standard error of it."""
 
 
-class JudgedLinkSection(Mirror):
+class JudgedLinkSection(RoundTripModel):
     """Overlap of two stations by random points."""
 
-    made: ClassVar = JudgedLink
+    dataclass: ClassVar = JudgedLink
 
     a: str
     b: str
     overlap: JudgedSection
 
 
-class JudgeSection(Mirror):
+class JudgeSection(RoundTripModel):
     """Figures by random points, each checked by itself with rays of Open3D, of all requirements together."""
 
-    made: ClassVar = Judgement
+    dataclass: ClassVar = Judgement
 
     n_points: Count
     engine: str
@@ -238,16 +238,16 @@ class JudgeSection(Mirror):
     links: tuple[JudgedLinkSection, ...]
 
 
-class WeakMotionSection(Mirror):
+class WeakMotionSection(RoundTripModel):
     """A motion; its direction is a unit vector in axes of the scene."""
 
-    made: ClassVar = WeakMotion
+    dataclass: ClassVar = WeakMotion
 
     kind: Literal["shift", "turn"]
     direction: Annotated[tuple[Number, Number, Number], AfterValidator(_to_micro)]
 
 
-class LinkSection(Mirror):
+class LinkSection(RoundTripModel):
     """Overlap of two stations."""
 
     a: str
@@ -271,7 +271,7 @@ class LinkSection(Mirror):
         return {**vars(value), "strength": strength, "weak_axis": words_by_axes(motion)}
 
 
-class NetworkSection(Mirror):
+class NetworkSection(RoundTripModel):
     """Stations that links join."""
 
     stations: tuple[str, ...]
@@ -286,7 +286,7 @@ class NetworkSection(Mirror):
     two_connected: YesNo
 
 
-class GapSection(Mirror):
+class GapSection(RoundTripModel):
     """Two networks, by their places in the list, and the link between them that comes nearest to counting."""
 
     networks: tuple[Count, ...]
@@ -348,7 +348,7 @@ class RouteSection(Document):
     """From stop to stop, in their order."""
 
 
-class FieldTimeSection(Mirror):
+class FieldTimeSection(RoundTripModel):
     """Seconds in the field."""
 
     scanning_s: Seconds | None
@@ -418,7 +418,7 @@ class StationReasonSection(Document):
     """Stations it has links to that count for registration."""
 
 
-class StepSection(Mirror):
+class StepSection(RoundTripModel):
     """Coverage after one station more."""
 
     station: str
