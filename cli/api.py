@@ -148,7 +148,7 @@ def plan(
     *,
     engine: str = "auto",
     device: str | None = None,
-    judge_points: int | None = None,
+    verify_points: int | None = None,
     progress: Progress = silent,
     **more: Any,
 ) -> Plan:
@@ -160,8 +160,8 @@ def plan(
         None: made from `more`, by the function `settings`.
     engine, device
         Scan engine: `auto`, `opencl` or `open3d`; OpenCL device by number or part of its name.
-    judge_points
-        Random points that the plan is judged by; 0: none. None: 20000, and none for `method=Paper()`.
+    verify_points
+        Random points of the independent check; 0: none. None: 20000, and none for `method=Paper()`.
     progress
         Is called with one `ProgressEvent` after the other; a KeyboardInterrupt that it raises while stations are
         chosen ends the search with the best plan so far.
@@ -172,7 +172,7 @@ def plan(
         Settings that are not valid or can't be met, no device; one line.
     """
     chosen = _settings(settings, more)
-    return make_plan(scene, chosen, engine=engine, device=device, judge_points=judge_points, progress=progress)
+    return make_plan(scene, chosen, engine=engine, device=device, verify_points=verify_points, progress=progress)
 
 
 def evaluate(
@@ -182,7 +182,7 @@ def evaluate(
     *,
     engine: str = "auto",
     device: str | None = None,
-    judge_points: int | None = None,
+    verify_points: int | None = None,
     progress: Progress = silent,
     **more: Any,
 ) -> Plan:
@@ -192,7 +192,7 @@ def evaluate(
     ----------
     stations
         A CSV or plan.json; or positions (x, y, z) of the sensor, scene frame, metres.
-    settings, engine, device, judge_points, progress, more
+    settings, engine, device, verify_points, progress, more
         As for `plan`.
 
     Raises
@@ -203,7 +203,7 @@ def evaluate(
     given = read_station_list(Path(stations)) if isinstance(stations, str | Path) else _given(stations)
     chosen = _settings(settings, more)
     return evaluate_stations(
-        scene, chosen, given, engine=engine, device=device, judge_points=judge_points, progress=progress
+        scene, chosen, given, engine=engine, device=device, verify_points=verify_points, progress=progress
     )
 
 

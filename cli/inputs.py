@@ -142,8 +142,8 @@ def settings(
     )
 
 
-def points_to_judge(points: int | None, *, preset: str | None = None, **_: object) -> int | None:
-    """Random points to judge a plan by: as many as given, none with the paper's preset, else the default (None)."""
+def points_to_verify(points: int | None, *, preset: str | None = None, **_: object) -> int | None:
+    """Random points to check a plan by: as many as given, none with the paper's preset, else the default (None)."""
     return 0 if points is None and preset == "paper" else points
 
 

@@ -46,6 +46,15 @@ class Length(click.ParamType[float]):
         return metres
 
 
+class Renamed(click.Option):
+    """An option that has names of earlier versions behind its own: they work, and help leaves them out."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """Return the line of help, with the first name alone."""
+        record = super().get_help_record(ctx)
+        return record and (record[0].replace(f"{self.opts[0]}, {', '.join(self.opts[1:])}", self.opts[0]), record[1])
+
+
 class OfFile(click.ParamType[tuple[str, str]]):
     """A choice for all scene files, `mm`, or for one, `arch.obj=mm`. Gives the file, or empty text, and the choice."""
 
@@ -100,10 +109,10 @@ preset_option = click.option(
     help=f"paper: the robot of the method paper, as with --method paper: scanner {PAPER_SCANNER}, deliverable "
     f"{NO_DELIVERABLE}, any height of the scanner, where other options do not say it.",
 )  # fmt: skip
-judge_option = click.option(
-    "--judge", "n_judged", type=click.IntRange(min=0), default=None, metavar="POINTS",
-    help="Look at so many random points with Open3D, each by itself, for coverage and overlap by them beside ours; "
-    "200000 say it to about 0.1 %, 0 leaves it out. [default: 20000; 0 with --preset paper]",
+verify_option = click.option(
+    "--verify", "--judge", "n_verify", cls=Renamed, type=click.IntRange(min=0), default=None, metavar="POINTS",
+    help="Verify coverage and overlap with this many independent sample points, cast by Open3D; 200000 for about "
+    "0.1 %, 0 for no verification. [default: 20000; 0 with --preset paper]",
 )  # fmt: skip
 units_option = click.option(
     "--units", type=OfFile(list(METRES_PER_UNIT)), multiple=True,

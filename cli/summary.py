@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from . import output
 
 if TYPE_CHECKING:
-    from planner_core.model import Judgement, Plan
+    from planner_core.model import IndependentCheck, Plan
 
 
 #: Less area is nothing to tell of.
@@ -151,10 +151,10 @@ def _hours(seconds: float) -> str:
     return f"{minutes // 60} h {minutes % 60:02d} min" if minutes >= 60 else f"{minutes} min"
 
 
-def finish(plan: Plan, folder: Path | None, *, judge_in_full: bool, as_json: bool, quiet: bool) -> None:
+def finish(plan: Plan, folder: Path | None, *, check_in_full: bool, as_json: bool, quiet: bool) -> None:
     """Print what a plan is worth: plan.json's document, or the summary and where the folder is, or nothing.
 
-    judge_in_full : all figures of a judge, not his share of coverage alone.
+    check_in_full : all figures of the independent check, not its share of coverage alone.
     """
     from planner_core.plan_folder.plan_json import plan_document
 
@@ -163,27 +163,27 @@ def finish(plan: Plan, folder: Path | None, *, judge_in_full: bool, as_json: boo
         output.as_json(document)
     elif not quiet:
         show(document)
-        if plan.judgement is not None:
-            _show_judged(plan.judgement, in_full=judge_in_full)
+        if plan.independent_check is not None:
+            _show_check(plan.independent_check, in_full=check_in_full)
         if folder is not None:
             where_to_look(folder)
 
 
-def _show_judged(judged: Judgement, *, in_full: bool) -> None:
-    """Print the judge's figures beside the plan's, and the link that differs most; or his share alone."""
+def _show_check(check: IndependentCheck, *, in_full: bool) -> None:
+    """Print the check's figures beside the plan's, and the link that differs most; or its share alone."""
     if not in_full:
-        share = judged.share
+        share = check.share
         output.say(
-            f"judge         {100 * share.judged:.1f} % +- {100 * share.error:.1f} by {judged.n_points} random points"
+            f"judge         {100 * share.judged:.1f} % +- {100 * share.error:.1f} by {check.n_points} random points"
         )
         return
-    output.say(f"judge         {judged.n_points} random points, cast by {judged.engine}")
-    for name, figure in (("covered", judged.covered_m2), ("scannable", judged.achievable_m2)):
+    output.say(f"judge         {check.n_points} random points, cast by {check.engine}")
+    for name, figure in (("covered", check.covered_m2), ("scannable", check.achievable_m2)):
         off = f", {100 * (figure.told / figure.judged - 1):+.1f} %" if figure.judged else ""
         output.say(f"  {name:<11} {figure.judged:.1f} m2 +- {figure.error:.1f}, the plan says {figure.told:.1f}{off}")
-    lines = [("share", judged.share)]
-    if judged.links:
-        worst = max(judged.links, key=lambda link: abs(link.overlap.told - link.overlap.judged))
+    lines = [("share", check.share)]
+    if check.links:
+        worst = max(check.links, key=lambda link: abs(link.overlap.told - link.overlap.judged))
         lines.append((f"overlap of {worst.a} and {worst.b}, which differs most:", worst.overlap))
     for name, figure in lines:
         output.say(

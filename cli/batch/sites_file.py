@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
-from pydantic import BeforeValidator, ConfigDict, Field, WithJsonSchema, create_model
+from pydantic import BeforeValidator, ConfigDict, Field, WithJsonSchema, create_model, model_validator
 
-from planner_core.documents import Entries, Number, read_as, shown
+from planner_core.documents import Entries, Number, key_of, read_as, shown
 from planner_core.errors import RequirementError
 from planner_core.requirements.yaml_or_json import read_document
 
@@ -26,12 +26,12 @@ from ..options import (
     Length,
     OfFile,
     apply,
-    judge_option,
     method_choice,
     prior_options,
     problem_options,
     scene_argument,
     scene_options,
+    verify_option,
 )
 
 _REMEDY = "see docs/formats/sites.md"
@@ -41,19 +41,20 @@ _PATTERN = re.compile(r"[*?\[]")
 
 
 @click.command("site")
-@apply(scene_argument, problem_options, prior_options, method_choice, scene_options, judge_option)
+@apply(scene_argument, problem_options, prior_options, method_choice, scene_options, verify_option)
 def _site(**values: Any) -> Any:
     """Make the settings of a site, as `tlsplan plan` makes its own: what is refused here would be refused there."""
     return problem_of(**{name: value for name, value in values.items() if name not in _NOT_SETTINGS})
 
 
-_NOT_SETTINGS = ("scenes", "reading", "n_judged")
+_NOT_SETTINGS = ("scenes", "reading", "n_verify")
 #: By their names in the file: those of `tlsplan plan` that say what is planned, not where it is written or shown.
 OPTIONS = {
     option.opts[0].lstrip("-").replace("-", "_"): option
     for option in _site.params
     if isinstance(option, click.Option) and option.expose_value
 }
+_EARLIER = {key_of(name): key for key, option in OPTIONS.items() for name in option.opts[1:]}
 _OF_READING = frozenset(FileOptions.__dataclass_fields__)
 
 
@@ -115,6 +116,14 @@ def _patterns(value: object) -> object:
 
 class DefaultEntries(_OptionEntries):
     """Of all sites that say nothing else: a portfolio, storeys, and options of `tlsplan plan` without their dashes."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_earlier_versions(cls, value: object) -> object:
+        if not isinstance(value, Mapping):
+            return value
+        now = {key: _EARLIER.get(key_of(str(key)), key) for key in value}
+        return {key if now[key] in value else now[key]: entry for key, entry in value.items()}
 
     portfolio: Annotated[str, Field(max_length=200)] | None = None
     """The sites that are added up together, such as a client or a town."""

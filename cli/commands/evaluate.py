@@ -11,13 +11,13 @@ from ..options import (
     FileOptions,
     apply,
     engine_options,
-    judge_option,
     output_options,
     overwrite_option,
     problem_options,
     scene_argument,
     scene_options,
     stations_option,
+    verify_option,
 )
 
 
@@ -26,13 +26,13 @@ from ..options import (
 @stations_option
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Plan folder of these stations to write.")  # fmt: skip
-@judge_option
+@verify_option
 @apply(problem_options, scene_options, engine_options, overwrite_option, output_options)
 def command(
     scenes: tuple[Path, ...],
     stations: Path,
     folder: Path | None,
-    n_judged: int | None,
+    n_verify: int | None,
     overwrite: bool,
     as_json: bool,
     quiet: bool,
@@ -46,7 +46,7 @@ def command(
     from planner_core.plan_folder.report import letter_warnings
     from planner_core.plan_folder.stations_csv import read_station_list
     from planner_core.planning.evaluate import evaluate_survey
-    from planner_core.planning.judge import with_judgement
+    from planner_core.planning.independent_check import with_independent_check
 
     from .. import inputs, summary
     from ..progress import ProgressReporter
@@ -60,11 +60,11 @@ def command(
             scenes, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"
         )
         plan = evaluate_survey(survey, settings, given, scan_engine, progress=reporter.show)
-        plan = with_judgement(
-            plan, scan_engine, n_points=inputs.points_to_judge(n_judged, **problem), progress=reporter.show
+        plan = with_independent_check(
+            plan, scan_engine, n_points=inputs.points_to_verify(n_verify, **problem), progress=reporter.show
         )
         reporter.warn(plan.warnings)
         if folder is not None:
             write_plan_folder(plan, folder, engine=scan_engine, overwrite=overwrite, progress=reporter.show)
             reporter.warn(letter_warnings(plan))
-    summary.finish(plan, folder, judge_in_full=n_judged is not None, as_json=as_json, quiet=quiet)
+    summary.finish(plan, folder, check_in_full=n_verify is not None, as_json=as_json, quiet=quiet)

@@ -17,7 +17,6 @@ from ..options import (
     PriorStations,
     apply,
     engine_options,
-    judge_option,
     method_choice,
     output_options,
     overwrite_option,
@@ -26,6 +25,7 @@ from ..options import (
     scene_argument,
     scene_options,
     scheduler_option,
+    verify_option,
 )
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 @scene_argument
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Plan folder to write. [default: <scene>-plan in the current directory]")  # fmt: skip
-@judge_option
+@verify_option
 @apply(problem_options, prior_options, method_choice, scene_options, engine_options, scheduler_option,
        overwrite_option, output_options)  # fmt: skip
 def command(
@@ -64,7 +64,7 @@ def run(
     engine: str,
     device: str | None,
     scheduler: str | None = None,
-    n_judged: int | None = None,
+    n_verify: int | None = None,
     reading: FileOptions = DEFAULT_FILE_OPTIONS,
     choosing: MethodOptions = DEFAULT_METHOD_OPTIONS,
     prior_stations: PriorStations = NO_PRIOR_STATIONS,
@@ -73,7 +73,7 @@ def run(
     """Plan, write the folder and print the summary; `demo` calls this too."""
     from planner_core.plan_folder.folder import check_output, write_plan_folder
     from planner_core.plan_folder.report import letter_warnings
-    from planner_core.planning.judge import with_judgement
+    from planner_core.planning.independent_check import with_independent_check
     from planner_core.planning.plan import plan_survey
     from planner_core.spread import spread_over
 
@@ -88,16 +88,16 @@ def run(
         )
         with inputs.opened_cluster(scheduler, reporter) as cluster, spread_over(cluster):
             plan = plan_survey(survey, settings, scan_engine, progress=reporter.show)
-        plan = with_judgement(
+        plan = with_independent_check(
             plan,
             scan_engine,
-            n_points=inputs.points_to_judge(n_judged, preset=_preset(choosing, problem)),
+            n_points=inputs.points_to_verify(n_verify, preset=_preset(choosing, problem)),
             progress=reporter.show,
         )
         reporter.warn(plan.warnings)
         write_plan_folder(plan, folder, engine=scan_engine, overwrite=overwrite, progress=reporter.show)
         reporter.warn(letter_warnings(plan))
-    summary.finish(plan, folder, judge_in_full=n_judged is not None, as_json=as_json, quiet=quiet)
+    summary.finish(plan, folder, check_in_full=n_verify is not None, as_json=as_json, quiet=quiet)
 
 
 def problem_of(

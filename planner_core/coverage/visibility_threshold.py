@@ -16,7 +16,7 @@ from planner_core.model import BoolArray, Int32Array, UInt8Array
 
 #: `Patches.countable_share` of a patch that counts whole.
 WHOLE = 255
-#: Part of what counts that is enough, eleven twentieths: at which areas of plans are those of the judge, see
+#: Part of what counts that is enough, eleven twentieths: at which areas of plans are those of independent checks, see
 #: docs/decisions/0014-what-counts-as-covered.md.
 _ENOUGH, _OF = 11, 20
 

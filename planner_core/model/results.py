@@ -79,8 +79,8 @@ class Loss:
 
 
 @dataclass(frozen=True)
-class JudgedFigure:
-    """A figure of a plan beside the judge's. error : one standard error of `judged`."""
+class CheckedFigure:
+    """A figure of a plan beside that of the independent check. error : one standard error of `judged`."""
 
     told: float
     judged: float
@@ -88,17 +88,17 @@ class JudgedFigure:
 
 
 @dataclass(frozen=True)
-class JudgedLink:
+class CheckedLink:
     """Overlap of two stations, as fractions, measured as the plan's requirements say."""
 
     a: str
     b: str
-    overlap: JudgedFigure
+    overlap: CheckedFigure
 
 
 @dataclass(frozen=True)
-class Judgement:
-    """What random points say of a plan, see `planner_core.planning.judge`.
+class IndependentCheck:
+    """A plan's figures by random points, see `planner_core.planning.independent_check`.
 
     covered_m2, achievable_m2 : of all that is planned. share : covered of achievable, a fraction. Achievable is what as
     many candidates and stations meet as are required.
@@ -106,10 +106,10 @@ class Judgement:
 
     n_points: int
     engine: str
-    covered_m2: JudgedFigure
-    achievable_m2: JudgedFigure
-    share: JudgedFigure
-    links: tuple[JudgedLink, ...]
+    covered_m2: CheckedFigure
+    achievable_m2: CheckedFigure
+    share: CheckedFigure
+    links: tuple[CheckedLink, ...]
 
 
 @dataclass(frozen=True)
@@ -167,7 +167,7 @@ class Plan:
     """What each station adds, and why the unseen stays unseen; None: not computed."""
     candidates_m: FloatArray | None = None
     """(N, 3) positions that were observed from, local; None: not kept."""
-    judgement: Judgement | None = None
+    independent_check: IndependentCheck | None = None
     """The check by random points; None: not required."""
     warnings: tuple[str, ...] = ()
     timings_s: dict[str, float] = field(default_factory=dict)

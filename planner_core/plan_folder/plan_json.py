@@ -99,7 +99,7 @@ def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
         "sealed": sealed_document(plan),
         "unseen": [_unseen(part, plan.survey.scene) for part in plan.unseen],
         "why": None if plan.why is None else why_document(plan.why, plan.survey.scene),
-        "judge": None if plan.judgement is None else JudgeSection.to_document(plan.judgement),
+        "judge": None if plan.independent_check is None else JudgeSection.to_document(plan.independent_check),
         "warnings": list(plan.warnings),
         "device": plan.engine,
         "versions": _versions(),

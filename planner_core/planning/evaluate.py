@@ -15,7 +15,7 @@ from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import StationListError
 from planner_core.model import Plan, PlanSettings, PriorStation, Role, Route, Scene, Station, Survey, Visibility
 from planner_core.plan_folder.stations_csv import GivenStation
-from planner_core.planning.judge import with_judgement
+from planner_core.planning.independent_check import with_independent_check
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.positions.admissibility import Tripods
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions
@@ -41,14 +41,14 @@ def evaluate_stations(
     *,
     engine: str = "auto",
     device: str | None = None,
-    judge_points: int | None = 0,
+    verify_points: int | None = 0,
     progress: Progress = silent,
 ) -> Plan:
     """Compute coverage, overlap and the rest for `stations`, in their order.
 
-    Achievable is what the grid's candidates or the stations see. A station where no tripod can stand, or over no
-    floor, is evaluated all the same, with a warning; so is a list that misses the required coverage. judge_points : see
-    `planner_core.planning.judge.with_judgement`.
+    Achievable is what the grid's candidates or the stations see. A station where no tripod can stand, or over no floor,
+    is evaluated all the same, with a warning; so is a list that misses the required coverage. verify_points : see
+    `planner_core.planning.independent_check.with_independent_check`.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def evaluate_stations(
     survey = make_survey(scene, settings, progress=progress)
     scan_engine = open_engine(survey.scene, survey.patches, engine=engine, device=device)
     plan = evaluate_survey(survey, settings, stations, scan_engine, progress=progress)
-    return with_judgement(plan, scan_engine, n_points=judge_points, progress=progress)
+    return with_independent_check(plan, scan_engine, n_points=verify_points, progress=progress)
 
 
 def evaluate_survey(

@@ -36,7 +36,7 @@ from planner_core.network.weak_motion import overlap_percent
 from planner_core.paper.pipeline import find_pool
 from planner_core.planning.choose import choose, choose_by_paper, choose_greedily, route_through
 from planner_core.planning.first_plan import as_memory_holds, observe_few, tell_first_plan
-from planner_core.planning.judge import with_judgement
+from planner_core.planning.independent_check import with_independent_check
 from planner_core.planning.pool import Choice, Pool, make_pool
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.positions.admissibility import Tripods
@@ -60,7 +60,7 @@ def make_plan(
     *,
     engine: str = "auto",
     device: str | None = None,
-    judge_points: int | None = 0,
+    verify_points: int | None = 0,
     progress: Progress = silent,
 ) -> Plan:
     """Plan the stations of a survey: few of them, that meet what is required and register as one network.
@@ -69,8 +69,8 @@ def make_plan(
     ----------
     engine, device
         See `planner_core.engine.scan_engine.open_engine`.
-    judge_points
-        See `planner_core.planning.judge.with_judgement`.
+    verify_points
+        See `planner_core.planning.independent_check.with_independent_check`.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def make_plan(
     # 2. Something to scan with.
     scan_engine = open_engine(survey.scene, survey.patches, engine=engine, device=device)
     plan = plan_survey(survey, settings, scan_engine, progress=progress)
-    return with_judgement(plan, scan_engine, n_points=judge_points, progress=progress)
+    return with_independent_check(plan, scan_engine, n_points=verify_points, progress=progress)
 
 
 def plan_survey(

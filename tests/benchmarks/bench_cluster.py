@@ -169,7 +169,7 @@ def measure_jobs() -> str:
         folder = Path(name)
         for number in range(N_JOBS):
             scenes_synthetic.write(scenes_synthetic.build("box"), folder / f"s{number}.obj")
-        options = "{grid: 1, patch_area: 0.5, coverage: 50, judge: 0, method: greedy}"
+        options = "{grid: 1, patch_area: 0.5, coverage: 50, verify: 0, method: greedy}"
         (folder / "sites.yaml").write_text(f"defaults: {options}\nsites: [scene: s*.obj]\n", encoding="utf-8")
 
         def batch(out: str, *more: str) -> float:

@@ -34,7 +34,7 @@ from tests.benchmarks.bench_real_buildings import REPOSITORY, put
 MANIFEST = Path(__file__).with_name("real_models.csv")
 STORE = REPOSITORY / "build" / "real-models"
 PICTURES = REPOSITORY / "docs" / "images" / "real-models"
-SETTINGS = ("--scanner", "rtc360", "--effort", "quick", "--grid", "0.8m", "--judge", "0")
+SETTINGS = ("--scanner", "rtc360", "--effort", "quick", "--grid", "0.8m", "--verify", "0")
 #: Of each process of a plan. The clock only ends what waits for ever: the machine may be in use by others.
 CPU_S, MEMORY_BYTES, CLOCK_S = 240, 8 * 2**30, 3600
 #: Of a map on the page, before it is reduced to the colours that a map has.

@@ -1,4 +1,5 @@
-"""A plan's figures beside the judge's, on rooms, synthetic buildings and real ones; writes docs/benchmarks/truth.md.
+"""A plan's figures beside its independent check, on rooms, synthetic and real buildings; writes
+docs/benchmarks/truth.md.
 
     python tests/benchmarks/bench_truth.py [--write docs/benchmarks/truth.md] [--points N] [SCENE ...]
 
@@ -16,8 +17,8 @@ import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import (
-    JudgedFigure,
-    Judgement,
+    CheckedFigure,
+    IndependentCheck,
     PartRequirement,
     PlanSettings,
     PointLimits,
@@ -26,7 +27,7 @@ from planner_core.model import (
     ScanBy,
     Scene,
 )
-from planner_core.planning.judge import judge
+from planner_core.planning.independent_check import check_independently
 from planner_core.planning.plan import plan_survey
 from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, deliverable_named
 from planner_core.requirements.goals import NO_COVER
@@ -64,10 +65,10 @@ def scene_of(name: str) -> Scene:
     return scenes_synthetic.build(name).scene if path is None else load_scene(path)
 
 
-def plan_and_judge(
+def plan_and_check(
     name: str, n_points: int, scanner: str = "rtc360", patch_area_m2: float = 0.04
-) -> tuple[int, Judgement]:
-    """Stations of a quick plan of the usual settings, and what the judge says of it."""
+) -> tuple[int, IndependentCheck]:
+    """Stations of a quick plan of the usual settings, and its independent check."""
     settings = PlanSettings(
         scanner=load_scanner(scanner),
         requirements=Requirements(
@@ -81,11 +82,11 @@ def plan_and_judge(
     survey = make_survey(scene_of(name), settings)
     engine = open_engine(survey.scene, survey.patches)
     plan = plan_survey(survey, settings, engine)
-    return len(plan.stations), judge(plan, engine, n_points=n_points)
+    return len(plan.stations), check_independently(plan, engine, n_points=n_points)
 
 
-def row(name: str, scanner: str, patch_area_m2: float, n_stations: int, found: Judgement) -> str:
-    def areas(figure: JudgedFigure) -> str:
+def row(name: str, scanner: str, patch_area_m2: float, n_stations: int, found: IndependentCheck) -> str:
+    def areas(figure: CheckedFigure) -> str:
         off = 100 * (figure.told / figure.judged - 1)
         return f"{figure.told:.1f} | {figure.judged:.1f} ± {figure.error:.1f} | {off:+.2f}"
 
@@ -112,7 +113,7 @@ def main() -> None:
     ]
     for scanner, patch_area_m2 in CASES:
         for name in asked.scenes:
-            found = plan_and_judge(name, asked.points, scanner, patch_area_m2)
+            found = plan_and_check(name, asked.points, scanner, patch_area_m2)
             rows.append(row(name, scanner, patch_area_m2, *found))
             print(rows[-1], flush=True)
     if asked.write:

@@ -13,7 +13,7 @@ import pytest
 import scenes_synthetic
 
 
-def test_plans_are_judged_unless_by_the_papers_preset_or_told_not_to(
+def test_plans_are_verified_unless_by_the_papers_preset_or_told_not_to(
     tmp_path: Path, tlsplan: Callable[..., Any]
 ) -> None:
     building, stations = tmp_path / "box.ifc", tmp_path / "mine.csv"
@@ -25,16 +25,18 @@ def test_plans_are_judged_unless_by_the_papers_preset_or_told_not_to(
     assert usual["settings"]["scan_mode"] == "patches"
     short = tlsplan(*asked).stdout
     assert re.search(r"^judge +[\d.]+ % \+- [\d.]+ by 20000 random points$", short, re.MULTILINE)
-    assert json.loads(tlsplan(*asked, "--judge", 0, "--json").stdout)["judge"] is None
+    for option in ("--verify", "--judge"):  # the latter of earlier versions
+        assert json.loads(tlsplan(*asked, option, 0, "--json").stdout)["judge"] is None
+    assert "--judge" not in tlsplan("evaluate", "--help").stdout
     paper = json.loads(tlsplan(*asked[:4], "--preset", "paper", "--grid", 2, "--json").stdout)
     assert (paper["judge"], paper["settings"]["scan_mode"]) == (None, "beams")
 
 
-def test_the_judge_is_printed_beside_the_plan(tmp_path: Path, tlsplan: Callable[..., Any]) -> None:
+def test_the_check_is_printed_beside_the_plan(tmp_path: Path, tlsplan: Callable[..., Any]) -> None:
     building, stations = tmp_path / "box.ifc", tmp_path / "mine.csv"
     scenes_synthetic.write(scenes_synthetic.build("box"), building)
     stations.write_text("id,x_m,y_m,z_m\nA,2,2,1.5\nB,3,2,1.5\n")
-    asked = ("evaluate", building, "--stations", stations, "--preset", "paper", "--grid", 2, "--judge", 2000)
+    asked = ("evaluate", building, "--stations", stations, "--preset", "paper", "--grid", 2, "--verify", 2000)
     run = tlsplan(*asked)
     assert run.returncode == 0, run.stderr
     assert "judge         2000 random points, cast by Open3D" in run.stdout

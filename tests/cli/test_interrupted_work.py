@@ -58,7 +58,7 @@ def test_an_interrupt_while_stations_are_chosen_leaves_the_best_plan_so_far(
         "coverage: 97 %\nseen_from: 2\nclasses:\n  IfcSlab: {coverage: 98 %}\nfloors:\n  F0: {coverage: 96 %}\n"
     )
     held = interrupt_at(monkeypatch, tmp_path, "bound", "prove")
-    options = ("--grid", "1", "--height", "1.5", "--patch-area", "0.4", "--judge", "0", "--deliverable", "none")
+    options = ("--grid", "1", "--height", "1.5", "--patch-area", "0.4", "--verify", "0", "--deliverable", "none")
     done = tlsplan("plan", scene, "-o", folder, "--scanner", "hdl-64e", "--requirements", asked, *options)
     assert (len(held), done.returncode) == (1, 0), done.stderr
     assert "interrupted: keeping the best plan so far" in done.stderr

@@ -14,7 +14,7 @@ from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Floor, Paper, PlanSettings, ScanBy, Scanner, Scene, Survey
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
-from planner_core.planning.judge import judge
+from planner_core.planning.independent_check import check_independently
 from planner_core.scene.build import scene_from_arrays
 
 SCANNER = Scanner(
@@ -82,14 +82,14 @@ def test_the_method_paper_counts_what_is_reached_from_either_side() -> None:
     assert make_survey(scene, replace(SETTINGS, method=Paper())).as_in_paper
 
 
-def test_the_judge_says_the_same() -> None:
+def test_the_independent_check_agrees() -> None:
     scene = house(turned=False)
     settings = replace(SETTINGS, scan_mode=ScanBy.PATCHES)
     station = GivenStation("S1", np.array([SIDE_M / 2, SIDE_M / 2, 1.5]), 1.5, "")
     plan = evaluate_stations(scene, settings, [station])
     assert [floor.elevation_m for floor in plan.survey.floors] == pytest.approx([0.0, 3.0], abs=1e-6)
     engine = open_engine(plan.survey.scene, plan.survey.patches)
-    found = judge(plan, engine, n_points=5_000)
+    found = check_independently(plan, engine, n_points=5_000)
     assert abs(found.covered_m2.told - found.covered_m2.judged) < 4 * found.covered_m2.error
     # The lower room with its ceiling, the other side of the sheet that is the upper room's ground.
     assert plan.coverage.covered_area_m2 == pytest.approx(2 * SIDE_M**2 + 4 * SIDE_M * STOREY_M, rel=0.02)

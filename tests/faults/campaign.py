@@ -62,7 +62,7 @@ except PlannerError as error:
 """
 )
 TINY = Path(__file__).resolve().parents[1] / "machines" / "tiny.json"
-QUICK = "--method=greedy --no-refine --patch-area=1 --grid=1 --height=1.5 --judge=0 --preset=paper".split()  # noqa: SIM905
+QUICK = "--method=greedy --no-refine --patch-area=1 --grid=1 --height=1.5 --verify=0 --preset=paper".split()  # noqa: SIM905
 _HERE = str(Path(__file__).parent)
 _TAKES_S = 300.0
 

@@ -30,9 +30,9 @@ from viewer_web.server.openapi import openapi_text
 DIGESTS = Path(__file__).with_name("digests.txt")
 DUPLEX = Path(__file__).resolve().parents[3] / "shared" / "data" / "ifc" / "duplex.ifc"
 COARSE = "--grid 1.5 --height 1.7 --patch-area 0.5 --coverage 80"
-QUICK = f"{COARSE} --effort quick --set work_limit=0.2 --judge 0"
-JUDGED = f"{COARSE} --effort quick --set work_limit=0.2 --judge 1000"
-PAPER = "--preset paper --method paper --grid 2 --patch-area 1 --set genetic.max_iterations=20 --judge 0"
+QUICK = f"{COARSE} --effort quick --set work_limit=0.2 --verify 0"
+JUDGED = f"{COARSE} --effort quick --set work_limit=0.2 --verify 1000"
+PAPER = "--preset paper --method paper --grid 2 --patch-area 1 --set genetic.max_iterations=20 --verify 0"
 EXPORTS = (f"export plan -o pack --format {','.join(FORMATS)} --subtract 450000,5430000,0 --max-points 200",
            "export plan -o web --format web")  # fmt: skip
 CUBE = [*(f"v {3 + i % 2} {2 + i // 2 % 2} {i // 4}" for i in range(8)),
@@ -71,8 +71,8 @@ COMMANDS = {
     "requirements": (HOUSE, f"plan house.ifc -o plan {QUICK} --requirements requirements.yaml"),
     "exterior": ("scene facade -o facade.ifc", f"plan facade.ifc -o plan {QUICK} --scope exterior"),
     "paper": (BOX, f"plan box.ifc -o plan {PAPER}"),
-    "greedy": (HOUSE, f"plan house.ifc -o plan {COARSE} --method greedy --judge 0"),
-    "evaluate": (HOUSE, f"evaluate house.ifc -o plan --stations stations.csv {COARSE} --judge 1000",
+    "greedy": (HOUSE, f"plan house.ifc -o plan {COARSE} --method greedy --verify 0"),
+    "evaluate": (HOUSE, f"evaluate house.ifc -o plan --stations stations.csv {COARSE} --verify 1000",
                  "compare plan --stations scanned.csv -o again"),
     "simulate": (HOUSE, "simulate house.ifc --stations stations.csv -o scans --scanner hdl-64e"),
     "duplex": (f"plan duplex.ifc -o plan {QUICK}",),

@@ -10,9 +10,9 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from planner_core.documents import Document, Number, RoundTripModel, Whole, YesNo
 from planner_core.errors import PlanFolderError
 from planner_core.model import (
-    JudgedFigure,
-    JudgedLink,
-    Judgement,
+    CheckedFigure,
+    CheckedLink,
+    IndependentCheck,
     Link,
     WeakMotion,
 )
@@ -203,7 +203,7 @@ class OptimalitySection(Document):
 class JudgedSection(RoundTripModel):
     """A figure of this plan beside what random points say."""
 
-    dataclass: ClassVar = JudgedFigure
+    dataclass: ClassVar = CheckedFigure
 
     told: Number
     """Of this plan."""
@@ -216,7 +216,7 @@ class JudgedSection(RoundTripModel):
 class JudgedLinkSection(RoundTripModel):
     """Overlap of two stations by random points."""
 
-    dataclass: ClassVar = JudgedLink
+    dataclass: ClassVar = CheckedLink
 
     a: str
     b: str
@@ -226,7 +226,7 @@ class JudgedLinkSection(RoundTripModel):
 class JudgeSection(RoundTripModel):
     """Figures by random points, each checked by itself with rays of Open3D, of all requirements together."""
 
-    dataclass: ClassVar = Judgement
+    dataclass: ClassVar = IndependentCheck
 
     n_points: Count
     engine: str

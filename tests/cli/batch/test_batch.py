@@ -34,7 +34,7 @@ def some_plan(tlsplan: Tlsplan, tmp_path_factory: pytest.TempPathFactory) -> Pat
     assert tlsplan("scene", "box", "-o", folder / "box.obj").returncode == 0
     done = tlsplan(
         "plan", folder / "box.obj", "-o", folder / "plan", "--grid", "1", "--patch-area", "0.5", "--method", "greedy",
-        "--judge", "0", "--coverage", "50",
+        "--verify", "0", "--coverage", "50",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return folder / "plan" / "plan.json"
@@ -213,7 +213,7 @@ def test_a_batch_that_is_ended_takes_its_jobs_along_and_goes_on(
 @pytest.mark.slow
 def test_the_plan_of_a_batch_is_that_of_the_command_alone(tlsplan: Tlsplan, tmp_path: Path) -> None:
     assert tlsplan("scene", "box", "-o", tmp_path / "box.obj").returncode == 0
-    options = {"grid": 1, "patch_area": 0.5, "coverage": 80, "judge": 0, "set": "work_limit=1"}
+    options = {"grid": 1, "patch_area": 0.5, "coverage": 80, "verify": 0, "set": "work_limit=1"}
     words = [f"--{name.replace('_', '-')}={value}" for name, value in options.items()]
     (tmp_path / "sites.json").write_text(json.dumps({"defaults": options, "sites": [{"scene": "box.obj"}]}))
     done = tlsplan("batch", tmp_path / "sites.json", "-o", tmp_path / "out")

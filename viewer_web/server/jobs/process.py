@@ -23,7 +23,7 @@ from planner_core.errors import PlanFolderError, PlannerError
 from planner_core.model import FloatArray, Plan
 from planner_core.operating_system import lower_priority
 from planner_core.plan_folder.folder import write_plan_folder
-from planner_core.planning.judge import with_judgement
+from planner_core.planning.independent_check import with_independent_check
 from planner_core.planning.plan import plan_survey
 from planner_core.progress import BestSoFar, ProgressEvent
 from planner_core.scene.load import load_scene
@@ -178,7 +178,7 @@ def plan_run(folder: Path, scene: Sequence[Path], telling: Telling, interrupts: 
     engine = open_engine(survey.scene, survey.patches)
     plan = plan_survey(survey, settings, engine, progress=telling.show)
     interrupts.spare()
-    plan = with_judgement(plan, engine, progress=telling.show)
+    plan = with_independent_check(plan, engine, progress=telling.show)
     telling.chosen(plan)
     write_plan_folder(plan, folder / PLAN, engine=engine, progress=telling.show)
     if folder.stat().st_ino != place:  # files that were just being written may have stayed behind

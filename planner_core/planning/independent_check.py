@@ -1,10 +1,9 @@
-"""The judge: what a plan's figures are on random points, each checked by itself, by Open3D's own rays.
+"""Independent check: a plan's figures by random points, each tested by itself with Open3D's own rays.
 
-Input a `Plan`, output a `Judgement`. Nothing is shared with the counting of patches but the surfaces, the scanner's
-field of view, how many beams it has for a surface, and the wording of the limits: a point is seen where nothing lies
-between it and the scanner, within range and field of view, and counts where range, incidence, spacing and noise at that
-very point meet the requirements.
-docs/method/judge.md.
+Input a `Plan`, output an `IndependentCheck`. Nothing is shared with the counting of patches but the surfaces, the
+scanner's field of view, how many beams it has for a surface, and the wording of the limits: a point is seen where
+nothing lies between it and the scanner, within range and field of view, and counts where range, incidence, spacing and
+noise at that very point meet the requirements. docs/method/judge.md.
 """
 
 from __future__ import annotations
@@ -22,13 +21,13 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import (
     BoolArray,
+    CheckedFigure,
+    CheckedLink,
     Float32Array,
     FloatArray,
+    IndependentCheck,
     Int32Array,
     Int64Array,
-    JudgedFigure,
-    JudgedLink,
-    Judgement,
     Link,
     Optics,
     OverlapMeasure,
@@ -50,9 +49,9 @@ from planner_core.scene.patches import patch_triangles
 #: A surface this much before a point, and this share of the range, does not hide it: Open3D's rays are float32.
 _BEFORE_M, _BEFORE_SHARE = 5e-4, 1e-5
 _BATCH_POINTS = 100_000
-#: Points that plans are judged by: seconds of work, and a share to about 0.2 points.
+#: Points that plans are checked by: seconds of work, and a share to about 0.2 points.
 QUICK_POINTS = 20_000
-#: Standard errors from which on a plan's figure and the judge's are reported to disagree.
+#: A plan's figure and that of the check differ by more standard errors than this: a warning.
 _DISAGREEING = 3.0
 
 
@@ -73,27 +72,30 @@ class _Points:
 
 
 def usual_points(settings: PlanSettings) -> int:
-    """Points that a plan of these settings is judged by where no number is given: none for the method paper's, which
-    count whole patches on purpose.
+    """Points that a plan of these settings is checked by where none are given: none for the method paper's, which count
+    whole patches on purpose.
     """
     return 0 if isinstance(settings.method, Paper) else QUICK_POINTS
 
 
-def with_judgement(plan: Plan, engine: ScanEngine, *, n_points: int | None = None, progress: Progress = silent) -> Plan:
-    """Let the judge look at a plan: his figures, and a warning where one of ours is off by more than three errors.
+def with_independent_check(
+    plan: Plan, engine: ScanEngine, *, n_points: int | None = None, progress: Progress = silent
+) -> Plan:
+    """Check a plan by random points: the figures, and a warning where one of the plan's is off by more than three
+    standard errors.
 
-    n_points : None: `usual_points`. Without any, and for scanners of one row or column, which he can't judge, the plan
+    n_points : None: `usual_points`. Without any, and for scanners of one row or column, which it can't check, the plan
     as it is.
     """
     if n_points is None:
         n_points = usual_points(plan.settings)
     if n_points == 0 or min(plan.survey.template.shape) < 2 or not plan.stations:
         return plan
-    found = judge(plan, engine, n_points=n_points, seed=plan.settings.seed, progress=progress)
-    return replace(plan, judgement=found, warnings=(*plan.warnings, *_disagreements(found)))
+    found = check_independently(plan, engine, n_points=n_points, seed=plan.settings.seed, progress=progress)
+    return replace(plan, independent_check=found, warnings=(*plan.warnings, *_disagreements(found)))
 
 
-def _disagreements(found: Judgement) -> tuple[str, ...]:
+def _disagreements(found: IndependentCheck) -> tuple[str, ...]:
     """A line on figures that are off by more than chance explains."""
     areas = (("covered", found.covered_m2), ("scannable", found.achievable_m2))
     differences = [
@@ -114,19 +116,19 @@ def _disagreements(found: Judgement) -> tuple[str, ...]:
     )
 
 
-def _is_off(figure: JudgedFigure) -> bool:
+def _is_off(figure: CheckedFigure) -> bool:
     return abs(figure.told - figure.judged) > _DISAGREEING * figure.error
 
 
-def judge(
+def check_independently(
     plan: Plan, engine: ScanEngine, *, n_points: int = 200_000, seed: int = 0, progress: Progress = silent
-) -> Judgement:
+) -> IndependentCheck:
     """Look at random points from the plan's stations and from all candidates of the grid.
 
     Parameters
     ----------
     engine
-        Of the plan; it finds the candidates again where the plan does not keep them. The judge's rays are Open3D's.
+        Of the plan; it finds the candidates again where the plan does not keep them. The check's rays are Open3D's.
     n_points
         Spread evenly over the area of which something may be required.
 
@@ -136,7 +138,7 @@ def judge(
         Fewer than 100 points, or a scanner of one row or column.
     """
     if n_points < 100:
-        raise RequirementError(f"judge: got {n_points} points, expected at least 100; 200000 say it to 0.1 %")
+        raise RequirementError(f"verify: got {n_points} points, expected at least 100; 200000 say it to 0.1 %")
     survey, settings = plan.survey, plan.settings
     points = _points(survey, goals_of(survey, settings.requirements), n_points, np.random.default_rng(seed))
     look = _Look(survey, settings.requirements, points)
@@ -149,12 +151,12 @@ def judge(
     n_achievable = max(int((achievable & points.overall).sum()), 1)
     share = float((covered & points.overall).sum()) / n_achievable
     share_error = float(np.sqrt(share * (1.0 - share) / n_achievable))
-    return Judgement(
+    return IndependentCheck(
         n_points=n_points,
         engine=look.engine.device,
         covered_m2=_area(plan.coverage.covered_area_m2, covered & points.overall, points.area_m2),
         achievable_m2=_area(plan.coverage.achievable_area_m2, achievable & points.overall, points.area_m2),
-        share=JudgedFigure(plan.coverage.fraction_of_achievable, share, share_error),
+        share=CheckedFigure(plan.coverage.fraction_of_achievable, share, share_error),
         links=tuple(_link(link, plan, linking) for link in plan.links),
     )
 
@@ -165,19 +167,19 @@ def _candidates_of(plan: Plan, engine: ScanEngine) -> FloatArray:
     return find_positions(tripods, site).candidates.position_m
 
 
-def _area(plan_m2: float, which: BoolArray, area_m2: float) -> JudgedFigure:
+def _area(plan_m2: float, which: BoolArray, area_m2: float) -> CheckedFigure:
     share = float(which.mean())
-    return JudgedFigure(plan_m2, area_m2 * share, area_m2 * float(np.sqrt(share * (1.0 - share) / which.size)))
+    return CheckedFigure(plan_m2, area_m2 * share, area_m2 * float(np.sqrt(share * (1.0 - share) / which.size)))
 
 
-def _link(link: Link, plan: Plan, linking: BoolArray) -> JudgedLink:
+def _link(link: Link, plan: Plan, linking: BoolArray) -> CheckedLink:
     ids = [station.id for station in plan.stations]
     a, b = linking[ids.index(link.a)], linking[ids.index(link.b)]
     jaccard = plan.settings.requirements.overlap_measure == OverlapMeasure.JACCARD
     whole = max(int((a | b).sum()) if jaccard else max(int(a.sum()), int(b.sum())), 1)
     overlap = float((a & b).sum()) / whole
     error = float(np.sqrt(overlap * (1.0 - overlap) / whole))
-    return JudgedLink(link.a, link.b, JudgedFigure(link.overlap, overlap, error))
+    return CheckedLink(link.a, link.b, CheckedFigure(link.overlap, overlap, error))
 
 
 def _points(survey: Survey, goals: Goals, n_points: int, rng: np.random.Generator) -> _Points:

@@ -1,4 +1,4 @@
-"""The judge against areas that follow from drawings."""
+"""The independent check against areas that follow from drawings."""
 
 from __future__ import annotations
 
@@ -11,11 +11,21 @@ from shared_plans import SharedPlan
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import Judgement, Optics, Plan, PlanSettings, PointLimits, Requirements, ScanBy, Scanner, Scene
+from planner_core.model import (
+    IndependentCheck,
+    Optics,
+    Plan,
+    PlanSettings,
+    PointLimits,
+    Requirements,
+    ScanBy,
+    Scanner,
+    Scene,
+)
 from planner_core.plan_folder.plan_model.results import JudgeSection
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
-from planner_core.planning.judge import judge, with_judgement
+from planner_core.planning.independent_check import check_independently, with_independent_check
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
@@ -67,19 +77,19 @@ def evaluated(
     return evaluate_stations(scene, settings, stations)
 
 
-def judgement_of(plan: Plan, **asked: object) -> Judgement:
+def check_of(plan: Plan, **asked: object) -> IndependentCheck:
     """With some requirements replaced, of which the plan's own figures say nothing then."""
     requirements = replace(plan.settings.requirements, **asked)  # type: ignore[arg-type]
     plan = replace(plan, settings=replace(plan.settings, requirements=requirements))
-    return judge(plan, open_engine(plan.survey.scene, plan.survey.patches), n_points=N_POINTS)
+    return check_independently(plan, open_engine(plan.survey.scene, plan.survey.patches), n_points=N_POINTS)
 
 
-def judged(*scene_stations_scanner: object, **asked: object) -> Judgement:
-    return judgement_of(evaluated(*scene_stations_scanner, **asked))  # type: ignore[arg-type]
+def judged(*scene_stations_scanner: object, **asked: object) -> IndependentCheck:
+    return check_of(evaluated(*scene_stations_scanner, **asked))  # type: ignore[arg-type]
 
 
 def is_within(figure_judged: float, truth: float, error: float) -> bool:
-    """Of a judge that is right, four errors are exceeded once in 16 000."""
+    """Of a check that is right, four errors are exceeded once in 16 000."""
     return abs(figure_judged - truth) <= 4 * error
 
 
@@ -155,11 +165,11 @@ def test_overlap_is_what_both_see_of_what_the_one_with_more_sees_or_by_jaccard_o
     discs_m2 = [np.pi * 1.4**2, np.pi * 0.9**2]
     # The discs lie apart: each sees the other's, and together they see the room.
     both_m2 = ROOM_M2 - sum(discs_m2)
-    (link,) = judgement_of(plan).links
+    (link,) = check_of(plan).links
     assert (link.a, link.b) == ("T0", "T1")
     assert is_within(link.overlap.judged, both_m2 / ROOM_M2, link.overlap.error)
     assert link.overlap.told == pytest.approx(link.overlap.judged, abs=0.02)
-    (share,) = judgement_of(plan, overlap_measure="smaller-share").links
+    (share,) = check_of(plan, overlap_measure="smaller-share").links
     assert is_within(share.overlap.judged, both_m2 / (ROOM_M2 - min(discs_m2)), share.overlap.error)
     assert link.overlap.judged < share.overlap.judged - 4 * link.overlap.error
 
@@ -184,12 +194,12 @@ def test_of_what_is_seen_as_required_overlap_counts_points_within_the_limits(mea
             near_m2 += [each.mean() * face_m2 for each in near]
             both_m2 += float((near[0] & near[1]).mean()) * face_m2
     whole_m2 = near_m2.sum() - both_m2 if measure == "jaccard" else near_m2.max()
-    (link,) = judgement_of(plan).links
+    (link,) = check_of(plan).links
     assert is_within(link.overlap.judged, both_m2 / whole_m2, link.overlap.error)
     assert 0.2 < both_m2 / whole_m2 < 0.9
     assert link.overlap.told == pytest.approx(link.overlap.judged, abs=0.05)
     # All of the room is seen from both.
-    (all_seen,) = judgement_of(plan, overlap_of="all-seen").links
+    (all_seen,) = check_of(plan, overlap_of="all-seen").links
     assert all_seen.overlap.judged > 0.999
 
 
@@ -197,8 +207,8 @@ def test_of_what_is_seen_as_required_overlap_counts_points_within_the_limits(mea
 def test_points_meet_what_is_asked_from_so_many_stations() -> None:
     scene = scene_of([*ROOM_BOXES, PILLAR])
     plan = evaluated(scene, [(1.0, 2.0, 1.5), (5.0, 2.0, 1.5)], all_round())
-    once, twice = judgement_of(plan), judgement_of(plan, seen_from=2)
-    single = [judgement_of(replace(plan, stations=(one,), links=())).covered_m2.judged for one in plan.stations]
+    once, twice = check_of(plan), check_of(plan, seen_from=2)
+    single = [check_of(replace(plan, stations=(one,), links=())).covered_m2.judged for one in plan.stations]
     # Inclusion and exclusion.
     tolerance_m2 = 4 * 3 * once.covered_m2.error
     assert twice.covered_m2.judged == pytest.approx(sum(single) - once.covered_m2.judged, abs=tolerance_m2)
@@ -208,7 +218,7 @@ def test_points_meet_what_is_asked_from_so_many_stations() -> None:
 def test_too_few_points_are_refused(box_plan: SharedPlan) -> None:
     plan = box_plan.plan
     with pytest.raises(RequirementError, match="got 10 points, expected at least 100"):
-        judge(plan, open_engine(plan.survey.scene, plan.survey.patches), n_points=10)
+        check_independently(plan, open_engine(plan.survey.scene, plan.survey.patches), n_points=10)
 
 
 def test_a_plan_that_says_too_much_is_told_so() -> None:
@@ -220,17 +230,17 @@ def test_a_plan_that_says_too_much_is_told_so() -> None:
         )  # fmt: skip
         engine = open_engine(ROOM, make_survey(ROOM, settings).patches)
         plan = make_plan(ROOM, settings)
-        assert plan.judgement is None
-        assert with_judgement(plan, engine, n_points=0) is plan
-        found = with_judgement(plan, engine, n_points=20_000)
+        assert plan.independent_check is None
+        assert with_independent_check(plan, engine, n_points=0) is plan
+        found = with_independent_check(plan, engine, n_points=20_000)
         lines = [line for line in found.warnings if line.startswith("judge: 20000 random points have covered")]
         assert len(lines) == n_lines, lines
-        judgement = found.judgement
-        assert judgement is not None
-        assert is_within(judgement.achievable_m2.judged, ROOM_M2, judgement.achievable_m2.error)
+        check = found.independent_check
+        assert check is not None
+        assert is_within(check.achievable_m2.judged, ROOM_M2, check.achievable_m2.error)
         # What the points say is in the plan's document, and comes back as it was.
-        back = JudgeSection.model_validate(JudgeSection.to_document(judgement)).to_dataclass()
-        assert back.share.judged == pytest.approx(judgement.share.judged, abs=1e-9)
+        back = JudgeSection.model_validate(JudgeSection.to_document(check)).to_dataclass()
+        assert back.share.judged == pytest.approx(check.share.judged, abs=1e-9)
         assert (back.n_points, len(back.links)) == (20_000, len(plan.links))
 
 
@@ -240,9 +250,9 @@ def test_surface_that_a_station_stands_in_the_plane_of_is_not_seen(monkeypatch: 
     floor = ("floor", (-1.0, -1.0, -0.2), (9.0, 9.0, 0.0))
     scene = scene_of([floor, wall])
     plan = evaluated(scene, [(0.5, 3.995, 1.5)], load_scanner("rtc360"))
-    told = judgement_of(plan).covered_m2
-    monkeypatch.setattr("planner_core.planning.judge.LEAST_RETURNS", 0.0)
-    by_sight_alone = judgement_of(plan).covered_m2
+    told = check_of(plan).covered_m2
+    monkeypatch.setattr("planner_core.planning.independent_check.LEAST_RETURNS", 0.0)
+    by_sight_alone = check_of(plan).covered_m2
     assert is_within(by_sight_alone.judged - told.judged, 4.0 * 3.0, by_sight_alone.error)
 
 
