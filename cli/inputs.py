@@ -58,9 +58,9 @@ def load(scenes: Sequence[Path], reading: FileOptions, *, progress: Progress) ->
             up_axis=UpAxis(up.upper()) if up else None,
             skip_bad_faces=reading.skip_bad_faces,
             glass=Glass(reading.glass),
-            doors=Doors(reading.doors),
+            doors=Doors.SHUT if reading.doors == "closed" else Doors(reading.doors),
             doors_open=tuple(reading.doors_open),
-            doors_shut=tuple(reading.doors_shut),
+            doors_shut=tuple(reading.doors_closed),
             leave_out=tuple(reading.leave_out),
         )
         for unit, up in zip(units, ups, strict=True)

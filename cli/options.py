@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import wraps
 from pathlib import Path
@@ -53,6 +53,18 @@ class Renamed(click.Option):
         """Return the line of help, with the first name alone."""
         record = super().get_help_record(ctx)
         return record and (record[0].replace(f"{self.opts[0]}, {', '.join(self.opts[1:])}", self.opts[0]), record[1])
+
+
+class RenamedChoice(click.Choice[str]):
+    """A choice that takes words of earlier versions. earlier : these, and what they are now."""
+
+    def __init__(self, choices: Sequence[str], earlier: Mapping[str, str]) -> None:
+        super().__init__(choices)
+        self._earlier = earlier
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the word of now."""
+        return super().convert(self._earlier.get(value, value), param, ctx)
 
 
 class OfFile(click.ParamType[tuple[str, str]]):
@@ -133,17 +145,17 @@ glass_option = click.option(
     "go through; return: glass returns beams like a wall.",
 )  # fmt: skip
 doors_option = click.option(
-    "--doors", type=click.Choice(["open", "shut", "all"]), default="open", show_default=True,
+    "--doors", type=RenamedChoice(["open", "closed", "all"], {"shut": "closed"}), default="open", show_default=True,
     help="State of doors during scanning, for files that mark doors (IFC). open: interior doors open, exterior doors "
-    "shut; shut: all shut; all: all open. Leaves of open doors are left out, frames stay.",
+    "closed; closed: all closed; all: all open. Leaves of open doors are left out, frames stay.",
 )  # fmt: skip
 door_open_option = click.option(
     "--door-open", "doors_open", multiple=True, metavar="GLOBALID",
     help="This door (its IFC GlobalId) is open, whatever --doors is; may be repeated.",
 )  # fmt: skip
-door_shut_option = click.option(
-    "--door-shut", "doors_shut", multiple=True, metavar="GLOBALID",
-    help="This door (its IFC GlobalId) is shut, whatever --doors is; may be repeated.",
+door_closed_option = click.option(
+    "--door-closed", "--door-shut", "doors_closed", cls=Renamed, multiple=True, metavar="GLOBALID",
+    help="This door (its IFC GlobalId) is closed, whatever --doors is; may be repeated.",
 )  # fmt: skip
 engine_option = click.option(
     "--engine", type=click.Choice(["auto", "opencl", "open3d"]), default="auto", show_default=True,
@@ -387,7 +399,7 @@ class FileOptions:
     glass: str = "stop"
     doors: str = "open"
     doors_open: tuple[str, ...] = ()
-    doors_shut: tuple[str, ...] = ()
+    doors_closed: tuple[str, ...] = ()
     leave_out: tuple[str, ...] = ()
 
 
@@ -466,7 +478,7 @@ scene_options = _gathered(
     glass_option,
     doors_option,
     door_open_option,
-    door_shut_option,
+    door_closed_option,
     leave_out_option,
 )
 requirement_options = _gathered(

@@ -55,7 +55,7 @@ def show(document: dict[str, Any]) -> None:
         output.say(line)
     if scene["n_doors_open"]:
         doors = "door is" if scene["n_doors_open"] == 1 else "doors are"
-        output.say(f"doors         {scene['n_doors_open']} {doors} open (--doors shut leaves them as modelled)")
+        output.say(f"doors         {scene['n_doors_open']} {doors} open (--doors closed leaves them as modelled)")
     wanted = {name.casefold() for name in asks["floors"]}
     planned = [
         figures

@@ -56,8 +56,13 @@ def test_options_of_no_file_and_of_one_twice_are_refused(slabs: tuple[Path, Path
         load(slabs, FileOptions(up=(("", "y"), ("", "z"))), progress=silent)
 
 
+def test_closed_doors_are_those_that_plan_json_names_shut(slabs: tuple[Path, Path]) -> None:
+    scene = load(slabs, FileOptions(doors="closed", units=(("high.obj", "mm"),)), progress=silent)
+    assert scene.source.doors == "shut"
+
+
 def test_single_doors_are_refused_where_the_scene_has_none(tlsplan, slabs: tuple[Path, Path]) -> None:
-    for option in ("--door-open", "--door-shut"):
+    for option in ("--door-open", "--door-closed", "--door-shut"):
         done = tlsplan("floors", slabs[0], option, "0w$5Bz2Kf9yR4Q_x7LmN1c")
         assert done.returncode == 3, done.stderr
         assert "door: got '0w$5Bz2Kf9yR4Q_x7LmN1c', expected the GlobalId of one of the 0 doors" in done.stderr

@@ -44,10 +44,15 @@ def test_a_site_overrides_the_defaults(tmp_path: Path) -> None:
     assert a.values["grid_step_m"] == pytest.approx(0.6096)
 
 
-def test_an_entry_keeps_its_name_of_earlier_versions(tmp_path: Path) -> None:
+def test_names_and_words_of_earlier_versions_are_read(tmp_path: Path) -> None:
     path = written(tmp_path, "defaults: {Judge: 0}\nsites:\n  - scene: a.obj\n  - {scene: b.obj, verify: 500}\n")
     (a, b), _ = read_sites(path)
     assert (a.arguments, b.arguments) == (("--verify=0",), ("--verify=500",))
+    path.write_text(
+        "sites:\n  - {scene: a.obj, doors: shut, door_shut: X}\n  - {scene: b.obj, doors: closed, door_closed: X}\n"
+    )
+    assert [site.values["doors"] for site in read_sites(path)[0]] == ["closed", "closed"]
+    assert [site.values["doors_closed"] for site in read_sites(path)[0]] == [("X",), ("X",)]
     path.write_text("sites: [{scene: a.obj, judge: 0, verify: 500}]")
     with pytest.raises(RequirementError, match="got the unknown entry 'judge', expected a known one"):
         read_sites(path)
