@@ -5,8 +5,9 @@ first page has the state of the child (`at`, and progress), what follows is the 
 left behind however either of them ends, and the last place is known even of a child that was killed. The answer is
 JSON and plain arrays: a child that a file has taken over can't make this process do anything.
 
-A child that does nothing is ended after `ASLEEP_S`, one that works without a step to show after the times of `Limits`.
-It is a session of its own: a Ctrl-C reaches this process alone, which then kills the child, asleep or not.
+A child that does nothing is ended after `ASLEEP_S`, one that works without a step to show after the times of
+`ChildLimits`. It is a session of its own: a Ctrl-C reaches this process alone, which then kills the child, asleep or
+not.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ _log: IO[bytes] | None = None
 
 
 @dataclass(frozen=True)
-class Limits:
+class ChildLimits:
     """Of one child. silent_s, step_cpu_s : without a step, as of `SILENT_S` and `STEP_CPU_S`. memory_bytes : resident.
 
     whole_cpu_s : of all steps, as of `WHOLE_CPU_S`. None: no limit.
@@ -88,7 +89,7 @@ class LostChildError(Exception):
         self.is_slow = is_slow
 
 
-def limits_for(n_bytes: int) -> Limits:
+def limits_for(n_bytes: int) -> ChildLimits:
     """Limits for a child that reads so many bytes: by the environment, else by the file and the machine.
 
     Raises
@@ -99,7 +100,7 @@ def limits_for(n_bytes: int) -> Limits:
     silent_s = _limit_of(LIMIT_VARIABLE, "seconds")
     memory_gb = _limit_of(MEMORY_VARIABLE, "GB")
     own = memory_bytes()
-    return Limits(
+    return ChildLimits(
         silent_s=SILENT_S + SILENT_S_PER_BYTE * n_bytes if silent_s is None else silent_s or None,
         memory_bytes=(MEMORY_SHARE * own if own else None) if memory_gb is None else 1e9 * memory_gb or None,
         step_cpu_s=STEP_CPU_S + STEP_CPU_S_PER_BYTE * n_bytes if silent_s is None else silent_s or None,
@@ -126,7 +127,7 @@ def run_isolated(
     arguments: Mapping[str, Any],
     *,
     classes: Sequence[type],
-    limits: Limits,
+    limits: ChildLimits,
     stage: str,
     progress: Progress,
 ) -> Any:
@@ -177,7 +178,7 @@ def run_isolated(
 
 
 def _waited(
-    child: subprocess.Popen[bytes], page: mmap.mmap, limits: Limits, stage: str, progress: Progress
+    child: subprocess.Popen[bytes], page: mmap.mmap, limits: ChildLimits, stage: str, progress: Progress
 ) -> tuple[str, bool]:
     """Wait for a child's end, and pass its progress on.
 

@@ -31,7 +31,7 @@ from planner_core.requirements import demand as demands
 from planner_core.requirements.demand import Demand
 from planner_core.requirements.goals import Goals
 from planner_core.requirements.goals import goals_of as goals_of_requirements
-from planner_core.requirements.observe_candidates import CandidateObservations, Rows, observe_candidates
+from planner_core.requirements.observe_candidates import CandidateObservations, SeenPatches, observe_candidates
 
 _Floors = tuple[int, ...] | None
 
@@ -89,7 +89,7 @@ def demand_of(
 
 def rows_from(
     survey: Survey, settings: PlanSettings, engine: ScanEngine, positions_m: FloatArray, demand: Demand
-) -> Rows:
+) -> SeenPatches:
     return demands.rows_from(surveyed_as(survey, settings), engine, positions_m, demand)
 
 

@@ -19,17 +19,17 @@ import numpy as np
 import pytest
 
 from planner_core import child_process
-from planner_core.child_process import Limits, LostChildError, limits_for, run_isolated
+from planner_core.child_process import ChildLimits, LostChildError, limits_for, run_isolated
 from planner_core.errors import RequirementError, SceneError
 from planner_core.model import Element
 from planner_core.progress import ProgressEvent, silent
 
-FREE = Limits(silent_s=None, memory_bytes=None)
+FREE = ChildLimits(silent_s=None, memory_bytes=None)
 IMPORTS = "import os, signal, time; from planner_core import child_process as c; "
 DEAF = IMPORTS + "[signal.signal(n, signal.SIG_IGN) for n in (signal.SIGINT, signal.SIGTERM)]; "
 
 
-def run(function: str, limits: Limits = FREE, progress=silent, classes=(), **arguments):
+def run(function: str, limits: ChildLimits = FREE, progress=silent, classes=(), **arguments):
     return run_isolated(function, arguments, classes=classes, limits=limits, stage="load", progress=progress)
 
 
@@ -125,7 +125,7 @@ def test_child_that_sleeps_for_ever_is_ended(monkeypatch):
 
 
 def test_child_that_works_and_shows_no_step_is_ended():
-    error = lost("while True: pass", limits=Limits(silent_s=1.0, memory_bytes=None))
+    error = lost("while True: pass", limits=ChildLimits(silent_s=1.0, memory_bytes=None))
     assert str(error) == "made no progress for 1 s (TLSPLAN_READ_LIMIT_S changes that)"
 
 
@@ -133,7 +133,7 @@ def test_processor_time_of_one_thread_without_a_step_is_limited():
     """Of a child that works half of the time; what others do on this machine does not count."""
     half = "end = time.monotonic() + 60\nwhile time.monotonic() < end:\n sum(range(10**6)); time.sleep(0.03)"
     start_s = time.monotonic()
-    error = lost(IMPORTS + half, limits=Limits(silent_s=None, memory_bytes=None, step_cpu_s=0.5))
+    error = lost(IMPORTS + half, limits=ChildLimits(silent_s=None, memory_bytes=None, step_cpu_s=0.5))
     assert str(error) == "made no progress for 0 s of processor time (TLSPLAN_READ_LIMIT_S changes that)"
     assert error.is_slow
     assert time.monotonic() - start_s > 0.8
@@ -144,7 +144,7 @@ def test_processor_time_begins_anew_with_a_step():
     steps = (
         "for i in range(4):\n c.at(str(i)); end = time.process_time() + 0.35\n while time.process_time() < end: pass"
     )
-    assert statement(IMPORTS + "\n" + steps, limits=Limits(silent_s=None, memory_bytes=None, step_cpu_s=1.0)) > 1.3
+    assert statement(IMPORTS + "\n" + steps, limits=ChildLimits(silent_s=None, memory_bytes=None, step_cpu_s=1.0)) > 1.3
 
 
 @pytest.mark.slow
@@ -152,11 +152,11 @@ def test_child_that_takes_steps_goes_on_as_long_as_it_wants(monkeypatch):
     monkeypatch.setattr(child_process, "ASLEEP_S", 3.0)
     steps = "for i in range(50):\n c.at(str(i)); time.sleep(0.09); end = time.monotonic() + 0.01\n"
     steps += " while time.monotonic() < end: pass"
-    assert statement(IMPORTS + "\n" + steps, limits=Limits(silent_s=3.0, memory_bytes=None)) > 4.5
+    assert statement(IMPORTS + "\n" + steps, limits=ChildLimits(silent_s=3.0, memory_bytes=None)) > 4.5
 
 
 def test_child_that_takes_too_much_memory_is_ended():
-    error = lost("x = [b'x' * 10**7 for _ in range(10**5)]", limits=Limits(silent_s=None, memory_bytes=3e8))
+    error = lost("x = [b'x' * 10**7 for _ in range(10**5)]", limits=ChildLimits(silent_s=None, memory_bytes=3e8))
     assert str(error) == "took more than 0.3 GB of memory (TLSPLAN_READ_MEMORY_GB changes that)"
 
 
@@ -228,8 +228,8 @@ def test_child_ends_with_the_process_that_waits_for_it(tmp_path):
     """Which is killed and can clean nothing up."""
     told = tmp_path / "pid"
     program = (
-        "import sys; from planner_core.child_process import Limits, run_isolated\n"
-        "run_isolated('timeit:timeit', {'stmt': sys.argv[1], 'number': 1}, classes=(), limits=Limits(None, None), "
+        "import sys; from planner_core.child_process import ChildLimits, run_isolated\n"
+        "run_isolated('timeit:timeit', {'stmt': sys.argv[1], 'number': 1}, classes=(), limits=ChildLimits(None, None), "
         "stage='load', progress=lambda event: None)"
     )
     waiting = subprocess.Popen(
@@ -255,7 +255,7 @@ def test_limits_grow_with_the_file_and_follow_the_environment(monkeypatch):
     assert 0 < small.memory_bytes < os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     monkeypatch.setenv(child_process.LIMIT_VARIABLE, "7.5")
     monkeypatch.setenv(child_process.MEMORY_VARIABLE, "2")
-    assert limits_for(10**9) == Limits(7.5, 2e9, 7.5)
+    assert limits_for(10**9) == ChildLimits(7.5, 2e9, 7.5)
     monkeypatch.setenv(child_process.LIMIT_VARIABLE, "0")
     monkeypatch.setenv(child_process.MEMORY_VARIABLE, "0")
     assert limits_for(10**9) == FREE

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.as_scanned.matching import WITHIN_M, Match
-from planner_core.as_scanned.rescan_gain import Purpose, purposes_of
+from planner_core.as_scanned.rescan_gain import RescanGain, purposes_of
 from planner_core.errors import StationListError
 from planner_core.model import (
     FloatArray,
@@ -109,7 +109,7 @@ class Rescan:
     further: tuple[Station, ...]
     figures: DraftFigures
     met: bool
-    purposes: tuple[Purpose, ...] = ()
+    purposes: tuple[RescanGain, ...] = ()
 
 
 def is_met(planned: Plan, found: Plan) -> bool:

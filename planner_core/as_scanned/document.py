@@ -19,7 +19,7 @@ from planner_core.as_scanned.comparison import (
     is_part_met,
     registration_of,
 )
-from planner_core.as_scanned.rescan_gain import Purpose
+from planner_core.as_scanned.rescan_gain import RescanGain
 from planner_core.model import Coverage, FloatArray, Link, Plan, SiteFrame, Station
 from planner_core.network.weak_motion import overlap_share
 from planner_core.planning.live.live_plan import DraftFigures, LivePlan
@@ -151,7 +151,7 @@ def _rescan(live: LivePlan, frame: SiteFrame, found: AsScanned, rescan: Rescan) 
     }
 
 
-def _purpose(purpose: Purpose) -> dict[str, Any]:
+def _purpose(purpose: RescanGain) -> dict[str, Any]:
     return {
         "for_what_was_lost": purpose.for_lost,
         "adds": [{"floor": floor, "area_m2": _rounded(area_m2)} for floor, area_m2 in purpose.gains_m2],

@@ -1,6 +1,6 @@
 """What each further station is for: area that the scans don't see, floor by floor, and networks that it joins.
 
-Input an open `LivePlan` and drafts (local frame, metres); output `Purpose`s, areas in m2.
+Input an open `LivePlan` and drafts (local frame, metres); output `RescanGain`s, areas in m2.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from planner_core.planning.live.live_plan import LivePlan
 
 
 @dataclass(frozen=True)
-class Purpose:
+class RescanGain:
     """Of one further station.
 
     for_lost : it is one of those that do, together, for what was lost; the others are for what the plan did not meet
@@ -30,7 +30,7 @@ class Purpose:
 
 def purposes_of(
     live: LivePlan, scanned: Draft, further: Sequence[DraftStation], is_back: Callable[[Plan], bool]
-) -> tuple[Purpose, ...]:
+) -> tuple[RescanGain, ...]:
     """Return what further stations are for, in their order; is_back : whether a plan has again what was lost."""
     before = live.figures(scanned).plan
     gains_m2 = {each.id: _gains_m2(before, live.figures(scanned.having(each)).plan) for each in further}
@@ -43,7 +43,7 @@ def purposes_of(
             fewer = needed.without(each.id)
             needed = fewer if is_back(live.figures(fewer).plan) else needed
     return tuple(
-        Purpose(
+        RescanGain(
             each.id,
             each.id in needed.ids,
             gains_m2[each.id],

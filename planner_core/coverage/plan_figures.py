@@ -26,7 +26,7 @@ _OVER_GROUND_M = 3.0
 
 
 @dataclass(frozen=True)
-class Places:
+class FloorPlaces:
     """Walkable places of the floors, one of each square and region, the insides of solids left out.
 
     node : (K,) int64 of the free space. ground_m : (K, 3). area_m2 : (K,) of the ground that each stands for.
@@ -115,7 +115,7 @@ class PlanFigures(FloorFigures):
         return out, names
 
 
-def _places_of(survey: Survey, reach: Reach) -> Places:
+def _places_of(survey: Survey, reach: Reach) -> FloorPlaces:
     space = reach.space
     solid = np.array([*(region.in_solid for region in reach.regions), True])
     node = np.flatnonzero(space.on_ground & ~solid[reach.near_region])
@@ -131,7 +131,7 @@ def _places_of(survey: Survey, reach: Reach) -> Places:
     planned = reached & np.isin(floor, survey.planned)
     if survey.scope is not None:
         planned[planned] = survey.scope.admits(ground_m[planned])
-    return Places(chosen, ground_m, count * space.cell_m2, floor, reached, planned)
+    return FloorPlaces(chosen, ground_m, count * space.cell_m2, floor, reached, planned)
 
 
 def at_knee(ground_m: FloatArray) -> FloatArray:

@@ -1,7 +1,7 @@
 """Rows of patches from what Open3D's rays hit: addresses, marks, counts and moments, in compiled passes over the beams.
 
-Input hits as Open3D leaves them, one position and one band of a template at a time; output `Rows`. Local frame, metres.
-The rule of addresses is docs/method/patches.md, in float32 and in its order of operations, as
+Input hits as Open3D leaves them, one position and one band of a template at a time; output `ReturnRows`. Local frame,
+metres. The rule of addresses is docs/method/patches.md, in float32 and in its order of operations, as
 `planner_core.scene.patches.patch_code` has it in NumPy, to the last bit. Sums are in float64 and in the order of beams:
 threads share out beams where each is written by itself, patches where they are summed up, so that nothing depends on
 how many there are.
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from planner_core.compiled import compiled, share_out
 from planner_core.engine.optics import Traced
-from planner_core.engine.patch_returns import Content, Rows, empty_moments
+from planner_core.engine.patch_returns import Content, ReturnRows, empty_moments
 from planner_core.engine.surfaces import round_surfaces
 from planner_core.model import Float32Array, FloatArray, Int32Array, UInt8Array
 from planner_core.scene.patches import squared_edges
@@ -86,12 +86,12 @@ class HitRows:
         beams: Float32Array,
         position_m: FloatArray,
         content: Content,
-    ) -> Rows:
+    ) -> ReturnRows:
         """Row of one position, of patches as `patches` returns and marks them."""
         seen = np.flatnonzero(marks).astype(np.int32)
         length = np.array([seen.size], dtype=np.int64)
         if content is Content.PATCHES:
-            return Rows(length=length, arrays={"patch": seen})
+            return ReturnRows(length=length, arrays={"patch": seen})
         slot = np.empty(self._n_patches, dtype=np.int32)
         slot[seen] = np.arange(seen.size, dtype=np.int32)
         n_returns, triangle = np.zeros(seen.size, dtype=np.int32), np.zeros(seen.size, dtype=np.int64)
@@ -101,7 +101,7 @@ class HitRows:
             first_vertex_m = np.empty((seen.size, 3))
             _first_vertices(seen, triangle, *self._address, self.corners_m, first_vertex_m)
             arrays |= self._moments(patch, slot, first_vertex_m, hits, beams, position_m)
-        return Rows(length=length, arrays=arrays)
+        return ReturnRows(length=length, arrays=arrays)
 
     def _moments(
         self,

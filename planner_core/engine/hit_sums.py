@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.engine.patch_returns import Content, Rows
+from planner_core.engine.patch_returns import Content, ReturnRows
 from planner_core.engine.patch_rows import in_metres
 from planner_core.model import BeamTemplate, BoolArray, Float32Array, Int32Array, Int64Array, ScanBatch, Scene
 from planner_core.scanner.template import directions
@@ -30,7 +30,7 @@ class HitSums:
 
     def row(
         self, template: BeamTemplate, scans: ScanBatch, index: int, position_m: Float32Array, content: Content
-    ) -> Rows:
+    ) -> ReturnRows:
         """Row of scan number `index`, whose triangles are those of this object's scene."""
         of_beam = scans.patch[index].ravel()
         seen = np.flatnonzero(of_beam >= 0)
@@ -46,7 +46,7 @@ class HitSums:
             hits = (scans.range_m[index].ravel()[seen], scans.cos_incidence[index].ravel()[seen])
             arrays |= self._moments(arrays["patch"], some, place, beams, *hits, position_m)
             arrays = in_metres(arrays)
-        return Rows(length=length, arrays=arrays)
+        return ReturnRows(length=length, arrays=arrays)
 
     def _moments(
         self,

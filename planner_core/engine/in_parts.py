@@ -14,7 +14,15 @@ from planner_core.device import MEMORY_VARIABLE, Device
 from planner_core.engine.hit_sums import HitSums
 from planner_core.engine.optics import traced_surfaces
 from planner_core.engine.parts import Parts
-from planner_core.engine.patch_returns import Content, RowCollector, Rows, RowStore, follow_on, join_bands, no_rows
+from planner_core.engine.patch_returns import (
+    Content,
+    ReturnRows,
+    RowCollector,
+    RowStore,
+    follow_on,
+    join_bands,
+    no_rows,
+)
 from planner_core.engine.patch_rows import BATCH_BYTES
 from planner_core.engine.scan_engine import check_positions, check_rays
 from planner_core.engine.tiled_template import TiledTemplate
@@ -233,7 +241,7 @@ class PartedEngine(RowCollector):
         n_batch = min(self._n_batch(band.template) for band in parts)
         for first in range(0, len(positions), n_batch):
             some = positions[first : first + n_batch]
-            rows: Rows | None = None
+            rows: ReturnRows | None = None
             for band in parts:
                 scans = self._scan_band(band.template, some)
                 of_band = follow_on(

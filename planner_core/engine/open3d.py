@@ -15,7 +15,7 @@ import numpy as np
 from planner_core.device.drivers import load_shared_threads
 from planner_core.engine.hit_rows import HitRows, Hits
 from planner_core.engine.optics import traced_surfaces
-from planner_core.engine.patch_returns import Content, RowCollector, Rows, RowStore, join_bands, no_rows
+from planner_core.engine.patch_returns import Content, ReturnRows, RowCollector, RowStore, join_bands, no_rows
 from planner_core.engine.scan_engine import check_positions, check_rays
 from planner_core.errors import MissingPackageError
 from planner_core.model import (
@@ -118,7 +118,7 @@ class Open3DEngine(RowCollector):
         kept = _rays_of(_beams(parts[0].template)) if len(parts) == 1 else None
         marks = self._rows.no_marks()
         for index, position in enumerate(positions):
-            row: Rows | None = None
+            row: ReturnRows | None = None
             for band in parts:
                 rays = _rays_of(_beams(band.template)) if kept is None else kept
                 of_band = self._row(band.template, rays, position, content, marks)
@@ -129,7 +129,7 @@ class Open3DEngine(RowCollector):
 
     def _row(
         self, template: BeamTemplate, rays: Float32Array, position_m: FloatArray, content: Content, marks: UInt8Array
-    ) -> Rows:
+    ) -> ReturnRows:
         """Row of one position; `marks` are none, before and after."""
         hits = self._scan_one(rays, position_m)
         patch = self._rows.patches(hits, template.range_min_m, template.range_max_m, marks)

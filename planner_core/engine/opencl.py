@@ -14,7 +14,15 @@ import numpy as np
 
 from planner_core.device import Buffer, Device, in_batches
 from planner_core.engine.optics import traced_surfaces
-from planner_core.engine.patch_returns import Content, RowCollector, Rows, RowStore, follow_on, join_bands, no_rows
+from planner_core.engine.patch_returns import (
+    Content,
+    ReturnRows,
+    RowCollector,
+    RowStore,
+    follow_on,
+    join_bands,
+    no_rows,
+)
 from planner_core.engine.patch_rows import BATCH_BYTES, PatchRows
 from planner_core.engine.scan_engine import check_positions, check_rays
 from planner_core.engine.tiled_template import TiledTemplate
@@ -196,9 +204,9 @@ class OpenCLEngine(RowCollector):
 
     def _rows_of_band(
         self, patch_rows: PatchRows, tiles: TiledTemplate, chunk: Float32Array, report: Callable[[int], None]
-    ) -> list[Rows]:
+    ) -> list[ReturnRows]:
         """Rows of a chunk of positions, in batches as large as memory allows; `report` gets how many are done."""
-        batches: list[Rows] = []
+        batches: list[ReturnRows] = []
 
         def work(first: int, end: int) -> None:
             batches.append(patch_rows.rows(tiles, chunk[first:end]))

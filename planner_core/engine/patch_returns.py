@@ -35,7 +35,7 @@ Arrays = Mapping[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
-class Rows:
+class ReturnRows:
     """Rows of S positions. length : (S,) int64. arrays : columns by name, `patch` first, an entry a patch of a row.
 
     Rows follow each other; patches are sorted and unique inside each.
@@ -45,9 +45,9 @@ class Rows:
     arrays: Arrays
 
 
-def no_rows(n_positions: int) -> Rows:
+def no_rows(n_positions: int) -> ReturnRows:
     """Rows of positions that see nothing, because there are no beams."""
-    return Rows(length=np.zeros(n_positions, dtype=np.int64), arrays={})
+    return ReturnRows(length=np.zeros(n_positions, dtype=np.int64), arrays={})
 
 
 _MOMENT_NAMES = tuple(field.name for field in fields(ReturnMoments))
@@ -55,7 +55,7 @@ _MOMENT_NAMES = tuple(field.name for field in fields(ReturnMoments))
 _LEAST, _GREATEST = "least_range_m", "greatest_cos_incidence"
 
 
-def join_bands(upper: Rows, lower: Rows) -> Rows:
+def join_bands(upper: ReturnRows, lower: ReturnRows) -> ReturnRows:
     """Rows of the same positions whose returns are those of both.
 
     Sums are added in float64: exactly, where every term is a whole multiple of one power of two, see
@@ -77,15 +77,15 @@ def join_bands(upper: Rows, lower: Rows) -> Rows:
         both = np.concatenate([above, lower.arrays[name]])[order]
         merge = {_LEAST: np.minimum, _GREATEST: np.maximum}.get(name, np.add)
         joined[name] = merge.reduceat(both, first, axis=0, dtype=both.dtype) if first.size else both
-    return Rows(length=np.bincount(position[first], minlength=n_positions).astype(np.int64), arrays=joined)
+    return ReturnRows(length=np.bincount(position[first], minlength=n_positions).astype(np.int64), arrays=joined)
 
 
-def follow_on(batches: Sequence[Rows]) -> Rows:
+def follow_on(batches: Sequence[ReturnRows]) -> ReturnRows:
     """Rows of the positions of all batches, one after the other; at least one batch."""
     if len(batches) == 1:
         return batches[0]
     arrays = {name: np.concatenate([rows.arrays[name] for rows in batches]) for name in batches[0].arrays}
-    return Rows(length=np.concatenate([rows.length for rows in batches]), arrays=arrays)
+    return ReturnRows(length=np.concatenate([rows.length for rows in batches]), arrays=arrays)
 
 
 class RowStore:
@@ -100,7 +100,7 @@ class RowStore:
         self._lengths: list[Int64Array] = []
         self._columns: dict[str, _Column] = {}
 
-    def append(self, rows: Rows) -> None:
+    def append(self, rows: ReturnRows) -> None:
         """Copy the rows of the next positions."""
         self._lengths.append(rows.length)
         for name, array in rows.arrays.items():

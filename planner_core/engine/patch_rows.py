@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.device import Buffer, Device, Program
-from planner_core.engine.patch_returns import Content, Rows, empty_moments
+from planner_core.engine.patch_returns import Content, ReturnRows, empty_moments
 from planner_core.engine.tiled_template import TiledTemplate
 from planner_core.model import Float32Array, Int32Array
 
@@ -57,11 +57,11 @@ class PatchRows:
         """Positions that fit into a batch; at least one."""
         return max(1, self._batch_bytes // sum(self._sizes(tiles, 1).values()))
 
-    def rows(self, tiles: TiledTemplate, positions_m: Float32Array) -> Rows:
+    def rows(self, tiles: TiledTemplate, positions_m: Float32Array) -> ReturnRows:
         """Rows of positions (S, 3), S at most `n_batch`."""
         n_positions = len(positions_m)
         if n_positions == 0 or tiles.n_tiles == 0:
-            return Rows(np.zeros(n_positions, dtype=np.int64), self._host_arrays(0))
+            return ReturnRows(np.zeros(n_positions, dtype=np.int64), self._host_arrays(0))
         self._fit(tiles, n_positions)
         joiners = _JOINERS.get(self._on.kind, _DEFAULT_JOINERS)
         n_slices = min(self._n_words, -(-joiners // n_positions))
@@ -86,7 +86,7 @@ class PatchRows:
             arrays = self._host_arrays(int(ends[-1, -1]))
             if arrays["patch"].size:
                 self._write(tiles, (n_slices, n_positions), start, set_here, arrays)
-        return Rows(
+        return ReturnRows(
             n_set.sum(axis=1, dtype=np.int64), arrays if self._content is not Content.MOMENTS else in_metres(arrays)
         )
 

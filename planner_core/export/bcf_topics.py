@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.export.bcf_views import NO_ELEMENT, Place
+from planner_core.export.bcf_views import NO_ELEMENT, ViewTarget
 from planner_core.export.chosen import chosen_floors
 from planner_core.export.options import Options
 from planner_core.export.sheets.building import Building
@@ -50,7 +50,7 @@ class Topic:
     time: str
     description: str
     labels: tuple[str, ...]
-    place: Place
+    place: ViewTarget
     source_id: str = ""
     is_comment: bool = False
 
@@ -89,7 +89,7 @@ class Topics:
     def _of_comment(self, comment: Comment, floor: str, place_m: tuple[float, float, float] | None) -> Topic:
         element = comment.target if isinstance(comment.target, int) else NO_ELEMENT
         if place_m is not None:
-            place = Place(np.array(place_m) - self._offset_m, _AROUND_M, element, pinned=True)
+            place = ViewTarget(np.array(place_m) - self._offset_m, _AROUND_M, element, pinned=True)
         else:
             place = self._around_element(element) or self._whole()
         about = f"{comment.target}: " if isinstance(comment.target, str) else ""
@@ -145,20 +145,20 @@ class Topics:
             source_id=str(row["source_id"]),
         )
 
-    def _of_piece(self, element: int, surface: Mapping[str, Any] | None) -> Place | None:
+    def _of_piece(self, element: int, surface: Mapping[str, Any] | None) -> ViewTarget | None:
         """The largest piece of a surface, seen from its best position."""
         if surface is None:
             return None
         piece = surface["pieces"][0]
         low_m, high_m = (np.array(corner, dtype=np.float64) for corner in piece["box"])
-        return Place(
+        return ViewTarget(
             target_m=np.array(piece["centroid"], dtype=np.float64) - self._offset_m,
             radius_m=0.5 * float(np.linalg.norm(high_m - low_m)),
             element=element,
             eye_m=np.array(surface["best_spot"]["position"], dtype=np.float64) - self._offset_m,
         )
 
-    def _around_element(self, element: int) -> Place | None:
+    def _around_element(self, element: int) -> ViewTarget | None:
         if self._building is None:
             return None
         scene = self._building.scene
@@ -166,7 +166,7 @@ class Topics:
         corners_m = scene.vertices_m[scene.triangles[of_triangle == element]].reshape(-1, 3)
         return _in_box(np.stack([corners_m.min(axis=0), corners_m.max(axis=0)]), element) if len(corners_m) else None
 
-    def _whole(self) -> Place:
+    def _whole(self) -> ViewTarget:
         """All floors, from outside."""
         floors = self._plan.floors
         plan_m = np.concatenate([np.zeros((0, 2)), *(floor.bounds for floor in floors)])
@@ -179,9 +179,9 @@ class Topics:
         return _in_box(box_m, NO_ELEMENT, outside=True)
 
 
-def _in_box(box_m: FloatArray, element: int, *, outside: bool = False) -> Place:
+def _in_box(box_m: FloatArray, element: int, *, outside: bool = False) -> ViewTarget:
     radius_m = 0.5 * float(np.linalg.norm(box_m[1] - box_m[0]))
-    return Place(box_m.mean(axis=0), radius_m, element, outside=outside)
+    return ViewTarget(box_m.mean(axis=0), radius_m, element, outside=outside)
 
 
 def _description(

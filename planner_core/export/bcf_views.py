@@ -42,7 +42,7 @@ _PIN_PIXELS, _RIM_PIXELS = 7.0, 9.5
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class ViewTarget:
     """What a topic is about. target_m : (3,) local; radius_m : of the ball around it that is to be seen.
 
     element : number of the element in question. eye_m : (3,) where it is known to be seen from. pinned : the target is
@@ -79,7 +79,7 @@ class Views:
             normals = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
             self._normals: FloatArray = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
 
-    def eye(self, place: Place) -> Eye:
+    def eye(self, place: ViewTarget) -> Eye:
         """Return the first eye, of those that one would choose, with a free line to the place; else the first."""
         distance_m = max(_DISTANCE * place.radius_m, _LEAST_DISTANCE_M)
         eyes_m = [
@@ -95,7 +95,7 @@ class Views:
             free = self._see(positions_m, place)
         return eye_towards(positions_m[int(np.argmax(free))], place.target_m)
 
-    def _see(self, positions_m: FloatArray, place: Place) -> BoolArray:
+    def _see(self, positions_m: FloatArray, place: ViewTarget) -> BoolArray:
         """(N,) bool: whether nothing is between points (N, 3) and the place, or its own element only."""
         towards_m = place.target_m - positions_m
         hits = self._engine.cast_rays(positions_m, towards_m, range_max_m=math.inf)
@@ -104,7 +104,7 @@ class Views:
             free |= (hits.triangle >= 0) & (self._element[hits.triangle] == place.element)
         return free
 
-    def picture(self, eye: Eye, place: Place) -> bytes | None:
+    def picture(self, eye: Eye, place: ViewTarget) -> bytes | None:
         """Draw what the eye sees as a PNG: the element in colour, its unseen surface strongest, a pin at the target."""
         if self._building is None:
             return None

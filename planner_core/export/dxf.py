@@ -19,7 +19,7 @@ from planner_core.export.chosen import chosen_floors, chosen_stations, scanned_b
 from planner_core.export.covered_area import covered_polygons
 from planner_core.export.dxf_document import (
     STYLE,
-    Layer,
+    DxfLayer,
     add_layer,
     layer_part,
     new_document,
@@ -156,7 +156,7 @@ class _Drawing:
         for what, description, colour, number, width in _LAYERS:
             for part, of in self._beginnings(floors):
                 if part != BETWEEN or what in _SHARED:
-                    layer = Layer(f"{part}-{what}", f"{of}: {description}", colour, number, width)
+                    layer = DxfLayer(f"{part}-{what}", f"{of}: {description}", colour, number, width)
                     add_layer(self.document, _with_habits(layer, what))
 
     def _beginnings(self, floors: tuple[FieldFloor, ...]) -> list[tuple[str, str]]:
@@ -209,8 +209,8 @@ class _Drawing:
         return self.space.add_lwpolyline(site[:, :2].tolist(), close=closed, dxfattribs=where)
 
 
-def _with_habits(layer: Layer, what: str) -> Layer:
-    return Layer(
+def _with_habits(layer: DxfLayer, what: str) -> DxfLayer:
+    return DxfLayer(
         layer.name, layer.description, layer.colour, layer.number, layer.width, what in _DASHED, what not in _OFF
     )
 

@@ -46,7 +46,7 @@ _LONGEST = 255
 
 
 @dataclass(frozen=True)
-class Layer:
+class DxfLayer:
     """How a layer is drawn: sRGB colour in [0, 1], nearest colour by number, width of lines in 1/100 mm."""
 
     name: str
@@ -76,7 +76,7 @@ def new_document(unit: LengthUnit = METRE) -> Any:
     return document
 
 
-def add_layer(document: Any, layer: Layer) -> None:
+def add_layer(document: Any, layer: DxfLayer) -> None:
     """Add a layer; one of the name that is there already stays."""
     if layer.name in document.layers:
         return

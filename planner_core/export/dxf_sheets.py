@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.export.dxf_document import STYLE, Layer, add_layer, layer_part
+from planner_core.export.dxf_document import STYLE, DxfLayer, add_layer, layer_part
 from planner_core.export.sheets.scales import drawing_scales, scale_name
 from planner_core.model import METRE, FloatArray, LengthUnit
 from planner_core.plan_folder import palette
@@ -25,7 +25,7 @@ _AROUND_M = 1.0
 def add_sheet(document: Any, plan: PlanSource, floor: FieldFloor, *, paper: str, hidden: list[str]) -> None:
     """Add a layout with one viewport to a document. paper : of `PAPERS_MM`. hidden : layers that it does not show."""
     width_mm, height_mm = PAPERS_MM[paper]
-    add_layer(document, Layer(TITLE_LAYER, "titles of sheets", palette.INK, 7))
+    add_layer(document, DxfLayer(TITLE_LAYER, "titles of sheets", palette.INK, 7))
     layout = _layout(document, floor)
     layout.page_setup(size=(width_mm, height_mm), margins=(0, 0, 0, 0), units="mm", scale=(1, 1))
     view_mm = np.array([width_mm - 2 * _MARGIN_MM, height_mm - 2 * _MARGIN_MM - _TITLE_MM])

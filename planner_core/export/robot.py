@@ -24,7 +24,7 @@ from planner_core.export.geojson import feature
 from planner_core.export.map_sheets import map_sheets
 from planner_core.export.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap, entered, occupancy_maps, write_map
 from planner_core.export.options import Options
-from planner_core.export.robot_ways import Ground, Piece, RobotWay, robot_ways
+from planner_core.export.robot_ways import MappedGround, RobotWay, WayPiece, robot_ways
 from planner_core.export.route_lines import RouteLeg, route_remarks, ways_of
 from planner_core.model import FloatArray, PlanSettings, Survey
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
@@ -65,7 +65,7 @@ class _Mission:
     visited: tuple[FieldStation, ...]
     left_out: tuple[FieldStation, ...]
     ways: tuple[RobotWay, ...]
-    ground: Ground
+    ground: MappedGround
     floors: frozenset[int]
     """Those whose maps are written."""
     stands: dict[str, _Stand]
@@ -141,17 +141,17 @@ def _mission(plan: PlanSource, options: Options, progress: Progress) -> tuple[_M
     return mission, (*_remarks(mission, site.mover.step_m), *of_ways, *route_remarks(all_ways))
 
 
-def _ground(survey: Survey, site: LocalSite, progress: Progress) -> Ground:
+def _ground(survey: Survey, site: LocalSite, progress: Progress) -> MappedGround:
     from planner_core.positions.free_space import free_space
     from planner_core.positions.reach import reachability
 
     space = free_space(survey, site.mover, zones=site.zones, progress=progress)
     reach = reachability(survey, space, site.entrances_m)
     sheets = map_sheets(space, survey.floors, entered(reach))
-    return Ground(reach, sheets, occupancy_maps(survey, space, sheets))
+    return MappedGround(reach, sheets, occupancy_maps(survey, space, sheets))
 
 
-def _stand(ground: Ground, foot_m: FloatArray, floor: int) -> _Stand:
+def _stand(ground: MappedGround, foot_m: FloatArray, floor: int) -> _Stand:
     """Look a station up: its ground point (3,), local frame, and its floor's index, -1 for none."""
     node = int(nodes_under(ground.space, foot_m[None])[0])
     shown = node >= 0 and ground.sheets.of_node[node] >= 0
@@ -293,7 +293,7 @@ def _path(mission: _Mission, way: RobotWay) -> dict[str, Any]:
     }
 
 
-def _where(mission: _Mission, piece: Piece) -> dict[str, Any]:
+def _where(mission: _Mission, piece: WayPiece) -> dict[str, Any]:
     return {"floor": mission.survey.floors[piece.floor].id, "map": mission.map_name(piece.sheet)}
 
 

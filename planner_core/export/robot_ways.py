@@ -28,7 +28,7 @@ _DETOUR = 1.5
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class WayPiece:
     """Part of a way on one map and one floor. sheet : of the map. floor : index. points_m : (M, 3) float64, local."""
 
     sheet: int
@@ -44,7 +44,7 @@ class RobotWay:
     to_id: str
     points_m: FloatArray
     length_m: float
-    pieces: tuple[Piece, ...]
+    pieces: tuple[WayPiece, ...]
     as_planned: bool
 
     @property
@@ -54,7 +54,7 @@ class RobotWay:
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
+class MappedGround:
     """What ways are laid on: the maps, one a sheet, and which node is on which."""
 
     reach: Reach
@@ -77,7 +77,7 @@ class Ground:
 
 
 def robot_ways(
-    ground: Ground, legs: tuple[RouteLeg, ...], offset_m: FloatArray
+    ground: MappedGround, legs: tuple[RouteLeg, ...], offset_m: FloatArray
 ) -> tuple[tuple[RobotWay, ...], tuple[str, ...]]:
     """Cut legs that can be walked to ways on the maps, and lay those anew that leave the free cells; and remarks.
 
@@ -109,7 +109,7 @@ def robot_ways(
     return tuple(ways), tuple(remarks)
 
 
-def pieces_by_map(ground: Ground, points_m: FloatArray) -> tuple[tuple[Piece, ...], Int64Array]:
+def pieces_by_map(ground: MappedGround, points_m: FloatArray) -> tuple[tuple[WayPiece, ...], Int64Array]:
     """Cut corners (M, 3), local frame, M >= 2, exactly where the map changes; and nodes (K,) below it, cell by cell.
 
     -1 : there is no ground. A place over no ground that a map shows is of the piece before it; no pieces, none is.
@@ -127,7 +127,7 @@ def pieces_by_map(ground: Ground, points_m: FloatArray) -> tuple[tuple[Piece, ..
     for start, end in zip([0, *changes.tolist()], [*changes.tolist(), node.size], strict=True):
         kept = is_corner[start : end + 1].copy()
         kept[[0, -1]] = True
-        pieces.append(Piece(int(sheet[start]), int(floor[start]), corners_m[start : end + 1][kept]))
+        pieces.append(WayPiece(int(sheet[start]), int(floor[start]), corners_m[start : end + 1][kept]))
     return tuple(pieces), node
 
 
@@ -148,7 +148,9 @@ def _crossings(space: FreeSpace, points_m: FloatArray) -> tuple[FloatArray, Bool
     return np.concatenate(out), np.array(is_corner)
 
 
-def _laid_anew(ground: Ground, rounds: tuple[Walking, ...], planned: RobotWay, *, is_free: bool) -> RobotWay | None:
+def _laid_anew(
+    ground: MappedGround, rounds: tuple[Walking, ...], planned: RobotWay, *, is_free: bool
+) -> RobotWay | None:
     """Return the roomiest way on free cells between a planned one's ends that is no great detour.
 
     That is the planned one itself where it `is_free` and no other serves. Where no way ends there, it is one that ends
@@ -176,7 +178,7 @@ def _off_m(space: FreeSpace) -> float:
     return max(space.mover.radius_m, _LINE_CELLS * space.grid.cell_m)
 
 
-def _walkings(ground: Ground, off_m: FloatArray) -> tuple[Walking, ...]:
+def _walkings(ground: MappedGround, off_m: FloatArray) -> tuple[Walking, ...]:
     """Walking off edges: by the radius of the mover, and as near as a line can pass without touching other cells."""
     out = []
     for keep_m in dict.fromkeys((_off_m(ground.space), _LINE_CELLS * ground.space.grid.cell_m)):
@@ -185,7 +187,7 @@ def _walkings(ground: Ground, off_m: FloatArray) -> tuple[Walking, ...]:
     return tuple(out)
 
 
-def _off_others_m(ground: Ground) -> FloatArray:
+def _off_others_m(ground: MappedGround) -> FloatArray:
     """(N,) float64: from a node along the ground to the nearest cell that is not free or that no step leads to.
 
     inf where that is well further than ways keep off.

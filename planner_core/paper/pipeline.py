@@ -25,7 +25,7 @@ from planner_core.paper.random_starts import sample_at_random
 from planner_core.paper.search import search
 from planner_core.paper.search.station_fitness import StationFitness
 from planner_core.paper.search.thinning import best_apart, one_per_cell
-from planner_core.positions.admissibility import Tally, Tripods
+from planner_core.positions.admissibility import RefusalTally, Tripods
 from planner_core.positions.grid import N_HALVINGS, candidates_of, find_candidates
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.problem import CoverProblem
@@ -64,7 +64,7 @@ def searched(
     """Improved positions, beside their starts where the pool is of both."""
     floors = tripods.survey.planned
     improved = [(index, *_improved(tripods, paper, distribution, starts, index, progress)) for index in floors]
-    pool = replace(candidates_of(improved, Tally()), n_tried=starts.n_tried, rejected=starts.rejected)
+    pool = replace(candidates_of(improved, RefusalTally()), n_tried=starts.n_tried, rejected=starts.rejected)
     return _joined(starts if paper.pool == "both" else starts.take(np.arange(0)), pool)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.model import Candidates, FloatArray, InstrumentHeights
-from planner_core.positions.admissibility import Tally, Tripods
+from planner_core.positions.admissibility import RefusalTally, Tripods
 from planner_core.positions.grid import candidates_of
 from planner_core.positions.ground_surface import GroundSurface
 from planner_core.progress import Progress, silent
@@ -39,7 +39,7 @@ def sample_at_random(tripods: Tripods, *, n_each: int, seed: int, progress: Prog
     """
     if n_each < 0 or seed < 0:
         raise RequirementError(f"random starts: got n_each {n_each}, seed {seed}, expected 0 or more; e.g. 100 and 0")
-    tally = Tally()
+    tally = RefusalTally()
     floors = tripods.survey.planned
     return candidates_of(
         [(index, *_on_floor(tripods, index, n_each, seed, tally, progress)) for index in floors], tally
@@ -47,7 +47,7 @@ def sample_at_random(tripods: Tripods, *, n_each: int, seed: int, progress: Prog
 
 
 def _on_floor(
-    tripods: Tripods, index: int, n_wanted: int, seed: int, tally: Tally, progress: Progress
+    tripods: Tripods, index: int, n_wanted: int, seed: int, tally: RefusalTally, progress: Progress
 ) -> tuple[FloatArray, FloatArray]:
     """Positions (N, 3) and instrument heights (N,) of one floor."""
     floor, surface = tripods.survey.floors[index], tripods.ground(index)

@@ -22,8 +22,8 @@ from planner_core.plan_folder.drawing.links import STRONG_TIMES, StationPoint
 from planner_core.plan_folder.drawing.marks import (
     LINKS,
     ROUTE,
+    DrawnZone,
     Labels,
-    Zone,
     draw_links,
     draw_stations,
     draw_words,
@@ -83,7 +83,7 @@ _OVERHEAD = Pen(0.3, palette.WALL, dash_mm=(1.8, 1.0))
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class PlacedView:
     """A view on the sheet."""
 
     view: SectionView
@@ -136,7 +136,7 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVi
         canvas.lines([at.on_paper(border) for border in _overhead_m(plan, floor)], _OVERHEAD)
         canvas.lines([at.on_paper(line) for line in sealed_hatch_m(plan, floor_index, _HATCH_MM / at.mm_per_m)], _HATCH)
         draw_runs(canvas, [at.on_paper(run.points_m[:, :2]) for run in runs_on(plan, floor_index)])
-        zones = [Zone(at.on_paper(zone.outline), zone.words) for zone in zones_on(plan, floor_index)]
+        zones = [DrawnZone(at.on_paper(zone.outline), zone.words) for zone in zones_on(plan, floor_index)]
         draw_zones(canvas, [zone.outline for zone in zones])
     labels = _labels(canvas, at)
     _draw_stations(labels, plan, floor, at, joined=plan.route is None)
@@ -205,15 +205,15 @@ def _link_legend(plan: Plan) -> tuple[LegendLine, ...]:
     )
 
 
-def _labels(canvas: PngCanvas, at: Placed) -> Labels:
+def _labels(canvas: PngCanvas, at: PlacedView) -> Labels:
     """Labels of a map: beside a narrow one the sheet has room for words."""
     return Labels(canvas, Box(MARGIN_MM, at.box.bottom, WIDTH_MM - 2 * MARGIN_MM, at.box.height), [])
 
 
-def _map_sheet(view: SectionView) -> tuple[PngCanvas, Placed]:
+def _map_sheet(view: SectionView) -> tuple[PngCanvas, PlacedView]:
     """Sheet with title and legend strips, and where on it a floor seen from above is."""
     box = picture_box(*(view.window_m[1] - view.window_m[0]).tolist())
-    return new_sheet(box.height), Placed(view, box)
+    return new_sheet(box.height), PlacedView(view, box)
 
 
 def write_overview(plan: Plan, path: Path, *, engine: ScanEngine) -> None:
@@ -252,7 +252,7 @@ def _draw_overview_cell(
         window_m=window_m,
         width=max(1, pixels(box.width)),
     )
-    at = Placed(view, box)
+    at = PlacedView(view, box)
     with canvas.clip(box):
         _draw_view(canvas, plan, floor, at)
         draw_runs(canvas, [at.on_paper(view.camera.project(run.points_m)) for run in runs_on(plan, index)])
@@ -270,7 +270,7 @@ def _overview_window_m(plan: Plan, floor: Floor) -> FloatArray:
     return np.stack([seen.min(axis=0), seen.max(axis=0)])
 
 
-def _draw_view(canvas: PngCanvas, plan: Plan, floor: Floor, at: Placed, *, coloured: bool = True) -> None:
+def _draw_view(canvas: PngCanvas, plan: Plan, floor: Floor, at: PlacedView, *, coloured: bool = True) -> None:
     """Draw a cut floor. coloured : patches in the colours of coverage, else all pale, so that lines stand out."""
     # Bytes, as matplotlib would make them itself after half a dozen copies of the floats.
     rgb = (255 * view_rgb(plan, floor, at.view, coloured=coloured)).astype(np.uint8)
@@ -326,7 +326,7 @@ def _draw_stations(
     labels: Labels,
     plan: Plan,
     floor: Floor,
-    at: Placed,
+    at: PlacedView,
     *,
     joined: bool = False,
     elsewhere: Mapping[str, tuple[int, ...]] = MappingProxyType({}),

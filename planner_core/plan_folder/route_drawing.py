@@ -13,7 +13,7 @@ import numpy as np
 from planner_core.model import FloatArray, Floor, Plan
 from planner_core.plan_folder.drawing.canvas import Canvas
 from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings
-from planner_core.plan_folder.drawing.marks import Zone, draw_route, forbidden_zone, zone_words
+from planner_core.plan_folder.drawing.marks import DrawnZone, draw_route, forbidden_zone, zone_words
 from planner_core.positions.local_site import index_of_floor, local_site
 
 Mark = tuple[FloatArray, str]
@@ -115,13 +115,13 @@ def sealed_hatch_m(plan: Plan, floor_index: int, step_m: float) -> list[FloatArr
     return list(spans_of_rings([corners_m], family).lines(family))
 
 
-def zones_on(plan: Plan, floor_index: int) -> Iterator[Zone]:
+def zones_on(plan: Plan, floor_index: int) -> Iterator[DrawnZone]:
     """Yield keep-outs, access areas and forbidden positions of a floor, local frame."""
     floors, site, offset_m = plan.survey.floors, plan.settings.site, plan.survey.scene.offset_m[:2]
     for area in site.keep_out:
         if not area.floor or index_of_floor(floors, area.floor) == floor_index:
             outline_m = np.array([*area.outline_m, area.outline_m[0]]) - offset_m
-            yield Zone(outline_m, zone_words(area.name, access=area.access))
+            yield DrawnZone(outline_m, zone_words(area.name, access=area.access))
     for place in local_site(plan.survey, site).forbidden:
         if place.floor == floor_index:
             x, y = place.plan_m.tolist()

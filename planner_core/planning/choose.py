@@ -29,7 +29,7 @@ from planner_core.planning.set_up import decisive, fragile_links, without_fragil
 from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.positions.walking import Walking
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.route.least_time import LeastTimeSettings, Walks, least_time
+from planner_core.route.least_time import LeastTimeSettings, WalkingDistances, least_time
 from planner_core.route.route import ends_on_ground, plan_route
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.large import select_by_size
@@ -285,7 +285,7 @@ def _quickest(
     found = least_time(
         pool.problem,
         choice.chosen,
-        Walks(
+        WalkingDistances(
             distances=Walking(places.reach).from_each(np.concatenate(stops)),
             floor=pool.candidates.floor,
             start=start,

@@ -27,7 +27,7 @@ from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.demand import Demand, KnownObservations, demand_of, rows_from
 from planner_core.requirements.figures import rows_of_overlap
 from planner_core.requirements.goals import Goals
-from planner_core.requirements.observe_candidates import Rows
+from planner_core.requirements.observe_candidates import SeenPatches
 from planner_core.select.network import Network
 from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 
@@ -50,7 +50,7 @@ class Pool:
     survey: Survey
     candidates: Candidates
     demand: Demand
-    rows: Rows
+    rows: SeenPatches
     constraints: tuple[Constraint, ...]
     links: CandidateLinks | None
     given: tuple[int, ...]
@@ -220,7 +220,7 @@ def extended(pool: Pool, more: Candidates, engine: ScanEngine, *, progress: Prog
     """Add candidates behind those of the pool; no requirement changes."""
     observed = rows_from(pool.survey, engine, more.position_m, pool.demand, progress=progress)
     seen = stacked_rows(pool.rows.seen, observed.seen)
-    rows = Rows(seen, seen if pool.rows.met is pool.rows.seen else stacked_rows(pool.rows.met, observed.met))
+    rows = SeenPatches(seen, seen if pool.rows.met is pool.rows.seen else stacked_rows(pool.rows.met, observed.met))
     del observed  # links take memory enough
     links = None
     if pool.links is not None:
@@ -250,7 +250,7 @@ def narrowed(pool: Pool, rows: Int64Array) -> Pool:
     )
 
 
-def _links(survey: Survey, demand: Demand, rows: Rows, progress: Progress) -> CandidateLinks | None:
+def _links(survey: Survey, demand: Demand, rows: SeenPatches, progress: Progress) -> CandidateLinks | None:
     requirements = demand.goals.requirements
     if requirements.network == NetworkKind.NONE or requirements.overlap <= 0:
         return None

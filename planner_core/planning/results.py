@@ -49,7 +49,7 @@ from planner_core.requirements.figures import (
     rows_of_quality,
     times_met,
 )
-from planner_core.requirements.observe_candidates import Rows
+from planner_core.requirements.observe_candidates import SeenPatches
 from planner_core.route.field_time import field_time
 from planner_core.route.route import route_warnings
 from planner_core.route.sealed import reach_warnings, sealed_areas
@@ -81,7 +81,7 @@ class Surroundings:
     """
 
     candidate_m: FloatArray
-    rows: Rows
+    rows: SeenPatches
     reach: Reach
 
 
@@ -92,7 +92,7 @@ def describe_plan(
     *,
     stations: tuple[Station, ...],
     demand: Demand,
-    rows: Rows,
+    rows: SeenPatches,
     surroundings: Surroundings,
     order_of_choice: tuple[int, ...],
     route: Route,

@@ -83,7 +83,7 @@ TREADS = Feet(ring_radius_m=0.35, rise_m=0.5, n_rays=12, apart=4, clear_from_m=0
 
 
 @dataclass
-class Tally:
+class RefusalTally:
     """How many positions were tried, and why some were refused."""
 
     n_tried: int = 0
@@ -249,7 +249,7 @@ class TripodTests:
         return other
 
     def keep(
-        self, position_m: FloatArray, ground_m: FloatArray, tally: Tally, progress: Progress = silent
+        self, position_m: FloatArray, ground_m: FloatArray, tally: RefusalTally, progress: Progress = silent
     ) -> BoolArray:
         """(N,) bool: where a tripod can stand, of positions (N, 3) over ground at heights (N,); counted in the tally.
 

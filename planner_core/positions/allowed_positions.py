@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.model import BoolArray, Candidates, FloatArray, Int32Array, Int64Array, Role, Survey
-from planner_core.positions.admissibility import Tally, Tripods
+from planner_core.positions.admissibility import RefusalTally, Tripods
 from planner_core.positions.doorways import centre_in_doorways
 from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.grid import at_heights, find_candidates, is_near
@@ -69,7 +69,7 @@ class AllowedPositions:
     def refused_on(self, floor: int) -> dict[str, int]:
         """Count the refused positions of a floor, by cause: its grid is tried again, by itself."""
         grid = find_candidates(self.tripods.on_floor(floor))
-        tally = Tally(grid.n_tried, dict(grid.rejected))
+        tally = RefusalTally(grid.n_tried, dict(grid.rejected))
         _allowed(_of_grid(grid), self.site, self.reach, tally)
         return tally.rejected
 
@@ -95,7 +95,7 @@ class _Found:
     def take(self, which: BoolArray | Int64Array) -> _Found:
         return _Found(self.position_m[which], self.floor[which], self.height_m[which], self.kind[which])
 
-    def candidates(self, tally: Tally) -> Candidates:
+    def candidates(self, tally: RefusalTally) -> Candidates:
         return Candidates(self.position_m, self.floor, self.height_m, tally.n_tried, tally.rejected)
 
 
@@ -116,7 +116,7 @@ def _ruled_out(site: LocalSite, reach: Reach, found: _Found) -> dict[str, BoolAr
         IN_KEEP_OUT: site.in_zone(plan_m, found.floor),
         FORBIDDEN: site.near_forbidden(plan_m, found.floor),
         OUT_OF_SCOPE: np.zeros(found.floor.size, bool) if site.scope is None else ~site.scope.admits(ground_m),
-        UNREACHABLE: ~reachable(reach, found.candidates(Tally())),
+        UNREACHABLE: ~reachable(reach, found.candidates(RefusalTally())),
     }
 
 
@@ -139,7 +139,7 @@ def find_positions(
     """
     reach = _reach(tripods.survey, site, space, progress)
     grid = find_candidates(tripods, progress=progress)
-    tally = Tally(grid.n_tried, dict(grid.rejected))
+    tally = RefusalTally(grid.n_tried, dict(grid.rejected))
     parts = [_of_grid(grid)]
     if tripods.special_places:
         parts += _special(tripods, reach.space, grid, tally)
@@ -177,7 +177,7 @@ def places_as_they_are(
         As `find_positions`.
     """
     reach = _reach(tripods.survey, site, space, progress)
-    tally = Tally(candidates.n_tried, dict(candidates.rejected))
+    tally = RefusalTally(candidates.n_tried, dict(candidates.rejected))
     found = _allowed(_of_grid(candidates), site, reach, tally)
     return AllowedPositions(
         tripods=tripods,
@@ -204,7 +204,7 @@ def _joined(parts: list[_Found]) -> _Found:
     )
 
 
-def _allowed(found: _Found, site: LocalSite, reach: Reach, tally: Tally) -> _Found:
+def _allowed(found: _Found, site: LocalSite, reach: Reach, tally: RefusalTally) -> _Found:
     """Leave out what the site or the walk to it rules out, and count it."""
     left = np.ones(found.floor.size, dtype=bool)
     for reason, bad in _ruled_out(site, reach, found).items():
@@ -214,7 +214,7 @@ def _allowed(found: _Found, site: LocalSite, reach: Reach, tally: Tally) -> _Fou
 
 
 # ------------------------------------------------------------------------------------------ special places
-def _special(tripods: Tripods, space: FreeSpace, grid: Candidates, tally: Tally) -> list[_Found]:
+def _special(tripods: Tripods, space: FreeSpace, grid: Candidates, tally: RefusalTally) -> list[_Found]:
     """Doorways, middles of rooms, landings and flights where a tripod can stand and no candidate of the grid does."""
     landing = find_landings(space, ring_radius_m=tripods.ring_radius_m, apart_m=tripods.grid_step_m)
     flight = find_flights(space, landing, apart_m=tripods.grid_step_m)

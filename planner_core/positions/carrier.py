@@ -60,7 +60,7 @@ PERSON = Mover()
 
 
 @dataclass(frozen=True)
-class Zone:
+class WalkingZone:
     """An area of one floor that is kept out of, or that alone may be walked.
 
     outline_m : (K, 2) float64, corners of a simple polygon in plan, local frame. floor : index into `Survey.floors`.
@@ -85,7 +85,7 @@ def needed_height_m(mover: Mover, ground_floor: Int32Array) -> FloatArray:
     return np.where(ground_floor >= 0, mover.height_m, min(mover.height_m, mover.stairs_height_m))
 
 
-def blocked_by_zones(zones: tuple[Zone, ...], plan_m: FloatArray, floor: Int32Array) -> BoolArray:
+def blocked_by_zones(zones: tuple[WalkingZone, ...], plan_m: FloatArray, floor: Int32Array) -> BoolArray:
     """(N,) bool: whether zones keep a body from places (N, 2) on floors (N,)."""
     blocked = np.zeros(plan_m.shape[0], dtype=bool)
     for index in sorted({zone.floor for zone in zones}):

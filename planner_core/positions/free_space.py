@@ -19,7 +19,7 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Int64Array, Survey
-from planner_core.positions.carrier import PERSON, Mover, Zone, blocked_by_zones, needed_height_m
+from planner_core.positions.carrier import PERSON, Mover, WalkingZone, blocked_by_zones, needed_height_m
 from planner_core.positions.footprints import Grid
 from planner_core.positions.solids import Solids, find_solids
 from planner_core.positions.spread import NEIGHBOURS, spread
@@ -140,7 +140,7 @@ def free_space(
     survey: Survey,
     mover: Mover = PERSON,
     *,
-    zones: tuple[Zone, ...] = (),
+    zones: tuple[WalkingZone, ...] = (),
     cell_m: float = CELL_M,
     known: FreeSpace | None = None,
     progress: Progress = silent,
@@ -191,7 +191,7 @@ def free_space(
     )
 
 
-def _check(survey: Survey, zones: tuple[Zone, ...], cell_m: float) -> None:
+def _check(survey: Survey, zones: tuple[WalkingZone, ...], cell_m: float) -> None:
     if not (math.isfinite(cell_m) and cell_m > 0):
         raise RequirementError(f"cell_m: got {cell_m:g}, expected more than 0 metres; e.g. {CELL_M:g}")
     if not survey.floors:

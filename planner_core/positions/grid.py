@@ -19,7 +19,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from planner_core.model import BoolArray, Candidates, FloatArray
-from planner_core.positions.admissibility import Tally, Tripods
+from planner_core.positions.admissibility import RefusalTally, Tripods
 from planner_core.positions.ground_surface import grid_on_ground
 from planner_core.positions.refusals import NO_GROUND
 from planner_core.positions.rounding import as_written_m
@@ -38,12 +38,12 @@ def find_candidates(tripods: Tripods, *, n_halvings: int = N_HALVINGS, progress:
     `n_tried` counts grid points over the floors' bounds times heights; `rejected` those that are no candidates, by
     reason, see `planner_core.positions.admissibility`.
     """
-    tally = Tally()
+    tally = RefusalTally()
     on_floor = [(index, *_on_floor(tripods, index, n_halvings, tally, progress)) for index in tripods.survey.planned]
     return candidates_of(on_floor, tally)
 
 
-def candidates_of(on_floor: list[tuple[int, FloatArray, FloatArray]], tally: Tally) -> Candidates:
+def candidates_of(on_floor: list[tuple[int, FloatArray, FloatArray]], tally: RefusalTally) -> Candidates:
     """Join positions (N, 3) and instrument heights (N,) of floors, by index."""
     return Candidates(
         position_m=np.ascontiguousarray(np.concatenate([np.empty((0, 3)), *(place for _, place, _ in on_floor)])),
@@ -55,7 +55,7 @@ def candidates_of(on_floor: list[tuple[int, FloatArray, FloatArray]], tally: Tal
 
 
 def _on_floor(
-    tripods: Tripods, index: int, n_halvings: int, tally: Tally, progress: Progress
+    tripods: Tripods, index: int, n_halvings: int, tally: RefusalTally, progress: Progress
 ) -> tuple[FloatArray, FloatArray]:
     """Positions (N, 3) and instrument heights (N,) of one floor, ordered by y, x, height."""
     step_m, heights_m, tests = tripods.grid_step_m, tripods.heights.to_try_m, tripods.tests(index)
@@ -78,7 +78,7 @@ def _on_floor(
     return position_m[order], height_m[order]
 
 
-def _lowered(tripods: Tripods, index: int, usual_m: FloatArray, tally: Tally) -> tuple[FloatArray, FloatArray]:
+def _lowered(tripods: Tripods, index: int, usual_m: FloatArray, tally: RefusalTally) -> tuple[FloatArray, FloatArray]:
     """Positions (N, 3) and heights (N,) of a lowered tripod, in rooms of the floor too low for the usual height.
 
     usual_m : (M, 3) positions at the usual height. Below eaves and beams beside them the tripod stays as it is.

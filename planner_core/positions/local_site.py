@@ -23,7 +23,7 @@ from planner_core.model import (
     Survey,
     SurveyScope,
 )
-from planner_core.positions.carrier import PERSON, Mover, Zone, blocked_by_zones
+from planner_core.positions.carrier import PERSON, Mover, WalkingZone, blocked_by_zones
 
 #: A place given by its ground may lie this little below the floor's median height.
 _ON_GROUND_M = 0.3
@@ -58,7 +58,7 @@ class LocalSite:
     """
 
     mover: Mover
-    zones: tuple[Zone, ...]
+    zones: tuple[WalkingZone, ...]
     entrances_m: FloatArray | None
     forbidden: tuple[Forbidden, ...]
     scope: SurveyScope | None = None
@@ -142,11 +142,11 @@ def floors_in_words(floors: tuple[Floor, ...]) -> str:
     return ", ".join(f"{floor.id} ({floor.name})" for floor in floors)
 
 
-def _zones(survey: Survey, area: KeepOut) -> list[Zone]:
+def _zones(survey: Survey, area: KeepOut) -> list[WalkingZone]:
     what = ("access" if area.access else "keep-out") + (f" {area.name!r}" if area.name else "")
     floors = [floor_named(survey.floors, area.floor, what)] if area.floor else list(range(len(survey.floors)))
     outline_m = np.array(area.outline_m, dtype=np.float64).reshape(-1, 2) - survey.scene.offset_m[:2]
-    return [Zone(outline_m, floor, access=area.access) for floor in floors]
+    return [WalkingZone(outline_m, floor, access=area.access) for floor in floors]
 
 
 def _forbidden(survey: Survey, place: PriorStation) -> Forbidden:

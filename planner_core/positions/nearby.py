@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.model import Candidates, FloatArray, Int64Array
-from planner_core.positions.admissibility import Tally, Tripods
+from planner_core.positions.admissibility import RefusalTally, Tripods
 from planner_core.positions.grid import candidates_of
 from planner_core.positions.rounding import SET_UP_DIGITS, as_written_m
 from planner_core.progress import Progress, silent
@@ -38,7 +38,7 @@ def places_nearby(
         Where the heights are fixed, none is tried.
     """
     shift_m = _shifts_m(radii_m, () if tripods.heights.fixed_m else rises_m)
-    tally = Tally()
+    tally = RefusalTally()
     on_floor, source = [], [np.empty(0, np.int64)]
     for index in sorted({int(f) for f in near.floor}):
         who = np.flatnonzero(near.floor == index)

@@ -1,7 +1,8 @@
 """Causes for which no tripod stands at a position, and what helps where none stands anywhere.
 
-Input how many positions were refused, by cause (`Tally`), output a phrase for the user. A position counts for the first
-cause that it meets: tests of the place come before what the site rules out, so that a tripod could stand at the latter.
+Input how many positions were refused, by cause (`RefusalTally`), output a phrase for the user. A position counts for
+the first cause that it meets: tests of the place come before what the site rules out, so that a tripod could stand at
+the latter.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ from planner_core.model import (
 )
 from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import Goal, Goals
-from planner_core.requirements.observe_candidates import CandidateObservations, Rows, merged, observe_candidates
+from planner_core.requirements.observe_candidates import CandidateObservations, SeenPatches, merged, observe_candidates
 from planner_core.requirements.wording import area_in_words, figure_in_words, limits_in_words, name_of
 from planner_core.select.problem import Constraint
 
@@ -42,7 +42,7 @@ class Demand:
 
     n_patches: int
     goals: Goals
-    rows: Rows
+    rows: SeenPatches
     constraints: tuple[Constraint, ...]
     area_m2: FloatArray
     times_met: Int32Array
@@ -116,7 +116,7 @@ def demand_of(
 
 def rows_from(
     survey: Survey, engine: ScanEngine, positions_m: FloatArray, demand: Demand, *, progress: Progress = silent
-) -> Rows:
+) -> SeenPatches:
     """What further positions (N, 3) see, by the qualities of `demand`: for places that are not among its own."""
     observed = observe_candidates(survey, engine, positions_m, demand.goals, notes_needed=False, progress=progress)
     return observed.rows_of(demand.countable_share)

@@ -13,16 +13,16 @@ from planner_core.coverage.coverage import times_seen
 from planner_core.coverage.percent import reached_percent
 from planner_core.model import Int32Array, Loss, OverlapOf, PartResult, Visibility
 from planner_core.requirements.demand import Demand
-from planner_core.requirements.observe_candidates import Rows
+from planner_core.requirements.observe_candidates import SeenPatches
 from planner_core.requirements.wording import area_in_words, limits_in_words
 
 
-def times_met(demand: Demand, rows: Rows) -> Int32Array:
+def times_met(demand: Demand, rows: SeenPatches) -> Int32Array:
     """(Q, P) int32, stations that meet each quality on each patch; quality 0 is required of all."""
     return times_seen(rows.met).reshape(len(demand.goals.qualities), demand.n_patches)
 
 
-def part_results(demand: Demand, rows: Rows) -> tuple[PartResult, ...]:
+def part_results(demand: Demand, rows: SeenPatches) -> tuple[PartResult, ...]:
     """One result a goal, in the order of `Goals.each`; what is not achievable does not count as covered."""
     area_m2 = demand.area_m2[: demand.n_patches]
     met = times_met(demand, rows)
@@ -44,7 +44,7 @@ def part_results(demand: Demand, rows: Rows) -> tuple[PartResult, ...]:
     return tuple(results)
 
 
-def losses_of(demand: Demand, rows: Rows) -> tuple[tuple[Loss, ...], ...]:
+def losses_of(demand: Demand, rows: SeenPatches) -> tuple[tuple[Loss, ...], ...]:
     """For each row, a loss per goal in the order of `Goals.each`: what only it, or it among too few, meets."""
     area_m2, met = demand.area_m2[: demand.n_patches], times_met(demand, rows)
     of_quality = [rows_of_quality(demand, rows, quality) for quality in range(len(demand.goals.qualities))]
@@ -75,7 +75,7 @@ def missed_in_words(results: tuple[PartResult, ...]) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def rows_of_quality(demand: Demand, rows: Rows, quality: int = 0) -> Visibility:
+def rows_of_quality(demand: Demand, rows: SeenPatches, quality: int = 0) -> Visibility:
     """Patches on which each position meets one quality: what it covers of all that is planned, by default."""
     if len(demand.goals.qualities) == 1:
         return rows.met
@@ -85,12 +85,12 @@ def rows_of_quality(demand: Demand, rows: Rows, quality: int = 0) -> Visibility:
     return Visibility(starts.astype(np.int64), rows.met.patch[kept] - np.int32(low), demand.n_patches)
 
 
-def rows_of_overlap(demand: Demand, rows: Rows, of: OverlapOf) -> Visibility:
+def rows_of_overlap(demand: Demand, rows: SeenPatches, of: OverlapOf) -> Visibility:
     """Patches of each position that overlap is counted on."""
     return rows.seen if of == OverlapOf.ALL_SEEN else rows_of_quality(demand, rows)
 
 
-def coverage_curve(demand: Demand, rows: Rows) -> tuple[float, ...]:
+def coverage_curve(demand: Demand, rows: SeenPatches) -> tuple[float, ...]:
     """Covered fraction of what is achievable of all that is planned, after the first row, the first two, and so on."""
     goal = demand.goals.overall
     area_m2 = demand.area_m2[: demand.n_patches]

@@ -1,7 +1,7 @@
 """Observations of candidates: which patches each sees, which it meets the limits on, and how much of each.
 
 A `Survey`, `Goals`, an open engine, positions (N, 3) in the local frame, metres -> `CandidateObservations`, and from
-these `Rows` once it is known how much of each patch counts, see `planner_core.coverage.visibility_threshold`.
+these `SeenPatches` once it is known how much of each patch counts, see `planner_core.coverage.visibility_threshold`.
 """
 
 from __future__ import annotations
@@ -36,20 +36,20 @@ from planner_core.spread import current_executor
 
 
 @dataclass(frozen=True)
-class Rows:
+class SeenPatches:
     """What positions see. seen : patches seen at all, for overlap. met : patches by quality, stacked, for coverage."""
 
     seen: Visibility
     met: Visibility
 
-    def take(self, rows: list[int] | Int64Array) -> Rows:
+    def take(self, rows: list[int] | Int64Array) -> SeenPatches:
         """Rows of some positions, in the order given."""
         seen = take_rows(self.seen, rows)
-        return Rows(seen, seen if self.met is self.seen else take_rows(self.met, rows))
+        return SeenPatches(seen, seen if self.met is self.seen else take_rows(self.met, rows))
 
 
 @dataclass(frozen=True)
-class Parts:
+class SeenShares:
     """How much of patches is seen. seen, met : uint8 along the rows' patches. any_seen, any_met : (P,) uint32, samples
     that some position sees, and sees as a goal asks.
     """
@@ -68,8 +68,8 @@ class CandidateObservations:
     needed : as in `planner_core.requirements.demand.Demand`.
     """
 
-    rows: Rows
-    parts: Parts | None
+    rows: SeenPatches
+    parts: SeenShares | None
     needed: tuple[dict[str, Float32Array], ...]
 
     def countable_share(self, survey: Survey, engine: ScanEngine, positions_m: FloatArray) -> UInt8Array | None:
@@ -93,12 +93,12 @@ class CandidateObservations:
             countable_share[cut] = np.minimum(together, most_countable(_best(rows, parts, countable_share.size)[cut]))
         return countable_share
 
-    def rows_of(self, countable_share: UInt8Array | None) -> Rows:
+    def rows_of(self, countable_share: UInt8Array | None) -> SeenPatches:
         """Rows of patches of which enough is seen, with (P,) uint8 of them counting."""
         if self.parts is None or countable_share is None:
             return self.rows
         seen = _enough(self.rows.seen, self.parts.seen, countable_share)
-        return Rows(
+        return SeenPatches(
             seen, seen if self.rows.met is self.rows.seen else _enough(self.rows.met, self.parts.met, countable_share)
         )
 
@@ -144,7 +144,7 @@ def observe_candidates_here(
     )
     if goals.plain and not survey.counts_parts:
         seen = _plainly_seen(survey, engine, positions_m, progress)
-        return CandidateObservations(Rows(seen, seen), None, needed)
+        return CandidateObservations(SeenPatches(seen, seen), None, needed)
     found = _Found(goals, n_patches, needed, keeps_parts=survey.counts_parts and survey.patches.countable_share is None)
     noise = goals.requirements.limits_noise
     for observations in observations_in_batches(survey, engine, positions_m, noise=noise, progress=progress):
@@ -187,13 +187,13 @@ def merged(first: CandidateObservations, second: CandidateObservations, order: I
         met_share = share
         if not one:
             _, met_share = taken_along(met.starts, np.concatenate([first.parts.met, second.parts.met]), order)
-        parts = Parts(
+        parts = SeenShares(
             seen=share,
             met=met_share,
             any_seen=first.parts.any_seen | second.parts.any_seen,
             any_met=first.parts.any_met | second.parts.any_met,
         )
-    rows = Rows(seen, met).take(order)
+    rows = SeenPatches(seen, met).take(order)
     return CandidateObservations(rows, parts, second.needed)
 
 
@@ -221,8 +221,8 @@ def in_a_row(looks: Sequence[CandidateObservations]) -> CandidateObservations:
                 least[limit] = np.fmin(least[limit], before[limit])
     seen, seen_share = pieces[0].joined(n_patches)
     met, met_share = (seen, seen_share) if plain else pieces[1].joined(n_stacked)
-    together = Parts(seen_share, met_share, any_seen, any_seen if plain else any_met) if by_parts else None
-    return CandidateObservations(Rows(seen, met), together, needed)
+    together = SeenShares(seen_share, met_share, any_seen, any_seen if plain else any_met) if by_parts else None
+    return CandidateObservations(SeenPatches(seen, met), together, needed)
 
 
 class _Found:
@@ -263,8 +263,8 @@ class _Found:
             met, met_share = self._met.joined(self._n_patches * len(self._goals.qualities))
         parts = None
         if self._any:
-            parts = Parts(share, met_share, self._any[0], self._any[0] if self._goals.plain else self._any[1])
-        return CandidateObservations(Rows(seen, met), parts, self._needed)
+            parts = SeenShares(share, met_share, self._any[0], self._any[0] if self._goals.plain else self._any[1])
+        return CandidateObservations(SeenPatches(seen, met), parts, self._needed)
 
     def _stacked(self, observations: Observations) -> tuple[Int64Array, Int64Array]:
         """Numbers of observations that meet a quality, row by row, and of the quality."""

@@ -19,8 +19,8 @@ from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import Goals
 from planner_core.requirements.observe_candidates import (
     CandidateObservations,
-    Parts,
-    Rows,
+    SeenPatches,
+    SeenShares,
     in_a_row,
     observe_candidates_here,
 )
@@ -109,12 +109,12 @@ def unpack_observations(content: bytes, n_patches: int, n_stacked: int) -> Candi
         share, met_share, any_seen, any_met = parts_packed
         seen_samples = _filled(any_seen, np.zeros(n_patches, dtype=np.uint32))
         met_samples = seen_samples if any_met is None else _filled(any_met, np.zeros(n_patches, dtype=np.uint32))
-        parts = Parts(share, share if plain else met_share, seen_samples, met_samples)
+        parts = SeenShares(share, share if plain else met_share, seen_samples, met_samples)
     needed: tuple[dict[str, Float32Array], ...] = tuple(
         {name: _filled(values, np.full(n_patches, np.nan, dtype=np.float32)) for name, values in each.items()}
         for each in needed_packed
     )
-    return CandidateObservations(Rows(seen, met), parts, needed)
+    return CandidateObservations(SeenPatches(seen, met), parts, needed)
 
 
 def _rows(rows: Visibility) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -47,7 +47,7 @@ class RowOfDistances(Protocol):
 
 
 @dataclass(frozen=True)
-class Walks:
+class WalkingDistances:
     """Where candidates are on foot.
 
     distances : among N candidates and, after them, other places. floor : (N,) int32. start, end : places where the walk
@@ -107,7 +107,7 @@ class LeastTime:
 def least_time(
     problem: CoverProblem,
     start: Sequence[int],
-    walks: Walks,
+    walks: WalkingDistances,
     settings: LeastTimeSettings,
     *,
     fewest: int = 0,
@@ -169,7 +169,7 @@ def least_time(
 
 def lower_bound_s(
     problem: CoverProblem,
-    walks: Walks,
+    walks: WalkingDistances,
     settings: LeastTimeSettings,
     *,
     fewest: int,
@@ -217,7 +217,7 @@ class _Visit:
 @dataclass
 class _Search:
     problem: CoverProblem
-    walks: Walks
+    walks: WalkingDistances
     settings: LeastTimeSettings
     fixed: frozenset[int]
     scanned: frozenset[int]

@@ -1,6 +1,6 @@
 """Resolution modes of a scanner: a mode's angular steps, and the azimuths and channels that follow from them.
 
-A mode's file entry (docs/formats/scanner.md) -> `ScanMode`; `ScanMode` and vertical field -> `Grid`. Radians inside.
+A mode's file entry (docs/formats/scanner.md) -> `ScanMode`; `ScanMode` and vertical field -> `BeamGrid`. Radians.
 
 A step rarely fits the turn and the vertical field a whole number of times. The nearest number of steps is taken, halves
 upwards: floor(2 pi / step + 1/2) azimuths in a turn, and floor(field / step + 1/2) + 1 channels from the field's top to
@@ -45,7 +45,7 @@ class ScanMode:
 
 
 @dataclass(frozen=True)
-class Grid:
+class BeamGrid:
     """Numbers of beams of a scan: columns and rows."""
 
     n_azimuths: int
@@ -57,12 +57,12 @@ class Grid:
         return self.n_azimuths * self.n_channels
 
 
-def grid_of(mode: ScanMode, *, field_rad: float) -> Grid:
+def grid_of(mode: ScanMode, *, field_rad: float) -> BeamGrid:
     """Round the steps of `mode` to a full turn and to a vertical field of `field_rad`; see the head of this file."""
     n_azimuths = max(1, math.floor(2 * math.pi / mode.azimuth_step_rad + 0.5))
     if mode.elevation_step_rad is None:
-        return Grid(n_azimuths, len(mode.elevation_rad))
-    return Grid(n_azimuths, 1 + max(1, math.floor(field_rad / mode.elevation_step_rad + 0.5)))
+        return BeamGrid(n_azimuths, len(mode.elevation_rad))
+    return BeamGrid(n_azimuths, 1 + max(1, math.floor(field_rad / mode.elevation_step_rad + 0.5)))
 
 
 def spacing_mode(name: str) -> ScanMode | None:

@@ -20,7 +20,7 @@ import numpy as np
 from planner_core.model import BoolArray, Element, FloatArray, Int64Array, LoadReport, Optics, Room, Scene, UInt8Array
 from planner_core.scene.build import far_origin, scene_from_arrays
 from planner_core.scene.extent import LONGEST_M, check_extent, extent_m
-from planner_core.scene.file_frames import Placed, placed_files, placement_doubts
+from planner_core.scene.file_frames import PlacedScene, placed_files, placement_doubts
 from planner_core.scene.joint_storeys import JointStoreys, check_common_shift, joint_storeys
 from planner_core.scene.wording import grouped
 
@@ -78,7 +78,7 @@ def federated(scenes: Sequence[Scene]) -> Scene:
 
 
 def _elements(
-    files: Sequence[Placed], copies: Sequence[BoolArray], keeps: Sequence[BoolArray], storeys: JointStoreys
+    files: Sequence[PlacedScene], copies: Sequence[BoolArray], keeps: Sequence[BoolArray], storeys: JointStoreys
 ) -> tuple[list[Element], list[Int64Array]]:
     """Elements of all files but the copies, and the owner of each triangle that stays, a file each."""
     elements: list[Element] = []
@@ -121,7 +121,7 @@ def _copies(shapes: Sequence[FloatArray]) -> list[BoolArray]:
     return copies
 
 
-def _shapes(file: Placed) -> FloatArray:
+def _shapes(file: PlacedScene) -> FloatArray:
     """(E, 10) box, centre of area and root of area of each element, scene frame; not finite where it has no surface."""
     scene = file.scene
     owner, n = scene.element_of_triangle, len(scene.elements)
@@ -138,7 +138,7 @@ def _shapes(file: Placed) -> FloatArray:
     return np.column_stack([low, high, *centre, np.sqrt(whole_m2)])
 
 
-def _copy_remarks(files: Sequence[Placed], copies: Sequence[BoolArray]) -> list[str]:
+def _copy_remarks(files: Sequence[PlacedScene], copies: Sequence[BoolArray]) -> list[str]:
     """A line each file with elements that count once, and each with ids that stand for other shapes elsewhere."""
     remarks = []
     seen: dict[str, int] = {}
@@ -170,7 +170,7 @@ def _copy_remarks(files: Sequence[Placed], copies: Sequence[BoolArray]) -> list[
 
 
 # ----------------------------------------------------------------------------------------- rooms, report
-def _rooms(files: Sequence[Placed], storeys: JointStoreys, offset_m: FloatArray) -> tuple[Room, ...]:
+def _rooms(files: Sequence[PlacedScene], storeys: JointStoreys, offset_m: FloatArray) -> tuple[Room, ...]:
     """Rooms of all files, local frame; one that an earlier file has as well, by id or by box, once."""
     rooms: list[Room] = []
     boxes_m: list[FloatArray] = []
@@ -197,7 +197,7 @@ def _rooms(files: Sequence[Placed], storeys: JointStoreys, offset_m: FloatArray)
     return tuple(rooms)
 
 
-def _reports(files: Sequence[Placed], keeps: Sequence[BoolArray], remarks: Sequence[str]) -> LoadReport:
+def _reports(files: Sequence[PlacedScene], keeps: Sequence[BoolArray], remarks: Sequence[str]) -> LoadReport:
     """What loading found in all files; faces of copies count as repeated."""
     reports = [file.scene.report for file in files]
     n_copies = sum(int((~keep).sum()) for keep in keeps)

@@ -23,7 +23,7 @@ _SAME_NORTH_DEG = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class PlacedScene:
     """A file's scene, placed. vertices_m : (V, 3) float64, the frame of all. matrix : (4, 4), from its own; rigid."""
 
     scene: Scene
@@ -51,7 +51,7 @@ class Placed:
         return float(self.to_scene(np.array([[middle[0], middle[1], local_z_m]]))[0, 2])
 
 
-def placed_files(scenes: Sequence[Scene]) -> tuple[tuple[Placed, ...], Georeference | None, list[str]]:
+def placed_files(scenes: Sequence[Scene]) -> tuple[tuple[PlacedScene, ...], Georeference | None, list[str]]:
     """Place the files' scenes; the georeference of the whole; and a line on each file that is moved.
 
     The first file with a map conversion stays where it is, and those without any.
@@ -66,7 +66,7 @@ def placed_files(scenes: Sequence[Scene]) -> tuple[tuple[Placed, ...], Georefere
         matrix = None
         if on_map and number in on_map[1:]:
             matrix = _between(scene, scenes[on_map[0]])
-        file = Placed(scene, _moved(scene.vertices_m + scene.offset_m, matrix), matrix)
+        file = PlacedScene(scene, _moved(scene.vertices_m + scene.offset_m, matrix), matrix)
         files.append(file)
         if matrix is not None:
             lines.append(_move_in_words(file, scenes[on_map[0]].source.path.name))
@@ -109,7 +109,7 @@ def _between(scene: Scene, reference: Scene) -> FloatArray | None:
     return None if np.abs(_moved(corners, matrix) - corners).max() <= _SAME_PLACE_M else matrix
 
 
-def _move_in_words(file: Placed, reference: str) -> str:
+def _move_in_words(file: PlacedScene, reference: str) -> str:
     assert file.matrix is not None
     middle = (file.scene.vertices_m.min(axis=0) + file.scene.vertices_m.max(axis=0)) / 2 + file.scene.offset_m
     x, y, z = (_moved(middle[None], file.matrix)[0] - middle).tolist()
@@ -152,7 +152,7 @@ def _angle_deg(direction: tuple[float, float]) -> float:
 
 
 # ---------------------------------------------------------------------------------------------- far away
-def placement_doubts(files: Sequence[Placed]) -> list[str]:
+def placement_doubts(files: Sequence[PlacedScene]) -> list[str]:
     """A line on each file whose box touches none of the others.
 
     Raises

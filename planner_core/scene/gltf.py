@@ -25,7 +25,16 @@ from planner_core.scene.gltf_bytes import embedded, file_beside, glb_chunks
 from planner_core.scene.gltf_draco import DRACO, decoded
 from planner_core.scene.gltf_json import JsonObject
 from planner_core.scene.gltf_materials import material_optics, node_optics
-from planner_core.scene.raw import Parts, RawScene, chained, exact, is_mirrored, placed, turned_over, what_it_looks_like
+from planner_core.scene.raw import (
+    MeshParts,
+    RawScene,
+    chained,
+    exact,
+    is_mirrored,
+    placed,
+    turned_over,
+    what_it_looks_like,
+)
 from planner_core.scene.wording import bad_index_error, grouped
 
 _COMPONENT = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -176,7 +185,7 @@ def _scene(document: _Document, *, skip_bad_faces: bool) -> RawScene:
     _refuse_if_used(document, "extensionsRequired")
     meshes: dict[int, list[_MeshPart]] = {}
     elements: list[Element] = []
-    parts = Parts()
+    parts = MeshParts()
     n_bad = 0
     placements = (
         (number, placement)

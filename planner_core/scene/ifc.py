@@ -39,7 +39,7 @@ from planner_core.scene.ifc_text import (
     without_strings,
 )
 from planner_core.scene.ifc_units import assume_unit, check_spread, length_unit, no_unit
-from planner_core.scene.raw import Parts, RawScene
+from planner_core.scene.raw import MeshParts, RawScene
 from planner_core.scene.wording import grouped, is_text, reason_of
 
 _OPENINGS = "IfcFeatureElementSubtraction"  # and recesses
@@ -404,7 +404,7 @@ def _shapes(
 
 def _joined(products: list[_ProductEntry], by_id: dict[int, list[Shape]]) -> _Shapes:
     """One mesh; a product with several shapes has them in the order of their bytes, not of the threads."""
-    parts = Parts()
+    parts = MeshParts()
     for number, product in enumerate(products):
         n_faces = 0
         for shape in sorted(by_id[product.id], key=lambda s: s.key):

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from planner_core import child_process
-from planner_core.child_process import LIMIT_VARIABLE, Limits, LostChildError, limits_for, progress_of_child
+from planner_core.child_process import LIMIT_VARIABLE, ChildLimits, LostChildError, limits_for, progress_of_child
 from planner_core.errors import SceneError, one_line
 from planner_core.model import Element, Georeference, LoadReport, Room, Storey
 from planner_core.progress import Progress, silent
@@ -106,7 +106,7 @@ def _unreadable(path: Path, file_format: str, lost: LostChildError, place: str) 
     )
 
 
-def _read_apart(arguments: dict[str, object], limits: Limits, progress: Progress) -> RawScene:
+def _read_apart(arguments: dict[str, object], limits: ChildLimits, progress: Progress) -> RawScene:
     raw: RawScene = child_process.run_isolated(
         "planner_core.scene.isolated_readers:read",
         arguments,
@@ -119,7 +119,7 @@ def _read_apart(arguments: dict[str, object], limits: Limits, progress: Progress
 
 
 def _read_without(
-    path: Path, slow: dict[int, str], arguments: dict[str, object], limits: Limits, progress: Progress
+    path: Path, slow: dict[int, str], arguments: dict[str, object], limits: ChildLimits, progress: Progress
 ) -> RawScene:
     """Read an IFC file but for the elements that are too slow, by number and title, and warn of them."""
     if not slow:
@@ -166,7 +166,7 @@ def _culprit(path: Path, lost: LostChildError, progress: Progress) -> str:
     return lost.place
 
 
-def _slow_elements(path: Path, lost: LostChildError, limits: Limits, progress: Progress) -> dict[int, str]:
+def _slow_elements(path: Path, lost: LostChildError, limits: ChildLimits, progress: Progress) -> dict[int, str]:
     """Number and title of the elements, of those not yet made, that are too slow when made one by one.
 
     Raises
@@ -194,14 +194,14 @@ def _slow_elements(path: Path, lost: LostChildError, limits: Limits, progress: P
             )
 
 
-def _limits_of_next(limits: Limits, n_found: int) -> Limits:
+def _limits_of_next(limits: ChildLimits, n_found: int) -> ChildLimits:
     """Limits of the search for a slow element behind some that are found; as the user set them, where he did."""
     if limits.step_cpu_s is None or limits.whole_cpu_s is None:
         return limits
     return replace(limits, step_cpu_s=limits.step_cpu_s * max(0.5**n_found, _LEAST_SHARE))
 
 
-def _make_one_by_one(path: Path, made: Collection[int], limits: Limits, progress: Progress) -> None:
+def _make_one_by_one(path: Path, made: Collection[int], limits: ChildLimits, progress: Progress) -> None:
     child_process.run_isolated(
         "planner_core.scene.ifc:make_one_by_one",
         {"path": os.fspath(path), "made": list(made)},

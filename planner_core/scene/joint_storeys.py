@@ -13,7 +13,7 @@ import numpy as np
 
 from planner_core.errors import SceneError
 from planner_core.model import Storey
-from planner_core.scene.file_frames import Placed
+from planner_core.scene.file_frames import PlacedScene
 
 _SAME_NAMED_M, _SAME_M = 0.5, 0.2
 """Storeys of two files are one within these heights, of the same name or of any."""
@@ -43,7 +43,7 @@ class _Joint:
     """The file that its name and height are from."""
 
 
-def joint_storeys(files: Sequence[Placed]) -> JointStoreys:
+def joint_storeys(files: Sequence[PlacedScene]) -> JointStoreys:
     """Match the storeys of files by height and name."""
     joint: list[_Joint] = []
     numbers: list[list[int]] = []
@@ -85,7 +85,7 @@ def joint_storeys(files: Sequence[Placed]) -> JointStoreys:
     )
 
 
-def check_common_shift(files: Sequence[Placed]) -> None:
+def check_common_shift(files: Sequence[PlacedScene]) -> None:
     """Refuse a file whose storeys all lie higher or lower than those of an earlier file by one amount.
 
     Two references of height do that, such as the site's elevation in one export and sea level in the other: walls then
@@ -114,7 +114,7 @@ def check_common_shift(files: Sequence[Placed]) -> None:
             )
 
 
-def _heights_by_name(file: Placed) -> dict[str, tuple[str, float]]:
+def _heights_by_name(file: PlacedScene) -> dict[str, tuple[str, float]]:
     """Name as written and height of a file's storeys, by plain name, but for names that it has twice."""
     names = [_plain(storey.name) for storey in file.scene.storeys]
     return {
@@ -124,14 +124,14 @@ def _heights_by_name(file: Placed) -> dict[str, tuple[str, float]]:
     }
 
 
-def _over_each_other(file: Placed, other: Placed) -> bool:
+def _over_each_other(file: PlacedScene, other: PlacedScene) -> bool:
     """Tell whether the smaller of two files' boxes lies over the larger one by half of it, in plan."""
     (low, high), (its_low, its_high) = file.box_m[:, :2], other.box_m[:, :2]
     shared = np.maximum(np.minimum(high, its_high) - np.maximum(low, its_low), 0.0)
     return bool(shared.prod() >= 0.5 * min((high - low).prod(), (its_high - its_low).prod()))
 
 
-def _at_one_height(file: Placed) -> bool:
+def _at_one_height(file: PlacedScene) -> bool:
     """Several storeys in one place are none: programs of structure and services write them so."""
     heights_m = [storey.elevation_m for storey in file.scene.storeys]
     return len(heights_m) > 1 and float(np.ptp(heights_m)) < _ROUNDING_M

@@ -276,7 +276,7 @@ def is_mirrored(matrix: FloatArray) -> bool:
 
 
 @dataclass
-class Parts:
+class MeshParts:
     """Meshes of a scene graph, gathered one instance after another and joined at the end."""
 
     vertices: list[FloatArray] = field(default_factory=list)

@@ -24,7 +24,7 @@ from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.outliers import named_few
 from planner_core.scene.raw import (
     Faces,
-    Parts,
+    MeshParts,
     RawScene,
     chained,
     exact,
@@ -68,7 +68,7 @@ class _Gathered:
     name: str
     skip_bad_faces: bool
     metres_per_unit: float
-    parts: Parts = field(default_factory=Parts)
+    parts: MeshParts = field(default_factory=MeshParts)
     elements: list[Element] = field(default_factory=list)
     meshes: dict[tuple[str, float], _Mesh] = field(default_factory=dict)
     """By path in the prototype, so that an instanced mesh is read once; of shapes also by the metres of their unit."""

@@ -34,7 +34,7 @@ _MOST_SHIFT = 2.0
 
 
 @dataclass(frozen=True)
-class View:
+class EvaluatedPoint:
     """An evaluated point: prices of rows (M, R) and targets (K,), their bound; stations, and what they amount to."""
 
     prices: tuple[FloatArray, FloatArray]
@@ -193,7 +193,7 @@ class PrimalDual:
         return np.array([(by_class[layer] * self._counts[k]).sum() for k, layer in enumerate(self._layer)])
 
     # ------------------------------------------------------------------------------------------- looking
-    def look(self, *, mean: bool) -> View:
+    def look(self, *, mean: bool) -> EvaluatedPoint:
         """Look what the point, or the mean of points, is worth."""
         parts = (self._x, self._z, self._u, self._p, self._s)
         x, _, u, p, s = (total / self._n_summed for total in self._sums) if mean else parts
@@ -204,7 +204,7 @@ class PrimalDual:
         stations = float(np.where(least < 0, least, self._lower * least).sum()) - float((s * self._most_first).sum())
         value = float((p * self._least).sum()) + stations - float((worth - u).sum())
         share: FloatArray = np.bincount(self._owner, weights=x, minlength=self._lower.size).astype(np.float64)
-        return View((u, p), value, share, self._enough(x))
+        return EvaluatedPoint((u, p), value, share, self._enough(x))
 
     def _enough(self, x: FloatArray) -> float:
         """Number of stations that x amounts to when multiplied so that it meets all targets, and of firsts too many."""

@@ -21,7 +21,7 @@ from planner_core.errors import ExportError
 from planner_core.export.clouds import e57, each_station, las
 from planner_core.export.clouds.each_station import one_file, write_each
 from planner_core.export.clouds.noise import noise_model
-from planner_core.export.clouds.points import Clouds, Tally
+from planner_core.export.clouds.points import BeamTally, Clouds
 from planner_core.export.clouds.simulated import FORMATS, simulated_clouds, write_simulated_scans
 from planner_core.model import OverlapMeasure, Station
 from planner_core.network import candidate_links as links
@@ -109,7 +109,7 @@ def test_a_worker_whose_disk_fills_up_is_told_and_another_writes(
 ) -> None:
     sound, n_failed = each_station.write_station, 0
 
-    def write(clouds: Clouds, passes: Any, number: int, folder: Path) -> Tally:
+    def write(clouds: Clouds, passes: Any, number: int, folder: Path) -> BeamTally:
         nonlocal n_failed
         if n_failed == 0:
             n_failed += 1

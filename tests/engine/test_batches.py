@@ -15,7 +15,7 @@ from planner_core.device import Device
 from planner_core.engine import opencl, tuning
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.opencl import OpenCLEngine
-from planner_core.engine.patch_returns import Rows
+from planner_core.engine.patch_returns import ReturnRows
 from planner_core.engine.patch_rows import PatchRows
 from planner_core.engine.tiled_template import TiledTemplate
 from planner_core.errors import DeviceMemoryError
@@ -192,7 +192,7 @@ def test_memory_that_runs_out_halves_the_batch_and_is_said_once(
     expected = OpenCLEngine(*engine_parts(shapes), device).patch_returns(template, positions)
     real = PatchRows.rows
 
-    def scarce(self: PatchRows, tiles: TiledTemplate, positions_m: np.ndarray) -> Rows:
+    def scarce(self: PatchRows, tiles: TiledTemplate, positions_m: np.ndarray) -> ReturnRows:
         if len(positions_m) > 5:
             raise DeviceMemoryError("batch of scans: out of memory, expected less")
         return real(self, tiles, positions_m)

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from planner_core.device import Device
 from planner_core.engine import open3d, patch_rows, tuning
 from planner_core.engine.opencl import OpenCLEngine
-from planner_core.engine.patch_returns import Rows, join_bands
+from planner_core.engine.patch_returns import ReturnRows, join_bands
 from planner_core.model import BeamTemplate, Patches, PatchReturns, ReturnMoments, ScanBatch, Scene
 from planner_core.scanner.template import directions
 from planner_core.scene.patches import make_patches, patch_triangles
@@ -303,8 +303,8 @@ def test_bands_of_the_oracle_change_its_sums_by_rounding_alone(
 
 def test_rows_of_two_bands_join_to_those_of_their_union() -> None:
     """Positions 0, 1, 2; the middle one sees nothing in the upper band, the last nothing at all."""
-    upper = Rows(np.array([3, 0, 0]), {"patch": np.array([1, 4, 9]), "n_returns": np.array([1, 2, 3])})
-    lower = Rows(np.array([2, 1, 0]), {"patch": np.array([4, 5, 4]), "n_returns": np.array([10, 20, 30])})
+    upper = ReturnRows(np.array([3, 0, 0]), {"patch": np.array([1, 4, 9]), "n_returns": np.array([1, 2, 3])})
+    lower = ReturnRows(np.array([2, 1, 0]), {"patch": np.array([4, 5, 4]), "n_returns": np.array([10, 20, 30])})
     joined = join_bands(upper, lower)
     assert joined.length.tolist() == [4, 1, 0]
     assert joined.arrays["patch"].tolist() == [1, 4, 5, 9, 4]

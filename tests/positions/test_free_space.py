@@ -13,7 +13,7 @@ from scipy import ndimage
 from planner_core.coverage.survey import make_survey
 from planner_core.errors import RequirementError
 from planner_core.model import PlanSettings, Scene, Survey
-from planner_core.positions.carrier import Mover, Zone
+from planner_core.positions.carrier import Mover, WalkingZone
 from planner_core.positions.footprints import Grid, footprints
 from planner_core.positions.free_space import CELL_M, LARGEST_CELL_M, FreeSpace, components, free_space, half_links
 from planner_core.positions.outlines import over_polygon
@@ -307,8 +307,8 @@ def test_one_ducks_on_stairs_and_not_on_the_floor() -> None:
 def test_zones_keep_out_of_their_floor_only_and_access_keeps_in() -> None:
     survey, free = survey_in("stairwell"), stairwell()
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    kept_out = free_space(survey, zones=(Zone(square, 0),))
-    kept_in = free_space(survey, zones=(Zone(square, 1, access=True),))
+    kept_out = free_space(survey, zones=(WalkingZone(square, 0),))
+    kept_in = free_space(survey, zones=(WalkingZone(square, 1, access=True),))
     plan = free.position_m()[:, :2]
     inside = over_polygon(plan, square)
     assert (inside & free.can_stand & (free.floor == 0)).sum() > 100
@@ -525,8 +525,8 @@ def test_wrong_zones_and_cells_are_refused() -> None:
     survey = room_with()
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
     with pytest.raises(RequirementError, match="zone's floor: got 7"):
-        free_space(survey, zones=(Zone(square, 7),))
+        free_space(survey, zones=(WalkingZone(square, 7),))
     with pytest.raises(RequirementError, match="at least three finite corners"):
-        Zone(square[:2], 0)
+        WalkingZone(square[:2], 0)
     with pytest.raises(RequirementError, match="cell_m"):
         free_space(survey, cell_m=0.0)

@@ -10,7 +10,7 @@ import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import Candidates, PlanSettings, Survey
-from planner_core.positions.admissibility import Tally
+from planner_core.positions.admissibility import RefusalTally
 from planner_core.positions.ground_surface import GroundSurface
 from planner_core.positions.nearby import N_DIRECTIONS, places_nearby
 from planner_core.scanner.load_scanner import load_scanner
@@ -82,7 +82,7 @@ def test_on_several_floors_each_stays_on_its_own_and_the_order_is_that_of_the_st
         plan = np.mean(floor.bounds_m, axis=0) + np.array([[x, y] for x in np.arange(-2, 2, 0.5) for y in (-1, 1.0)])
         z = ground.below(np.column_stack([plan, np.full(len(plan), floor.elevation_m + 0.5)]))
         position = np.column_stack([plan, z + 1.5])[~np.isnan(z)]
-        kept = tripod_tests(survey, SETTINGS, engine, floor).keep(position, z[~np.isnan(z)], Tally())
+        kept = tripod_tests(survey, SETTINGS, engine, floor).keep(position, z[~np.isnan(z)], RefusalTally())
         places += [(index, place) for place in position[kept][:2]]
     places = places[::-1]
     near = Candidates(

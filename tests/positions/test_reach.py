@@ -11,7 +11,7 @@ from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import Candidates, Element, PlanSettings, Scene, Station, Survey
-from planner_core.positions.carrier import Mover, Zone
+from planner_core.positions.carrier import Mover, WalkingZone
 from planner_core.positions.free_space import free_space
 from planner_core.positions.outlines import over_polygon
 from planner_core.positions.reach import Reach, reachability, reachable, stand_nodes, triangles_over
@@ -84,7 +84,7 @@ def test_candidates_inside_a_solid_are_not_reachable_and_all_others_are() -> Non
 
 def test_a_tripod_is_set_down_at_arms_length_but_not_through_a_wall() -> None:
     survey = survey_of("thin-walls")
-    barred = Zone(np.array([[3.0, -1.0], [10.0, -1.0], [10.0, 5.0], [3.0, 5.0]]), 0)
+    barred = WalkingZone(np.array([[3.0, -1.0], [10.0, -1.0], [10.0, 5.0], [3.0, 5.0]]), 0)
     reach = reachability(survey, free_space(survey, PERSON, zones=(barred,)), np.array([[1.5, 2.0, 0.0]]))
     wall_x = 3.0
     # Both are some 0.3 m from where a person stands west of the wall; the doorway lies far off.

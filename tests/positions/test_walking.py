@@ -9,7 +9,7 @@ import pytest
 
 from planner_core.coverage.survey import make_survey
 from planner_core.model import PlanSettings, Survey
-from planner_core.positions.carrier import Mover, Zone
+from planner_core.positions.carrier import Mover, WalkingZone
 from planner_core.positions.free_space import LARGEST_CELL_M, free_space
 from planner_core.positions.reach import Footing, Reach, reachability
 from planner_core.positions.walking import Walking, walks_straight
@@ -194,7 +194,7 @@ def test_sealed_rooms_are_infinitely_far_and_have_no_path() -> None:
 
 def test_a_zone_kept_out_of_is_walked_round() -> None:
     survey = survey_of("convex-room")
-    square = Zone(np.array([[3.0, 2.5], [4.5, 2.5], [4.5, 4.0], [3.0, 4.0]]), 0)
+    square = WalkingZone(np.array([[3.0, 2.5], [4.5, 2.5], [4.5, 4.0], [3.0, 4.0]]), 0)
     ends = np.array([[2.0, 3.2, 0.0], [5.5, 3.2, 0.0]])
     corner = 2.5
     exact = 2 * np.hypot(1.0, 3.2 - corner) + 1.5

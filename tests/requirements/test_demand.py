@@ -21,7 +21,7 @@ from planner_core.requirements import demand as demands
 from planner_core.requirements import goals as goals_module
 from planner_core.requirements.figures import coverage_curve, missed_in_words, part_results, rows_of_quality, times_met
 from planner_core.requirements.goals import Goal, Goals
-from planner_core.requirements.observe_candidates import Rows, _Found, limits_of
+from planner_core.requirements.observe_candidates import SeenPatches, _Found, limits_of
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.patches import patch_triangles
 from planner_core.select.problem import cover_problem
@@ -429,5 +429,5 @@ def test_needed_figures_and_stacked_rows_are_those_of_plain_loops(seed: int) -> 
 
 def test_rows_without_limits_are_held_once() -> None:
     seen = Visibility(np.array([0, 1]), np.array([0], dtype=np.int32), 2)
-    taken = Rows(seen, seen).take([0, 0])
+    taken = SeenPatches(seen, seen).take([0, 0])
     assert taken.met is taken.seen

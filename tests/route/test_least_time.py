@@ -11,7 +11,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import Visibility
 from planner_core.route.detour import exchange_detours_m, insertion_detours_m
 from planner_core.route.exchange import Exchanges
-from planner_core.route.least_time import GRAPH_DETOUR, LeastTimeSettings, Walks, least_time, lower_bound_s
+from planner_core.route.least_time import GRAPH_DETOUR, LeastTimeSettings, WalkingDistances, least_time, lower_bound_s
 from planner_core.select.check import SelectionCheckError
 from planner_core.select.greedy import select_greedy
 from planner_core.select.network import Network
@@ -94,7 +94,7 @@ def test_least_time_finds_the_best_of_all_sets_of_tiny_problems(seed: int) -> No
     assert sets, f"seed {seed}: no set of up to six"
     seconds = [90.0 * len(s) + shortest_m(distance_m, s, N, closed=closed) / 0.5 for s in sets if len(s) <= 5]
     fewest = min(len(s) for s in sets)
-    walks = Walks(Rows(distance_m), np.zeros(N, dtype=np.int32), start=N, closed=closed)
+    walks = WalkingDistances(Rows(distance_m), np.zeros(N, dtype=np.int32), start=N, closed=closed)
     found = least_time(
         problem, sets[-1], walks, LeastTimeSettings(90.0, walking_m_per_s=0.5), fewest=fewest, given=given,
         network=network,
@@ -119,7 +119,7 @@ def test_least_time_never_lengthens_nor_breaks_what_it_was_given(seed: int) -> N
     floor = np.array([0, 0, 1, 1, 0, 0, 0, 1, 1], dtype=np.int32)
     whole = list(range(N))
     kept, scanned = (int(rng.integers(N)),), (int(rng.integers(N)),)
-    walks = Walks(Rows(distance_m), floor)
+    walks = WalkingDistances(Rows(distance_m), floor)
     found = least_time(
         problem, whole, walks, LeastTimeSettings(20.0, n_kicks=3), given=kept, scanned=scanned, network=network
     )
@@ -137,7 +137,7 @@ def test_same_seed_same_stations_and_few_rows_are_asked_for() -> None:
     problem = random_problem(rng)
     rows = Rows(straight(rng.uniform(0, 40, (N, 2))))
     start = list(select_greedy(problem).chosen)
-    walks = Walks(rows, np.zeros(N, dtype=np.int32))
+    walks = WalkingDistances(rows, np.zeros(N, dtype=np.int32))
     first = least_time(problem, start, walks, LeastTimeSettings(90.0, n_kicks=0))
     assert len(rows.asked) < N
     assert least_time(problem, start, walks, LeastTimeSettings(90.0, n_kicks=0)) == first
@@ -150,7 +150,9 @@ def test_no_time_is_saved_by_going_where_no_way_leads() -> None:
     problem = cover_problem(Visibility(starts, patch, 2), np.ones(2), (Constraint(np.ones(2, dtype=bool), 1.0),))
     distance_m = np.array([[0.0, 30.0, np.inf], [30.0, 0.0, np.inf], [np.inf, np.inf, 0.0]])
     for start in ([0, 1], [0, 2]):
-        found = least_time(problem, start, Walks(Rows(distance_m), np.zeros(3, np.int32)), LeastTimeSettings(60.0))
+        found = least_time(
+            problem, start, WalkingDistances(Rows(distance_m), np.zeros(3, np.int32)), LeastTimeSettings(60.0)
+        )
         assert set(found.chosen) == {0, 1}, start
         assert found.walk_m == 30.0
 
@@ -162,12 +164,12 @@ def test_bound_counts_the_way_to_what_must_be_seen() -> None:
     problem = cover_problem(Visibility(starts, patch, 4), np.ones(4), (Constraint(np.ones(4, dtype=bool), 1.0),))
     distance_m = straight(np.array([[5.0, 0.0], [10.0, 0.0], [30.0, 0.0], [0.0, 0.0]]))
     for closed, walk_m in ((False, 30.0), (True, 60.0)):
-        walks = Walks(Rows(distance_m), np.zeros(3, dtype=np.int32), start=3, closed=closed)
+        walks = WalkingDistances(Rows(distance_m), np.zeros(3, dtype=np.int32), start=3, closed=closed)
         time = LeastTimeSettings(100.0, walking_m_per_s=2.0)
         assert lower_bound_s(problem, walks, time, fewest=2) == pytest.approx(200.0 + walk_m / GRAPH_DETOUR / 2.0)
         found = least_time(problem, [1, 2], walks, time, fewest=2)
         assert found.seconds == pytest.approx(200.0 + walk_m / 2.0), "both candidates on the way cost nothing more"
-    assert lower_bound_s(problem, Walks(Rows(distance_m), np.zeros(3, np.int32)), time, fewest=2) == 200.0
+    assert lower_bound_s(problem, WalkingDistances(Rows(distance_m), np.zeros(3, np.int32)), time, fewest=2) == 200.0
     scanned = lower_bound_s(problem, walks, time, fewest=2, scanned=[2])
     assert scanned == pytest.approx(100.0 + 2 * 5.0 / GRAPH_DETOUR / 2.0), "what is scanned is not walked to"
 
@@ -257,7 +259,7 @@ def test_a_closed_walk_without_a_start_may_lose_all_its_stations_on_the_way(n_st
     problem = cover_problem(rows, np.ones(12), (Constraint(np.ones(12, dtype=bool), 1.0),))
     distance_m = straight(np.random.default_rng(n_stations).uniform(0, 40, (N, 2)))
     floor = (np.arange(N) // 5).astype(np.int32)
-    walks = Walks(Rows(distance_m), floor, closed=True)
+    walks = WalkingDistances(Rows(distance_m), floor, closed=True)
     found = least_time(problem, list(range(n_stations)), walks, LeastTimeSettings(60.0), fewest=n_stations)
     sets = itertools.combinations(range(N), n_stations)
     best_m = min(
@@ -268,7 +270,7 @@ def test_a_closed_walk_without_a_start_may_lose_all_its_stations_on_the_way(n_st
 
 def test_a_set_that_misses_a_target_is_refused() -> None:
     problem = random_problem(np.random.default_rng(1))
-    walks = Walks(Rows(np.zeros((N, N))), np.zeros(N, dtype=np.int32))
+    walks = WalkingDistances(Rows(np.zeros((N, N))), np.zeros(N, dtype=np.int32))
     with pytest.raises(SelectionCheckError):
         least_time(problem, [0], walks, LeastTimeSettings(60.0))
 

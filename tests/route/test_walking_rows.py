@@ -8,7 +8,7 @@ from planner_core.model import PlanSettings, Visibility
 from planner_core.positions.free_space import free_space
 from planner_core.positions.reach import Reach, reachability
 from planner_core.positions.walking import Walking
-from planner_core.route.least_time import LeastTimeSettings, Walks, least_time
+from planner_core.route.least_time import LeastTimeSettings, WalkingDistances, least_time
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.select.problem import Constraint, cover_problem
 from scenes_synthetic import build
@@ -47,7 +47,7 @@ def test_least_time_walks_round_walls_and_not_through_them() -> None:
     assert np.linalg.norm(places[1] - places[0]) < np.linalg.norm(places[2] - places[0])
     starts, patch = np.array([0, 1, 2, 3, 4]), np.array([0, 1, 1, 1], dtype=np.int32)
     problem = cover_problem(Visibility(starts, patch, 2), np.ones(2), (Constraint(np.ones(2, dtype=bool), 1.0),))
-    walks = Walks(Walking(reach).from_each(places), np.zeros(4, dtype=np.int32))
+    walks = WalkingDistances(Walking(reach).from_each(places), np.zeros(4, dtype=np.int32))
     found = least_time(problem, [0, 3], walks, LeastTimeSettings(180.0, n_kicks=4), fewest=2)
     assert set(found.chosen) == {0, 2}
     assert found.walk_m == pytest.approx(Walking(reach).distances_m(places)[0, 2], rel=0.028)

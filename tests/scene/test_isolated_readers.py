@@ -196,7 +196,7 @@ def test_more_slow_elements_than_are_left_out_are_refused(tmp_path, building_tex
     steps_s: list[float] = []
     monkeypatch.delenv(child_process.LIMIT_VARIABLE, raising=False)
 
-    def run_isolated(function: str, arguments: Any, *, limits: child_process.Limits, **_: Any) -> Any:
+    def run_isolated(function: str, arguments: Any, *, limits: child_process.ChildLimits, **_: Any) -> Any:
         steps_s.append(limits.step_cpu_s or 0.0)
         if function == "planner_core.scene.isolated_readers:read":
             raise LostChildError("made no progress", SHAPES, (), is_slow=True)
@@ -220,7 +220,7 @@ def test_limit_that_the_user_set_counts_for_every_slow_element(tmp_path, buildin
     monkeypatch.setenv(child_process.LIMIT_VARIABLE, "7")
     steps_s: list[float | None] = []
 
-    def run_isolated(function: str, arguments: Any, *, limits: child_process.Limits, **_: Any) -> Any:
+    def run_isolated(function: str, arguments: Any, *, limits: child_process.ChildLimits, **_: Any) -> Any:
         steps_s.append(limits.step_cpu_s)
         assert limits.whole_cpu_s is None
         place = SHAPES if function == "planner_core.scene.isolated_readers:read" else f"#{len(steps_s)} IfcWall 'Wall'"

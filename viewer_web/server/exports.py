@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from planner_core.child_process import Limits, LostChildError, limits_for, run_isolated
+from planner_core.child_process import ChildLimits, LostChildError, limits_for, run_isolated
 from planner_core.errors import PlannerError
 from planner_core.export.formats import FORMATS, Format
 from planner_core.export.reviewed import OFFERED, WITH_FIGURES, edited_stations
@@ -155,7 +155,7 @@ class Exports:
             "target": str(path),
             "scene": None if paths is None else [str(each) for each in paths],
         }
-        limits = Limits(silent_s=None, memory_bytes=limits_for(0).memory_bytes)
+        limits = ChildLimits(silent_s=None, memory_bytes=limits_for(0).memory_bytes)
         try:
             remarks = run_isolated(_FUNCTION, arguments, classes=(), limits=limits, stage=_STAGE, progress=look)
             # A short one may be done before anybody waited.

@@ -27,7 +27,7 @@ from planner_core.plan_folder.plan_model.results import (
 )
 from planner_core.plan_folder.route_json import route_document
 from planner_core.plan_folder.viewer_files import range_step_m
-from planner_core.planning.live.live_plan import CloudWindow, DraftFigures, LivePlan, Walk
+from planner_core.planning.live.live_plan import CloudWindow, DraftFigures, LivePlan, RouteResult
 from planner_core.planning.live.preview import Preview
 from planner_core.planning.live.tripod_positions import GroundMap
 from planner_core.planning.live.unseen import LeftSurface
@@ -220,7 +220,7 @@ def ground_head(live: LivePlan, ground: GroundMap) -> GroundHead:
     return GroundHead(floor=ground.floor, origin=[x, y], cell_m=ground.cell_m, width=width, height=height)
 
 
-def draft_route_document(figures: DraftFigures, walk: Walk, revision: int) -> RouteOfDraft:
+def draft_route_document(figures: DraftFigures, walk: RouteResult, revision: int) -> RouteOfDraft:
     """Return the route; `figures` are of the same draft."""
     plan = replace(figures.plan, route=walk.route, field_time=walk.field_time)
     sections = {"route": route_document(plan), "field_time": walk.field_time}

@@ -16,7 +16,7 @@ from typing import Any
 
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.export.clouds.file_header import file_names
-from planner_core.export.clouds.points import STAGE, Clouds, Tally, every_nth, thinning_step
+from planner_core.export.clouds.points import STAGE, BeamTally, Clouds, every_nth, thinning_step
 from planner_core.plan_folder.plan_source import FieldStation
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.spread import Kept, NotWantedError, Outcome, Place, Task, current_executor
@@ -41,7 +41,7 @@ def _one_file(suffix: str, write: Write, clouds: Clouds, station: FieldStation, 
     write(clouds, (station,), path.with_name(f"{path.name}{suffix}"))
 
 
-def write_each(clouds: Clouds, passes: Sequence[WriteStation], folder: Path) -> list[Tally]:
+def write_each(clouds: Clouds, passes: Sequence[WriteStation], folder: Path) -> list[BeamTally]:
     """Write the files of all stations into a folder -> what became of the beams of each; `clouds.tally` has the sum.
 
     passes : over the beams of a station, one after the other; they are sent to others, and have to be functions of
@@ -69,7 +69,7 @@ def write_each(clouds: Clouds, passes: Sequence[WriteStation], folder: Path) -> 
             stage=STAGE,
             progress=clouds.progress,
         )
-        tallies = [Tally(**json.loads(each)) for each in found]
+        tallies = [BeamTally(**json.loads(each)) for each in found]
     for tally in tallies:
         clouds.tally.n_points += tally.n_points
         clouds.tally.n_dropped += tally.n_dropped
@@ -77,9 +77,9 @@ def write_each(clouds: Clouds, passes: Sequence[WriteStation], folder: Path) -> 
     return tallies
 
 
-def write_station(clouds: Clouds, passes: Sequence[WriteStation], number: int, folder: Path) -> Tally:
+def write_station(clouds: Clouds, passes: Sequence[WriteStation], number: int, folder: Path) -> BeamTally:
     """Write the files of one station, by its number."""
-    station, name, tally = clouds.stations[number], file_names(clouds)[number], Tally()
+    station, name, tally = clouds.stations[number], file_names(clouds)[number], BeamTally()
     for n_done, write in enumerate(passes):
 
         def report(event: ProgressEvent, n_done: int = n_done) -> None:
@@ -87,12 +87,12 @@ def write_station(clouds: Clouds, passes: Sequence[WriteStation], number: int, f
             done = event.done - number * n_beams + (number * len(passes) + n_done) * n_beams
             clouds.progress(replace(event, done=done, total=len(passes) * event.total))
 
-        tally = Tally()
+        tally = BeamTally()
         write(replace(clouds, scan_engine=clouds.engine, progress=report, tally=tally), station, folder / name)
     return tally
 
 
-def _packed(tally: Tally) -> bytes:
+def _packed(tally: BeamTally) -> bytes:
     return json.dumps(asdict(tally)).encode()
 
 

@@ -123,7 +123,7 @@ class Points:
 
 
 @dataclass(eq=False)
-class Tally:
+class BeamTally:
     """What became of the beams of all blocks so far."""
 
     n_points: int = 0
@@ -156,7 +156,7 @@ class Clouds:
     progress: Progress
     block_beams: int = field(default_factory=lambda: _BLOCK_BEAMS)
     scan_engine: ScanEngine | None = None
-    tally: Tally = field(default_factory=Tally)
+    tally: BeamTally = field(default_factory=BeamTally)
 
     @property
     def reflectivity(self) -> float:
@@ -343,7 +343,7 @@ def _kept(values: Float32Array, kept: BoolArray) -> Float32Array:
     return np.where(kept, values, np.float32(np.nan))
 
 
-def _noise_remarks(noise: NoiseModel, tally: Tally) -> list[str]:
+def _noise_remarks(noise: NoiseModel, tally: BeamTally) -> list[str]:
     scanner = noise.scanner
     of_range = "its table of range noise" if scanner.range_noise else "its ranging accuracy, taken as one sigma"
     of_angles = (

@@ -28,8 +28,8 @@ from planner_core.plan_folder.drawing.marks import (
     MISSED_WALL_RIM,
     OUT_OF_REACH,
     WALL_FILL,
+    DrawnZone,
     Labels,
-    Zone,
     corners,
     draw_links,
     draw_route,
@@ -71,7 +71,7 @@ def draw_floor(
         _draw_building(canvas, view, tile)
         draw_links(canvas, [tile.on_paper(ends) for ends in view.links])
         _draw_route(canvas, view, tile)
-        zones = [Zone(tile.on_paper(zone.outline), zone.words) for zone in view.zones]
+        zones = [DrawnZone(tile.on_paper(zone.outline), zone.words) for zone in view.zones]
         draw_zones(canvas, [zone.outline for zone in zones])
     others = list(_edges(tile, neighbours))
     names = draw_grid(canvas, plan.frame, tile, view.floor.elevation_m, taken=[edge for edge, _ in others])
@@ -173,7 +173,7 @@ def _is_number(name: str, number: int) -> bool:
     return digits.isdecimal() and int(digits) == number
 
 
-def _draw_words(view: FloorView, tile: Tile, labels: Labels, zones: Sequence[Zone]) -> None:
+def _draw_words(view: FloorView, tile: Tile, labels: Labels, zones: Sequence[DrawnZone]) -> None:
     def placed(marks: Sequence[Mark]) -> list[tuple[FloatArray, str]]:
         return [(tile.on_paper(mark.at_m), mark.words) for mark in marks]
 

@@ -15,11 +15,11 @@ from planner_core.export.floor_outlines import solid_rings
 from planner_core.export.section import CUT_HEIGHT_M, SectionLine, floor_section, lines_below
 from planner_core.export.sheets.building import Building
 from planner_core.export.sheets.route import FloorSegment, Mark, breaks_on, ends_on, sealed_on, ways_on, zones_on
-from planner_core.export.sheets.unseen import UnseenSurface, unseen_surface
+from planner_core.export.sheets.unseen import FloorVisibility, unseen_surface
 from planner_core.model import BoolArray, FloatArray, Floor, Scene
 from planner_core.plan_folder.drawing import links
 from planner_core.plan_folder.drawing.links import StationPoint
-from planner_core.plan_folder.drawing.marks import Zone
+from planner_core.plan_folder.drawing.marks import DrawnZone
 from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
 from planner_core.positions.outlines import over_polygon
 
@@ -60,12 +60,12 @@ class FloorView:
     cuts: tuple[FloatArray, ...] = ()
     fittings: tuple[FloatArray, ...] = ()
     below: tuple[FloatArray, ...] = ()
-    surface: UnseenSurface | None = None
+    surface: FloorVisibility | None = None
     standing: tuple[tuple[FloatArray, ...], ...] = ()
     """Rings of what stands on the ground: there is no floor to be seen."""
     cut_m: float = CUT_HEIGHT_M
     """Above the ground."""
-    zones: tuple[Zone, ...] = ()
+    zones: tuple[DrawnZone, ...] = ()
     """Keep-outs and forbidden positions."""
 
 
@@ -152,7 +152,7 @@ def _with_building(plan: PlanSource, view: FloorView, building: Building, trodde
     height_m = local.elevation_m + np.array([0.0, _storey_m(plan, floor)])
     surface = unseen_surface(building, number, height_m=height_m, window_m=limits_m - offset_m)
     if not is_planned(plan, floor):
-        surface = UnseenSurface(*(np.zeros((0, *shape)) for shape in ((3, 2), (3, 2), (3, 2), (2, 2))))
+        surface = FloorVisibility(*(np.zeros((0, *shape)) for shape in ((3, 2), (3, 2), (3, 2), (2, 2))))
     standing = [line for line in floor_section(scene, local, _STANDING_M) if _touches(line, limits_m)]
     return replace(
         view,

@@ -15,7 +15,7 @@ import numpy as np
 from planner_core.export.sheets.building import Building
 from planner_core.export.sheets.figures import area_words
 from planner_core.model import BoolArray, FloatArray
-from planner_core.plan_folder.drawing.marks import Zone, forbidden_zone, zone_words
+from planner_core.plan_folder.drawing.marks import DrawnZone, forbidden_zone, zone_words
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 
 #: Ground this much below a floor's is still that floor's: steps, ramps, rounding.
@@ -232,12 +232,14 @@ def sealed_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
     ]
 
 
-def zones_on(plan: PlanSource, floor: FieldFloor) -> list[Zone]:
+def zones_on(plan: PlanSource, floor: FieldFloor) -> list[DrawnZone]:
     """Return keep-outs, access areas and forbidden positions of a floor, scene frame."""
     site = plan.document.get("site", {})
     names = ("", floor.id.casefold(), floor.name.casefold())
     zones = [
-        Zone(np.array([*area["outline"], area["outline"][0]]), zone_words(area["name"], access=bool(area["access"])))
+        DrawnZone(
+            np.array([*area["outline"], area["outline"][0]]), zone_words(area["name"], access=bool(area["access"]))
+        )
         for area in site.get("keep_out", ())
         if area["floor"].casefold() in names
     ]

@@ -19,7 +19,7 @@ from planner_core.export.sheets.floor_page import Neighbour, draw_floor, is_empt
 from planner_core.export.sheets.floor_view import FloorView, is_planned, view_floor
 from planner_core.export.sheets.paper import Sheet, Tile, sheet_of, text_sheet, tiles_of
 from planner_core.export.sheets.scales import sheet_scales
-from planner_core.export.sheets.table_layout import Piece, draw_piece, paginated
+from planner_core.export.sheets.table_layout import TablePiece, draw_piece, paginated
 from planner_core.export.sheets.tables import (
     Column,
     Table,
@@ -225,7 +225,7 @@ def _drawings(plan: PlanSource, floor: FloorSheets, *, first: int) -> list[Page]
 def _table_pages(plan: PlanSource, title: str, tables: Sequence[Table], sheet: Sheet) -> list[Page]:
     room = text_room(sheet)
 
-    def page(pieces: list[Piece]) -> Page:
+    def page(pieces: list[TablePiece]) -> Page:
         def draw(canvas: Canvas, number: int, n_sheets: int) -> None:
             draw_frame(canvas, plan, sheet, title, number=number, n_sheets=n_sheets)
             for piece in pieces:

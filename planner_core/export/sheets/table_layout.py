@@ -27,7 +27,7 @@ _LEAST_ROWS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class TablePiece:
     """Part of a table on one page. top : of its title. rows : cells, each a list of lines."""
 
     table: Table
@@ -36,9 +36,9 @@ class Piece:
     rows: tuple[tuple[list[str], ...], ...]
 
 
-def paginated(tables: Sequence[Table], room: Box) -> list[list[Piece]]:
+def paginated(tables: Sequence[Table], room: Box) -> list[list[TablePiece]]:
     """Lay tables out one below the other on as many pages as they take, all with the same room."""
-    pages: list[list[Piece]] = [[]]
+    pages: list[list[TablePiece]] = [[]]
     top = room.top
     for table in tables:
         widths = _widths(table.columns, room.width)
@@ -51,7 +51,7 @@ def paginated(tables: Sequence[Table], room: Box) -> list[list[Piece]]:
                 top = room.top
             space = top - _head_mm(table, widths, first=first) - room.bottom
             n = _fitting(rows[done:], space)
-            piece = Piece(table, top, first, tuple(rows[done : done + n]))
+            piece = TablePiece(table, top, first, tuple(rows[done : done + n]))
             pages[-1].append(piece)
             top -= _head_mm(table, widths, first=first) + sum(_height(row) for row in piece.rows) + _BETWEEN_MM
             done, first = done + n, False
@@ -72,7 +72,7 @@ def _fitting(rows: Sequence[tuple[list[str], ...]], space_mm: float) -> int:
     return n
 
 
-def draw_piece(canvas: Canvas, piece: Piece, room: Box) -> None:
+def draw_piece(canvas: Canvas, piece: TablePiece, room: Box) -> None:
     """Draw a part of a table."""
     table, widths = piece.table, _widths(piece.table.columns, room.width)
     more = "" if piece.first else " (continued)"

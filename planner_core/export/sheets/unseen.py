@@ -33,7 +33,7 @@ _PLANE_M = 0.04
 
 
 @dataclass(frozen=True, eq=False)
-class UnseenSurface:
+class FloorVisibility:
     """Of one floor. seen, missed, out_of_reach : level surface at the height of the ground, as triangles (N, 3, 2).
 
     Of level surfaces that lie on each other (a covering on its slab, the slab's underside) the topmost counts.
@@ -48,13 +48,13 @@ class UnseenSurface:
     out_of_reach: FloatArray
     walls: FloatArray
 
-    def moved(self, by_m: FloatArray) -> UnseenSurface:
+    def moved(self, by_m: FloatArray) -> FloorVisibility:
         """The same, shifted by (2,) in plan."""
         parts = (self.seen + by_m, self.missed + by_m, self.out_of_reach + by_m, self.walls + by_m)
-        return UnseenSurface(*parts)
+        return FloorVisibility(*parts)
 
 
-def unseen_surface(building: Building, floor: int, *, height_m: FloatArray, window_m: FloatArray) -> UnseenSurface:
+def unseen_surface(building: Building, floor: int, *, height_m: FloatArray, window_m: FloatArray) -> FloorVisibility:
     """Find the unseen surface of the floor of that number.
 
     Parameters
@@ -76,7 +76,7 @@ def unseen_surface(building: Building, floor: int, *, height_m: FloatArray, wind
     plan_m = corners_m[:, :, :2]
     upright = achievable & required & (np.abs(normal[:, 2]) < _UPRIGHT * twice_m2)
     upright &= (middle_m[:, 2] >= low_m) & (middle_m[:, 2] < high_m) & of_wall
-    return UnseenSurface(
+    return FloorVisibility(
         seen=plan_m[(level | ground) & seen],
         missed=plan_m[(level | ground) & achievable & required & ~seen],
         out_of_reach=plan_m[ground & ~achievable & required],

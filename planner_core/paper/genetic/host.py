@@ -10,7 +10,7 @@ import numpy as np
 from planner_core.model import BoolArray, Int64Array
 from planner_core.model.genetic import GeneticSettings
 from planner_core.paper.genetic.coverage import HostCoverage
-from planner_core.paper.genetic.objective import Objective
+from planner_core.paper.genetic.objective import GeneticObjective
 from planner_core.paper.genetic.operators import (
     bar_twins,
     breed,
@@ -29,7 +29,7 @@ from planner_core.select.problem import CoverProblem
 def evolve_on_host(
     problem: CoverProblem,
     settings: GeneticSettings,
-    objective: Objective,
+    objective: GeneticObjective,
     given: BoolArray,
     *,
     progress: Progress,
@@ -68,7 +68,7 @@ def evolve_on_host(
     return Trajectory(best, history, STALE if iteration - improved >= settings.patience else EXHAUSTED)
 
 
-def _facts(coverage: HostCoverage, objective: Objective, genes: BoolArray) -> Int64Array:
+def _facts(coverage: HostCoverage, objective: GeneticObjective, genes: BoolArray) -> Int64Array:
     """(n, 3): key, covered ticks, active stations."""
     covered, missing = coverage.evaluate(genes)
     active = genes.sum(axis=1, dtype=np.int64)

@@ -27,7 +27,7 @@ _MAX_SHIFT = 20
 
 
 @dataclass(frozen=True)
-class Objective:
+class GeneticObjective:
     """An objective on one problem."""
 
     number: int
@@ -48,11 +48,11 @@ class Objective:
         return np.where(missing == 0, met, -(missing * (n + 1) + active))
 
 
-def objective_of(problem: CoverProblem, settings: GeneticSettings) -> Objective:
+def objective_of(problem: CoverProblem, settings: GeneticSettings) -> GeneticObjective:
     """The settings' objective on a problem that `check_problem` let through."""
     total = int(problem.ticks.sum())
     spare_bits = MAX_KEY.bit_length() - 1 - total.bit_length()
-    return Objective(
+    return GeneticObjective(
         number=OBJECTIVES.index(settings.objective),
         n_candidates=problem.starts.size - 1,
         total=total,

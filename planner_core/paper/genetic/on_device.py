@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from planner_core.device import Buffer, Device, Program
 from planner_core.model import BoolArray
 from planner_core.model.genetic import GeneticSettings
-from planner_core.paper.genetic.objective import Objective
+from planner_core.paper.genetic.objective import GeneticObjective
 from planner_core.paper.genetic.operators import rate_range
 from planner_core.paper.genetic.philox import threshold
 from planner_core.paper.genetic.trajectory import EXHAUSTED, STALE, Trajectory, note
@@ -34,7 +34,7 @@ _RING = GENERATIONS_A_LOOK + 1
 
 
 @dataclass(frozen=True)
-class Shape:
+class WorkShape:
     """How work is cut for a kind of device; results do not depend on it.
 
     lanes, depth : words side by side, and vectors a work-item. slots : work-items that share a tile. n_runs : into how
@@ -54,14 +54,14 @@ class Shape:
 
 
 #: CPU: measured on PoCL 3.0 (AVX2), docs/method/genetic-selection.md. Others: neighbours read neighbouring words.
-SHAPES = {"cpu": Shape(lanes=8, depth=8, slots=1, n_runs=8, n_breeders=1)}
-DEFAULT_SHAPE = Shape(lanes=1, depth=1, slots=32, n_runs=0, n_breeders=32)
+SHAPES = {"cpu": WorkShape(lanes=8, depth=8, slots=1, n_runs=8, n_breeders=1)}
+DEFAULT_SHAPE = WorkShape(lanes=1, depth=1, slots=32, n_runs=0, n_breeders=32)
 
 
 def evolve_on_device(
     problem: CoverProblem,
     settings: GeneticSettings,
-    objective: Objective,
+    objective: GeneticObjective,
     given: BoolArray,
     *,
     device: Device,
@@ -100,10 +100,10 @@ class Population:
     def __init__(
         self,
         device: Device,
-        shape: Shape,
+        shape: WorkShape,
         tiles: Tiles,
         settings: GeneticSettings,
-        objective: Objective,
+        objective: GeneticObjective,
         problem: CoverProblem,
     ) -> None:
         self._on, self._shape, self._settings = device, shape, settings
@@ -243,7 +243,7 @@ class Population:
         }
 
 
-def _rules(settings: GeneticSettings, objective: Objective) -> NDArray[np.uint64]:
+def _rules(settings: GeneticSettings, objective: GeneticObjective) -> NDArray[np.uint64]:
     """Numbers in the order of RULE_ in kernels/genetic_population.cl."""
     low, span = rate_range(settings, objective.n_candidates)
     return np.array(

@@ -4,8 +4,8 @@
 """
 
 from planner_core.model.spatial_search import SearchSettings
+from planner_core.paper.search.agents import SearchHistory, SearchResult
 from planner_core.paper.search.improve import search
 from planner_core.paper.search.landscape import Fitness
-from planner_core.paper.search.walk import SearchHistory, SearchResult
 
 __all__ = ["Fitness", "SearchHistory", "SearchResult", "SearchSettings", "search"]

@@ -13,43 +13,43 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.model import FloatArray
-from planner_core.paper.search.walk import Walk
+from planner_core.paper.search.agents import SearchState
 
 
 class Annealing:
     """One step of each agent at a time; all end together, when it is colder than the threshold."""
 
-    def __init__(self, walk: Walk) -> None:
-        self._walk = walk
+    def __init__(self, state: SearchState) -> None:
+        self._state = state
 
     def step(self, iteration: int) -> None:
         """Move every agent to the first neighbour, of a random order, that is accepted; or leave it where it is."""
-        walk, settings = self._walk, self._walk.settings
+        state, settings = self._state, self._state.settings
         temperature = settings.initial_temperature * settings.cooling ** (iteration - 1)
-        agents = np.flatnonzero(walk.moving)
+        agents = np.flatnonzero(state.moving)
         # All random numbers of an iteration are drawn at once, whatever comes of them: streams stay in step.
-        drawn = walk.random(agents, 2 * walk.n_directions)
-        order = np.argsort(drawn[:, : walk.n_directions], axis=1, kind="stable")
-        chance = drawn[:, walk.n_directions :]
-        at = np.take_along_axis(walk.neighbours(agents), order[:, :, None], axis=1)
-        wanted = np.take_along_axis(~walk.undoes(agents), order, axis=1)
+        drawn = state.random(agents, 2 * state.n_directions)
+        order = np.argsort(drawn[:, : state.n_directions], axis=1, kind="stable")
+        chance = drawn[:, state.n_directions :]
+        at = np.take_along_axis(state.neighbours(agents), order[:, :, None], axis=1)
+        wanted = np.take_along_axis(~state.undoes(agents), order, axis=1)
         waiting = np.arange(agents.size)
-        walk.last[agents] = -1
+        state.last[agents] = -1
         start = 0
-        while start < walk.n_directions and waiting.size:
+        while start < state.n_directions and waiting.size:
             # Most are soon accepted while it is hot: few are evaluated first, then ever more at a time.
             part = slice(start, start + max(1, start))
-            worth = walk.look(at[waiting, part], wanted[waiting, part])
+            worth = state.look(at[waiting, part], wanted[waiting, part])
             accepted = chance[waiting, part] < acceptance(
-                worth.f2, walk.worth.f2[agents[waiting], None], temperature=temperature
+                worth.f2, state.worth.f2[agents[waiting], None], temperature=temperature
             )
             moves = np.flatnonzero(accepted.any(axis=1))
             first = accepted[moves].argmax(axis=1)
             who = waiting[moves]
-            walk.go(agents[who], at[who, start + first], worth.pick(moves, first), order[who, start + first])
+            state.go(agents[who], at[who, start + first], worth.pick(moves, first), order[who, start + first])
             waiting = np.delete(waiting, moves)
             start = part.stop
-        walk.moving[:] = temperature * settings.cooling >= settings.least_temperature
+        state.moving[:] = temperature * settings.cooling >= settings.least_temperature
 
 
 def acceptance(new_f2: FloatArray, f2: FloatArray, *, temperature: float) -> FloatArray:

@@ -18,11 +18,11 @@ from planner_core.engine.scan_engine import check_positions
 from planner_core.errors import RequirementError
 from planner_core.model import FloatArray
 from planner_core.model.spatial_search import METHODS, SearchSettings
+from planner_core.paper.search.agents import SearchResult, SearchState
 from planner_core.paper.search.annealing import Annealing
 from planner_core.paper.search.landscape import Fitness
 from planner_core.paper.search.local_search import LocalSearch
 from planner_core.paper.search.tabu import TabuSearch
-from planner_core.paper.search.walk import SearchResult, Walk
 from planner_core.progress import Progress, ProgressEvent, silent
 
 DEFAULTS = SearchSettings()
@@ -68,24 +68,24 @@ def search(
     bounds = _checked_bounds(bounds_m)
     if method not in METHODS:
         raise RequirementError(f"search: got {method!r}, expected one of {', '.join(METHODS)}")
-    walk = Walk(check_positions(starts_m), fitness, settings, bounds)
-    steps = _method(method, walk)
+    state = SearchState(check_positions(starts_m), fitness, settings, bounds)
+    steps = _method(method, state)
     for iteration in range(1, settings.max_iterations + 1):
-        n_moving = int(np.count_nonzero(walk.moving))
+        n_moving = int(np.count_nonzero(state.moving))
         progress(ProgressEvent("search", iteration - 1, settings.max_iterations, f"{method}, {n_moving} moving"))
         if not n_moving:
             break
-        walk.count_iteration()
+        state.count_iteration()
         steps.step(iteration)
-        walk.record()
+        state.record()
     progress(ProgressEvent("search", settings.max_iterations, settings.max_iterations, method))
-    return walk.result()
+    return state.result()
 
 
-def _method(name: str, walk: Walk) -> _Method:
+def _method(name: str, state: SearchState) -> _Method:
     if name == "ls":
-        return LocalSearch(walk)
-    return Annealing(walk) if name == "sa" else TabuSearch(walk)
+        return LocalSearch(state)
+    return Annealing(state) if name == "sa" else TabuSearch(state)
 
 
 def _checked_bounds(bounds_m: FloatArray) -> FloatArray:

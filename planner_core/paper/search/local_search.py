@@ -9,22 +9,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner_core.paper.search.walk import Walk, best_neighbour
+from planner_core.paper.search.agents import SearchState, best_neighbour
 
 
 class LocalSearch:
     """One step of each agent at a time; an agent whose neighbours are no better has ended."""
 
-    def __init__(self, walk: Walk) -> None:
-        self._walk = walk
+    def __init__(self, state: SearchState) -> None:
+        self._state = state
 
     def step(self, iteration: int) -> None:
         """Move every agent to its best neighbour, but never back to where it came from, or end it."""
         del iteration
-        walk = self._walk
-        agents = np.flatnonzero(walk.moving)
-        at = walk.neighbours(agents)
-        choice, worth = best_neighbour(walk.look(at, ~walk.undoes(agents)))
-        better = worth.beats(walk.worth.take(agents))
-        walk.go(agents[better], at[better, choice[better]], worth.take(better), choice[better])
-        walk.moving[agents[~better]] = False
+        state = self._state
+        agents = np.flatnonzero(state.moving)
+        at = state.neighbours(agents)
+        choice, worth = best_neighbour(state.look(at, ~state.undoes(agents)))
+        better = worth.beats(state.worth.take(agents))
+        state.go(agents[better], at[better, choice[better]], worth.take(better), choice[better])
+        state.moving[agents[~better]] = False

@@ -215,7 +215,7 @@ _PLACE_IN_FILE = re.compile(r"^site\.\w+\[\d+\]$")
 
 
 @dataclass(frozen=True, eq=False)
-class Zone:
+class DrawnZone:
     """Where no station may stand, or, of an access area, the only place where one may. outline : (K, 2), closed."""
 
     outline: FloatArray
@@ -228,10 +228,10 @@ def zone_words(name: str, *, access: bool = False) -> str:
     return what if not name or _PLACE_IN_FILE.search(name) else f"{what}: {name}"
 
 
-def forbidden_zone(x: float, y: float, radius: float) -> Zone:
+def forbidden_zone(x: float, y: float, radius: float) -> DrawnZone:
     """Return the circle around a forbidden position."""
     turn = np.linspace(0.0, 2.0 * np.pi, 33)
-    return Zone(np.array([x, y]) + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1), "no station")
+    return DrawnZone(np.array([x, y]) + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1), "no station")
 
 
 def draw_zones(canvas: Canvas, outlines: Sequence[FloatArray]) -> None:
@@ -241,7 +241,7 @@ def draw_zones(canvas: Canvas, outlines: Sequence[FloatArray]) -> None:
 
 
 def draw_words(
-    labels: Labels, *, stairs: Words, ends: Words, breaks: Words, sealed: Words, zones: Sequence[Zone] = ()
+    labels: Labels, *, stairs: Words, ends: Words, breaks: Words, sealed: Words, zones: Sequence[DrawnZone] = ()
 ) -> None:
     """Write where the route changes floors, where it begins and ends, where it breaks off, where nobody gets in, and
     what zones are. zones : on paper.

@@ -18,10 +18,10 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Link, NetworkKind, Plan, PlanSettings, Registration, Station, Survey
 from planner_core.network.network_report import registration_report
 from planner_core.planning.live.draft import DraftStation
-from planner_core.planning.live.tally import Parts
+from planner_core.planning.live.tally import CoverageAreas
 from planner_core.requirements.demand import Demand
 from planner_core.requirements.figures import coverage_curve, losses_of, part_results, rows_of_quality, times_met
-from planner_core.requirements.observe_candidates import Rows
+from planner_core.requirements.observe_candidates import SeenPatches
 
 
 def plan_of(
@@ -29,9 +29,9 @@ def plan_of(
     settings: PlanSettings,
     engine: ScanEngine,
     demand: Demand,
-    parts: Parts,
+    parts: CoverageAreas,
     stations: Sequence[DraftStation],
-    rows: Rows,
+    rows: SeenPatches,
     links: tuple[Link, ...],
 ) -> Plan:
     """Compute what `planning.results.describe_plan` does of stations that see `rows`, without reasons and route.

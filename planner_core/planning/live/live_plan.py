@@ -27,7 +27,7 @@ from planner_core.planning.live.layers import TIMES_SEEN, layer_named, times_see
 from planner_core.planning.live.pairs import PairFinder
 from planner_core.planning.live.preview import Preview, Standing, coverages, differing
 from planner_core.planning.live.station_observations import StationObserver, rows_of
-from planner_core.planning.live.tally import Parts, Tally, changed, covered_area_m2, figure_of, parts_of
+from planner_core.planning.live.tally import CoverageAreas, Tally, changed, coverage_areas, covered_area_m2, figure_of
 from planner_core.planning.live.tripod_positions import GroundMap, TripodPosition, TripodPositions
 from planner_core.planning.live.unseen import LeftSurface, left_surfaces
 from planner_core.positions.admissibility import Tripods
@@ -37,7 +37,7 @@ from planner_core.progress import Progress, silent
 from planner_core.requirements.demand import Demand
 from planner_core.requirements.figures import losses_of, rows_of_quality
 from planner_core.requirements.goals import Goal
-from planner_core.requirements.observe_candidates import Rows
+from planner_core.requirements.observe_candidates import SeenPatches
 from planner_core.route.field_time import field_time
 from planner_core.route.route import plan_route
 from planner_core.scanner.template import preview_template, window_template
@@ -63,7 +63,7 @@ class DraftFigures:
 
 
 @dataclass(frozen=True)
-class Walk:
+class RouteResult:
     """The walk through a draft's stations, which takes seconds to find."""
 
     route: Route
@@ -101,7 +101,7 @@ class LivePlan:
         self._engine, self._demand, self._reach = engine, demand, reach
         self._area_m2 = survey.patches.area_m2
         self._achievable = demand.times_met[0] >= settings.requirements.seen_from
-        self._parts: Parts = parts_of(survey, demand)
+        self._parts: CoverageAreas = coverage_areas(survey, demand)
         self._observer = StationObserver(survey, engine, demand.goals.qualities)
         self.draft = _draft_of(document, survey)
         requirements = settings.requirements
@@ -154,7 +154,7 @@ class LivePlan:
             unseen=left_surfaces(self.survey, counted & ~seen),
         )
 
-    def walk(self, draft: Draft, *, progress: Progress = silent) -> Walk:
+    def walk(self, draft: Draft, *, progress: Progress = silent) -> RouteResult:
         """Find the walk through a draft's stations; those whose scan exists are not walked to.
 
         It begins at the review's first entrance; where one can walk at all is as in the plan.
@@ -173,7 +173,7 @@ class LivePlan:
             progress=progress,
         )
         n_scans = int((~scanned).sum())
-        return Walk(route, field_time(self.settings.crew, n_scans=n_scans, walk_m=route.length_m))
+        return RouteResult(route, field_time(self.settings.crew, n_scans=n_scans, walk_m=route.length_m))
 
     # ------------------------------------------------------------------------------------------ previews
     def preview(
@@ -296,7 +296,7 @@ class LivePlan:
         return CloudWindow(template, n_beams, cloud_bytes(scans.range_m[0], scans.cos_incidence[0], template))
 
     # ------------------------------------------------------------------------------------------ inside
-    def _rows(self, draft: Draft) -> Rows:
+    def _rows(self, draft: Draft) -> SeenPatches:
         return rows_of(self._standing(draft).tally.looks, self._demand.n_patches, len(self._demand.goals.qualities))
 
     def _standing(self, draft: Draft) -> Standing:

@@ -30,7 +30,7 @@ from planner_core.positions.reach import reachability
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.demand import Demand, demand_of
 from planner_core.requirements.goals import Goals, goals_of
-from planner_core.requirements.observe_candidates import Rows
+from planner_core.requirements.observe_candidates import SeenPatches
 from planner_core.requirements.scope import with_scope
 from planner_core.scene.load import load_scene
 
@@ -130,7 +130,7 @@ def _demand(
     return Demand(
         n_patches=n_patches,
         goals=goals,
-        rows=Rows(none, none),
+        rows=SeenPatches(none, none),
         constraints=(),
         area_m2=np.tile(replace(survey.patches, countable_share=countable_share).area_m2, len(goals.qualities)),
         times_met=times_met,

@@ -17,7 +17,7 @@ from planner_core.plan_folder.viewer_layers import Layer, UInt16Array
 from planner_core.planning.live.draft import Draft, DraftStation
 from planner_core.planning.live.layers import times_seen_bytes
 from planner_core.planning.live.station_observations import StationObservations
-from planner_core.planning.live.tally import Change, Parts, Tally, coverage, figure_of
+from planner_core.planning.live.tally import Change, CoverageAreas, Tally, coverage, figure_of
 from planner_core.planning.live.tripod_positions import TripodPosition
 
 UInt32Array = NDArray[np.uint32]
@@ -25,7 +25,7 @@ UInt32Array = NDArray[np.uint32]
 
 @dataclass(frozen=True)
 class Standing:
-    """A draft, what its stations see, and what that adds up to. covered_m2 : for each of `Parts.all`."""
+    """A draft, what its stations see, and what that adds up to. covered_m2 : for each of `CoverageAreas.all`."""
 
     draft: Draft
     tally: Tally
@@ -80,8 +80,10 @@ def differing(
     return patch[differs].astype(np.uint32), now[differs], values[differs]
 
 
-def coverages(parts: Parts, covered_m2: Sequence[float]) -> tuple[Coverage, tuple[Coverage, ...], tuple[Coverage, ...]]:
-    """Coverage of all, of the floors and of the goals, from areas in the order of `Parts.all`."""
+def coverages(
+    parts: CoverageAreas, covered_m2: Sequence[float]
+) -> tuple[Coverage, tuple[Coverage, ...], tuple[Coverage, ...]]:
+    """Coverage of all, of the floors and of the goals, from areas in the order of `CoverageAreas.all`."""
     found = [coverage(part, area_m2) for part, area_m2 in zip(parts.all, covered_m2, strict=True)]
     n_floors = len(parts.floors)
     return found[0], tuple(found[1 : 1 + n_floors]), tuple(found[1 + n_floors :])

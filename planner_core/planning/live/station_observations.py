@@ -16,7 +16,7 @@ from planner_core.coverage.observe import observing
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Int32Array, PointLimits, Survey, Visibility
 from planner_core.progress import silent
-from planner_core.requirements.observe_candidates import Rows
+from planner_core.requirements.observe_candidates import SeenPatches
 
 #: Observations are kept up to this size, those used last; a dragged station makes some twenty a second.
 KEPT_BYTES = 256 * 2**20
@@ -91,15 +91,15 @@ class StationObserver:
         return StationObservations(position_m, observations.patch, met, observations)
 
 
-def rows_of(looks: tuple[StationObservations, ...], n_patches: int, n_qualities: int) -> Rows:
+def rows_of(looks: tuple[StationObservations, ...], n_patches: int, n_qualities: int) -> SeenPatches:
     """Return looks as rows that the figures of a plan are computed from."""
     seen = _visibility([look.patch for look in looks], n_patches)
     if n_qualities == 1 and all(look.met[0] is look.patch for look in looks):
-        return Rows(seen, seen)
+        return SeenPatches(seen, seen)
     stacked = [
         np.concatenate([met + np.int32(quality * n_patches) for quality, met in enumerate(look.met)]) for look in looks
     ]
-    return Rows(seen, _visibility(stacked, n_patches * n_qualities))
+    return SeenPatches(seen, _visibility(stacked, n_patches * n_qualities))
 
 
 def _visibility(rows: list[Int32Array], n_patches: int) -> Visibility:

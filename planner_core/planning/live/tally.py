@@ -29,8 +29,8 @@ _LEAST_DENSITY = 1e-200
 
 
 @dataclass(frozen=True)
-class Part:
-    """What a figure is about. patches : (P,) bool. counted : (P,) bool, those of them that are achievable.
+class CoverageArea:
+    """What a figure of coverage is of. patches : (P,) bool. counted : (P,) bool, the achievable ones of them.
 
     quality : row of `Tally.times_met`. seen_from : stations that must meet it for a patch to be covered.
     """
@@ -44,30 +44,32 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Parts:
-    """What coverage is reported of: all that is planned, each floor, each goal of the requirements."""
+class CoverageAreas:
+    """Areas that coverage is given for: all that is planned, each floor, each goal of the requirements."""
 
-    overall: Part
-    floors: tuple[Part, ...]
-    goals: tuple[Part, ...]
+    overall: CoverageArea
+    floors: tuple[CoverageArea, ...]
+    goals: tuple[CoverageArea, ...]
 
     @property
-    def all(self) -> tuple[Part, ...]:
+    def all(self) -> tuple[CoverageArea, ...]:
         """Overall, floors, goals."""
         return (self.overall, *self.floors, *self.goals)
 
 
-def parts_of(survey: Survey, demand: Demand) -> Parts:
+def coverage_areas(survey: Survey, demand: Demand) -> CoverageAreas:
     """Cut the building up as the figures of a plan are: the sums are those of `planner_core.planning.results`."""
     goals, area_m2 = demand.goals, demand.area_m2[: demand.n_patches]
     requirements, scope = goals.requirements, goals.overall.patches
     floor = np.where(goals.patches, floor_of_patch(survey.patches, survey.floor_of_triangle), -1)
     achievable = demand.times_met[0] >= requirements.seen_from
 
-    def part(patches: BoolArray, counted: BoolArray, quality: int, seen_from: int) -> Part:
-        return Part(patches, counted, quality, seen_from, float(area_m2[patches].sum()), float(area_m2[counted].sum()))
+    def part(patches: BoolArray, counted: BoolArray, quality: int, seen_from: int) -> CoverageArea:
+        return CoverageArea(
+            patches, counted, quality, seen_from, float(area_m2[patches].sum()), float(area_m2[counted].sum())
+        )
 
-    return Parts(
+    return CoverageAreas(
         overall=part(scope, scope & achievable, 0, requirements.seen_from),
         floors=tuple(
             part(floor == index, (floor == index) & achievable, 0, requirements.seen_from)
@@ -130,7 +132,7 @@ def figure_of(layer: str, best: _Figures) -> FloatArray:
 @dataclass(frozen=True)
 class Change:
     """One look more, and maybe one less. patch : (K,) int32, sorted, all that either sees; n_met : (Q, K) counts with
-    the new look. covered_m2 : for each of `Parts.all`. own_m2 : what coverage counts and
+    the new look. covered_m2 : for each of `CoverageAreas.all`. own_m2 : what coverage counts and
     would lose without the new look.
     """
 
@@ -149,7 +151,7 @@ class Change:
         return best
 
 
-def covered_area_m2(part: Part, times_met: Int32Array, area_m2: FloatArray) -> float:
+def covered_area_m2(part: CoverageArea, times_met: Int32Array, area_m2: FloatArray) -> float:
     """Area of the part's counted patches that enough looks of a tally meet its quality on."""
     return float(area_m2[part.counted & (times_met[part.quality] >= part.seen_from)].sum())
 
@@ -160,7 +162,7 @@ def changed(
     without: Tally,
     old: StationObservations | None,
     new: StationObservations,
-    parts: Parts,
+    parts: CoverageAreas,
     area_m2: FloatArray,
 ) -> Change:
     """Take `old` from `base`, which leaves `without`, and put `new` in its place.
@@ -192,6 +194,6 @@ def _either(first: Int32Array, second: Int32Array, n_patches: int) -> Int32Array
     return np.flatnonzero(is_in).astype(np.int32)
 
 
-def coverage(part: Part, covered_m2: float) -> Coverage:
+def coverage(part: CoverageArea, covered_m2: float) -> Coverage:
     """Coverage of a part of which so much is covered; rounding can't make it less than nothing or more than all."""
     return Coverage(part.achievable_m2, part.total_m2, min(max(covered_m2, 0.0), part.achievable_m2))

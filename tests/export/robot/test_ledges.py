@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from planner_core.export.map_sheets import map_sheets
 from planner_core.export.occupancy import FREE, OCCUPIED, UNKNOWN, occupancy_maps
-from planner_core.export.robot_ways import Ground, Piece, robot_ways
+from planner_core.export.robot_ways import MappedGround, WayPiece, robot_ways
 from planner_core.export.route_lines import RouteLeg
 from planner_core.model import Floor, Survey
 from planner_core.positions.carrier import Mover
@@ -32,7 +32,7 @@ Heights = dict[tuple[int, int], list[tuple[float, int, bool]]]
 class Site:
     """Hand-made ground. node : (x, y, height) of each."""
 
-    ground: Ground
+    ground: MappedGround
     node: list[tuple[int, int, float]]
     steps: set[tuple[int, int]]
 
@@ -79,7 +79,7 @@ def site_of(heights: Heights, size: tuple[int, int], elevations: tuple[float, ..
                            element_of_triangle=np.zeros(0, int))  # fmt: skip
     sheets = map_sheets(space, floors, np.ones(n, dtype=bool))
     survey = cast(Survey, SimpleNamespace(scene=bare, floors=floors))
-    ground = Ground(reach, sheets, occupancy_maps(survey, space, sheets))
+    ground = MappedGround(reach, sheets, occupancy_maps(survey, space, sheets))
     return Site(ground, [(c % nx, c // nx, h) for c, h, _, _ in rows], steps)
 
 
@@ -107,7 +107,7 @@ def way_on(site: Site, start: int, end: int) -> RouteLeg:
     return RouteLeg("A", "B", path.points_m, path.length_m, ("F0",))
 
 
-def pixels_along(site: Site, piece: Piece) -> set[int]:
+def pixels_along(site: Site, piece: WayPiece) -> set[int]:
     """Pixels of a piece's own map each millimetre of it, but for its very ends, which lie on borders of cells."""
     cells, out = site.ground.maps[piece.sheet].cells, set()
     for k, (a, b) in enumerate(pairwise(piece.points_m)):

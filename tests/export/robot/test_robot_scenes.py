@@ -10,7 +10,7 @@ import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.export.map_sheets import map_sheets
 from planner_core.export.occupancy import FREE, entered, occupancy_maps
-from planner_core.export.robot_ways import Ground, robot_ways
+from planner_core.export.robot_ways import MappedGround, robot_ways
 from planner_core.export.route_lines import RouteLeg
 from planner_core.model import PlanSettings, Requirements, Scanner, Scene
 from planner_core.positions.free_space import FreeSpace, free_space
@@ -34,7 +34,7 @@ MORE = [pytest.param(name, marks=pytest.mark.campaign) for name in ("atrium", "f
 @pytest.fixture(scope="module", params=["house", *SLOW, *MORE])
 def ground(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, real_scene: Callable[[str], Scene]
-) -> Ground:
+) -> MappedGround:
     if request.param in ("duplex", "fzk-haus"):
         scene = real_scene(request.param)
     else:
@@ -45,10 +45,10 @@ def ground(
     space = free_space(survey)
     reach = reachability(survey, space)
     sheets = map_sheets(space, survey.floors, entered(reach))
-    return Ground(reach, sheets, occupancy_maps(survey, space, sheets))
+    return MappedGround(reach, sheets, occupancy_maps(survey, space, sheets))
 
 
-def legs_of(ground: Ground) -> list[RouteLeg]:
+def legs_of(ground: MappedGround) -> list[RouteLeg]:
     """Ways between places drawn at random, in pairs on any floors."""
     stand = np.flatnonzero(ground.reach.reached_node)
     ends = np.random.default_rng(5).choice(stand, size=(N_WAYS, 2))
@@ -57,7 +57,7 @@ def legs_of(ground: Ground) -> list[RouteLeg]:
     return [RouteLeg("A", "B", path.points_m, path.length_m, ()) for path in paths if path.points_m.size]
 
 
-def test_no_way_meets_a_cell_that_is_not_free(ground: Ground) -> None:
+def test_no_way_meets_a_cell_that_is_not_free(ground: MappedGround) -> None:
     legs = legs_of(ground)
     assert legs
     ways, _ = robot_ways(ground, tuple(legs), np.zeros(3))
@@ -76,7 +76,7 @@ def test_no_way_meets_a_cell_that_is_not_free(ground: Ground) -> None:
             assert (each.cells[y, x] == FREE).all()
 
 
-def test_of_free_neighbours_none_is_a_step_too_high(ground: Ground) -> None:
+def test_of_free_neighbours_none_is_a_step_too_high(ground: MappedGround) -> None:
     space = ground.space
     for sheet, each in enumerate(ground.maps):
         z = heights(space, ground.sheets.of_node == sheet)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner_core.export.sheets.building import Building
-from planner_core.export.sheets.unseen import UnseenSurface, unseen_surface
+from planner_core.export.sheets.unseen import FloorVisibility, unseen_surface
 from planner_core.model import BoolArray, FloatArray
 from planner_core.scene.load import load_scene
 from planner_core.scene.patches import make_patches, patch_triangles
@@ -43,7 +43,7 @@ class Floor:
 
     def unseen(
         self, seen: BoolArray, achievable: BoolArray, required: BoolArray | None = None, *, low_m: float = 0.0
-    ) -> UnseenSurface:
+    ) -> FloorVisibility:
         scene = self.scene
         top = (np.abs(scene.vertices_m[scene.triangles][:, :, 2] + scene.offset_m[2]) < 1e-6).all(axis=1)
         ground = np.where(top, 0, -1).astype(np.int32)

@@ -11,13 +11,13 @@ from planner_core.model import Visibility
 from planner_core.model.genetic import OBJECTIVES, GeneticSettings
 from planner_core.paper.genetic.coverage import HostCoverage
 from planner_core.paper.genetic.objective import objective_of
-from planner_core.paper.genetic.on_device import DEFAULT_SHAPE, SHAPES, Population, Shape
+from planner_core.paper.genetic.on_device import DEFAULT_SHAPE, SHAPES, Population, WorkShape
 from planner_core.select.bit_rows import PART_BITS, lay_out
 from planner_core.select.problem import Constraint, cover_problem
 
 FORMS = {
     "lanes of 8": SHAPES["cpu"],
-    "lanes of 4": Shape(lanes=4, depth=2, slots=2, n_runs=3, n_breeders=2),
+    "lanes of 4": WorkShape(lanes=4, depth=2, slots=2, n_runs=3, n_breeders=2),
     "lanes of 1": DEFAULT_SHAPE,
 }
 

@@ -7,7 +7,7 @@ from planner_core.device import open_device
 from planner_core.paper.genetic import GeneticSettings, on_device, select_genetic
 from planner_core.paper.genetic.host import evolve_on_host
 from planner_core.paper.genetic.objective import objective_of
-from planner_core.paper.genetic.on_device import DEFAULT_SHAPE, Shape
+from planner_core.paper.genetic.on_device import DEFAULT_SHAPE, WorkShape
 from planner_core.progress import silent
 
 BASE = {"population": 30, "n_parents": 20, "max_iterations": 25, "seed": 3}
@@ -57,7 +57,7 @@ def test_device_and_host_agree_for_any_number_of_candidates(make_problem, device
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "shape",
-    [DEFAULT_SHAPE, Shape(4, 4, 2, 5, 3), Shape(8, 1, 1, 1, 1), Shape(1, 3, 5, 0, 2)],
+    [DEFAULT_SHAPE, WorkShape(4, 4, 2, 5, 3), WorkShape(8, 1, 1, 1, 1), WorkShape(1, 3, 5, 0, 2)],
     ids=lambda shape: str(shape),
 )
 def test_trajectory_does_not_depend_on_how_work_is_cut(make_problem, device, monkeypatch, shape):

@@ -22,7 +22,7 @@ from planner_core.planning.live.tripod_positions import (
     TripodPosition,
     TripodPositions,
 )
-from planner_core.positions.admissibility import Tally
+from planner_core.positions.admissibility import RefusalTally
 from planner_core.positions.allowed_positions import KINDS
 from planner_core.positions.free_space import free_space
 from planner_core.positions.ground_surface import GroundSurface
@@ -106,7 +106,7 @@ def test_map_shows_what_the_tests_say_of_its_cells(house: LivePlan) -> None:
         kind = [survey.scene.elements[number].kind for number in survey.scene.element_of_triangle[below.triangle]]
         on_floor[on_floor] = [not each.startswith("IfcStair") for each in kind]  # nor are flights
         position_m = np.column_stack([plan_m, ground_m + 1.5])[on_floor]
-        kept = tripod_tests(survey, settings, engine, floor).keep(position_m, ground_m[on_floor], Tally())
+        kept = tripod_tests(survey, settings, engine, floor).keep(position_m, ground_m[on_floor], RefusalTally())
         value = ground.values[row, column][on_floor]
         assert kept.sum() > 200
         np.testing.assert_array_equal(value == ADMISSIBLE, kept)

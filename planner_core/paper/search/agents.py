@@ -55,7 +55,7 @@ class SearchResult:
         return np.isfinite(self.f2)
 
 
-class Walk:
+class SearchState:
     """The state of a search that its methods change, in lattice coordinates, see `planner_core.paper.search.landscape`.
 
     at (N, 3), worth; moving (N,) bool, whether an agent still searches; last (N,) the direction of its last move, -1
