@@ -18,7 +18,7 @@ from urllib.parse import quote
 
 import click
 
-from .sites_file import OPTIONS, Site
+from .sites_file import OPTIONS, BatchSite
 
 #: Formats that may refer to other files beside them.
 _REFERRING = frozenset({".obj", ".gltf", ".usd", ".usda", ".usdc"})
@@ -33,7 +33,7 @@ class Job:
     """
 
     name: str
-    site: Site
+    site: BatchSite
     key: str
     floor: str = ""
     finds_floors: bool = False
@@ -47,12 +47,12 @@ class Job:
         return ("plan", *scenes, "-o", str(folder), "--overwrite", *engine, *self.site.arguments, *floor)
 
 
-def first_jobs(sites: Sequence[Site], *, engine: Sequence[str] = ()) -> list[Job]:
+def first_jobs(sites: Sequence[BatchSite], *, engine: Sequence[str] = ()) -> list[Job]:
     """Return the jobs that a batch begins with: those of sites that are there."""
     return [_job(site, site.name, engine, finds_floors=site.each_floor) for site in sites if not site.missing]
 
 
-def floor_jobs(site: Site, floors: Sequence[tuple[str, str]], *, engine: Sequence[str] = ()) -> list[Job]:
+def floor_jobs(site: BatchSite, floors: Sequence[tuple[str, str]], *, engine: Sequence[str] = ()) -> list[Job]:
     """Return a job for each storey, (id, name), that the site's options ask for; all where they ask for none."""
     wanted = {str(each).casefold() for each in site.values["floors"]}
     alone = replace(site, arguments=tuple(word for word in site.arguments if not word.startswith("--floor=")))
@@ -63,7 +63,7 @@ def floor_jobs(site: Site, floors: Sequence[tuple[str, str]], *, engine: Sequenc
     ]
 
 
-def files_of(site: Site) -> tuple[Path, ...]:
+def files_of(site: BatchSite) -> tuple[Path, ...]:
     """Return all files that a site's plan is made from: its scene's, those that they refer to, those of its options.
 
     Of OBJ, glTF and USD text, files count that lie in their folder or below and are named in them.
@@ -75,7 +75,7 @@ def files_of(site: Site) -> tuple[Path, ...]:
     return tuple(found)
 
 
-def _job(site: Site, name: str, engine: Sequence[str], **more: Any) -> Job:
+def _job(site: BatchSite, name: str, engine: Sequence[str], **more: Any) -> Job:
     job = Job(name, site, "", **more)
     options = {key: site.values[str(option.name)] for key, option in OPTIONS.items()}
     named = {str(file): digest_of(file) for file in site.files}

@@ -167,7 +167,7 @@ class SitesFile(Entries):
 
 
 @dataclass(frozen=True, eq=False)
-class Site:
+class BatchSite:
     """A building to plan. arguments : of `tlsplan plan`, besides the scene's files. reading : those of them that say
     how files are read. values : of the options as read, by their names. files : other files that these name.
     """
@@ -184,7 +184,7 @@ class Site:
     """Why there is nothing to plan; empty: there is."""
 
 
-def read_sites(path: Path) -> tuple[tuple[Site, ...], PriceEntries | None]:
+def read_sites(path: Path) -> tuple[tuple[BatchSite, ...], PriceEntries | None]:
     """Read a sites file, YAML or JSON; files that it names are beside it.
 
     Raises
@@ -196,7 +196,7 @@ def read_sites(path: Path) -> tuple[tuple[Site, ...], PriceEntries | None]:
         SitesFile, read_document(path, of="sites", such_as="sites: [scene: a.ifc]"), f"{path}: ", remedy=_REMEDY
     )
     defaults = file.defaults or DefaultEntries()
-    sites: dict[str, Site] = {}
+    sites: dict[str, BatchSite] = {}
     for number, entries in enumerate(file.sites):
         for site in _sites(path, f"sites[{number}]", defaults, entries):
             if site.name in sites:
@@ -207,7 +207,7 @@ def read_sites(path: Path) -> tuple[tuple[Site, ...], PriceEntries | None]:
     return tuple(sites.values()), file.prices
 
 
-def _sites(path: Path, place: str, defaults: DefaultEntries, entries: SiteEntries) -> list[Site]:
+def _sites(path: Path, place: str, defaults: DefaultEntries, entries: SiteEntries) -> list[BatchSite]:
     values = {**_given(defaults), **_given(entries)}
     scene, name = values.pop("scene"), values.pop("name", None)
     portfolio, floors = values.pop("portfolio", ""), values.pop("floors", "together")
@@ -233,10 +233,8 @@ def _sites(path: Path, place: str, defaults: DefaultEntries, entries: SiteEntrie
             missing = f"{scenes[0]}: no file has such a name; check the pattern and the folder"
         called = _plain(name or scenes[0].stem)
         values = {option.name: context.params[str(option.name)] for option in OPTIONS.values()}
-        made.append(
-            Site(called, portfolio, scenes, floors == "each", tuple(arguments), tuple(reading), values, tuple(files),
-                 missing)
-        )  # fmt: skip
+        each_floor, words, of_reading = floors == "each", tuple(arguments), tuple(reading)
+        made.append(BatchSite(called, portfolio, scenes, each_floor, words, of_reading, values, tuple(files), missing))
     return made
 
 
@@ -295,4 +293,4 @@ def _plain(name: str) -> str:
     return re.sub(r"[^\w.-]+", "-", name).strip("-.") or "site"
 
 
-__all__ = ["OPTIONS", "OfFile", "PriceEntries", "Site", "SitesFile", "read_sites"]
+__all__ = ["OPTIONS", "BatchSite", "OfFile", "PriceEntries", "SitesFile", "read_sites"]

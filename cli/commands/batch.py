@@ -12,7 +12,7 @@ from ..options import SchedulerAddress, apply, engine_options, output_options
 if TYPE_CHECKING:
     from ..batch.folder import BatchFolder
     from ..batch.jobs import Job
-    from ..batch.sites_file import PriceEntries, Site
+    from ..batch.sites_file import BatchSite, PriceEntries
     from ..batch.summary import Row
     from ..progress import ProgressReporter
 
@@ -93,7 +93,7 @@ class _Telling:
         for job in jobs:
             self._waiting[job.site.name] = Row(job.site.name, job.site.portfolio, "", WAITING)
 
-    def missing(self, site: Site) -> None:
+    def missing(self, site: BatchSite) -> None:
         """Tell of a site without a file."""
         self._failed(site, site.name, "", site.missing)
 
@@ -121,7 +121,7 @@ class _Telling:
         note = "; ".join(f"{job.name}: {line}" for job, line in doing)
         self._reporter.show(ProgressEvent("sites", done, total, note))
 
-    def rows(self, sites: tuple[Site, ...]) -> list[Row]:
+    def rows(self, sites: tuple[BatchSite, ...]) -> list[Row]:
         """Return all rows in the order of the sites file."""
         return [
             row
@@ -131,7 +131,7 @@ class _Telling:
             )
         ]
 
-    def _failed(self, site: Site, name: str, floor: str, message: str) -> None:
+    def _failed(self, site: BatchSite, name: str, floor: str, message: str) -> None:
         from ..batch.summary import FAILED, Row
 
         self._rows.setdefault(site.name, []).append(Row(name, site.portfolio, floor, FAILED, message=message))

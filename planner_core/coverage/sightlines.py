@@ -135,7 +135,7 @@ def first_surfaces(
 
 
 @dataclass(frozen=True)
-class _Look:
+class _SightLines:
     """One line of sight a row. to_m : (M, 3) from the viewpoint to the sample."""
 
     to_m: FloatArray
@@ -150,7 +150,7 @@ def _failures(
     to_m = samples.centroid_m - at_m
     range_m = np.sqrt((to_m * to_m).sum(axis=1))
     cosine = np.clip(np.abs((to_m * samples.normal).sum(axis=1)) / range_m, 0.0, 1.0)
-    look = _Look(to_m, range_m, cosine)
+    look = _SightLines(to_m, range_m, cosine)
     incidence = np.arccos(cosine)
     template = survey.template
     limit_m = template.range_max_m if required.range_m is None else min(template.range_max_m, required.range_m)
@@ -169,7 +169,7 @@ def _failures(
 
 
 def _by_template(
-    template: BeamTemplate, required: PointLimits, samples: Surfaces, look: _Look
+    template: BeamTemplate, required: PointLimits, samples: Surfaces, look: _SightLines
 ) -> tuple[BoolArray, BoolArray]:
     """(M,) bool each: outside the field of view; fewer points than required, or none to be expected."""
     none = np.zeros(look.range_m.size, dtype=np.bool_)
@@ -185,7 +185,7 @@ def _by_template(
     return outside, sparse & ~outside
 
 
-def _spacing_m(view: View, normal: FloatArray, look: _Look) -> FloatArray:
+def _spacing_m(view: View, normal: FloatArray, look: _SightLines) -> FloatArray:
     """(M,) the larger of the distances between points of neighbouring columns and rows, docs/method/levels.md."""
     along = look.to_m / look.range_m[:, None]
     level = np.hypot(along[:, 0], along[:, 1])

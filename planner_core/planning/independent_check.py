@@ -141,7 +141,7 @@ def check_independently(
         raise RequirementError(f"verify: got {n_points} points, expected at least 100; 200000 say it to 0.1 %")
     survey, settings = plan.survey, plan.settings
     points = _points(survey, goals_of(survey, settings.requirements), n_points, np.random.default_rng(seed))
-    look = _Look(survey, settings.requirements, points)
+    look = _PointVisibility(survey, settings.requirements, points)
     linking, met = look.from_all(np.stack([station.position_m for station in plan.stations]), progress)
     seen_from = settings.requirements.seen_from
     covered = met >= seen_from
@@ -216,7 +216,7 @@ def _returns(survey: Survey, patch: Int64Array) -> BoolArray:
     return found
 
 
-class _Look:
+class _PointVisibility:
     """Looks at points from positions, with limits as the overall requirement has them."""
 
     def __init__(self, survey: Survey, requirements: Requirements, points: _Points) -> None:

@@ -84,7 +84,7 @@ class AllowedPositions:
 
 
 @dataclass(frozen=True)
-class _Found:
+class _Admitted:
     """Admitted positions. position_m : (N, 3). floor, kind : (N,). height_m : (N,) instrument heights."""
 
     position_m: FloatArray
@@ -92,15 +92,15 @@ class _Found:
     height_m: FloatArray
     kind: Int32Array
 
-    def take(self, which: BoolArray | Int64Array) -> _Found:
-        return _Found(self.position_m[which], self.floor[which], self.height_m[which], self.kind[which])
+    def take(self, which: BoolArray | Int64Array) -> _Admitted:
+        return _Admitted(self.position_m[which], self.floor[which], self.height_m[which], self.kind[which])
 
     def candidates(self, tally: RefusalTally) -> Candidates:
         return Candidates(self.position_m, self.floor, self.height_m, tally.n_tried, tally.rejected)
 
 
-def _of_grid(candidates: Candidates) -> _Found:
-    return _Found(
+def _of_grid(candidates: Candidates) -> _Admitted:
+    return _Admitted(
         candidates.position_m,
         candidates.floor,
         candidates.instrument_height_m,
@@ -108,7 +108,7 @@ def _of_grid(candidates: Candidates) -> _Found:
     )
 
 
-def _ruled_out(site: LocalSite, reach: Reach, found: _Found) -> dict[str, BoolArray]:
+def _ruled_out(site: LocalSite, reach: Reach, found: _Admitted) -> dict[str, BoolArray]:
     """(N,) bool, positions that are no candidates on this site, by reason, in the order in which these are reported."""
     plan_m, ground_m = found.position_m[:, :2], found.position_m.copy()
     ground_m[:, 2] -= found.height_m
@@ -195,8 +195,8 @@ def _reach(survey: Survey, site: LocalSite, space: FreeSpace | None, progress: P
     return reachability(survey, space, site.entrances_m)
 
 
-def _joined(parts: list[_Found]) -> _Found:
-    return _Found(
+def _joined(parts: list[_Admitted]) -> _Admitted:
+    return _Admitted(
         position_m=np.ascontiguousarray(np.concatenate([part.position_m for part in parts])),
         floor=np.concatenate([part.floor for part in parts]).astype(np.int32),
         height_m=np.concatenate([part.height_m for part in parts]),
@@ -204,7 +204,7 @@ def _joined(parts: list[_Found]) -> _Found:
     )
 
 
-def _allowed(found: _Found, site: LocalSite, reach: Reach, tally: RefusalTally) -> _Found:
+def _allowed(found: _Admitted, site: LocalSite, reach: Reach, tally: RefusalTally) -> _Admitted:
     """Leave out what the site or the walk to it rules out, and count it."""
     left = np.ones(found.floor.size, dtype=bool)
     for reason, bad in _ruled_out(site, reach, found).items():
@@ -214,7 +214,7 @@ def _allowed(found: _Found, site: LocalSite, reach: Reach, tally: RefusalTally) 
 
 
 # ------------------------------------------------------------------------------------------ special places
-def _special(tripods: Tripods, space: FreeSpace, grid: Candidates, tally: RefusalTally) -> list[_Found]:
+def _special(tripods: Tripods, space: FreeSpace, grid: Candidates, tally: RefusalTally) -> list[_Admitted]:
     """Doorways, middles of rooms, landings and flights where a tripod can stand and no candidate of the grid does."""
     landing = find_landings(space, ring_radius_m=tripods.ring_radius_m, apart_m=tripods.grid_step_m)
     flight = find_flights(space, landing, apart_m=tripods.grid_step_m)
@@ -242,7 +242,7 @@ def _special(tripods: Tripods, space: FreeSpace, grid: Candidates, tally: Refusa
                 tally.refuse(reason, refused)
             n = np.count_nonzero(kept)
             parts.append(
-                _Found(position[kept], np.full(n, index, np.int32), height[kept], np.full(n, number, np.int32))
+                _Admitted(position[kept], np.full(n, index, np.int32), height[kept], np.full(n, number, np.int32))
             )
     return parts
 
@@ -282,8 +282,8 @@ def _prior(tripods: Tripods, site: LocalSite, reach: Reach) -> tuple[list[PriorP
     return placed, tuple(remarks)
 
 
-def _of_prior(placed: list[PriorPosition]) -> _Found:
-    return _Found(
+def _of_prior(placed: list[PriorPosition]) -> _Admitted:
+    return _Admitted(
         position_m=np.array([place.position_m for place in placed], dtype=np.float64).reshape(-1, 3),
         floor=np.array([place.floor for place in placed], dtype=np.int32),
         height_m=np.array([place.instrument_height_m for place in placed], dtype=np.float64),
@@ -291,7 +291,7 @@ def _of_prior(placed: list[PriorPosition]) -> _Found:
     )
 
 
-def _low_lines(tripods: Tripods, found: _Found) -> tuple[str, ...]:
+def _low_lines(tripods: Tripods, found: _Admitted) -> tuple[str, ...]:
     """A line for each floor with rooms in which the tripod is lowered."""
     heights, scene = tripods.heights, tripods.survey.scene
     low = found.height_m < min(heights.to_try_m) - 1e-6

@@ -145,7 +145,9 @@ def observe_candidates_here(
     if goals.plain and not survey.counts_parts:
         seen = _plainly_seen(survey, engine, positions_m, progress)
         return CandidateObservations(SeenPatches(seen, seen), None, needed)
-    found = _Found(goals, n_patches, needed, keeps_parts=survey.counts_parts and survey.patches.countable_share is None)
+    found = _SeenSoFar(
+        goals, n_patches, needed, keeps_parts=survey.counts_parts and survey.patches.countable_share is None
+    )
     noise = goals.requirements.limits_noise
     for observations in observations_in_batches(survey, engine, positions_m, noise=noise, progress=progress):
         found.add(observations)
@@ -225,7 +227,7 @@ def in_a_row(looks: Sequence[CandidateObservations]) -> CandidateObservations:
     return CandidateObservations(SeenPatches(seen, met), together, needed)
 
 
-class _Found:
+class _SeenSoFar:
     """What was seen until now."""
 
     def __init__(

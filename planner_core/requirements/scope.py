@@ -337,7 +337,7 @@ def _seen_from_rooms(engine: ScanEngine, surfaces: Surfaces, eyes_m: FloatArray)
     rounds += [(near_m, 0, 12, at_m) for at_m in corner_m]
     block = _blocks(surfaces)
     for number, (some_m, first, end, at_m) in enumerate(rounds):
-        look = _Look(engine, surfaces, at_m, some_m, list(range(first + 1, min(end, some_m.shape[0]) + 1)))
+        look = _SightTest(engine, surfaces, at_m, some_m, list(range(first + 1, min(end, some_m.shape[0]) + 1)))
         if number == 0:
             look(np.arange(block.size), out)
             continue
@@ -357,7 +357,7 @@ def _hidden_and_in_view(seen: list[BoolArray], block: Int64Array) -> tuple[BoolA
 
 
 @dataclass(frozen=True)
-class _Look:
+class _SightTest:
     """Looks from eyes (N, 3) at points `at_m` (K, 3) of surfaces, each from its nearest eyes, by their `ranks`."""
 
     engine: ScanEngine

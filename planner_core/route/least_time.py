@@ -141,7 +141,9 @@ def least_time(
     """
     given = (*given, *(c for c in scanned if c not in set(given)))
     check_selection(problem, start, given=given)
-    search = _Search(problem, walks, settings, fixed=frozenset(given), scanned=frozenset(scanned), network=network)
+    search = _LeastTimeSearch(
+        problem, walks, settings, fixed=frozenset(given), scanned=frozenset(scanned), network=network
+    )
     best = began = search.visit(list(start))
     interrupted = False
     rng = np.random.default_rng(settings.seed)
@@ -215,7 +217,7 @@ class _Visit:
 
 
 @dataclass
-class _Search:
+class _LeastTimeSearch:
     problem: CoverProblem
     walks: WalkingDistances
     settings: LeastTimeSettings

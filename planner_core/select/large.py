@@ -150,7 +150,7 @@ def select_large(
         raise RequirementError(
             f"start of selection: got {len(start)} candidates that do not meet all targets, expected a set that does"
         )
-    search = _Search(problem, settings, network=network, given=tuple(given), progress=progress)
+    search = _LargeSearch(problem, settings, network=network, given=tuple(given), progress=progress)
     search.begin(start)
     search.run_until_interrupted()
     result = search.result()
@@ -169,7 +169,7 @@ def is_large(problem: CoverProblem) -> bool:
     return problem.n_candidates > _MOST_CANDIDATES or problem.row.size > _MOST_ENTRIES
 
 
-class _Search(Search):
+class _LargeSearch(Search):
     """One `select_large`."""
 
     def __init__(

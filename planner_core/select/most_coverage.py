@@ -110,7 +110,7 @@ def most_coverage(
         The result is not what it should be: a fault of ours.
     """
     _check_input(problem, n_stations, given, start, network)
-    search = _Search(_last_constraint(problem), n_stations, settings, network, tuple(given), progress)
+    search = _CoverageSearch(_last_constraint(problem), n_stations, settings, network, tuple(given), progress)
     search.begin(start)
     search.run_until_interrupted()
     return search.result()
@@ -173,7 +173,7 @@ def _check_input(
         raise RequirementError(f"start of selection: got {len(start)} candidates, expected at most {n_stations}")
 
 
-class _Search(Search):
+class _CoverageSearch(Search):
     """One `most_coverage`; its bound is one of ticks."""
 
     def __init__(

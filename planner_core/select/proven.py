@@ -143,7 +143,7 @@ def select(
             f"network: got one of {network.n_candidates} candidates, expected the problem's {problem.n_candidates}"
         )
     reduced = reduce_problem(problem, given=given, rows_only=network is not None)
-    search = _Search(reduced, settings, network=network, progress=progress)
+    search = _ProvenSearch(reduced, settings, network=network, progress=progress)
     search.begin(_known(problem, reduced, start))
     search.run_until_interrupted()
     try:
@@ -155,7 +155,7 @@ def select(
 
 def _checked(
     problem: CoverProblem,
-    search: _Search,
+    search: _ProvenSearch,
     network: Network | None,
     given: Sequence[int],
     start: Sequence[int] | None,
@@ -212,7 +212,7 @@ def _find_in_block(
     return found.chosen, found.work
 
 
-class _Search(Search):
+class _ProvenSearch(Search):
     """One `select`, of the reduced problem. `_work` is that of annealing."""
 
     def __init__(

@@ -21,7 +21,7 @@ from planner_core.requirements import demand as demands
 from planner_core.requirements import goals as goals_module
 from planner_core.requirements.figures import coverage_curve, missed_in_words, part_results, rows_of_quality, times_met
 from planner_core.requirements.goals import Goal, Goals
-from planner_core.requirements.observe_candidates import SeenPatches, _Found, limits_of
+from planner_core.requirements.observe_candidates import SeenPatches, _SeenSoFar, limits_of
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.patches import patch_triangles
 from planner_core.select.problem import cover_problem
@@ -392,7 +392,7 @@ def test_needed_figures_and_stacked_rows_are_those_of_plain_loops(seed: int) -> 
         Goal("overall", 0.9, qualities[0], 1, np.ones(n_patches, dtype=np.bool_)),
         Goal("part", 0.9, qualities[1], 1, counted, stated=True),
     )
-    found = _Found(Goals(Requirements(), goals, counted), n_patches, needed, keeps_parts=False)
+    found = _SeenSoFar(Goals(Requirements(), goals, counted), n_patches, needed, keeps_parts=False)
     found.add(observations)
     rows_found = found.observations().rows
     assert rows_found.seen.patch.tolist() == observations.patch.tolist()

@@ -113,8 +113,8 @@ def test_selection_of_flats_is_proven_by_blocks(seed, monkeypatch):
     def never(self, tree):
         raise AssertionError("blocks leave nothing to be proven as one")
 
-    monkeypatch.setattr(proven._Search, "_blocks_are_due", lambda self, blocks, tree: not blocks.finished)
-    monkeypatch.setattr(proven._Search, "_proof_due", never)
+    monkeypatch.setattr(proven._ProvenSearch, "_blocks_are_due", lambda self, blocks, tree: not blocks.finished)
+    monkeypatch.setattr(proven._ProvenSearch, "_proof_due", never)
     problem, network = flats(seed, n=5)
     found = select(problem, Proven(work_limit=5.0, n_walks=1), network=network)
     assert found.proven
@@ -216,7 +216,7 @@ def test_others_are_not_waited_for_once_the_search_ends_and_end_too(why, what, h
         if held.begun and why == "interrupted":
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(proven._Search, "_blocks_are_due", lambda self, blocks, tree: not blocks.finished)
+    monkeypatch.setattr(proven._ProvenSearch, "_blocks_are_due", lambda self, blocks, tree: not blocks.finished)
     monkeypatch.setattr(Limits, "left_s", property(lambda self: 0.0 if held.begun and why == "time limit" else None))
     held.passes = lambda task: what == "proofs" and task.wanted == 0
     problem, network = flats(2, n=8, r=60)
@@ -291,7 +291,7 @@ def test_interrupted_proof_by_blocks_keeps_a_bound_that_holds(monkeypatch):
 
 
 def test_blocks_go_on_while_their_bound_rises_until_either_is_done_or_most_work_is():
-    search = proven._Search.__new__(proven._Search)
+    search = proven._ProvenSearch.__new__(proven._ProvenSearch)
     search._settings, search._blocks_rose = Proven(work_limit=100.0), (0, 0.0)
 
     def are_due(work, bound, *, blocks_done=False, whole_done=False):

@@ -254,7 +254,7 @@ def test_interrupt_in_the_middle_of_a_node_proves_nothing(monkeypatch):
 
 
 def test_annealing_waits_until_the_proof_has_had_three_times_as_much_work_the_next_one_counted():
-    search = proven._Search.__new__(proven._Search)
+    search = proven._ProvenSearch.__new__(proven._ProvenSearch)
     search._work, search._n_steps = 10.0, 1000
     search._problem = search._network = None
     search._best = []
