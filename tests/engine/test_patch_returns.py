@@ -313,13 +313,13 @@ def test_rows_of_two_bands_join_to_those_of_their_union() -> None:
 
 STORE_ROWS = """
 import numpy as np, pathlib, sys
-from planner_core.engine.patch_returns import Rows, RowStore
+from planner_core.engine.patch_returns import ReturnRows, RowStore
 
 def resident_bytes(which):
     line = next(x for x in pathlib.Path("/proc/self/status").read_text().splitlines() if x.startswith(which))
     return 1024 * int(line.split()[1])
 
-rows = Rows(np.array([100_000, 0]), {"patch": np.arange(100_000, dtype=np.int32)})
+rows = ReturnRows(np.array([100_000, 0]), {"patch": np.arange(100_000, dtype=np.int32)})
 before = resident_bytes("VmRSS")
 store = RowStore(n_patches=100_000)
 for _ in range(640):
