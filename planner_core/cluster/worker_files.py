@@ -195,7 +195,8 @@ def _listed(made: Path) -> Iterable[tuple[str, int]]:
 def _own_folder(name: str) -> Path:
     from distributed import get_worker
 
-    folder = Path(get_worker().local_directory) / "tlsplan" / name
+    # A worker imports from its folder, where one named as a package would hide that.
+    folder = Path(get_worker().local_directory) / "tlsplan-files" / name
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 

@@ -6,11 +6,14 @@ import hashlib
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import invalidate_caches
+from importlib.machinery import PathFinder
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from distributed import Client
 from waiting import until
 
 from planner_core.cluster import file_jobs, worker_files
@@ -21,7 +24,7 @@ from planner_core.errors import DeviceError
 from planner_core.progress import Progress, silent
 from planner_core.spread import Kept, NotWantedError, Outcome, Place, Task
 
-from .conftest import cluster_of
+from .conftest import cluster_of, threads
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,17 @@ def order_of(task: str, made: Path, **files: Path) -> Order:
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(file_jobs, "_WAIT_S", 0.05)
+
+
+def test_folders_of_a_worker_hide_no_package() -> None:
+    def package() -> tuple[list[str], str | None]:
+        folder = worker_files._own_folder("any").parent
+        invalidate_caches()
+        found = PathFinder.find_spec("tlsplan", [str(folder.parent)])
+        return [each.name for each in folder.iterdir()], None if found is None else str(found)
+
+    with threads(1) as address, Client(address) as client:
+        assert client.submit(package).result() == (["any"], None)
 
 
 @pytest.mark.parametrize("size", [0, 1, 4, 5, 8, 11])
