@@ -17,7 +17,12 @@ COMMANDS = (
 
 
 #: Options of the last release by their names of now: taken for one more, with a notice.
-RENAMED_OPTIONS = {"--as-told": "--accept-implausible", "--fixed": "--scanned"}
+RENAMED_OPTIONS = {
+    "--as-told": "--accept-implausible",
+    "--door-shut": "--door-closed",
+    "--fixed": "--scanned",
+    "--judge": "--verify",
+}
 
 
 class LazyGroup(click.Group):

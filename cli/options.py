@@ -46,15 +46,6 @@ class Length(click.ParamType[float]):
         return metres
 
 
-class Renamed(click.Option):
-    """An option that has names of earlier versions behind its own: they work, and help leaves them out."""
-
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """Return the line of help, with the first name alone."""
-        record = super().get_help_record(ctx)
-        return record and (record[0].replace(f"{self.opts[0]}, {', '.join(self.opts[1:])}", self.opts[0]), record[1])
-
-
 class RenamedChoice(click.Choice[str]):
     """A choice that takes words of earlier versions. earlier : these, and what they are now."""
 
@@ -122,7 +113,7 @@ preset_option = click.option(
     f"{NO_DELIVERABLE}, any height of the scanner, where other options do not say it.",
 )  # fmt: skip
 verify_option = click.option(
-    "--verify", "--judge", "n_verify", cls=Renamed, type=click.IntRange(min=0), default=None, metavar="POINTS",
+    "--verify", "n_verify", type=click.IntRange(min=0), default=None, metavar="POINTS",
     help="Verify coverage and overlap with this many independent sample points, cast by Open3D; 200000 for about "
     "0.1 %, 0 for no verification. [default: 20000; 0 with --preset paper]",
 )  # fmt: skip
@@ -154,7 +145,7 @@ door_open_option = click.option(
     help="This door (its IFC GlobalId) is open, whatever --doors is; may be repeated.",
 )  # fmt: skip
 door_closed_option = click.option(
-    "--door-closed", "--door-shut", "doors_closed", cls=Renamed, multiple=True, metavar="GLOBALID",
+    "--door-closed", "doors_closed", multiple=True, metavar="GLOBALID",
     help="This door (its IFC GlobalId) is closed, whatever --doors is; may be repeated.",
 )  # fmt: skip
 engine_option = click.option(

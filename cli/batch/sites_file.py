@@ -21,6 +21,7 @@ from planner_core.errors import RequirementError
 from planner_core.requirements.yaml_or_json import read_document
 
 from ..commands.plan import problem_of
+from ..group import RENAMED_OPTIONS
 from ..options import (
     FileOptions,
     Length,
@@ -50,11 +51,11 @@ def _site(**values: Any) -> Any:
 _NOT_SETTINGS = ("scenes", "reading", "n_verify")
 #: By their names in the file: those of `tlsplan plan` that say what is planned, not where it is written or shown.
 OPTIONS = {
-    option.opts[0].lstrip("-").replace("-", "_"): option
+    key_of(option.opts[0]): option
     for option in _site.params
     if isinstance(option, click.Option) and option.expose_value
 }
-_EARLIER = {key_of(name): key for key, option in OPTIONS.items() for name in option.opts[1:]}
+_EARLIER = {key_of(old): key_of(now) for old, now in RENAMED_OPTIONS.items()}
 _OF_READING = frozenset(FileOptions.__dataclass_fields__)
 
 
