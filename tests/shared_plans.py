@@ -2,6 +2,7 @@
 
 `house` : the synthetic house, patches sampled, its stations refined and linked.
 `house_on_map` : the same house with a position on earth, scanned beam by beam; no links required.
+`corridor-comb` : rooms along a corridor, one network that holds as crews set up.
 `box` : one room with a position on earth, greedily planned with Open3D: the cheapest plan there is.
 
 Each is a folder with the scene file, and the complete plan folder `plan` beside it, without pictures. Nobody writes
@@ -40,6 +41,12 @@ SETTINGS = {
         requirements=Requirements(coverage=0.8, network="none"),
         refine=False,
         scan_mode="beams",
+    ),
+    "corridor-comb": replace(
+        _HOUSE,
+        scanner=load_scanner("rtc360"),
+        requirements=Requirements(coverage=0.9),
+        refine=False,
     ),
     "box": replace(
         _HOUSE,

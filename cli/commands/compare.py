@@ -231,6 +231,8 @@ def _state(row: dict[str, Any]) -> str:
 
 
 def _network(document: dict[str, Any]) -> list[str]:
+    from planner_core.network.weak_motion import overlap_percent
+
     network = document["network"]
     state = _state(network)
     lines = [
@@ -240,6 +242,12 @@ def _network(document: dict[str, Any]) -> list[str]:
     lost = [f"{link['a']}-{link['b']}" for link in network["lost_links"]]
     if lost:
         lines.append(f"links lost    {_some(lost)}")
+    low = [f"{link['a']}-{link['b']} {overlap_percent(link['overlap'])} %" for link in network["links_as_set_up"]]
+    if low:
+        required = f"{100 * network['min_overlap']:g} %"
+        lines.append(
+            f"as set up     {len(low)} of them below {required}, which count between scanned stations: {_some(low)}"
+        )
     if network["actual_parts"] > 1:
         lines.append("unconnected   groups of stations as scanned, without a link between them:")
         lines += [f"  group {number:<6} {_some(part)}" for number, part in enumerate(network["networks"], start=1)]

@@ -168,7 +168,7 @@ def compare_as_scanned(
     everywhere, warnings = _placed(live, matches, floors)
     pairs = [pair for pair in zip(matches, everywhere, strict=True) if not _is_stray(*pair, floors)]
     stations = [each for _, each in pairs if each is not None]
-    draft = Draft(tuple(stations))
+    draft = Draft(tuple(stations), scanned=frozenset(each.id for each in stations if each.fixed))
     planned, actual = live.figures(live.draft), live.figures(draft)
     fates = []
     for number, (match, there) in enumerate(pairs):
@@ -324,7 +324,7 @@ def plan_rescan(live: LivePlan, found: AsScanned, *, progress: Progress = silent
     scanned = {station.id for station in found.draft.stations}
     further = tuple(station for station in plan.stations if station.id not in scanned)
     drafted = tuple(_as_draft(station) for station in further)
-    figures = live.figures(Draft((*found.draft.stations, *drafted)))
+    figures = live.figures(replace(found.draft, stations=(*found.draft.stations, *drafted)))
     purposes = purposes_of(live, found.draft, drafted, lambda each: is_met(found.planned.plan, each))
     return Rescan(plan, further, figures, is_met(found.planned.plan, figures.plan), purposes)
 

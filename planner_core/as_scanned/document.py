@@ -64,6 +64,8 @@ def as_scanned_document(
             "networks": [list(each.stations) for each in registration_of(actual).networks],
             "planned_links": len(counted_links(planned)),
             "actual_links": len(counted_links(actual)),
+            "min_overlap": planned.settings.requirements.overlap,
+            "links_as_set_up": [_link(link) for link in actual.links if link.as_set_up],
             "lost_links": [_link(link) for link in found.lost_links],
             "new_links": [_link(link) for link in found.new_links],
         },

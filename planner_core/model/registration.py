@@ -22,7 +22,8 @@ class Link:
     """Overlap of two stations. `overlap`: as the requirements measure it, see `OverlapMeasure` and `OverlapOf`.
 
     `strength`: smallest eigenvalue of the shared surface's point-to-plane normal matrix, scaled to [0, 1]; NaN where
-    it was not computed. `weak_motion`: None where it was not computed.
+    it was not computed. `weak_motion`: None where it was not computed. `as_set_up`: it counts below the overlap that is
+    required, since both stations are scanned and need no margin for setting up.
     """
 
     a: str
@@ -30,6 +31,7 @@ class Link:
     overlap: float
     strength: float
     weak_motion: WeakMotion | None = None
+    as_set_up: bool = False
 
 
 @dataclass(frozen=True)
@@ -115,4 +117,4 @@ class Registration:
 
     def counts(self, link: Link) -> bool:
         """Whether a link is good enough; one whose strength was not computed is judged by its overlap."""
-        return link.overlap >= self.threshold and not link.strength < self.min_strength
+        return link.as_set_up or (link.overlap >= self.threshold and not link.strength < self.min_strength)

@@ -81,6 +81,11 @@ class Site:
             return self
         return replace(self, entrances_m=(*places_m, *self.entrances_m), start_m=None)
 
+    @property
+    def scanned(self) -> frozenset[str]:
+        """Ids of stations whose scans exist."""
+        return frozenset(station.id for station in self.prior if station.role == Role.SCANNED)
+
     def __post_init__(self) -> None:
         if self.returns and self.end_m is not None:
             raise RequirementError(

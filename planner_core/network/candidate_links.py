@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import pickle
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
@@ -16,6 +17,7 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, OverlapMeasure, Visibility
+from planner_core.network.links import SET_UP_SHARE, SET_UP_STRENGTH
 from planner_core.network.pair_overlap import (
     ROWS_A_BLOCK,
     PairMatrices,
@@ -79,6 +81,7 @@ class LinkJob:
     min_overlap: float
     min_strength: float
     measure: OverlapMeasure
+    scanned: BoolArray
 
     def __getstate__(self) -> dict[str, Any]:
         """What travels: what was worked out from it stays here."""
@@ -86,7 +89,8 @@ class LinkJob:
 
     @cached_property
     def _overlaps(self) -> PairOverlaps:
-        return PairOverlaps(self.visibility, self.patch_area_m2, min_overlap=self.min_overlap, measure=self.measure)
+        least = self.min_overlap * (SET_UP_SHARE if self.scanned.any() else 1.0)
+        return PairOverlaps(self.visibility, self.patch_area_m2, min_overlap=least, measure=self.measure)
 
     @cached_property
     def _matrices(self) -> PairMatrices:
@@ -95,8 +99,11 @@ class LinkJob:
     def links_of_rows(self, begin: int, end: int) -> tuple[Pairs, FloatArray]:
         """Pairs that are links, first rows begin .. end - 1, and their strengths."""
         pairs = self._overlaps.of_rows(begin, end)
+        is_low = pairs.overlap < self.min_overlap
+        likely = ~is_low | (self.scanned[pairs.first] & self.scanned[pairs.second])
+        pairs, is_low = _take(pairs, likely), is_low[likely]
         strength = strengths_of(self._matrices.of(pairs.first, pairs.second))
-        holds = strength >= self.min_strength
+        holds = strength >= np.where(is_low, max(SET_UP_STRENGTH, self.min_strength), self.min_strength)
         return _take(pairs, holds), strength[holds]
 
     def answer(self, rows: tuple[int, int], kept: Kept | None = None, progress: Progress = silent) -> bytes:
@@ -118,6 +125,7 @@ def candidate_links(
     min_overlap: float,
     min_strength: float,
     measure: OverlapMeasure = OverlapMeasure.SMALLER_SHARE,
+    scanned: Sequence[int] = (),
     rows_a_block: int = ROWS_A_BLOCK,
     progress: Progress = silent,
 ) -> CandidateLinks:
@@ -133,6 +141,8 @@ def candidate_links(
         More than 0: pairs without common surface are left out.
     min_strength
         0 to 1; strengths are made of pairs that overlap enough, and of no others.
+    scanned
+        Rows of stations that stand where they were scanned: pairs of them count as set up, see `SET_UP_SHARE`.
     rows_a_block
         Positions whose pairs are held at a time. The result does not depend on it.
 
@@ -146,7 +156,9 @@ def candidate_links(
     if not 0.0 <= min_strength <= 1.0:
         raise RequirementError(f"min_strength: got {min_strength:g}, expected 0 to 1; give e.g. 0.01")
     n = visibility.n_positions
-    job = LinkJob(visibility, patch_area_m2, surface, min_overlap, min_strength, measure)
+    is_scanned = np.zeros(n, dtype=bool)
+    is_scanned[list(scanned)] = True
+    job = LinkJob(visibility, patch_area_m2, surface, min_overlap, min_strength, measure, is_scanned)
     executor = current_executor()
     if executor is None or n < _WORTH_SPREADING:
         linked = []

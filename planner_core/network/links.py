@@ -17,6 +17,7 @@ What it means for errors, and which strength is enough: docs/method/registration
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -37,6 +38,9 @@ from planner_core.scene.patches import patch_triangles
 
 #: Overlaps below this are not listed: nobody registers on a twentieth of a scan.
 MIN_LISTED_OVERLAP = 0.05
+#: A link holds as set up with this share of the overlap that is required on the marks, but as strong as this at least:
+#: docs/method/registration.md has the figures.
+SET_UP_SHARE, SET_UP_STRENGTH = 5.0 / 6.0, 0.03
 
 
 def overlap_links(
@@ -67,6 +71,24 @@ def overlap_links(
             )
         ]
     return tuple(links)
+
+
+def least_listed_overlap(required: float) -> float:
+    """Overlap from which on links are listed: at least all that count, as set up, too."""
+    return min(MIN_LISTED_OVERLAP, SET_UP_SHARE * required or MIN_LISTED_OVERLAP)
+
+
+def with_scanned(
+    links: Iterable[Link], scanned: Collection[str], *, threshold: float, min_strength: float
+) -> tuple[Link, ...]:
+    """Mark the links between `scanned` stations that count as these are set up, though below the threshold."""
+    least = max(SET_UP_STRENGTH, min_strength)
+
+    def counts(link: Link) -> bool:
+        both = link.a in scanned and link.b in scanned
+        return both and SET_UP_SHARE * threshold <= link.overlap < threshold and link.strength >= least
+
+    return tuple(replace(link, as_set_up=counts(link)) for link in links)
 
 
 def components(links: tuple[Link, ...], station_ids: tuple[str, ...], *, threshold: float) -> list[tuple[str, ...]]:

@@ -179,7 +179,7 @@ def _links(registration: RegistrationSection) -> tuple[FieldLink, ...]:
     links = []
     for row in registration.links:
         strength = math.nan if row.strength is None else row.strength
-        counts = row.overlap >= registration.threshold and not strength < registration.min_strength
+        counts = row.as_set_up or (row.overlap >= registration.threshold and not strength < registration.min_strength)
         links.append(FieldLink(row.a, row.b, row.overlap, strength, counts))
     return tuple(links)
 

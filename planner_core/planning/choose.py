@@ -233,11 +233,10 @@ def _as_set_up(
     """
     if choice.pool.links is None or not tolerance_m or len(choice.chosen) < 2:
         return choice
-    scanned = tuple(int(row) for row in places.rows_of(Role.SCANNED))
     pool, chosen = choice.pool, choice.chosen
     first = None
     for left in reversed(range(_ROUNDS)):
-        fragile = fragile_links(pool, chosen, engine, tolerance_m, scanned=scanned, progress=progress)
+        fragile = fragile_links(pool, chosen, engine, tolerance_m, progress=progress)
         first = first or decisive(pool, chosen, fragile)
         holding = without_fragile(pool, fragile)
         assert holding.network is not None
@@ -300,7 +299,7 @@ def _quickest(
         ),
         fewest=choice.lower_bound,
         given=pool.given,
-        scanned=tuple(int(row) for row in places.rows_of(Role.SCANNED)),
+        scanned=pool.scanned,
         network=pool.network,
         progress=progress,
     )
@@ -330,7 +329,7 @@ def route_through(
 ) -> tuple[Route, BoolArray]:
     """Find the route through chosen rows, and say which of them, (K,) bool, are scanned: nobody walks there."""
     rows = np.array(chosen, dtype=np.int64)
-    scanned = np.isin(rows, places.rows_of(Role.SCANNED))
+    scanned = np.isin(rows, pool.scanned)
     at = pool.take(rows)
     route = plan_route(
         places.reach,

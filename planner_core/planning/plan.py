@@ -124,6 +124,7 @@ def plan_survey(
             places.candidates,
             given=places.rows_of(Role.SCANNED, Role.LOCKED),
             kept=places.rows_of(Role.KEPT),
+            scanned=places.rows_of(Role.SCANNED),
             linked=isinstance(method, Proven),
             known=known,
             progress=progress,

@@ -5,6 +5,7 @@ Input candidates (local frame, metres), a `Survey` and `Goals`, output a `Pool`;
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -34,6 +35,7 @@ from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 #: Share of what a part of the network sees that parts so many times as large have to see for it to be left aside.
 _SEEN_ELSEWHERE = 0.9
 _MUCH_LARGER = 10
+_NO_ROWS = np.empty(0, dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,8 @@ class Pool:
     constraints : those of the demand, of what the FIRST pool can achieve: places that come later change no requirement.
     links : between the candidates; None where no network is required. given, kept : rows of stations that are in every
     plan, and of those of an earlier plan. loops : the network has to survive the failure of a link. excluded : (N,)
-    bool, candidates that are not to be chosen, see `_dispensable_components`.
+    bool, candidates that are not to be chosen, see `_dispensable_components`. scanned : rows of `given` whose scans
+    exist.
     """
 
     survey: Survey
@@ -57,6 +60,7 @@ class Pool:
     kept: tuple[int, ...]
     loops: bool
     excluded: BoolArray
+    scanned: tuple[int, ...] = ()
 
     @cached_property
     def problem(self) -> CoverProblem:
@@ -144,6 +148,7 @@ def make_pool(
     *,
     given: Int64Array,
     kept: Int64Array,
+    scanned: Int64Array = _NO_ROWS,
     linked: bool,
     known: KnownObservations | None = None,
     progress: Progress = silent,
@@ -165,11 +170,12 @@ def make_pool(
         demand=demand,
         rows=demand.rows,
         constraints=constraints,
-        links=_links(survey, demand, demand.rows, progress) if linked else None,
+        links=_links(survey, demand, demand.rows, scanned.tolist(), progress) if linked else None,
         given=tuple(given.tolist()),
         kept=tuple(kept.tolist()),
         loops=goals.requirements.network == NetworkKind.REDUNDANT,
         excluded=np.zeros(candidates.floor.size, dtype=bool),
+        scanned=tuple(scanned.tolist()),
     )
     if pool.links is None:
         return pool
@@ -224,7 +230,7 @@ def extended(pool: Pool, more: Candidates, engine: ScanEngine, *, progress: Prog
     del observed  # links take memory enough
     links = None
     if pool.links is not None:
-        found = _links(pool.survey, pool.demand, rows, progress)
+        found = _links(pool.survey, pool.demand, rows, pool.scanned, progress)
         links = None if found is None else _within_parts(found, pool.links.part, pool.excluded)
     return replace(
         pool,
@@ -247,10 +253,13 @@ def narrowed(pool: Pool, rows: Int64Array) -> Pool:
         given=tuple(place[list(pool.given)].tolist()),
         kept=tuple(int(p) for p in place[list(pool.kept)] if p >= 0),
         excluded=pool.excluded[rows],
+        scanned=tuple(place[list(pool.scanned)].tolist()),
     )
 
 
-def _links(survey: Survey, demand: Demand, rows: SeenPatches, progress: Progress) -> CandidateLinks | None:
+def _links(
+    survey: Survey, demand: Demand, rows: SeenPatches, scanned: Sequence[int], progress: Progress
+) -> CandidateLinks | None:
     requirements = demand.goals.requirements
     if requirements.network == NetworkKind.NONE or requirements.overlap <= 0:
         return None
@@ -263,6 +272,7 @@ def _links(survey: Survey, demand: Demand, rows: SeenPatches, progress: Progress
         min_overlap=requirements.overlap,
         min_strength=requirements.min_strength,
         measure=requirements.overlap_measure,
+        scanned=scanned,
         progress=progress,
     )
 

@@ -36,7 +36,7 @@ from planner_core.model import (
     Survey,
     Visibility,
 )
-from planner_core.network.links import MIN_LISTED_OVERLAP, overlap_links, surface_of_patches
+from planner_core.network.links import least_listed_overlap, overlap_links, surface_of_patches, with_scanned
 from planner_core.network.network_report import registration_report, registration_warnings
 from planner_core.positions.reach import Reach
 from planner_core.progress import Progress, silent
@@ -133,9 +133,8 @@ def describe_plan(
         for i, station in enumerate(stations)
     )
     ids = tuple(station.id for station in stations)
-    links, registration = _registered(
-        survey, requirements, stations, rows_of_overlap(demand, rows, requirements.overlap_of)
-    )
+    counted = rows_of_overlap(demand, rows, requirements.overlap_of)
+    links, registration = _registered(survey, requirements, stations, counted, settings.site.scanned)
     sealed = sealed_areas(surroundings.reach)
     plan = Plan(
         survey=survey,
@@ -188,15 +187,24 @@ def describe_plan(
 
 
 def _registered(
-    survey: Survey, requirements: Requirements, stations: tuple[Station, ...], counted: Visibility
+    survey: Survey,
+    requirements: Requirements,
+    stations: tuple[Station, ...],
+    counted: Visibility,
+    scanned: frozenset[str],
 ) -> tuple[tuple[Link, ...], Registration]:
     """Links of stations, rows of `counted`, and how these hang together."""
     ids = tuple(station.id for station in stations)
     surface = surface_of_patches(survey.scene, survey.patches, times_seen(counted) > 0)
-    least = min(MIN_LISTED_OVERLAP, requirements.overlap or MIN_LISTED_OVERLAP)  # at least what selection counted
-    links = overlap_links(
-        counted, survey.patches.area_m2, ids, surface, min_overlap=least, measure=requirements.overlap_measure
+    found = overlap_links(
+        counted,
+        survey.patches.area_m2,
+        ids,
+        surface,
+        min_overlap=least_listed_overlap(requirements.overlap),
+        measure=requirements.overlap_measure,
     )
+    links = with_scanned(found, scanned, threshold=requirements.overlap, min_strength=requirements.min_strength)
     return links, registration_report(
         links,
         ids,

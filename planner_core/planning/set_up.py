@@ -17,16 +17,13 @@ from planner_core.coverage.coverage import stacked_rows, times_seen
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Visibility
 from planner_core.network.candidate_links import CandidateLinks, parts_of
-from planner_core.network.links import surface_of_patches
+from planner_core.network.links import SET_UP_SHARE, SET_UP_STRENGTH, surface_of_patches
 from planner_core.network.pair_overlap import PairMatrices, PairOverlaps, strengths_of
 from planner_core.planning.pool import FragileLinks, Pool, kept_links, links_among
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.demand import rows_from
 from planner_core.requirements.figures import rows_of_overlap
 
-#: A link holds as set up with this share of the overlap that is required on the marks, but as strong as this at least:
-#: docs/method/registration.md has the figures.
-LEAST_SHARE, LEAST_STRENGTH = 5.0 / 6.0, 0.03
 #: Places around a mark.
 _N_AROUND = 8
 
@@ -37,13 +34,12 @@ def fragile_links(
     engine: ScanEngine,
     tolerance_m: float,
     *,
-    scanned: tuple[int, ...] = (),
     progress: Progress = silent,
 ) -> FragileLinks:
     """Find the links of chosen rows that do not hold wherever within `tolerance_m` the stations stand.
 
-    Links to other candidates are among them that do not hold even where these stand on their marks.
-    scanned : rows of stations that stand where they were scanned.
+    Links to other candidates are among them that do not hold even where these stand on their marks. Scanned stations
+    stand where they were scanned.
     """
     assert pool.links is not None
     required, links, n = pool.demand.goals.requirements, pool.links, pool.n_candidates
@@ -66,7 +62,7 @@ def fragile_links(
     # Where somebody stands, by row of `counted`: places around marks, then other candidates.
     row = np.concatenate([np.repeat(rows, shift_m.shape[0]), near])
     stands = np.ones((rows.size, shift_m.shape[0]), dtype=bool)
-    stands[np.isin(rows, scanned), 1:] = False
+    stands[np.isin(rows, pool.scanned), 1:] = False
     n_places = np.ones(n, dtype=np.int64)
     n_places[rows] = stands.sum(axis=1)
     stands = np.concatenate([stands.ravel(), np.ones(near.size, dtype=bool)])
@@ -74,7 +70,8 @@ def fragile_links(
     key = np.unique(_key(own, np.concatenate(neighbours), n))
     least, weakest = _least_of_links(pool, counted, at_m.shape[0], row, stands, key, n_places)
     low = least < required.overlap
-    falls = (least < LEAST_SHARE * required.overlap) | (weakest < np.where(low, LEAST_STRENGTH, required.min_strength))
+    strength = np.where(low, max(SET_UP_STRENGTH, required.min_strength), required.min_strength)
+    falls = (least < SET_UP_SHARE * required.overlap) | (weakest < strength)
     first, second = np.divmod(key[falls], n)
     return FragileLinks(first.astype(np.int32), second.astype(np.int32), least[falls], weakest[falls])
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from shared_plans import SharedPlan
 
 from planner_core.as_scanned.comparison import (
     ADDITIONAL,
@@ -22,6 +24,7 @@ from planner_core.as_scanned.comparison import (
     is_met,
     is_part_met,
     plan_rescan,
+    registration_of,
 )
 from planner_core.as_scanned.document import as_scanned_document
 from planner_core.as_scanned.matching import matched
@@ -29,10 +32,13 @@ from planner_core.as_scanned.rescan_gain import purposes_of
 from planner_core.as_scanned.station_lists import ListedStation, read_actual
 from planner_core.errors import StationListError
 from planner_core.model import PartResult, Plan
-from planner_core.plan_folder.plan_source import PlanSource
+from planner_core.network.links import components
+from planner_core.plan_folder.folder import write_plan_folder
+from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.plan_folder.stations_csv import read_station_list
 from planner_core.planning.evaluate import evaluate_survey
 from planner_core.planning.live.live_plan import LivePlan
+from planner_core.planning.live.opening import open_live
 
 
 def listed_of(source: PlanSource) -> list[ListedStation]:
@@ -141,6 +147,55 @@ def test_a_station_within_ten_centimetres_is_as_planned_with_the_figures_of_its_
     assert (there.id, there.fate) == (listed[2].id, fate)
     np.testing.assert_allclose(there.moved_m, off_m, atol=1e-6)
     assert not np.array_equal(found.actual.plan.times_seen, found.planned.plan.times_seen)
+
+
+@pytest.fixture(scope="module")
+def crew_set_up(shared_plan: Callable[[str], SharedPlan]) -> tuple[LivePlan, PlanSource, list[ListedStation]]:
+    """A plan with a network, and its stations within 10 cm of their marks: by links of 30 % alone it falls apart."""
+    folder = shared_plan("corridor-comb").folder
+    live, source = open_live(folder, with_ground=False), open_plan(folder)
+    draw = np.random.default_rng(1)
+    for _ in range(20):
+        listed = listed_of(source)
+        for number, each in enumerate(listed):
+            turn, rise_m = 2 * np.pi * draw.random(), 0.05 * (2 * draw.random() - 1)
+            shift_m = np.array([0.08 * np.cos(turn), 0.08 * np.sin(turn), rise_m])
+            listed[number] = replace(each, position_m=each.position_m + shift_m)
+        found = compare_as_scanned(live, matched(source.stations, listed))
+        if len(components(found.actual.plan.links, found.draft.ids, threshold=live.settings.requirements.overlap)) > 1:
+            return live, source, listed
+    pytest.fail("no set-up breaks a link: this plan shows nothing")
+
+
+def test_a_crew_within_ten_centimetres_has_the_network_that_the_plan_promises(
+    crew_set_up: tuple[LivePlan, PlanSource, list[ListedStation]],
+) -> None:
+    live, source, listed = crew_set_up
+    found = compared(live, source, listed)
+    assert {each.fate for each in found.stations} == {AS_PLANNED}
+    assert registration_of(found.planned.plan).met
+    assert registration_of(found.actual.plan).met
+    document = as_scanned_document(live, source.frame, "scene", found, None)["network"]
+    low = document["links_as_set_up"]
+    assert low
+    assert all(0.25 <= link["overlap"] < 0.3 == document["min_overlap"] and link["strength"] >= 0.03 for link in low)
+
+
+def test_with_one_station_missing_such_a_crew_scans_that_one(
+    crew_set_up: tuple[LivePlan, PlanSource, list[ListedStation]], tmp_path: Path
+) -> None:
+    live, source, listed = crew_set_up
+    worst = max(live.document["stations"], key=lambda row: row["own_area_m2"])["id"]
+    found = compared(live, source, [each for each in listed if each.id != worst])
+    assert not found.met
+    rescan = plan_rescan(live, found)
+    assert len(rescan.further) == 1
+    assert rescan.met
+    assert registration_of(rescan.plan).met
+    write_plan_folder(rescan.plan, tmp_path / "again", engine=live.engine, pictures=False)
+    counting = {(link.a, link.b) for link in open_plan(tmp_path / "again").links if link.counts}
+    assert counting == {(link.a, link.b) for link in counted_links(rescan.plan)}
+    assert any(link.as_set_up for link in counted_links(rescan.plan))
 
 
 def test_an_additional_station_gains_and_the_list_meets_what_was_asked(live: LivePlan, source: PlanSource) -> None:

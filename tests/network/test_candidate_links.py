@@ -1,5 +1,7 @@
 """Links between candidates against pair-by-pair links and networkx."""
 
+from dataclasses import replace
+
 import networkx as nx
 import numpy as np
 import pytest
@@ -8,7 +10,8 @@ from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
 from planner_core.network.candidate_links import CandidateLinks, candidate_links, network_of
-from planner_core.network.links import overlap_links
+from planner_core.network.links import SET_UP_SHARE, SET_UP_STRENGTH, overlap_links, with_scanned
+from planner_core.network.network_report import registration_report
 
 OVERLAP, STRENGTH = 0.2, 0.01
 
@@ -79,6 +82,23 @@ def test_links_of_a_plan_are_those_of_its_candidates_to_the_last_bit(make_view):
     assert len(good) > 2
     for pair, figures in good.items():
         assert links[pair] == figures
+
+
+def test_scanned_candidates_are_linked_as_they_are_set_up_and_no_others(make_view):
+    view, scanned = make_view(7), range(0, 21, 2)
+    ids = tuple(str(i) for i in range(view.visibility.n_positions))
+    listed = overlap_links(view.visibility, view.area_m2, ids, view.surface)
+    required = {"threshold": OVERLAP, "min_strength": STRENGTH}
+    marked = with_scanned(listed, {str(i) for i in scanned}, **required)
+    for was, now in zip(listed, marked, strict=True):
+        both = int(was.a) in scanned and int(was.b) in scanned
+        low = OVERLAP > was.overlap >= SET_UP_SHARE * OVERLAP and was.strength >= max(SET_UP_STRENGTH, STRENGTH)
+        assert now == replace(was, as_set_up=both and low)
+    registration = registration_report(marked, ids, ["F0"] * len(ids), **required)
+    good = {(int(link.a), int(link.b)) for link in marked if registration.counts(link)}
+    more = good - {pair for pair in as_dict(links_of(view)) if pair[0] < pair[1]}
+    assert more
+    assert good == {pair for pair in as_dict(links_of(view, scanned=scanned)) if pair[0] < pair[1]}
 
 
 def test_network_for_selection_is_the_graph_of_the_links(make_view):

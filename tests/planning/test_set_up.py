@@ -15,12 +15,13 @@ from stages import find_positions, make_pool, rows_from
 
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import FloatArray, Plan, PlanSettings, Proven, Requirements, Scope
+from planner_core.network.links import SET_UP_SHARE, SET_UP_STRENGTH
 from planner_core.plan_folder.stations_csv import read_station_list
 from planner_core.planning import choose
 from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.plan import make_plan
 from planner_core.planning.pool import FragileLinks, Pool
-from planner_core.planning.set_up import LEAST_SHARE, LEAST_STRENGTH, decisive, fragile_links, without_fragile
+from planner_core.planning.set_up import decisive, fragile_links, without_fragile
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.doors import without_door_leaves
 from scenes_synthetic import build
@@ -75,7 +76,7 @@ def test_a_link_is_as_good_as_its_worst_pair_of_places(pooled: Pooled) -> None:
     least = dict(zip(pairs, found.overlap.tolist(), strict=True))
     assert least
     at_m = pool.candidates.position_m
-    low = [pair for pair, value in least.items() if value < LEAST_SHARE * required]
+    low = [pair for pair, value in least.items() if value < SET_UP_SHARE * required]
     some = {row for pair in (*low[:5], *list(least)[:5]) for row in pair}
     places = {row: seen_from(pooled, np.array(around(at_m[row])) if row in chosen else at_m[row][None]) for row in some}
     n_checked = 0
@@ -84,20 +85,20 @@ def test_a_link_is_as_good_as_its_worst_pair_of_places(pooled: Pooled) -> None:
         if one == other or other not in pool.links.neighbour[pool.links.row(one)]:
             continue
         expected = min(overlap(a, b, area_m2) for a, b in product(places[one], places[other]))
-        if expected < LEAST_SHARE * required - 1e-6:
+        if expected < SET_UP_SHARE * required - 1e-6:
             assert least[pair] == pytest.approx(expected, abs=1e-6)
             n_checked += 1
         elif pair in least:  # too weak: more where it falls below what is required on the marks
             assert expected == pytest.approx(least[pair], abs=1e-6)
     assert n_checked > 0
-    strong = found.overlap >= LEAST_SHARE * required
-    assert (found.strength[strong] < LEAST_STRENGTH).all()
+    strong = found.overlap >= SET_UP_SHARE * required
+    assert (found.strength[strong] < SET_UP_STRENGTH).all()
 
 
 def test_stations_that_are_scanned_stay_where_they_are(pooled: Pooled) -> None:
     pool, engine, _ = pooled
     chosen = tuple(range(0, pool.n_candidates, 7))
-    assert fragile_links(pool, chosen, engine, TOLERANCE_M, scanned=chosen).first.size == 0
+    assert fragile_links(replace(pool, scanned=chosen), chosen, engine, TOLERANCE_M).first.size == 0
 
 
 def test_links_without_which_candidates_fall_apart_stay(pooled: Pooled) -> None:
@@ -123,7 +124,7 @@ def groups_as_set_up(pooled: Pooled, plan: Plan, *, n: int) -> list[int]:
         radius_m, turn = TOLERANCE_M * np.sqrt(draw.random(len(marks_m))), 2 * np.pi * draw.random(len(marks_m))
         rise_m = TOLERANCE_M * (draw.random(len(marks_m)) - 0.5)
         seen = seen_from(pooled, marks_m + np.column_stack([radius_m * np.cos(turn), radius_m * np.sin(turn), rise_m]))
-        graph = nx.Graph((a, b) for a, b in linked if overlap(seen[a], seen[b], area_m2) >= LEAST_SHARE * required)
+        graph = nx.Graph((a, b) for a, b in linked if overlap(seen[a], seen[b], area_m2) >= SET_UP_SHARE * required)
         graph.add_nodes_from(range(len(marks_m)))
         numbers.append(nx.number_connected_components(graph))
     return numbers

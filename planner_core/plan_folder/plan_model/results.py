@@ -260,6 +260,8 @@ class LinkSection(RoundTripModel):
     """The motion that the shared surface holds least, in words by axes of the scene; empty where not computed."""
     weak_motion: WeakMotionSection | None = None
     """The same as kind and direction; null where not computed, and in plans of older versions."""
+    as_set_up: Annotated[YesNo, Field(exclude_if=lambda value: not value)] = False
+    """Between scanned stations, which need no margin for setting up: it counts, though below the threshold."""
 
     @model_validator(mode="before")
     @classmethod

@@ -43,13 +43,15 @@ class DraftStation:
 class Draft:
     """stations : in the order of the plan, added ones last. keep_out, forbidden : of the review, besides the plan's.
 
-    entrances_m : of the review, scene frame; the route begins at the first.
+    entrances_m : of the review, scene frame; the route begins at the first. scanned : ids of stations that stand where
+    they were scanned, besides the plan's: links between them count as set up.
     """
 
     stations: tuple[DraftStation, ...]
     keep_out: tuple[KeepOut, ...] = ()
     forbidden: tuple[PriorStation, ...] = ()
     entrances_m: tuple[Place, ...] = ()
+    scanned: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         ids = self.ids

@@ -16,8 +16,9 @@ from planner_core.coverage.coverage import (
 )
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Link, NetworkKind, Plan, PlanSettings, Registration, Station, Survey
+from planner_core.network.links import with_scanned
 from planner_core.network.network_report import registration_report
-from planner_core.planning.live.draft import DraftStation
+from planner_core.planning.live.draft import Draft, DraftStation
 from planner_core.planning.live.tally import CoverageAreas
 from planner_core.requirements.demand import Demand
 from planner_core.requirements.figures import coverage_curve, losses_of, part_results, rows_of_quality, times_met
@@ -30,7 +31,7 @@ def plan_of(
     engine: ScanEngine,
     demand: Demand,
     parts: CoverageAreas,
-    stations: Sequence[DraftStation],
+    draft: Draft,
     rows: SeenPatches,
     links: tuple[Link, ...],
 ) -> Plan:
@@ -38,13 +39,14 @@ def plan_of(
 
     Stations are visited, and counted for the curve, in the draft's order.
     """
-    area_m2, requirements = survey.patches.area_m2, settings.requirements
+    area_m2, requirements, stations = survey.patches.area_m2, settings.requirements, draft.stations
     n_met = times_met(demand, rows)[0]
     seen = n_met >= requirements.seen_from
     achievable = demand.times_met[0] >= requirements.seen_from
     covered, own = covered_and_own_area_m2(
         rows_of_quality(demand, rows), area_m2, scope=parts.overall.counted, seen_from=requirements.seen_from
     )
+    links = links_as_scanned(settings, draft, links)
     registration = registration_of(settings, links, stations)
     return Plan(
         survey=survey,
@@ -78,6 +80,12 @@ def plan_of(
         losses=losses_of(demand, rows),
         registration=registration,
     )
+
+
+def links_as_scanned(settings: PlanSettings, draft: Draft, links: Sequence[Link]) -> tuple[Link, ...]:
+    """Mark links of scanned stations that count as these are set up."""
+    required, scanned = settings.requirements, settings.site.scanned | draft.scanned
+    return with_scanned(links, scanned, threshold=required.overlap, min_strength=required.min_strength)
 
 
 def registration_of(settings: PlanSettings, links: Sequence[Link], stations: Sequence[DraftStation]) -> Registration:

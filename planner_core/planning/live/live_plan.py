@@ -18,11 +18,11 @@ from planner_core.coverage.why import steepest_curve
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import BeamTemplate, CurveStep, FieldTime, Plan, PlanSettings, Route, Survey, UInt8Array
-from planner_core.network.links import MIN_LISTED_OVERLAP
+from planner_core.network.links import least_listed_overlap
 from planner_core.plan_folder.viewer_files import cloud_bytes
 from planner_core.plan_folder.viewer_layers import UInt16Array, layers_of, lost_bytes
 from planner_core.planning.live.draft import Draft, DraftStation, Place, local_place
-from planner_core.planning.live.figures import plan_of, registration_of
+from planner_core.planning.live.figures import links_as_scanned, plan_of, registration_of
 from planner_core.planning.live.layers import TIMES_SEEN, layer_named, times_seen_bytes
 from planner_core.planning.live.pairs import PairFinder
 from planner_core.planning.live.preview import Preview, Standing, coverages, differing
@@ -109,8 +109,7 @@ class LivePlan:
             survey,
             self._area_m2,
             demand.times_met.max(axis=0) > 0,
-            # At least what selection counted.
-            min_overlap=min(MIN_LISTED_OVERLAP, requirements.overlap or MIN_LISTED_OVERLAP),
+            min_overlap=least_listed_overlap(requirements.overlap),
             measure=requirements.overlap_measure,
             of=requirements.overlap_of,
         )
@@ -143,9 +142,7 @@ class LivePlan:
     def figures(self, draft: Draft) -> DraftFigures:
         """Compute the figures that plan.json has of a plan, for a draft."""
         standing, rows = self._standing(draft), self._rows(draft)
-        plan = plan_of(
-            self.survey, self.settings, self._engine, self._demand, self._parts, draft.stations, rows, standing.links
-        )
+        plan = plan_of(self.survey, self.settings, self._engine, self._demand, self._parts, draft, rows, standing.links)
         seen_from = self.settings.requirements.seen_from
         counted, seen = self._parts.overall.counted, plan.times_seen >= seen_from
         return DraftFigures(
@@ -217,7 +214,9 @@ class LivePlan:
         change = changed(base.tally, base.covered_m2, without.tally, old, new, self._parts, self._area_m2)
         patch, times_seen, values = differing(base.tally, change, self._achievable, painted)
         overall, floors, goals = coverages(self._parts, change.covered_m2)
-        links = self._pairs.links_of(name, new, list(zip(others.ids, without.tally.looks, strict=True)))
+        new_links = self._pairs.links_of(name, new, list(zip(others.ids, without.tally.looks, strict=True)))
+        links = links_as_scanned(self.settings, draft, new_links)
+        all_links = (*links_as_scanned(self.settings, draft, without.links), *links)
         return Preview(
             spot=spot,
             station=there,
@@ -231,7 +230,7 @@ class LivePlan:
             covered_m2=float(self._area_m2[new.met[0]].sum()),
             own_m2=change.own_m2,
             links=links,
-            registration=registration_of(self.settings, (*without.links, *links), (*others.stations, there)),
+            registration=registration_of(self.settings, all_links, (*others.stations, there)),
         )
 
     def snap(

@@ -4,12 +4,13 @@ import { countingLinks, missedOf, planTotals, signedCount, signedPoints } from '
 
 test('links count from the threshold and the least strength on', () => {
   const links = [
-    { overlap: 0.3, strength: 0.01 },
-    { overlap: 0.5, strength: 0.009 },
-    { overlap: 0.29, strength: 0.5 },
-    { overlap: 0.4, strength: null },
+    { overlap: 0.3, strength: 0.01, as_set_up: false },
+    { overlap: 0.5, strength: 0.009, as_set_up: false },
+    { overlap: 0.29, strength: 0.5, as_set_up: false },
+    { overlap: 0.4, strength: null, as_set_up: false },
+    { overlap: 0.26, strength: 0.04, as_set_up: true },
   ];
-  expect(countingLinks(links, 0.3, 0.01)).toBe(2);
+  expect(countingLinks(links, 0.3, 0.01)).toBe(3);
 });
 
 test("the plan's totals are its own figures", () => {

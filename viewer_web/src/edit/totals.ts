@@ -4,6 +4,7 @@ import type { DraftFigures, PreviewHead } from '../api/documents.ts';
 import { isPlanned } from '../floors/planned.ts';
 import { decimal } from '../language/language.ts';
 import type { PlanJson, RequirementResult } from '../load/plan-json.ts';
+import { counts, type LinkFigures } from '../network/graph.ts';
 
 export interface FloorTotal {
   readonly id: string;
@@ -84,12 +85,8 @@ export function previewTotals(plan: PlanJson, head: PreviewHead): Totals {
 }
 
 /** Links that can register two scans: enough overlap, and strong enough where strength is known. */
-export function countingLinks(
-  links: readonly { readonly overlap: number; readonly strength: number | null }[],
-  threshold: number,
-  minStrength: number,
-): number {
-  return links.filter(({ overlap, strength }) => overlap >= threshold && (strength ?? 1) >= minStrength).length;
+export function countingLinks(links: readonly LinkFigures[], threshold: number, minStrength: number): number {
+  return links.filter((link) => counts(link, { threshold, minStrength })).length;
 }
 
 /** What misses its coverage. */

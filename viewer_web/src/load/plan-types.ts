@@ -208,6 +208,10 @@ export interface LinkSection {
    * The same as kind and direction; null where not computed, and in plans of older versions.
    */
   weak_motion: WeakMotionSection | null;
+  /**
+   * Between scanned stations, which need no margin for setting up: it counts, though below the threshold.
+   */
+  as_set_up: boolean;
 }
 /**
  * A motion; its direction is a unit vector in axes of the scene.

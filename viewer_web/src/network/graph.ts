@@ -1,8 +1,8 @@
 /**
  * The network that links make of stations: its components, the links and stations it hangs on, its weakest link.
  *
- * Links count from the threshold of overlap and the least strength on, as `registration` in plan.json tells; computed here, so that
- * drafts have it too.
+ * Links count from the threshold of overlap and the least strength on, as `registration` in plan.json has it, and as set up where
+ * both stations are scanned; computed here, so that drafts have it too.
  */
 import type { PlanJson, PlanLink } from '../load/plan-json.ts';
 
@@ -10,6 +10,8 @@ export interface Counting {
   readonly threshold: number;
   readonly minStrength: number;
 }
+
+export type LinkFigures = Pick<PlanLink, 'overlap' | 'strength' | 'as_set_up'>;
 
 export interface NetworkReport {
   /** Station ids, largest component first; within a component in the order given. */
@@ -33,8 +35,9 @@ export function countingOf({ registration }: PlanJson): Counting {
 }
 
 /** A link whose strength was not computed is judged by its overlap. */
-export function counts(link: PlanLink, { threshold, minStrength }: Counting): boolean {
-  return link.overlap >= threshold && !(link.strength !== null && link.strength < minStrength);
+export function counts(link: LinkFigures, { threshold, minStrength }: Counting): boolean {
+  const { overlap, strength, as_set_up } = link;
+  return as_set_up || (overlap >= threshold && !(strength !== null && strength < minStrength));
 }
 
 export function networkOf(ids: readonly string[], links: readonly PlanLink[], counting: Counting): NetworkReport {

@@ -11,6 +11,7 @@ const link = (a: number, b: number, overlap: number, strength: number | null = 0
   strength,
   weak_axis: '',
   weak_motion: null,
+  as_set_up: false,
 });
 
 // A triangle with one more station on a bridge, another that nothing reaches well enough, and a link of no use.
@@ -47,4 +48,5 @@ test('a link that does not count says what it lacks', () => {
   expect(lackInWords(LINKS[4], COUNTING)).toBe('overlap below 30 %');
   expect(lackInWords(LINKS[6], COUNTING)).toBe('strength below 0.01');
   expect(lackInWords(link(0, 1, 0.5, null), COUNTING)).toBeNull();
+  expect(lackInWords({ ...LINKS[4], as_set_up: true }, COUNTING)).toBeNull();
 });

@@ -2,7 +2,7 @@
 import { plain, t } from '../language/language.ts';
 import type { PlanLink } from '../load/plan-json.ts';
 import { askedPercent } from '../panels/figures.ts';
-import { byOverlap, byStrength, type Counting, type NetworkReport } from './graph.ts';
+import { byOverlap, byStrength, type Counting, counts, type NetworkReport } from './graph.ts';
 
 export interface LinkGroup {
   readonly title: string;
@@ -46,7 +46,9 @@ export function linkGroups(links: readonly PlanLink[], report: NetworkReport): L
 }
 
 /** What a link lacks to count; null: it counts. */
-export function lackInWords({ overlap, strength }: PlanLink, { threshold, minStrength }: Counting): string | null {
+export function lackInWords(link: PlanLink, counting: Counting): string | null {
+  if (counts(link, counting)) return null;
+  const [{ overlap, strength }, { threshold, minStrength }] = [link, counting];
   if (overlap < threshold) return t('overlap below {required}', { required: askedPercent(threshold) });
   if (strength !== null && strength < minStrength) return t('strength below {least}', { least: plain(minStrength) });
   return null;

@@ -13,6 +13,7 @@ const link = (a: number, b: number, overlap = 0.5, strength: number | null = 0.1
   strength,
   weak_axis: '',
   weak_motion: null,
+  as_set_up: false,
 });
 const ids = (n: number): string[] => [...Array(n).keys()].map((i) => `S${i}`);
 const nameOf = ({ a, b }: PlanLink): string => `${a}-${b}`;
