@@ -32,6 +32,7 @@ from waiting import PATIENCE_S, until
 
 from planner_core.export.formats import FORMATS
 from planner_core.plan_folder.stations_csv import COLUMNS
+from tests.reality_files import reality
 
 TLSPLIB = Path(__file__).resolve().parents[1] / "docs" / "tlsplib"
 #: Of what is computed after the first plan.
@@ -160,7 +161,18 @@ def start_on_real_building(name: str) -> Day:
     today = Day(Path(f"{name}.ifc"), Path("plan"))
     shutil.copy(FOLDER / today.scene, today.scene)
     check_summary(today.tlsplan("plan", today.scene, "-o", today.plan, "--set", "work_limit=10").stdout, today.plan)
+    plan_a_cellar(today)
     return today
+
+
+def plan_a_cellar(day: Day) -> None:
+    """Plan a cellar of 1.9 m: the tripod is lowered there, and the plan has the height of each station."""
+    cellar = reality("low_cellar.ifc")
+    told = day.tlsplan("plan", cellar, "--floor", "Keller", "-o", "cellar", *QUICK).stderr
+    assert "too little headroom in 'cellar' for the usual instrument height of 1.70 m, so the tripod is lowered" in told
+    stations = read_json(Path("cellar", "plan.json"))["stations"]
+    assert stations
+    assert all(1.4 <= each["instrument_height_m"] < 1.7 for each in stations)
 
 
 def prove_an_instance(day: Day) -> None:
