@@ -3,7 +3,7 @@
 Input a `Plan`, output an `IndependentCheck`. Nothing is shared with the counting of patches but the surfaces, the
 scanner's field of view, how many beams it has for a surface, and the wording of the limits: a point is seen where
 nothing lies between it and the scanner, within range and field of view, and counts where range, incidence, spacing and
-noise at that very point meet the requirements. docs/method/judge.md.
+noise at that very point meet the requirements. docs/method/independent-check.md.
 """
 
 from __future__ import annotations
