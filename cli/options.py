@@ -109,8 +109,8 @@ scanner_option = click.option(
 )  # fmt: skip
 preset_option = click.option(
     "--preset", type=click.Choice(["paper"]), default=None,
-    help=f"paper: the robot of the method paper, as with --method paper: scanner {PAPER_SCANNER}, deliverable "
-    f"{NO_DELIVERABLE}, any height of the scanner, where other options do not say it.",
+    help=f"Set of defaults. paper: the robot of the method paper, as with --method paper: scanner {PAPER_SCANNER}, "
+    f"deliverable {NO_DELIVERABLE}, any scanner height; overridden by other options.",
 )  # fmt: skip
 verify_option = click.option(
     "--verify", "n_verify", type=click.IntRange(min=0), default=None, metavar="POINTS",
