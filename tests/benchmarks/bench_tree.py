@@ -2,9 +2,10 @@
 
     python -m tests.benchmarks.bench_tree [--quick]
 
-Prints the table of docs/method/tree.md. Times are processor time of all threads, medians of interleaved rounds: ours
-is a whole `OpenCLEngine`, Open3D's adding the triangles and committing them. The reference is `binned_sah.py`: NumPy,
-so that its own time says nothing; scenes of more than 200 000 triangles go without it. Not a test: nothing can fail.
+Prints the table of docs/benchmarks/tuning-engine.md. Times are processor time of all threads, medians of interleaved
+rounds: ours is a whole `OpenCLEngine`, Open3D's adding the triangles and committing them. The reference is
+`binned_sah.py` in NumPy, whose own time is no measure; scenes of more than 200 000 triangles go without it. Not a test:
+nothing can fail.
 """
 
 from __future__ import annotations
