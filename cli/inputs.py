@@ -99,17 +99,14 @@ def settings(
     scanner: str | None,
     preset: str | None,
     asking: RequirementOptions,
-    grid_step_m: float,
     heights_m: Sequence[float],
-    clearance_m: float,
-    max_patch_area_m2: float,
     scan_mode: str,
-    seconds_per_scan: float | None,
-    set_up_s: float,
-    set_up_tolerance_m: float,
-    seed: int,
+    **plain: Any,
 ) -> PlanSettings:
-    """Return the settings of a plan from the values of `options.problem_options`."""
+    """Return the settings of a plan from the values of `options.problem_options`.
+
+    plain : of options that are named after the field of `PlanSettings` that they set.
+    """
     from planner_core.engine.patch_mode import mode_that_counts_parts
     from planner_core.model import PlanSettings, ScanBy, Scope
     from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, NO_DELIVERABLE
@@ -129,16 +126,10 @@ def settings(
     return PlanSettings(
         scanner=used,
         requirements=requirements,
-        seed=seed,
-        grid_step_m=grid_step_m,
         instrument_heights_m=tuple(heights_m),
-        clearance_m=clearance_m,
-        max_patch_area_m2=max_patch_area_m2,
         scan_mode=mode if is_paper else mode_that_counts_parts(mode, used),
         site=site,
-        seconds_per_scan=seconds_per_scan,
-        set_up_s=set_up_s,
-        set_up_tolerance_m=set_up_tolerance_m,
+        **plain,
     )
 
 
