@@ -17,6 +17,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from planner_core.errors import RequirementError
 from planner_core.model import (
     BoolArray,
     Coverage,
@@ -151,3 +152,35 @@ def unseen_elements(
 
 def _floor_id(floors: tuple[Floor, ...], index: int) -> str:
     return floors[index].id if index >= 0 else ""
+
+
+def planned_floors(floors: tuple[Floor, ...], wanted: tuple[str, ...]) -> tuple[int, ...]:
+    """Indices of the floors that `wanted` names by id or name (upper and lower case alike); all where it is empty.
+
+    Raises
+    ------
+    RequirementError
+        A floor that is not there, or no floor at all.
+    """
+    if not floors:
+        raise RequirementError(
+            "floors: none found, expected a level surface of at least 1 m2 with 1.5 m of clear space above it; "
+            "check the model's units and up axis, see `tlsplan floors`"
+        )
+    if not wanted:
+        return tuple(range(len(floors)))
+    found = set()
+    for name in wanted:
+        at = [i for i, floor in enumerate(floors) if name.casefold() in (floor.id.casefold(), floor.name.casefold())]
+        if not at:
+            there = ", ".join(f"{floor.id} ({floor.name})" for floor in floors)
+            raise RequirementError(f"floor: got {name!r}, expected one of {there}; `tlsplan floors` lists them")
+        found.update(at)
+    return tuple(sorted(found))
+
+
+def scope_of(floor_of_patch: Int32Array, floors: tuple[int, ...], n_floors: int) -> BoolArray:
+    """(P,) bool: patches that the overall figures are about: all, or those of the planned floors where some are not."""
+    if len(floors) == n_floors:
+        return np.ones(floor_of_patch.size, dtype=bool)
+    return np.isin(floor_of_patch, np.array(floors, dtype=np.int32))

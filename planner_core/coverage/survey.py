@@ -7,16 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner_core.coverage.coverage import kept_rows
+from planner_core.coverage.coverage import kept_rows, planned_floors
 from planner_core.coverage.ground_sides import GroundSides
 from planner_core.engine.patch_mode import PatchMode, scan_mode_of
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.errors import RequirementError
 from planner_core.model import (
-    BoolArray,
     FloatArray,
-    Floor,
-    Int32Array,
     Paper,
     PlanSettings,
     ScanBy,
@@ -94,35 +90,3 @@ def visible_from(
         mode = PatchMode(engine, survey.scene, survey.patches, only=only)
         seen = mode.visible_patches(survey.template, positions_m, progress=progress)
     return kept_rows(seen, GroundSides(survey).counts(np.asarray(positions_m), seen.starts, seen.patch))
-
-
-def planned_floors(floors: tuple[Floor, ...], wanted: tuple[str, ...]) -> tuple[int, ...]:
-    """Indices of the floors that `wanted` names by id or name (upper and lower case alike); all where it is empty.
-
-    Raises
-    ------
-    RequirementError
-        A floor that is not there, or no floor at all.
-    """
-    if not floors:
-        raise RequirementError(
-            "floors: none found, expected a level surface of at least 1 m2 with 1.5 m of clear space above it; "
-            "check the model's units and up axis, see `tlsplan floors`"
-        )
-    if not wanted:
-        return tuple(range(len(floors)))
-    found = set()
-    for name in wanted:
-        at = [i for i, floor in enumerate(floors) if name.casefold() in (floor.id.casefold(), floor.name.casefold())]
-        if not at:
-            there = ", ".join(f"{floor.id} ({floor.name})" for floor in floors)
-            raise RequirementError(f"floor: got {name!r}, expected one of {there}; `tlsplan floors` lists them")
-        found.update(at)
-    return tuple(sorted(found))
-
-
-def scope_of(floor_of_patch: Int32Array, floors: tuple[int, ...], n_floors: int) -> BoolArray:
-    """(P,) bool: patches that the overall figures are about: all, or those of the planned floors where some are not."""
-    if len(floors) == n_floors:
-        return np.ones(floor_of_patch.size, dtype=bool)
-    return np.isin(floor_of_patch, np.array(floors, dtype=np.int32))

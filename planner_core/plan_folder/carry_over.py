@@ -15,9 +15,16 @@ from planner_core.errors import OutputExistsError
 from planner_core.operating_system import sync
 from planner_core.plan_folder.plan_json import read_plan
 from planner_core.plan_folder.station_marks import prim_names_of_ids
-from planner_core.plan_folder.usd_heatmaps import HEATMAPS_FILE
-from planner_core.plan_folder.usd_stage import STAGE_FILES
 
+STAGE_FILES = (
+    "plan.usda",
+    "review.usda",
+    "stage/results.usdc",
+    "stage/stations.usda",
+    "stage/building.usdc",
+    "viewer/stage.usdc",
+)
+HEATMAPS_FILE = "stage/heatmaps.usdc"
 _FILES = frozenset(
     {
         *STAGE_FILES,

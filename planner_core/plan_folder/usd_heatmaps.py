@@ -39,7 +39,6 @@ from planner_core.plan_folder.usd_names import MeshPlace, mesh_places
 from planner_core.plan_folder.viewer_files import NONE
 from planner_core.plan_folder.viewer_layers import layers_of
 
-HEATMAPS_FILE = "stage/heatmaps.usdc"
 _N_STEPS = 16
 #: A figure's colours end where so much of its faces is below; the others have the last one.
 _SHOWN_SHARE = 0.95

@@ -10,24 +10,16 @@ from pathlib import Path
 
 from planner_core.errors import PlanFolderError
 from planner_core.model import Plan, SiteFrame
+from planner_core.plan_folder.carry_over import HEATMAPS_FILE, STAGE_FILES
 from planner_core.plan_folder.face_results import FaceResults
 from planner_core.plan_folder.plan_json import site_frame_of
 from planner_core.plan_folder.sdf_authoring import Layer, Sdf, Tf, new_layer, set_stage_metadata
 from planner_core.plan_folder.usd_building import author_building
-from planner_core.plan_folder.usd_heatmaps import HEATMAPS_FILE, heatmaps_layer
+from planner_core.plan_folder.usd_heatmaps import heatmaps_layer
 from planner_core.plan_folder.usd_names import mesh_places
 from planner_core.plan_folder.usd_results import author_results
 from planner_core.plan_folder.usd_site import put_site
 from planner_core.plan_folder.usd_stations import author_stations
-
-STAGE_FILES = (
-    "plan.usda",
-    "review.usda",
-    "stage/results.usdc",
-    "stage/stations.usda",
-    "stage/building.usdc",
-    "viewer/stage.usdc",
-)
 
 DOCUMENTATION = (
     "A plan of scanner stations. Local frame in metres, z up: scene = local + tlsplan:offset of /Plan. The variants "

@@ -10,8 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from planner_core.coverage.coverage import floor_of_patch
-from planner_core.coverage.survey import planned_floors, scope_of
+from planner_core.coverage.coverage import floor_of_patch, planned_floors, scope_of
 from planner_core.errors import RequirementError
 from planner_core.model import (
     BoolArray,

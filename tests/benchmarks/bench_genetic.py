@@ -34,8 +34,8 @@ from pathlib import Path
 import numpy as np
 
 import scenes_synthetic
-from planner_core.coverage.coverage import floor_of_patch
-from planner_core.coverage.survey import make_survey, scope_of, visible_from
+from planner_core.coverage.coverage import floor_of_patch, scope_of
+from planner_core.coverage.survey import make_survey, visible_from
 from planner_core.device import Device, open_device
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.model import PlanSettings, Scene

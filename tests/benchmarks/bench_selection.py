@@ -25,8 +25,8 @@ import numpy as np
 from selection_report import machine, options_of, publish, timed
 
 import scenes_synthetic
-from planner_core.coverage.coverage import floor_of_patch
-from planner_core.coverage.survey import make_survey, scope_of, visible_from
+from planner_core.coverage.coverage import floor_of_patch, scope_of
+from planner_core.coverage.survey import make_survey, visible_from
 from planner_core.device import Device, open_device
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.model import PlanSettings, Proven, Requirements, Scene

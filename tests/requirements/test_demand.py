@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 from oracles import enough_of, floor_constraints, observations_from
 from stages import demand_of, observed_from, rows_from, surveyed_as, visible_from
 
-from planner_core.coverage.coverage import floor_of_patch, times_seen
+from planner_core.coverage.coverage import floor_of_patch, scope_of, times_seen
 from planner_core.coverage.levels import Observations
 from planner_core.coverage.observe import observations_in_batches
-from planner_core.coverage.survey import scope_of
 from planner_core.errors import RequirementError
 from planner_core.model import Paper, PartRequirement, PartResult, PointLimits, Requirements, Visibility
 from planner_core.requirements import demand as demands
