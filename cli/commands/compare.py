@@ -227,7 +227,9 @@ def _coverage(document: dict[str, Any]) -> list[str]:
 def _state(row: dict[str, Any]) -> str:
     if not row["met"]:
         return "   NOT MET"
-    return "" if row["asked_is_met"] else "   not met, as in the plan"
+    if row["asked_is_met"]:
+        return ""
+    return "   within half a point, as set up" if row["planned_is_met"] else "   not met, as in the plan"
 
 
 def _network(document: dict[str, Any]) -> list[str]:
@@ -309,10 +311,8 @@ def _again(document: dict[str, Any], source: PlanSource) -> list[str]:
     others = [row["id"] for row in rows if not row["for_what_was_lost"]]
     if others:
         make = "makes" if len(lost) == 1 else "make"
-        lines.append(
-            f"enough        {_some(lost)} {make} up for what was lost; for requirements that the plan missed, too: "
-            f"{_some(others)}"
-        )
+        rest = f"for the rest of the requirements: {_some(others)}"
+        lines.append(f"enough        {_some(lost)} {make} up for what was lost; {rest}")
     return [*lines, _with_them(document, again)]
 
 
@@ -337,8 +337,12 @@ def _with_them(document: dict[str, Any], again: dict[str, Any]) -> str:
 
 
 def _missed(of: dict[str, Any], network: dict[str, Any], n_parts: int, key: str) -> str:
-    """Words for the requirements, and the network, that are not met by `key`; empty where all are."""
-    names = [f"coverage {row['name']}" for row in of["requirements"] if not row[key]]
+    """Words for the requirements, and the network, that are not met by `key`; empty where all are.
+
+    What misses by no more than setting up may cost is met by the crew.
+    """
+    rows = (row for row in of["requirements"] if not (row["met"] and row.get("planned_is_met")))
+    names = [f"coverage {row['name']}" for row in rows if not row[key]]
     names += [] if network[key] else [f"the network ({_parts(n_parts)})"]
     return ", ".join(names)
 

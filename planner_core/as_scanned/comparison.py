@@ -44,6 +44,8 @@ SAME_PLACE_M = 0.001
 #: A crew sets up a tripod over a mark to about this: nearer stations are as planned. Their figures are still those of
 #: where they stood, for a link that stands at its limit falls with ten centimetres.
 AS_PLANNED_M = 0.1
+#: Share of coverage that setting up beside the marks may cost: a plan that holds as set up loses no more.
+SET_UP_LOSS = 0.005
 STAGE = "comparing"
 #: What became of a station, in the order in which people read about it.
 AS_PLANNED, MOVED, MISSING, SCANNED_BEFORE, ADDITIONAL, NOT_COMPARED = FATES = (
@@ -119,8 +121,8 @@ def is_met(planned: Plan, found: Plan) -> bool:
 
 
 def is_part_met(was: PartResult, now: PartResult) -> bool:
-    """Whether one requirement is met, or missed by no more than the plan does."""
-    return now.met or now.fraction_of_achievable >= was.fraction_of_achievable - 1e-9
+    """Whether one requirement is met, or missed by no more than the plan does, but for what setting up may cost."""
+    return now.fraction_of_achievable >= min(now.required, was.fraction_of_achievable) - SET_UP_LOSS - 1e-9
 
 
 def is_network_met(planned: Plan, found: Plan) -> bool:

@@ -358,6 +358,8 @@ def test_a_requirement_is_met_where_it_reaches_what_was_asked_or_what_the_plan_h
         return PartResult("overall", 0.9, achievable_area_m2=100.0, covered_area_m2=area_m2, total_area_m2=120.0)
 
     assert is_part_met(covering(95.0), covering(90.0))  # less than planned, and still what was asked
-    assert not is_part_met(covering(95.0), covering(89.9))
+    assert is_part_met(covering(95.0), covering(89.6))  # half a point is what setting up may cost
+    assert not is_part_met(covering(95.0), covering(89.4))
     assert is_part_met(covering(80.0), covering(80.0))  # the plan had no more stations to spend
-    assert not is_part_met(covering(80.0), covering(79.9))
+    assert is_part_met(covering(80.0), covering(79.6))
+    assert not is_part_met(covering(80.0), covering(79.4))

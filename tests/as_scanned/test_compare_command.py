@@ -154,9 +154,7 @@ def test_every_station_to_scan_again_tells_what_it_is_for(source: PlanSource) ->
     lines = _again(rescan_document(network_met=True, lost=True), source)
     assert lines[2].strip() == "adds 21.0 m2 on floor F0 to the scans"
     assert lines[4].strip() == "connects S1 and 1 more with S3"
-    assert (
-        lines[5].split(maxsplit=1)[1] == "S8 makes up for what was lost; for requirements that the plan missed, too: S9"
-    )
+    assert lines[5].split(maxsplit=1)[1] == "S8 makes up for what was lost; for the rest of the requirements: S9"
     assert lines[6].endswith("1 group: all requirements are met")
 
 
