@@ -1,7 +1,7 @@
 """What `bench_planning.py` plans: scenes with settings, smallest first, and what is known of them.
 
 Three groups. `puzzle`: all surfaces inside, by a scanner that looks everywhere, where the fewest stations are known.
-`scene`: every synthetic building and the real ones, with the HDL-64E. `constraint`: what issue 6 sets a mark for.
+`scene`: every synthetic building and the real ones, with the HDL-64E. `constraint`: what has a mark of ten minutes.
 """
 
 from __future__ import annotations

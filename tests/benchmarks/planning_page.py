@@ -59,7 +59,7 @@ def page(known: dict[str, Any], left: Sequence[str], *, state: str) -> str:
         *_broken(rows),
         "## Stations",
         *_stations(others),
-        "## Marks of issue 6",
+        "## Marks of ten minutes",
         *_marks(constraints),
         "## Marks of large buildings",
         *_large_marks([row for row in others if row["scene"] in LARGE_WORK]),
