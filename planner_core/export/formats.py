@@ -40,9 +40,11 @@ class Format:
     options: tuple[str, ...] = ()
     verified_with: str = ""
     in_pack: bool = True
-    """Whether `all` holds it."""
+    """Whether `all` holds it: a small file that is no variant of another."""
     feet: bool = False
-    """Whether it can be in feet, or has metres by its own definition; others are in metres, with a remark."""
+    """Whether it can be in feet, or has metres by its own definition; others are in metres, with a remark.
+
+    docs/howto/feet.md has a row for each."""
     page: str = ""
     """Its page in docs/formats/field-pack."""
     by_station: bool = False

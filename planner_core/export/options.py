@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 
@@ -44,3 +45,7 @@ class Options:
     """Height above the ground at which drawings cut walls."""
     max_topics: int = 50
     """Unseen elements that become topics of BCF, the largest areas first."""
+
+    def only(self, names: Collection[str]) -> Options:
+        """Return those of some names, all others at their defaults."""
+        return Options(**{name: getattr(self, name) for name in names})

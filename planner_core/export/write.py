@@ -170,7 +170,11 @@ def _remove(path: Path) -> None:
 
 
 def _write(chosen: Format, plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
-    """Write in the unit of the plan's site coordinates, or in metres where the format has no other."""
+    """Write in the unit of the plan's site coordinates, or in metres where the format has no other.
+
+    What is meant for other formats of a pack, such as coordinates that are reduced, does not reach this one.
+    """
+    options = options.only(chosen.options)
     if chosen.feet or not plan.frame.unit.is_feet:
         return chosen.write(plan, path, options, progress)
     remarks = chosen.write(in_metres(plan), path, options, progress)

@@ -35,6 +35,7 @@ class FieldStation:
     floor_id: str
     floor_name: str
     order: int
+    """As plan.json has it; lists of stations give `number`."""
     position_m: FloatArray
     """Of the sensor."""
     ground_m: FloatArray

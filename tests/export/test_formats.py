@@ -56,6 +56,7 @@ def own_formats(monkeypatch: pytest.MonkeyPatch) -> None:
         Format("fails-folder", "a folder", "fails", half_a_file),
         Format("layer", "a file", "layer.bin", reads_a_layer),
         Format("of-scene", "a folder", "of-scene", two_files, needs_scene=True, in_pack=False),
+        Format("seedless", "a folder", "seedless", two_files, in_pack=False),
     )
     for each in own:
         monkeypatch.setitem(FORMATS, each.name, each)
@@ -401,3 +402,11 @@ def test_an_opened_plan_does_for_several_formats(box_folder: Path, tmp_path: Pat
     plan = open_plan(box_folder / "plan", frame=FrameRequest(scene_coordinates=True))
     assert export_plan("csv", plan, tmp_path / "a.csv").coordinates == "scene coordinates, no CRS"
     assert export_plan("csv", plan, tmp_path / "b.csv").n_bytes == (tmp_path / "a.csv").stat().st_size
+
+
+def test_what_is_meant_for_one_format_of_a_pack_does_not_reach_another(
+    own_formats: None, written_plan: Path, tmp_path: Path
+) -> None:
+    export_pack(["folder", "seedless"], written_plan, tmp_path / "pack", Options(seed=7))
+    seeds = [(tmp_path / "pack" / name / "deeper" / "two.txt").read_text() for name in ("folder", "seedless")]
+    assert seeds == ["7", "0"]
