@@ -25,7 +25,7 @@ from planner_core.model import BoolArray, Crew, FloatArray, Objective, Paper, Pl
 from planner_core.paper.pipeline import repair, select_by_genes, shortfall
 from planner_core.planning.pool import Choice, Pool
 from planner_core.planning.refine import WORK_SHARE, refine
-from planner_core.planning.set_up import decisive, fragile_links, without_fragile
+from planner_core.planning.set_up import SeenAround, decisive, fragile_links, without_fragile
 from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.positions.walking import Walking
 from planner_core.progress import Progress, ProgressEvent, silent
@@ -234,9 +234,9 @@ def _as_set_up(
     if choice.pool.links is None or not tolerance_m or len(choice.chosen) < 2:
         return choice
     pool, chosen = choice.pool, choice.chosen
-    first = None
+    first, seen_around = None, SeenAround()
     for left in reversed(range(_ROUNDS)):
-        fragile = fragile_links(pool, chosen, engine, tolerance_m, progress=progress)
+        fragile = fragile_links(pool, chosen, engine, tolerance_m, seen_around=seen_around, progress=progress)
         first = first or decisive(pool, chosen, fragile)
         holding = without_fragile(pool, fragile)
         assert holding.network is not None

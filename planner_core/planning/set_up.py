@@ -9,11 +9,11 @@ by turns. The worst of all pairs of places of two stations counts: they are set 
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from planner_core.coverage.coverage import stacked_rows, times_seen
+from planner_core.coverage.coverage import stacked_rows, take_rows, times_seen
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Visibility
 from planner_core.network.candidate_links import CandidateLinks, parts_of
@@ -28,18 +28,44 @@ from planner_core.requirements.figures import rows_of_overlap
 _N_AROUND = 8
 
 
+@dataclass
+class SeenAround:
+    """What is seen from places around marks, kept for all rounds of a choice: most stations stay in the next round."""
+
+    _rows: Int64Array = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    _counted: Visibility | None = None
+
+    def of(
+        self, pool: Pool, rows: Int64Array, engine: ScanEngine, tolerance_m: float, *, progress: Progress = silent
+    ) -> Visibility:
+        """Patches that overlap is counted on, of each place around the marks of rows of the pool, mark by mark."""
+        shift_m, required = _around_m(tolerance_m), pool.demand.goals.requirements
+        new = np.setdiff1d(rows, self._rows)
+        if self._counted is None or new.size:
+            at_m = (pool.candidates.position_m[new][:, None] + shift_m).reshape(-1, 3)
+            seen = rows_from(pool.survey, engine, at_m, pool.demand, progress=progress)
+            counted = rows_of_overlap(pool.demand, seen, required.overlap_of)
+            self._counted = counted if self._counted is None else stacked_rows(self._counted, counted)
+            self._rows = np.concatenate([self._rows, new])
+        order = np.argsort(self._rows)
+        at = order[np.searchsorted(self._rows, rows, sorter=order)]
+        n = shift_m.shape[0]
+        return take_rows(self._counted, (n * at[:, None] + np.arange(n)).ravel())
+
+
 def fragile_links(
     pool: Pool,
     chosen: tuple[int, ...],
     engine: ScanEngine,
     tolerance_m: float,
     *,
+    seen_around: SeenAround | None = None,
     progress: Progress = silent,
 ) -> FragileLinks:
     """Find the links of chosen rows that do not hold wherever within `tolerance_m` the stations stand.
 
     Links to other candidates are among them that do not hold even where these stand on their marks. Scanned stations
-    stand where they were scanned.
+    stand where they were scanned. `seen_around` : of earlier rounds with this engine and tolerance.
     """
     assert pool.links is not None
     required, links, n = pool.demand.goals.requirements, pool.links, pool.n_candidates
@@ -47,28 +73,27 @@ def fragile_links(
     neighbours = [links.neighbour[links.row(row)] for row in rows.tolist()]
     if not sum(map(len, neighbours)):
         return FragileLinks(np.empty(0, np.int32), np.empty(0, np.int32), np.empty(0), np.empty(0))
-    shift_m = _around_m(tolerance_m)
-    at_m = (pool.candidates.position_m[rows][:, None] + shift_m).reshape(-1, 3)
+    n_around = 1 + _N_AROUND
 
     def set_up(event: ProgressEvent) -> None:
         progress(replace(event, stage="set up"))
 
-    around = rows_from(pool.survey, engine, at_m, pool.demand, progress=set_up)
+    around = (seen_around or SeenAround()).of(pool, rows, engine, tolerance_m, progress=set_up)
     near = np.setdiff1d(np.concatenate(neighbours), rows)
     counted = stacked_rows(
-        rows_of_overlap(pool.demand, around, required.overlap_of),
+        around,
         rows_of_overlap(pool.demand, pool.rows.take(near), required.overlap_of),
     )
     # Where somebody stands, by row of `counted`: places around marks, then other candidates.
-    row = np.concatenate([np.repeat(rows, shift_m.shape[0]), near])
-    stands = np.ones((rows.size, shift_m.shape[0]), dtype=bool)
+    row = np.concatenate([np.repeat(rows, n_around), near])
+    stands = np.ones((rows.size, n_around), dtype=bool)
     stands[np.isin(rows, pool.scanned), 1:] = False
     n_places = np.ones(n, dtype=np.int64)
     n_places[rows] = stands.sum(axis=1)
     stands = np.concatenate([stands.ravel(), np.ones(near.size, dtype=bool)])
     own = np.repeat(rows, [len(each) for each in neighbours])
     key = np.unique(_key(own, np.concatenate(neighbours), n))
-    least, weakest = _least_of_links(pool, counted, at_m.shape[0], row, stands, key, n_places)
+    least, weakest = _least_of_links(pool, counted, around.n_positions, row, stands, key, n_places)
     low = least < required.overlap
     strength = np.where(low, max(SET_UP_STRENGTH, required.min_strength), required.min_strength)
     falls = (least < SET_UP_SHARE * required.overlap) | (weakest < strength)

@@ -138,6 +138,11 @@ def test_a_plan_that_holds_on_its_marks_alone_is_chosen_anew_until_it_holds_besi
     def counted(pool: Pool, chosen: tuple[int, ...], *rest: Any, **more: Any) -> FragileLinks:
         found = fragile_links(pool, chosen, *rest, **more)
         decide.append(decisive(pool, chosen, found).first.size)
+        if len(decide) == 2:  # what is seen around stations that stay is kept from the first round
+            anew = fragile_links(pool, chosen, *rest, **(more | {"seen_around": None}))
+            assert found.first.size > 0
+            for name in ("first", "second", "overlap", "strength"):
+                np.testing.assert_array_equal(getattr(found, name), getattr(anew, name))
         return found
 
     monkeypatch.setattr(choose, "fragile_links", counted)
