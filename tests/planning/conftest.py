@@ -20,7 +20,7 @@ SMALL = PlanSettings(
     grid_step_m=1.0,
     instrument_heights_m=(1.5,),
     max_patch_area_m2=0.4,
-    method=Proven(work_limit=0.1),
+    method=Proven(work_limit=0.02),
     refine=False,
 )
 

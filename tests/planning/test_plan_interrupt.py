@@ -149,9 +149,10 @@ def test_an_interrupt_of_any_step_of_the_choice_gives_the_plan_so_far(
         max_stations=4 if objective == "coverage" else None,
         seconds_per_scan=60.0,
         refine=stage == "refine",
+        method=Proven(work_limit=0.1) if stage == "bound" else small.method,
     )
     interrupting = Interrupting(stage, event)
-    plan = make_plan(scenes_synthetic.build("corridor-comb").scene, settings, progress=interrupting)
+    plan = make_plan(scenes_synthetic.build("two-rooms").scene, settings, progress=interrupting)
     assert interrupting.left == 0
     assert interrupting.prior == 1
     assert plan.why_stopped == "interrupted"
@@ -163,7 +164,7 @@ def test_an_interrupt_of_any_step_of_the_choice_gives_the_plan_so_far(
     assert all(result.met for result in plan.requirements)
     assert 0 < plan.lower_bound <= len(plan.stations)
     if stage == "refine":
-        assert len(plan.stations) <= len(planned("corridor-comb", replace(settings, refine=False)).stations)
+        assert len(plan.stations) <= len(planned("two-rooms", replace(settings, refine=False)).stations)
 
 
 def test_a_limit_of_time_is_for_all_steps_together(small: PlanSettings, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -175,7 +176,7 @@ def test_a_limit_of_time_is_for_all_steps_together(small: PlanSettings, monkeypa
         steps.append((event.stage, event.done))
 
     settings = replace(small, refine=True, method=Proven(time_limit_s=600))
-    plan = make_plan(scenes_synthetic.build("corridor-comb").scene, settings, progress=note)
+    plan = make_plan(scenes_synthetic.build("two-rooms").scene, settings, progress=note)
     assert all(result.met for result in plan.requirements)
     # Ten minutes are over at the first look at the clock: nothing is refined.
     assert "refine" not in {stage for stage, _ in steps}

@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from stages import find_positions, make_pool
 
+import scenes_synthetic
+from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Plan, PlanSettings, PointLimits, Proven, Requirements
 from planner_core.plan_folder.stations_csv import GivenStation
@@ -43,16 +45,16 @@ def recounted(looks: Any, area_m2: Any, measure: str, of: str) -> dict[tuple[int
     return found
 
 
-def pool_of(plan: Plan) -> Pool:
-    engine = open_engine(plan.survey.scene, plan.survey.patches)
-    at = find_positions(plan.survey, plan.settings, engine, floors=(0,)).candidates
-    none = np.zeros(0, dtype=np.int64)
-    return make_pool(plan.survey, plan.settings, engine, at, given=none, kept=none)
-
-
 @pytest.fixture(scope="module")
-def pools(small: PlanSettings, planned: Planned) -> dict[tuple[str, str], Pool]:
-    return {way: pool_of(planned("corridor-comb", asking(small, *way))) for way in WAYS}
+def pools(small: PlanSettings) -> dict[tuple[str, str], Pool]:
+    """Candidates with their links, before any is chosen."""
+    scene, none, found = scenes_synthetic.build("corridor-comb").scene, np.zeros(0, dtype=np.int64), {}
+    survey = make_survey(scene, small)
+    engine = open_engine(scene, survey.patches)
+    at = find_positions(survey, small, engine, floors=(0,)).candidates
+    for way in WAYS:
+        found[way] = make_pool(survey, asking(small, *way), engine, at, given=none, kept=none)
+    return found
 
 
 def assert_listed(found: dict[tuple[int, int], float], expected: dict[tuple[int, int], float], least: float) -> None:

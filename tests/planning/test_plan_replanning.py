@@ -17,11 +17,10 @@ def kept(plan: Plan) -> tuple[PriorStation, ...]:
 
 
 def test_planning_again_around_one_forbidden_station_moves_few(small: PlanSettings, planned: Planned) -> None:
-    settings = replace(small, refine=True)
-    before = planned("corridor-comb", settings)
+    before = planned("corridor-comb", small)
     lost = before.stations[2]
     forbidden = PriorStation("forbidden-1", tuple(lost.position_m.tolist()), "forbidden", radius_m=0.5)
-    after = planned("corridor-comb", replace(settings, site=Site(prior=(*kept(before), forbidden))))
+    after = planned("corridor-comb", replace(small, site=Site(prior=(*kept(before), forbidden))))
     assert all(result.met for result in after.requirements)
     at = {station.id: station.position_m for station in before.stations}
     stayed = [s.id for s in after.stations if s.id in at]
@@ -31,7 +30,7 @@ def test_planning_again_around_one_forbidden_station_moves_few(small: PlanSettin
     # One is gone; others change only to make up for it.
     assert len(before.stations) - len(stayed) <= 3
     assert any(lost.id in line and "dropped" in line for line in after.warnings)
-    from_scratch = planned("corridor-comb", replace(settings, site=Site(prior=(forbidden,))))
+    from_scratch = planned("corridor-comb", replace(small, site=Site(prior=(forbidden,))))
     if len(after.stations) > len(from_scratch.stations):
         assert any("from scratch" in line for line in after.warnings)
 
