@@ -29,8 +29,8 @@ _HOUSE = PlanSettings(
     requirements=Requirements(coverage=0.8),
     grid_step_m=1.0,
     instrument_heights_m=(1.5,),
-    max_patch_area_m2=0.2,
-    method=Proven(work_limit=0.1),
+    max_patch_area_m2=0.4,
+    method=Proven(work_limit=0.02),
     scan_mode="patches",
 )
 #: What is planned, by name.

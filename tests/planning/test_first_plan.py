@@ -20,7 +20,7 @@ Planned = Callable[[str, PlanSettings], Plan]
 @pytest.fixture(scope="module")
 def comb(small: PlanSettings) -> PlanSettings:
     """Of `corridor-comb`: 192 candidates, 18 of them far apart."""
-    return replace(small, grid_step_m=0.5)
+    return replace(small, grid_step_m=0.5, max_patch_area_m2=1.6)
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +101,7 @@ def test_candidates_that_memory_would_not_hold_are_left_out_evenly_and_that_is_t
 ) -> None:
     scene = scenes_synthetic.build("corridor-comb").scene
     assert not any("memory" in line for line in told[0].warnings)
-    monkeypatch.setattr("planner_core.planning.first_plan._MOST_ENTRIES", 12_000)
+    monkeypatch.setattr("planner_core.planning.first_plan._MOST_ENTRIES", 4_500)
     prior = PriorStation("L1", tuple((np.array([0.8, 0.8, 1.5]) + scene.offset_m).tolist()), Role.LOCKED)
     events: list[ProgressEvent] = []
     plan = make_plan(scene, replace(comb, site=Site(prior=(prior,))), progress=events.append)

@@ -43,7 +43,7 @@ def dome(step_deg: float) -> Scanner:
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Scene:
-    path = tmp_path_factory.mktemp("rooms") / "two-rooms.ifc"
+    path = tmp_path_factory.mktemp("rooms") / "two-rooms.ply"
     scenes_synthetic.write(scenes_synthetic.build("two-rooms"), path)
     return load_scene(path)
 
@@ -82,7 +82,7 @@ def test_parts_are_counted_for_all_scanners_of_rows_and_columns_unless_told() ->
 def test_plans_by_patches_and_by_beams_take_about_as_many_stations_and_say_which_they_are(
     scene: Scene, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    settings = settings_of(0.2, "patches")
+    settings = settings_of(0.5, "patches")
     survey = make_survey(scene, settings)
     engine = open_engine(scene, survey.patches)
     plans = {}
@@ -94,7 +94,7 @@ def test_plans_by_patches_and_by_beams_take_about_as_many_stations_and_say_which
         summary.show(document)
         said = capsys.readouterr().out
         assert ("patches sampled instead of" in said) == (mode == "patches")
-        assert "1,351,800 beams per scan" in said
+        assert "216,720 beams per scan" in said
     by_patches, by_beams = plans["patches"], plans["beams"]
     assert abs(len(by_patches.stations) - len(by_beams.stations)) <= 1
     # Beams count every patch whole that they meet.
@@ -104,7 +104,7 @@ def test_plans_by_patches_and_by_beams_take_about_as_many_stations_and_say_which
 
 
 def test_a_given_list_is_worth_less_by_parts_of_patches_than_by_beams(scene: Scene) -> None:
-    settings = settings_of(0.2, "patches")
+    settings = settings_of(0.5, "patches")
     survey = make_survey(scene, settings)
     engine = open_engine(scene, survey.patches)
     middle = (survey.floors[0].bounds_m.mean(axis=0), survey.floors[0].elevation_m + 1.5)

@@ -57,19 +57,18 @@ def settings(scope: str = "auto", **more: object) -> PlanSettings:
     return PlanSettings(
         scanner=replace(load_scanner("hdl-64e"), n_azimuths=180),
         requirements=Requirements(scope=Scope(scope), network="none"),
-        grid_step_m=1.0,
         instrument_heights_m=(1.6,),
         method=Greedy(),
-        **more,
+        **{"grid_step_m": 1.0, **more},
     )
 
 
 #: Of whole plans: other tests examine the scope patch by patch.
-COARSE = {"max_patch_area_m2": 0.2, "refine": False}
+COARSE = {"max_patch_area_m2": 0.4, "grid_step_m": 2.0, "refine": False}
 
 
-def scoped(boxes, scope: str = "auto", *, open3d: bool = False):
-    asked = settings(scope)
+def scoped(boxes, scope: str = "auto", *, open3d: bool = False, **more: object):
+    asked = settings(scope, **more)
     survey = make_survey(scene_of(boxes), asked)
     engine = Open3DEngine(survey.scene, survey.patches) if open3d else open_engine(survey.scene, survey.patches)
     return with_scope(survey, asked.requirements, engine)
@@ -193,7 +192,7 @@ def test_stations_of_the_interior_stand_indoors_and_those_of_the_exterior_outdoo
     boxes = (plinth, ROOF, NORTH, EAST, WEST, *SOUTH_WITH_GAP)
     stands = {}
     for scope in ("all", "interior", "exterior"):
-        plan = make_plan(scene_of(boxes), settings(scope, **COARSE), engine="open3d")
+        plan = make_plan(scene_of(boxes), settings(scope, **COARSE))
         at = np.array([station.position_m for station in plan.stations])
         # The doorway, as deep as the wall, is still indoors.
         stands[scope] = ((at[:, :2] > [0, -0.3]) & (at[:, :2] < [6, 4])).all(axis=1)
@@ -288,11 +287,15 @@ PARAPETS = (
 
 @pytest.mark.parametrize(
     ("sides", "least_m2", "most_m2"),
-    [((), 60, 240), (PARAPETS, 30, 240), (LONG_SIDES, 20, 120), ((LONG_SIDES[0], *SHORT_SIDES), 10, 120)],
-    ids=["no facade", "parapets", "both ends open", "a front open"],
+    [
+        pytest.param((), 60, 240, id="no facade"),
+        pytest.param(PARAPETS, 30, 240, id="parapets"),
+        pytest.param(LONG_SIDES, 20, 120, id="both ends open", marks=pytest.mark.slow),
+        pytest.param((LONG_SIDES[0], *SHORT_SIDES), 10, 120, id="a front open"),
+    ],
 )
 def test_open_sides_are_named_with_the_ground_that_they_lose(sides: tuple, least_m2: float, most_m2: float) -> None:
-    survey = scoped((*SLABS, *CORE, *COLUMNS, *sides))
+    survey = scoped((*SLABS, *CORE, *COLUMNS, *sides), max_patch_area_m2=0.5)
     assert survey.scope.kind == Scope.INTERIOR
     (line,) = (line for line in survey.warnings if "open sides" in line)
     lost_m2 = float(line.split("open sides: ")[1].split(" m2")[0])

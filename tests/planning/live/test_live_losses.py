@@ -32,6 +32,7 @@ def noisy(asking: PlanSettings) -> PlanSettings:
     return replace(
         asking,
         scanner=replace(asking.scanner, range_noise=NOISE),
+        max_patch_area_m2=0.1,
         requirements=Requirements(
             coverage=0.6,
             asked=PointLimits(spacing_m=0.06),
@@ -44,11 +45,11 @@ def noisy(asking: PlanSettings) -> PlanSettings:
 
 
 @pytest.fixture(scope="module")
-def noisy_house(planned: Planned, noisy: PlanSettings) -> LivePlan:
-    return open_live(planned("house", noisy)[0])
+def noisy_rooms(planned: Planned, noisy: PlanSettings) -> LivePlan:
+    return open_live(planned("two-rooms", noisy)[0])
 
 
-@pytest.fixture(params=["house", "asking_house", pytest.param("noisy_house", marks=pytest.mark.slow)])
+@pytest.fixture(params=["house", "asking_house", pytest.param("noisy_rooms", marks=pytest.mark.slow)])
 def live(request: pytest.FixtureRequest) -> LivePlan:
     found: LivePlan = request.getfixturevalue(request.param)
     return found
@@ -70,7 +71,7 @@ def test_losses_are_what_the_plan_evaluated_without_the_station_lacks(live: Live
 
 
 def test_losses_are_those_of_a_list_evaluated_from_scratch(planned: Planned, asking: PlanSettings) -> None:
-    _, plan = planned("house", asking)
+    _, plan = planned("two-rooms", asking)
     scene = plan.survey.scene
     given = [
         GivenStation(one.id, one.position_m + scene.offset_m, one.instrument_height_m, one.floor)
@@ -89,9 +90,9 @@ def test_losses_are_those_of_a_list_evaluated_from_scratch(planned: Planned, ask
 
 
 def test_patches_are_lost_that_others_see_too_coarsely_or_too_noisily(
-    planned: Planned, noisy: PlanSettings, noisy_house: LivePlan
+    planned: Planned, noisy: PlanSettings, noisy_rooms: LivePlan
 ) -> None:
-    _, plan = planned("house", noisy)
+    _, plan = planned("two-rooms", noisy)
     survey, n_patches = plan.survey, plan.survey.patches.n_patches
     assert plan.times_met is not None
     at_m = np.stack([station.position_m for station in plan.stations])
@@ -116,7 +117,7 @@ def test_patches_are_lost_that_others_see_too_coarsely_or_too_noisily(
             if goal.name in n_badly:
                 n_badly[goal.name] += int((n_seen[expected] > 1).sum())
     assert min(n_badly.values()) > 100
-    for found, expected_losses in zip(noisy_house.figures(noisy_house.draft).plan.losses, plan.losses, strict=True):
+    for found, expected_losses in zip(noisy_rooms.figures(noisy_rooms.draft).plan.losses, plan.losses, strict=True):
         for loss, expected_loss in zip(found, expected_losses, strict=True):
             np.testing.assert_array_equal(loss.patch, expected_loss.patch)
 
