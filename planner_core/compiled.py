@@ -25,6 +25,8 @@ from planner_core.operating_system import n_usable_cores
 
 #: numba's own name of the folder: whoever has set it knows better.
 _FOLDER_VARIABLE = "NUMBA_CACHE_DIR"
+#: Fewer items than these are not worth a thread of their own.
+_LEAST_A_PART = 32
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
@@ -70,6 +72,6 @@ def in_threads(work: Callable[[int], None], n: int) -> None:
 
 
 def share_out(work: Callable[[int, int], None], n: int) -> None:
-    """Call `work(first, end)` for parts of 0 .. n - 1, one a thread."""
-    parts = n_usable_cores()
+    """Call `work(first, end)` for parts of 0 .. n - 1, one a thread; few are one part, in this thread."""
+    parts = max(1, min(n_usable_cores(), n // _LEAST_A_PART))
     in_threads(lambda part: work(part * n // parts, (part + 1) * n // parts), parts)
