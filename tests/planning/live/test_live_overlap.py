@@ -19,9 +19,10 @@ from planner_core.planning.live.opening import open_live
 from planner_core.requirements.figures import rows_of_overlap
 
 WAYS = [(measure, of) for measure in ("smaller-share", "jaccard") for of in ("all-seen", "seen-as-required")]
+_SLOW = [pytest.param(way, marks=pytest.mark.slow) for way in WAYS[1:3]]
 
 
-@pytest.fixture(scope="module", params=[*WAYS[:3], pytest.param(WAYS[3], marks=pytest.mark.slow)], ids="-".join)
+@pytest.fixture(scope="module", params=[WAYS[0], WAYS[3], *_SLOW], ids="-".join)
 def live(
     request: pytest.FixtureRequest,
     asking_folder: Path,
