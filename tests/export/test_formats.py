@@ -404,9 +404,8 @@ def test_an_opened_plan_does_for_several_formats(box_folder: Path, tmp_path: Pat
     assert export_plan("csv", plan, tmp_path / "b.csv").n_bytes == (tmp_path / "a.csv").stat().st_size
 
 
-def test_what_is_meant_for_one_format_of_a_pack_does_not_reach_another(
-    own_formats: None, written_plan: Path, tmp_path: Path
-) -> None:
-    export_pack(["folder", "seedless"], written_plan, tmp_path / "pack", Options(seed=7))
+@pytest.mark.usefixtures("own_formats")
+def test_what_is_meant_for_one_format_of_a_pack_does_not_reach_another(box_folder: Path, tmp_path: Path) -> None:
+    export_pack(["folder", "seedless"], box_folder / "plan", tmp_path / "pack", Options(seed=7))
     seeds = [(tmp_path / "pack" / name / "deeper" / "two.txt").read_text() for name in ("folder", "seedless")]
     assert seeds == ["7", "0"]
