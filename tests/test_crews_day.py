@@ -193,6 +193,7 @@ def plan_several_buildings(day: Day) -> None:
         patch.setattr(runner, "_PROGRAM", (sys.executable, small_pictures.__file__, "tlsplan.batch.child"))
         done = day.tlsplan("batch", "sites.yaml", "-o", "portfolio", code=8)
     assert re.search(r"^warning: absent: failed: .*absent\.ifc: there is no such file", done.stderr, re.MULTILINE)
+    assert f"summary       {Path('portfolio', 'index.html')}" in done.stdout
     with Path("portfolio", "summary.csv").open(newline="") as file:
         box, absent = csv.DictReader(file)
     assert (box["state"], absent["state"]) == ("planned", "failed")

@@ -102,6 +102,10 @@ def test_every_place_of_a_floor_is_on_a_sheet(
     slack = 1e-6 * (1 + max(map(abs, low)))
     if all(abs(side * 1000 / s - room) > slack for side in size for s in SCALES for pair in rooms for room in pair):
         assert (tiles[0].scale, len(tiles) == 1) == (fits[0] if fits else SCALES[-1], bool(fits))
+    # Sheets side by side share 12 mm; one less in a row or a column would not hold the floor.
+    box, n_sheets = tiles[0].sheet.drawing, (tiles[0].n_columns, tiles[0].n_rows)
+    for n, room, side in zip(n_sheets, rooms[box.width > box.height], size, strict=True):
+        assert n == 1 or (n - 1) * (room - 12) + 12 < side * 1000 / tiles[0].scale + slack
 
 
 @settings(max_examples=25, deadline=None)
