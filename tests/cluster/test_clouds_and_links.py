@@ -87,7 +87,8 @@ def test_links_by_workers_are_those_of_one_process(look: Look, n_workers: int) -
 def test_a_job_of_links_travels_without_what_was_worked_out_from_it(look: Look) -> None:
     seen = look.here(look.positions_m[:12]).rows.seen
     surface = surface_of_patches(look.survey.scene, look.survey.patches, np.ones(seen.n_patches, dtype=bool))
-    job = LinkJob(seen, look.survey.patches.area_m2, surface, 0.2, 0.01, OverlapMeasure.SMALLER_SHARE)
+    scanned = np.arange(12) < 3
+    job = LinkJob(seen, look.survey.patches.area_m2, surface, 0.2, 0.01, OverlapMeasure.SMALLER_SHARE, scanned)
     before = pickle.dumps(job)
     answer = job.answer((0, 12))
     assert pickle.dumps(job) == before
