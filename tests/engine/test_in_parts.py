@@ -1,5 +1,6 @@
 """A scene scanned in parts: the bits of one tree, in bounded memory, chosen where the device is too small."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -140,10 +141,12 @@ def test_free_rays_and_scans_after_them_are_those_of_one_tree(
     check_same(parted.scan(beams, POSITIONS), whole.scan(beams, POSITIONS))  # there is room for them again
 
 
-def test_nothing_is_asked_of_no_positions_and_no_rays(parted: PartedEngine, shapes: SimpleNamespace) -> None:
+def test_no_positions_rays_or_beams_have_no_results(parted: PartedEngine, shapes: SimpleNamespace) -> None:
     assert parted.scan(template(shapes), np.empty((0, 3))).range_m.shape == (0, 25, 180)
     assert parted.visible_patches(template(shapes), np.empty((0, 3))).starts.tolist() == [0]
     assert parted.cast_rays(np.empty((0, 3)), np.empty((0, 3)), range_max_m=1.0).range_m.size == 0
+    no_beams = replace(template(shapes), elevation_rad=np.empty(0))
+    assert parted.visible_patches(no_beams, POSITIONS).starts.tolist() == [0] * (len(POSITIONS) + 1)
 
 
 def test_memory_stays_within_what_is_allowed(
