@@ -185,7 +185,10 @@ def test_damaged_e57_is_refused(tmp_path: Path) -> None:
 def test_a_list_500_km_away_is_refused_with_the_shift(source: PlanSource, tmp_path: Path) -> None:
     shift = np.array([300_000.0, 400_000.0, 0.0])
     rows = [(each.id, each.position_m + shift) for each in source.stations]
-    with pytest.raises(StationListError, match=r"none of \d+ is near the plan.*km.*300000\.00, 400000\.00, 0\.00"):
+    with pytest.raises(
+        StationListError,
+        match=r"none of \d+ is near the plan.*km.*; all are shifted by the same 300000\.00, 400000\.00, 0\.00",
+    ):
         read_actual([write_csv(tmp_path / "far.csv", rows)], source, coordinates="scene")
     with pytest.raises(StationListError, match=r"as scene coordinates and .* as site coordinates"):
         read_actual([tmp_path / "far.csv"], source)
