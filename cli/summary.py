@@ -117,7 +117,8 @@ def _registration(document: dict[str, Any]) -> str:
     counted = [
         link
         for link in registration["links"]
-        if link["overlap"] >= registration["threshold"] and (link["strength"] is None or link["strength"] >= least)
+        if link.get("as_set_up")
+        or (link["overlap"] >= registration["threshold"] and (link["strength"] is None or link["strength"] >= least))
     ]
     links = "link" if len(counted) == 1 else "links"
     n_networks = len(registration["networks"])
@@ -134,7 +135,8 @@ def _registration(document: dict[str, Any]) -> str:
         hangs = f"; weakest: {weakest['a']} to {weakest['b']}, {overlap_percent(weakest['overlap'])} %"
         if weakest["strength"] is not None:
             hangs += f", strength {weakest['strength']:.3f}"
-    return f"{len(counted)} {links} of at least {100 * registration['threshold']:g} % {overlap}; {state}{hangs}"
+    low = ", or as set up" if any(link.get("as_set_up") for link in counted) else ""
+    return f"{len(counted)} {links} of at least {100 * registration['threshold']:g} % {overlap}{low}; {state}{hangs}"
 
 
 def _field(document: dict[str, Any]) -> list[str]:

@@ -192,7 +192,11 @@ def link_class(link: Link, plan: Plan) -> int | None:
     """Class of a link by what is required; None: not worth drawing."""
     required = plan.settings.requirements
     return links.link_class(
-        link.overlap, link.strength, min_overlap=required.overlap, min_strength=required.min_strength
+        link.overlap,
+        link.strength,
+        as_set_up=link.as_set_up,
+        min_overlap=required.overlap,
+        min_strength=required.min_strength,
     )
 
 

@@ -326,10 +326,11 @@ def _add_stations(plotter: Any, stations: list[Station]) -> None:
 
 
 def strong_links(plan: Plan, stations: list[Station]) -> FloatArray:
-    """(N, 2, 3) local: ends of the links among `stations` that overlap as much as required."""
+    """(N, 2, 3) local: ends of the links among `stations` that overlap as much as required, or as set up."""
     at = {station.id: station.position_m for station in stations}
     required = plan.settings.requirements.overlap
-    ends = [(at[k.a], at[k.b]) for k in plan.links if k.overlap >= required and k.a in at and k.b in at]
+    enough = [link for link in plan.links if link.as_set_up or link.overlap >= required]
+    ends = [(at[link.a], at[link.b]) for link in enough if link.a in at and link.b in at]
     return np.array(ends).reshape(-1, 2, 3)
 
 

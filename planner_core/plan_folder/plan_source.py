@@ -71,6 +71,7 @@ class FieldLink:
     strength: float
     counts: bool = True
     """It is good enough, by the requirements, to register the scans to each other."""
+    as_set_up: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +182,7 @@ def _links(registration: RegistrationSection) -> tuple[FieldLink, ...]:
     for row in registration.links:
         strength = math.nan if row.strength is None else row.strength
         counts = row.as_set_up or (row.overlap >= registration.threshold and not strength < registration.min_strength)
-        links.append(FieldLink(row.a, row.b, row.overlap, strength, counts))
+        links.append(FieldLink(row.a, row.b, row.overlap, strength, counts, row.as_set_up))
     return tuple(links)
 
 

@@ -151,7 +151,8 @@ def network_words(plan: PlanSource) -> str:
     counted = sum((link_class(plan, link) or WEAK) > WEAK for link in plan.links)
     required = plan.document["requirements"]
     overlap = overlap_noun(required["overlap_measure"], required["overlap_of"])
-    links = f"{counted} links of at least {100 * of['threshold']:g} % {overlap}"
+    low = ", or as set up" if any(link.as_set_up for link in plan.links) else ""
+    links = f"{counted} links of at least {100 * of['threshold']:g} % {overlap}{low}"
     if of["connected"]:
         return f"{len(plan.stations)} stations, all connected; {links}"
     sizes = [len(network["stations"]) for network in of["networks"]]

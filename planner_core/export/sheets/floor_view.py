@@ -75,6 +75,7 @@ def link_class(plan: PlanSource, link: FieldLink) -> int | None:
     return links.link_class(
         link.overlap,
         link.strength,
+        as_set_up=link.as_set_up,
         min_overlap=float(required["overlap"]),
         min_strength=float(required["min_strength"]),
     )

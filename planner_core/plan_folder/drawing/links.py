@@ -26,11 +26,16 @@ class StationPoint:
     at_m: FloatArray
 
 
-def link_class(overlap: float, strength: float, *, min_overlap: float, min_strength: float) -> int | None:
-    """`WEAK`, `COUNTS` or `STRONG`; None: not worth drawing. A strength that is NaN is neither weak nor strong."""
+def link_class(
+    overlap: float, strength: float, *, as_set_up: bool, min_overlap: float, min_strength: float
+) -> int | None:
+    """`WEAK`, `COUNTS` or `STRONG`; None: not worth drawing. A strength that is NaN is neither weak nor strong.
+
+    as_set_up : it counts below the overlap that is required, see `Link`.
+    """
     if overlap < _LEAST_SHARE * min_overlap:
         return None
-    if overlap < min_overlap or strength < min_strength:
+    if not as_set_up and (overlap < min_overlap or strength < min_strength):
         return WEAK
     return STRONG if not math.isnan(strength) and strength >= STRONG_TIMES * min_strength else COUNTS
 
