@@ -118,6 +118,13 @@ def test_what_is_left_unseen_is_what_the_plan_holds_not_worth_a_station(
         np.testing.assert_array_equal(same.pieces[0].box_m, surface.pieces[0].box_m)
 
 
+def test_what_stations_see_together_is_a_bit_a_patch(house: LivePlan) -> None:
+    times_seen = house.figures(house.draft).plan.times_seen
+    bits = [np.frombuffer(house.seen(house.draft, name), np.uint8) for name in house.draft.ids]
+    seen = np.unpackbits(np.stack(bits), axis=1, count=times_seen.size, bitorder="little")
+    np.testing.assert_array_equal(seen.sum(axis=0), times_seen)
+
+
 @pytest.mark.slow
 def test_station_taken_away_leaves_what_it_alone_saw(house: LivePlan) -> None:
     live = house
