@@ -440,6 +440,8 @@ def test_more_elements_than_siblings_are_allowed_are_grouped() -> None:
     places = mesh_places(scene)
     paths = [place.path for place in places]
     assert len(set(paths)) == n
+    storeys = [elements[place.element].storey for place in places]
+    assert storeys == sorted(storeys, reverse=True)  # those of no storey come last
     assert max(Counter(path.rsplit("/", 1)[0] for path in paths).values()) <= MAX_SIBLINGS
     assert all(part.isascii() and part.isidentifier() for path in paths for part in path[1:].split("/"))
 
