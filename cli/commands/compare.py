@@ -286,7 +286,8 @@ def _again(document: dict[str, Any], source: PlanSource) -> list[str]:
     if document["met"]:
         missed = _missed(document, document["network"], parts, "asked_is_met")
         if not missed:
-            return ["The requirements are still met: nothing has to be scanned again."]
+            within = "" if all(row["asked_is_met"] for row in document["requirements"]) else " within half a point"
+            return [f"The requirements are still met{within}: nothing has to be scanned again."]
         return [
             "All that the plan met is still met: nothing has to be scanned again.",
             f"NOT met, as in the plan: {missed}.",

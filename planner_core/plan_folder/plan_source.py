@@ -72,6 +72,7 @@ class FieldLink:
     counts: bool = True
     """It is good enough, by the requirements, to register the scans to each other."""
     as_set_up: bool = False
+    """See `Link`."""
 
 
 @dataclass(frozen=True, eq=False)

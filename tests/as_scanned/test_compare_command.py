@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
-from tlsplan.commands.compare import _again, _stations, command
+from tlsplan.commands.compare import _again, _coverage, _stations, command
 
 from planner_core.errors import OutputExistsError, RequirementError, StationListError
 from planner_core.plan_folder.plan_source import PlanSource
@@ -148,6 +148,21 @@ def rescan_document(*, network_met: bool, lost: bool) -> dict[str, Any]:
             "requirements": [{"name": "overall", "met": True, "asked_is_met": True}],
         } if lost else None,
     }  # fmt: skip
+
+
+def test_coverage_that_only_setting_up_costs_is_met_and_named(source: PlanSource) -> None:
+    document = rescan_document(network_met=True, lost=False)
+    document["network"] |= {"planned_is_met": True, "asked_is_met": True}
+    (row,) = document["requirements"]
+    row |= {"asked": 0.95, "planned": 0.952, "actual": 0.9497}
+    assert _again(document, source) == ["The requirements are still met: nothing has to be scanned again."]
+    row["asked_is_met"] = False
+    assert _coverage(document)[0].endswith("95.2 % planned, 94.9 % as scanned   within half a point, as set up")
+    (line,) = _again(document, source)
+    assert line == "The requirements are still met within half a point: nothing has to be scanned again."
+    row["planned_is_met"] = False
+    assert _coverage(document)[0].endswith("not met, as in the plan")
+    assert _again(document, source)[1] == "NOT met, as in the plan: coverage overall."
 
 
 def test_every_station_to_scan_again_tells_what_it_is_for(source: PlanSource) -> None:
