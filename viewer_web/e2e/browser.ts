@@ -194,11 +194,14 @@ export class ViewerPage {
     return this.review();
   }
 
-  /** Take the last change back by its button. */
+  /** Take the last change back by its button, until the server and the page have. */
   async undo(): Promise<void> {
     const { revision } = await this.review();
-    await this.page.getByRole('button', { name: /^Undo: / }).click();
+    const button = this.page.getByRole('button', { name: /^Undo: / });
+    const label = (await button.getAttribute('aria-label'))!.replace(/^Undo: /, '');
+    await button.click();
     await this.changedFrom(revision);
+    await this.page.getByRole('button', { name: `Redo: ${label}`, exact: true }).waitFor();
   }
 
   /** Change the review as another page would; the status of the server's answer. */

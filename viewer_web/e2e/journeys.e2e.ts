@@ -400,7 +400,7 @@ test('stations are edited: dragged, undone and redone, moved by coordinates, and
 
   await viewer.marker(first.id).click();
   const x = page.getByLabel('x, m', { exact: true });
-  expect(await x.inputValue()).toBe(first.position[0].toFixed(3));
+  await expect.poll(() => x.inputValue()).toBe(first.position[0].toFixed(3));
   const toX = (first.position[0] + 0.25).toFixed(3);
   await x.fill(toX.replace('.', ','));
   await x.press('Enter');
