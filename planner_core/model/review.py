@@ -2,6 +2,9 @@
 
 SCENE frame, metres, like `site`: what people say. Ids of all that a reviewer makes are identifiers (`Z001`), times are
 UTC as ISO 8601 to the second (`2026-11-21T16:30:00Z`).
+
+The dataclasses are also the documents that the server and the viewer exchange: pydantic reads them and makes their
+schema, from the types below.
 """
 
 from __future__ import annotations
@@ -10,11 +13,13 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Annotated, Any
 
+from pydantic import Field, WithJsonSchema, with_config
+
+from planner_core.documents import YesNo
 from planner_core.errors import ReviewError
-from planner_core.model.site import GroundPick
-
-Point = tuple[float, float, float]
+from planner_core.model.site import FARTHEST_M, NO_OTHER_KEYS, AnyFloor, GroundPick, Metres, Point
 
 ZONE_KINDS = ("keep_out", "priority")
 VERDICTS = ("accepted", "rejected")
@@ -26,27 +31,61 @@ MOST_TEXT_BYTES = 10_000
 MOST_NOTE_BYTES = 2_000
 MOST_NAME_CHARACTERS = 100
 MOST_CORNERS = 1_000
-FARTHEST_M = 1e7
-"""The Earth's quarter: every national grid lies within, and float64 still resolves a micrometre."""
+
+
+def _one_of(words: tuple[str, ...]) -> tuple[Any, ...]:
+    return Field(pattern=f"^({'|'.join(words)})$"), WithJsonSchema({"enum": list(words), "type": "string"})
+
+
+Corner = tuple[Metres, Metres]
+Outline = Annotated[
+    tuple[Corner, ...],
+    Field(min_length=3, max_length=MOST_CORNERS, description="Corners x, y of a polygon that does not cross itself."),
+]
+Height = Annotated[
+    float, Field(strict=True, ge=0, le=100, allow_inf_nan=False, description="Of the sensor above the ground, metres.")
+]
+Id = Annotated[str, Field(min_length=1, max_length=32, pattern="^[A-Za-z][A-Za-z0-9_]*$")]
+NewId = Annotated[
+    str, Field(max_length=32, pattern="^([A-Za-z][A-Za-z0-9_]*)?$", description="Empty: the next free one.")
+]
+StationId = Annotated[str, Field(min_length=1, max_length=200, description="Id of a station.")]
+FloorId = Annotated[str, Field(max_length=200, description="Id of a floor of the plan, F0 ...")]
+DoorId = Annotated[str, Field(min_length=1, max_length=MOST_NAME_CHARACTERS, description="IFC GlobalId of a door.")]
+Whole = Annotated[int, Field(strict=True, ge=0, le=2**53)]
+Share = Annotated[float, Field(strict=True, gt=0, le=1, allow_inf_nan=False)]
+Radius = Annotated[float, Field(strict=True, gt=0, le=1000, allow_inf_nan=False, description="Metres.")]
+Line = Annotated[str, Field(min_length=1, max_length=MOST_NAME_CHARACTERS)]
+Text = Annotated[str, Field(min_length=1, max_length=MOST_TEXT_BYTES, description="Plain text, 10 000 bytes of UTF-8.")]
+Note = Annotated[str, Field(max_length=MOST_NOTE_BYTES, description="Plain text, 2 000 bytes of UTF-8.")]
+Time = Annotated[str, Field(pattern=r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ$", description="UTC.")]
+Target = Annotated[
+    Annotated[str, Field(strict=True, min_length=1, max_length=200)] | Whole | None,
+    Field(description="A station's id, an element's index in the scene, or null: the plan."),
+]
+ZoneKind = Annotated[str, *_one_of(ZONE_KINDS)]
+VerdictWord = Annotated[str, *_one_of(VERDICTS)]
+DoorState = Annotated[str, *_one_of(DOOR_STATES)]
 
 _ID = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,31}")
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 
 
+@with_config(NO_OTHER_KEYS)
 @dataclass(frozen=True)
 class StationEdit:
-    """What was changed of one station. None: as in the plan, which has no such station where it was `added`.
+    """What was changed of a station; null: as in the plan, which has no such station where it was `added`.
 
-    position_m : the sensor's origin, scene frame; given, height and floor go with it.
+    With a position, that of the sensor, height and floor go with it.
     """
 
     position_m: Point | None = None
-    instrument_height_m: float | None = None
+    instrument_height_m: Height | None = None
     floor: str | None = None
-    added: bool = False
-    removed: bool = False
-    locked: bool | None = None
+    added: YesNo = False
+    removed: YesNo = False
+    locked: YesNo | None = None
 
     def __post_init__(self) -> None:
         if self.position_m is not None:
@@ -57,14 +96,15 @@ class StationEdit:
             raise ReviewError("added station: got one without a position, expected one; give x, y, z in metres")
 
 
+@with_config(NO_OTHER_KEYS)
 @dataclass(frozen=True)
 class ForbiddenPlace:
-    """A place that no station may be near. id : empty until it is in a review. floor : id; empty: all."""
+    """A position that stations keep away from."""
 
-    id: str
+    id: NewId
     position_m: Point
-    radius_m: float = 0.5
-    floor: str = ""
+    radius_m: Radius = 0.5
+    floor: AnyFloor = ""
 
     def __post_init__(self) -> None:
         if self.id:
@@ -74,20 +114,17 @@ class ForbiddenPlace:
             raise ReviewError(f"radius: got {self.radius_m} m, expected above 0 and at most 1000; give metres")
 
 
+@with_config(NO_OTHER_KEYS)
 @dataclass(frozen=True)
 class Zone:
-    """An area that somebody drew. kind : `keep_out`, nobody goes there; `priority`, `coverage` is required of it.
+    """A drawn area: `keep_out`, or `priority` with the coverage required of it, a fraction of what is achievable."""
 
-    id : empty until it is in a review. outline_m : corners (x, y) of a simple polygon. floor : id; empty: all.
-    coverage : fraction of what is achievable in it, of `priority` only.
-    """
-
-    id: str
-    kind: str
-    outline_m: tuple[tuple[float, float], ...]
-    floor: str = ""
-    name: str = ""
-    coverage: float | None = None
+    id: NewId
+    kind: ZoneKind
+    outline_m: Outline
+    floor: AnyFloor = ""
+    name: Annotated[str, Field(max_length=MOST_NAME_CHARACTERS)] = ""
+    coverage: Share | None = None
 
     def __post_init__(self) -> None:
         if self.id:
@@ -105,13 +142,14 @@ class Zone:
             raise ReviewError(f"coverage: got {self.coverage}, expected above 0 and at most 1; e.g. 0.98")
 
 
+@with_config(NO_OTHER_KEYS)
 @dataclass(frozen=True)
 class Entrance:
-    """Where the crew enters: a point on the ground of a floor. id : empty until it is in a review. floor : id."""
+    """Where the crew enters: a point on the ground of a floor."""
 
-    id: str
+    id: NewId
     position_m: Point
-    floor: str
+    floor: FloorId
 
     def __post_init__(self) -> None:
         if self.id:
@@ -119,17 +157,18 @@ class Entrance:
         check_point("position", self.position_m)
 
 
+@with_config(NO_OTHER_KEYS)
 @dataclass(frozen=True)
 class Comment:
-    """A remark. target : a station's id, an element's index in the scene, or None: the plan. position_m : its pin."""
+    """A remark, pinned to a station, an element, a position or nothing."""
 
-    id: str
-    text: str
-    author: str
-    time: str
-    target: str | int | None = None
+    id: Id
+    text: Text
+    author: Line
+    time: Time
+    target: Target = None
     position_m: Point | None = None
-    resolved: bool = False
+    resolved: YesNo = False
 
     def __post_init__(self) -> None:
         check_id(self.id)
@@ -140,14 +179,15 @@ class Comment:
             check_point("position", self.position_m)
 
 
+@with_config(NO_OTHER_KEYS)
 @dataclass(frozen=True)
 class Verdict:
-    """What a reviewer thinks of a station. verdict : one of `VERDICTS`."""
+    """What a reviewer thinks of a station."""
 
-    verdict: str
-    by: str
-    time: str
-    note: str = ""
+    verdict: VerdictWord
+    by: Line
+    time: Time
+    note: Note = ""
 
     def __post_init__(self) -> None:
         if self.verdict not in VERDICTS:
@@ -157,19 +197,19 @@ class Verdict:
         check_text("note", self.note, MOST_NOTE_BYTES, empty=True)
 
 
+@with_config(NO_OTHER_KEYS)
 @dataclass(frozen=True)
 class SignOff:
-    """Who signed off the plan, as reviewed.
+    """Who signed off the plan, as reviewed; a later revision of the review changed something since.
 
-    plan_sha256 : of plan.json, hexadecimal. revision : of the review with this signature in it; where the review has a
-    later one, something was changed since.
+    The SHA-256 is that of plan.json.
     """
 
-    name: str
-    time: str
-    plan_sha256: str
-    revision: int
-    note: str = ""
+    name: Line
+    time: Time
+    plan_sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+    revision: Whole
+    note: Note = ""
 
     def __post_init__(self) -> None:
         check_line("name", self.name)
@@ -181,33 +221,38 @@ class SignOff:
 
 @dataclass(frozen=True)
 class LastChange:
-    """When an object was last changed, and by whom. revision : the one that the change made."""
+    """When an object was last changed, and by whom."""
 
-    revision: int
-    by: str
-    at: str
+    revision: Annotated[Whole, Field(description="The revision that the change made.", examples=[7])]
+    by: Annotated[str, Field(examples=["Ben"])]
+    at: Annotated[str, Field(description="UTC.", examples=["2026-11-21T16:45:00Z"])]
 
 
 @dataclass(frozen=True)
 class Review:
-    """Everything that reviewers changed, by id.
+    """Everything that reviewers changed, by id."""
 
-    revision : how often something was; 0: never. touched : of every object that ever was, also of removed ones; their
-    names are `station:S001`, `zone:Z001`, `forbidden:P001`, `pick:G001`, `entrance:E001`, `door:GLOBALID`,
-    `comment:C001`, `verdict:S001`, `sign_off`. doors : one of `DOOR_STATES` by the source's id of the element.
-    """
-
-    revision: int = 0
+    revision: Annotated[int, Field(ge=0, description="How often something was changed; 0: never.")] = 0
     stations: Mapping[str, StationEdit] = field(default_factory=dict)
     forbidden: Mapping[str, ForbiddenPlace] = field(default_factory=dict)
     zones: Mapping[str, Zone] = field(default_factory=dict)
     ground_picks: Mapping[str, GroundPick] = field(default_factory=dict)
     entrances: Mapping[str, Entrance] = field(default_factory=dict)
-    doors: Mapping[str, str] = field(default_factory=dict)
+    doors: Annotated[
+        Mapping[str, DoorState],
+        Field(description="Doors that are open or shut whatever the plan has, by the source's id of the element."),
+    ] = field(default_factory=dict)
     comments: Mapping[str, Comment] = field(default_factory=dict)
     verdicts: Mapping[str, Verdict] = field(default_factory=dict)
     sign_off: SignOff | None = None
-    touched: Mapping[str, LastChange] = field(default_factory=dict)
+    touched: Annotated[
+        Mapping[str, LastChange],
+        Field(
+            description="Last change of every object, also of removed ones: `station:S001`, `zone:Z001`, "
+            "`forbidden:P001`, `pick:G001`, `entrance:E001`, `door:GLOBALID`, `comment:C001`, `verdict:S001`, "
+            "`sign_off`."
+        ),
+    ] = field(default_factory=dict)
 
     @property
     def n_objects(self) -> int:

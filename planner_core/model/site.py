@@ -6,9 +6,22 @@ SCENE frame, metres: the user's entries. Stages bring it to the local frame.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
+from pydantic import ConfigDict, Field, with_config
+
+from planner_core.documents import YesNo
 from planner_core.errors import RequirementError
 from planner_core.model.choices import Role, one_of
+
+FARTHEST_M = 1e7
+"""The Earth's quarter: every national grid lies within, and float64 still resolves a micrometre."""
+NO_OTHER_KEYS = ConfigDict(extra="forbid")
+"""Of what is sent: keys that are not known are refused, so that none is lost silently."""
+
+Metres = Annotated[float, Field(strict=True, ge=-FARTHEST_M, le=FARTHEST_M, allow_inf_nan=False)]
+Point = Annotated[tuple[Metres, Metres, Metres], Field(description="x, y, z: scene frame, metres.")]
+AnyFloor = Annotated[str, Field(max_length=200, description="Id of a floor of the plan; empty: all floors.")]
 
 
 @dataclass(frozen=True)
@@ -40,6 +53,7 @@ class PriorStation:
         object.__setattr__(self, "role", one_of(Role, self.role, "role"))
 
 
+@with_config(NO_OTHER_KEYS)
 @dataclass(frozen=True)
 class GroundPick:
     """A surface that somebody marked as ground, or unmarked: the coplanar region around a point on it.
@@ -48,9 +62,9 @@ class GroundPick:
     none is within reach. docs/method/floor-picking.md defines how far the region goes.
     """
 
-    point_m: tuple[float, float, float]
-    is_ground: bool = True
-    floor: str = ""
+    point_m: Point
+    is_ground: YesNo = True
+    floor: AnyFloor = ""
 
 
 @dataclass(frozen=True)

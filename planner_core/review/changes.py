@@ -1,15 +1,58 @@
-"""Changes of a review, one dataclass a kind. `planner_core.review.apply` makes them. Scene frame, metres."""
+"""Changes of a review, one dataclass a kind, which is also its document. `planner_core.review.apply` makes them.
+
+Scene frame, metres. Fields that may be left out have a default.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar, Final, Literal
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Final, Literal
 
-from planner_core.model.review import Entrance, ForbiddenPlace, PlanUnderReview, Point, Review, SignOff, Zone
-from planner_core.model.site import GroundPick
+from pydantic import BeforeValidator, ConfigDict, Field, with_config
+
+from planner_core.documents import YesNo
+from planner_core.model.review import (
+    DoorId,
+    DoorState,
+    Entrance,
+    FloorId,
+    ForbiddenPlace,
+    Height,
+    Id,
+    Line,
+    Note,
+    PlanUnderReview,
+    Review,
+    SignOff,
+    StationId,
+    Target,
+    Text,
+    Time,
+    VerdictWord,
+    Zone,
+)
+from planner_core.model.site import NO_OTHER_KEYS, GroundPick, Point
 
 AsNow = Literal["as_now"]
 AS_NOW: Final[AsNow] = "as_now"
+
+
+def _kind_is_needed(schema: dict[str, Any]) -> None:
+    del schema["properties"]["kind"]["default"]
+    schema["required"] = ["kind", *schema.get("required", [])]
+
+
+_change = with_config(ConfigDict(**NO_OTHER_KEYS, json_schema_extra=_kind_is_needed))
+"""What all changes are as documents."""
+
+
+def _with_id(value: object) -> object:
+    return {"id": "", **value} if isinstance(value, Mapping) else value
+
+
+_OR_NEW = BeforeValidator(_with_id)
+"""The id of what is added may be left out: the next free one."""
 
 
 @dataclass(frozen=True)
@@ -20,238 +63,268 @@ class Signature:
     time: str
 
 
+@_change
 @dataclass(frozen=True)
 class MoveStation:
-    """Set a station's pose. position_m None: back where the plan has it, height and floor too.
+    """Set a station's pose. Position null: back where the plan has it, height and floor too.
 
-    instrument_height_m : `AS_NOW`; None: not known. floor None: as now.
+    Height left out: as now; null: not known. Floor null: as now.
     """
 
-    kind: ClassVar[str] = "move_station"
-    station: str
+    kind: Literal["move_station"] = field(default="move_station", kw_only=True)
+    station: StationId
     position_m: Point | None
-    instrument_height_m: float | AsNow | None = AS_NOW
-    floor: str | None = None
+    instrument_height_m: Height | AsNow | None = AS_NOW
+    floor: FloorId | None = None
 
 
+@_change
 @dataclass(frozen=True)
 class SetHeight:
     """Raise or lower a station's sensor over the same spot."""
 
-    kind: ClassVar[str] = "set_height"
-    station: str
-    instrument_height_m: float
+    kind: Literal["set_height"] = field(default="set_height", kw_only=True)
+    station: StationId
+    instrument_height_m: Height
 
 
+@_change
 @dataclass(frozen=True)
 class AddStation:
-    """Add a station. station None: the next free id."""
+    """Add a station. Its id null: the next free one."""
 
-    kind: ClassVar[str] = "add_station"
+    kind: Literal["add_station"] = field(default="add_station", kw_only=True)
     position_m: Point
-    floor: str
-    instrument_height_m: float | None = None
-    station: str | None = None
-    locked: bool | None = None
+    floor: FloorId
+    instrument_height_m: Height | None = None
+    station: Id | None = None
+    locked: YesNo | None = None
 
 
+@_change
 @dataclass(frozen=True)
 class RemoveStation:
-    """Take a station out."""
+    """Remove a station."""
 
-    kind: ClassVar[str] = "remove_station"
-    station: str
+    kind: Literal["remove_station"] = field(default="remove_station", kw_only=True)
+    station: StationId
 
 
+@_change
 @dataclass(frozen=True)
 class RestoreStation:
-    """Bring a station of the plan back that was taken out."""
+    """Restore a removed station of the plan."""
 
-    kind: ClassVar[str] = "restore_station"
-    station: str
+    kind: Literal["restore_station"] = field(default="restore_station", kw_only=True)
+    station: StationId
 
 
+@_change
 @dataclass(frozen=True)
 class LockStation:
-    """Have a station in every plan that is made again. locked None: as the plan has it; False is `unlock_station`."""
+    """Keep a station in every new plan; null: as the plan has it; false: as `unlock_station`."""
 
-    kind: ClassVar[str] = "lock_station"
-    station: str
-    locked: bool | None = True
+    kind: Literal["lock_station"] = field(default="lock_station", kw_only=True)
+    station: StationId
+    locked: YesNo | None = True
 
 
+@_change
 @dataclass(frozen=True)
 class UnlockStation:
-    """Let a plan that is made again do without the station."""
+    """Let new plans do without the station."""
 
-    kind: ClassVar[str] = "unlock_station"
-    station: str
+    kind: Literal["unlock_station"] = field(default="unlock_station", kw_only=True)
+    station: StationId
 
 
+@_change
 @dataclass(frozen=True)
 class Forbid:
-    """Keep stations away from a place. An empty id: the next free one."""
+    """Keep stations away from a position."""
 
-    kind: ClassVar[str] = "forbid"
-    place: ForbiddenPlace
+    kind: Literal["forbid"] = field(default="forbid", kw_only=True)
+    place: Annotated[ForbiddenPlace, _OR_NEW]
 
 
+@_change
 @dataclass(frozen=True)
 class Allow:
-    """Take a forbidden place back."""
+    """Allow a forbidden position again."""
 
-    kind: ClassVar[str] = "allow"
-    id: str
+    kind: Literal["allow"] = field(default="allow", kw_only=True)
+    id: Id
 
 
+@_change
 @dataclass(frozen=True)
 class AddZone:
     """Add a zone."""
 
-    kind: ClassVar[str] = "add_zone"
-    zone: Zone
+    kind: Literal["add_zone"] = field(default="add_zone", kw_only=True)
+    zone: Annotated[Zone, _OR_NEW]
 
 
+@_change
 @dataclass(frozen=True)
 class ChangeZone:
-    """Put another zone in the place of the one of its id."""
+    """Replace the zone of this id."""
 
-    kind: ClassVar[str] = "change_zone"
+    kind: Literal["change_zone"] = field(default="change_zone", kw_only=True)
     zone: Zone
 
 
+@_change
 @dataclass(frozen=True)
 class RemoveZone:
-    """Take a zone out."""
+    """Remove a zone."""
 
-    kind: ClassVar[str] = "remove_zone"
-    id: str
+    kind: Literal["remove_zone"] = field(default="remove_zone", kw_only=True)
+    id: Id
 
 
+@_change
 @dataclass(frozen=True)
 class PickGround:
-    """Mark, or unmark, the surface at a point as ground. id None: the next free one."""
+    """Mark the surface at a point as a walkable floor, or as none. Its id null: the next free one."""
 
-    kind: ClassVar[str] = "pick_ground"
+    kind: Literal["pick_ground"] = field(default="pick_ground", kw_only=True)
     pick: GroundPick
-    id: str | None = None
+    id: Id | None = None
 
 
+@_change
 @dataclass(frozen=True)
 class UnpickGround:
-    """Take a pick back: the surface is again what it was found to be."""
+    """Remove a mark: the surface is again what it was found to be."""
 
-    kind: ClassVar[str] = "unpick_ground"
-    id: str
+    kind: Literal["unpick_ground"] = field(default="unpick_ground", kw_only=True)
+    id: Id
 
 
+@_change
 @dataclass(frozen=True)
 class AddEntrance:
-    """Have the crew enter at a place. An empty id: the next free one."""
+    """Add an entrance: the route begins at the first."""
 
-    kind: ClassVar[str] = "add_entrance"
-    entrance: Entrance
+    kind: Literal["add_entrance"] = field(default="add_entrance", kw_only=True)
+    entrance: Annotated[Entrance, _OR_NEW]
 
 
+@_change
 @dataclass(frozen=True)
 class RemoveEntrance:
-    """Take an entrance back."""
+    """Remove an entrance."""
 
-    kind: ClassVar[str] = "remove_entrance"
-    id: str
+    kind: Literal["remove_entrance"] = field(default="remove_entrance", kw_only=True)
+    id: Id
 
 
+@_change
 @dataclass(frozen=True)
 class SetDoor:
-    """Have a door open or shut during scanning. door : the source's id of it. state None: as the plan has it."""
+    """Have a door open or shut during scanning; null: as the plan has it. Counts when the plan is made again."""
 
-    kind: ClassVar[str] = "set_door"
-    door: str
-    state: str | None
+    kind: Literal["set_door"] = field(default="set_door", kw_only=True)
+    door: DoorId
+    state: DoorState | None
 
 
+@_change
 @dataclass(frozen=True)
 class AddComment:
-    """Add a comment. author, time None: whoever makes the change, now. id None: the next free one."""
+    """Add a comment. Its id null: the next free one.
 
-    kind: ClassVar[str] = "add_comment"
-    text: str
-    target: str | int | None = None
+    Author and time null: whoever makes the change, now; they are there to take a removal back.
+    """
+
+    kind: Literal["add_comment"] = field(default="add_comment", kw_only=True)
+    text: Text
+    target: Target = None
     position_m: Point | None = None
-    id: str | None = None
-    author: str | None = None
-    time: str | None = None
-    resolved: bool = False
+    id: Id | None = None
+    author: Line | None = None
+    time: Time | None = None
+    resolved: YesNo = False
 
 
+@_change
 @dataclass(frozen=True)
 class EditComment:
-    """Reword a comment: its author may."""
+    """Edit a comment: its author may."""
 
-    kind: ClassVar[str] = "edit_comment"
-    id: str
-    text: str
+    kind: Literal["edit_comment"] = field(default="edit_comment", kw_only=True)
+    id: Id
+    text: Text
 
 
+@_change
 @dataclass(frozen=True)
 class ResolveComment:
-    """Say that a comment is settled, or that it is not."""
+    """Resolve a comment, or reopen it."""
 
-    kind: ClassVar[str] = "resolve_comment"
-    id: str
-    resolved: bool = True
+    kind: Literal["resolve_comment"] = field(default="resolve_comment", kw_only=True)
+    id: Id
+    resolved: YesNo = True
 
 
+@_change
 @dataclass(frozen=True)
 class RemoveComment:
-    """Take a comment out: its author may."""
+    """Remove a comment: its author may."""
 
-    kind: ClassVar[str] = "remove_comment"
-    id: str
+    kind: Literal["remove_comment"] = field(default="remove_comment", kw_only=True)
+    id: Id
 
 
+@_change
 @dataclass(frozen=True)
 class SetVerdict:
-    """Accept or reject a station. by, time None: whoever makes the change, now."""
+    """Accept or reject a station. By and time null: whoever makes the change, now."""
 
-    kind: ClassVar[str] = "set_verdict"
-    station: str
-    verdict: str
-    note: str = ""
-    by: str | None = None
-    time: str | None = None
+    kind: Literal["set_verdict"] = field(default="set_verdict", kw_only=True)
+    station: StationId
+    verdict: VerdictWord
+    note: Note = ""
+    by: Line | None = None
+    time: Time | None = None
 
 
+@_change
 @dataclass(frozen=True)
 class ClearVerdict:
-    """Take a verdict back."""
+    """Clear a verdict."""
 
-    kind: ClassVar[str] = "clear_verdict"
-    station: str
+    kind: Literal["clear_verdict"] = field(default="clear_verdict", kw_only=True)
+    station: StationId
 
 
+@_change
 @dataclass(frozen=True)
 class Sign:
-    """Sign the plan off as it stands. earlier : a signature that was there, put back as it was."""
+    """Sign the plan off as it stands; `earlier` restores a sign-off that was withdrawn."""
 
-    kind: ClassVar[str] = "sign"
-    note: str = ""
+    kind: Literal["sign"] = field(default="sign", kw_only=True)
+    note: Note = ""
     earlier: SignOff | None = None
 
 
+@_change
 @dataclass(frozen=True)
 class Unsign:
-    """Take the signature back."""
+    """Withdraw the sign-off."""
 
-    kind: ClassVar[str] = "unsign"
+    kind: Literal["unsign"] = field(default="unsign", kw_only=True)
 
 
-Change = (
+Change = Annotated[
     MoveStation | SetHeight | AddStation | RemoveStation | RestoreStation | LockStation | UnlockStation
     | Forbid | Allow | AddZone | ChangeZone | RemoveZone | PickGround | UnpickGround
     | AddEntrance | RemoveEntrance | SetDoor
-    | AddComment | EditComment | ResolveComment | RemoveComment | SetVerdict | ClearVerdict | Sign | Unsign
-)  # fmt: skip
+    | AddComment | EditComment | ResolveComment | RemoveComment | SetVerdict | ClearVerdict | Sign | Unsign,
+    Field(discriminator="kind"),
+]  # fmt: skip
+"""Any of them, by its `kind`."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
+
+from pydantic import Field
 
 from planner_core.errors import ReviewError
 from planner_core.model.review import LastChange, PlanUnderReview, Review, check_line
@@ -31,11 +34,11 @@ class Committed:
 
 @dataclass(frozen=True)
 class EditConflict:
-    """An object that was changed meanwhile. by, at : whose change it was, and when."""
+    """An object that someone else changed meanwhile."""
 
-    object: str
-    by: str
-    at: str
+    object: Annotated[str, Field(description="As in `touched` of a review.", examples=["station:S003"])]
+    by: Annotated[str, Field(description="Who changed it last.", examples=["Ben"])]
+    at: Annotated[str, Field(description="When, UTC.", examples=["2026-11-21T16:45:00Z"])]
 
 
 @dataclass(frozen=True)

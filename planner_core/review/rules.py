@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
 from planner_core.errors import ReviewError
-from planner_core.model.review import Point, Review, check_height, check_id, check_point
+from planner_core.model.review import Review, check_height, check_id, check_point
+from planner_core.model.site import Point
 from planner_core.review.changes import Context
 
 DIGITS = 6

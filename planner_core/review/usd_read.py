@@ -18,7 +18,6 @@ from planner_core.model.review import (
     ForbiddenPlace,
     LastChange,
     PlanUnderReview,
-    Point,
     Review,
     ReviewedStation,
     SignOff,
@@ -29,7 +28,7 @@ from planner_core.model.review import (
     check_id,
     check_line,
 )
-from planner_core.model.site import GroundPick
+from planner_core.model.site import GroundPick, Point
 from planner_core.plan_folder.sdf_authoring import Layer, Tf
 from planner_core.plan_folder.station_marks import prim_names_of_ids
 from planner_core.review import usd

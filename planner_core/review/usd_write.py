@@ -20,14 +20,13 @@ from planner_core.model.review import (
     ForbiddenPlace,
     LastChange,
     PlanUnderReview,
-    Point,
     Review,
     SignOff,
     StationEdit,
     Verdict,
     Zone,
 )
-from planner_core.model.site import GroundPick
+from planner_core.model.site import GroundPick, Point
 from planner_core.plan_folder.palette import STATION
 from planner_core.plan_folder.sdf_authoring import (
     TYPES,

@@ -97,5 +97,8 @@ def answer_errors(app: FastAPI) -> None:
 
 def _first_problem(error: RequestValidationError) -> str:
     first = error.errors()[0]
+    own = first.get("ctx", {}).get("error")
+    if isinstance(own, PlannerError):  # raised by a check of the library: the whole message
+        return str(own)
     place = ".".join(str(part) for part in first["loc"] if part not in ("body", "query", "path"))
     return f"{place or 'the request'}: {first['msg']}; see /api/openapi.json for what is expected"

@@ -1,26 +1,20 @@
 """The routes of the review: what the server knows, what reviewers changed, changes, and events."""
 
+from dataclasses import asdict
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Request
 from fastapi.responses import JSONResponse, Response, StreamingResponse
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 from starlette.types import Receive, Scope, Send
 
-from planner_core.review.commit import Conflict
+from planner_core.model.review import Line, Review, Whole
+from planner_core.model.site import NO_OTHER_KEYS
+from planner_core.review.changes import Change
+from planner_core.review.commit import MOST_CHANGES, Conflict, EditConflict
 from viewer_web.server.answers import PREFIX, UNCHANGED, json_answer, refusals, refuse
 from viewer_web.server.connections import client_of, note_stream
 from viewer_web.server.events import EventHub, Stream
-from viewer_web.server.review_documents import (
-    Changes,
-    CommittedDocument,
-    ConflictDocument,
-    ReviewDocument,
-    change_document,
-    change_of,
-    clash_document,
-    review_document,
-)
 from viewer_web.server.roles import MAY_ONLY_COMMENT, is_commenter, may_commenter_make
 from viewer_web.server.session import Session
 
@@ -45,6 +39,49 @@ class SessionDocument(BaseModel):
     read_only: bool
     comment_only: Annotated[bool, Field(description="The token of this page is for comments and verdicts only.")]
     live: LiveDocument
+
+
+class Changes(BaseModel):
+    """Changes to make together: all of them, or none."""
+
+    model_config = ConfigDict(
+        **NO_OTHER_KEYS,
+        json_schema_extra={
+            "examples": [
+                {
+                    "base_revision": 7,
+                    "author": "Ana",
+                    "changes": [
+                        {"kind": "move_station", "station": "S003", "position_m": [12.5, 3.25, 1.6], "floor": "F0"},
+                        {"kind": "add_comment", "target": "S003", "text": "Out of the doorway."},
+                    ],
+                }
+            ]
+        },
+    )
+
+    base_revision: Annotated[Whole, Field(description="The revision that they were decided on.")]
+    author: Annotated[Line, Field(description="Who makes them: as given, not proven.")]
+    changes: Annotated[list[Change], Field(min_length=1, max_length=MOST_CHANGES)]
+    plan_sha256: Annotated[
+        str | None, Field(max_length=64, description="Of the plan that they were decided on; null: whichever it is.")
+    ] = None
+
+
+class CommittedDocument(BaseModel):
+    """What was kept. undo : changes that take it back, in the order to send them."""
+
+    revision: Whole
+    undo: list[Change]
+    review: Review
+
+
+class ConflictDocument(BaseModel):
+    """Nothing was changed, because someone else changed it first; `review` is as it stands."""
+
+    message: str
+    conflicts: list[EditConflict]
+    review: Review
 
 
 class _EventResponse(StreamingResponse):
@@ -87,12 +124,10 @@ def review_router(session: Session) -> APIRouter:
             request,
         )
 
-    @router.get(
-        "/review", response_model=ReviewDocument, responses={**refusals(503), **UNCHANGED}, summary="The review"
-    )
+    @router.get("/review", response_model=Review, responses={**refusals(503), **UNCHANGED}, summary="The review")
     def get_review(request: Request) -> Response:
         """Everything that reviewers changed, as it is on disk. The ETag is of its content."""
-        return json_answer(review_document(session.review()), request)
+        return json_answer(asdict(session.review()), request)
 
     @router.post(
         "/review/changes",
@@ -113,20 +148,19 @@ def review_router(session: Session) -> APIRouter:
         """
         if session.read_only:
             return refuse(403, "this plan is shown read-only; start `tlsplan view` without --read-only to change it")
-        changes = [change_of(document) for document in sent.changes]
-        if is_commenter(request.scope) and not all(may_commenter_make(change) for change in changes):
+        if is_commenter(request.scope) and not all(may_commenter_make(change) for change in sent.changes):
             return refuse(403, MAY_ONLY_COMMENT)
-        outcome = session.store.commit(sent.base_revision, changes, sent.author, plan_sha256=sent.plan_sha256)
+        outcome = session.store.commit(sent.base_revision, sent.changes, sent.author, plan_sha256=sent.plan_sha256)
         if isinstance(outcome, Conflict):
-            conflicts = [clash_document(clash) for clash in outcome.clashes]
+            conflicts = [asdict(clash) for clash in outcome.clashes]
             document: dict[str, Any] = {"message": outcome.message, "conflicts": conflicts}
-            return JSONResponse({**document, "review": review_document(outcome.review)}, status_code=409)
+            return JSONResponse({**document, "review": asdict(outcome.review)}, status_code=409)
         session.tell_review(outcome.review, sent.author, outcome.objects)
         return JSONResponse(
             {
                 "revision": outcome.review.revision,
-                "undo": [change_document(change) for change in outcome.undo],
-                "review": review_document(outcome.review),
+                "undo": [asdict(change) for change in outcome.undo],
+                "review": asdict(outcome.review),
             }
         )
 

@@ -9,18 +9,13 @@ export type Session = Frozen<schema.SessionDocument>;
 export type LiveState = Frozen<schema.LiveDocument>;
 
 /** As the server sends it: what may be left out of a change is all there. */
-export type Review = Frozen<
-  Omit<schema.ReviewDocument, 'zones' | 'forbidden' | 'ground_picks' | 'entrances'> & {
-    zones: Record<string, Required<schema.ZoneDocument>>;
-    forbidden: Record<string, Required<schema.ForbiddenPlaceDocument>>;
-    ground_picks: Record<string, Required<schema.GroundPickDocument>>;
-    entrances: Record<string, Required<schema.EntranceDocument>>;
-  }
->;
-export type StationEdit = Frozen<schema.StationEditDocument>;
-export type Comment = Frozen<schema.CommentDocument>;
-export type Touch = Frozen<schema.TouchDocument>;
-export type ZoneKind = schema.ZoneDocument['kind'];
+type Sent<T> = T extends object ? { [Key in keyof T]-?: Sent<T[Key]> } : T;
+
+export type Review = Frozen<Sent<schema.Review>>;
+export type StationEdit = Frozen<Sent<schema.StationEdit>>;
+export type Comment = Frozen<Sent<schema.Comment>>;
+export type LastChange = Frozen<schema.LastChange>;
+export type ZoneKind = schema.Zone['kind'];
 
 /** One change of the review. */
 export type Change = Frozen<schema.Changes['changes'][number]>;

@@ -25,25 +25,26 @@ export interface Documents {
   Allow: Allow;
   ChangeZone: ChangeZone;
   Changes: Changes;
-  ClashDocument: ClashDocument;
   ClearVerdict: ClearVerdict;
   CloudHead: CloudHead;
-  CommentDocument: CommentDocument;
+  Comment: Comment;
   CommittedDocument: CommittedDocument;
   ConflictDocument: ConflictDocument;
   CoverageFigures: CoverageFigures;
   EditComment: EditComment;
-  EntranceDocument: EntranceDocument;
+  EditConflict: EditConflict;
+  Entrance: Entrance;
   ExportList: ExportList;
   FieldTimeSection: FieldTimeSection;
   FiguresOfDraft: FiguresOfDraft;
   FloorCoverage: FloorCoverage;
   Forbid: Forbid;
-  ForbiddenPlaceDocument: ForbiddenPlaceDocument;
+  ForbiddenPlace: ForbiddenPlace;
   GapSection: GapSection;
   GroundHead: GroundHead;
-  GroundPickDocument: GroundPickDocument;
+  GroundPick: GroundPick;
   Joined: Joined;
+  LastChange: LastChange;
   LeftSurfaceSection: LeftSurfaceSection;
   LegSection: LegSection;
   LimitsSection: LimitsSection;
@@ -68,7 +69,7 @@ export interface Documents {
   ResolveComment: ResolveComment;
   RestoreStation: RestoreStation;
   ResultSection: ResultSection;
-  ReviewDocument: ReviewDocument;
+  Review: Review;
   RoomSection: RoomSection;
   RouteOfDraft: RouteOfDraft;
   RouteSection: RouteSection;
@@ -81,23 +82,23 @@ export interface Documents {
   SetHeight: SetHeight;
   SetVerdict: SetVerdict;
   Sign: Sign;
-  SignOffDocument: SignOffDocument;
+  SignOff: SignOff;
   StationAreas: StationAreas;
-  StationEditDocument: StationEditDocument;
+  StationEdit: StationEdit;
   StationSection: StationSection;
-  TouchDocument: TouchDocument;
   UnlockStation: UnlockStation;
   UnpickGround: UnpickGround;
   Unsign: Unsign;
-  VerdictDocument: VerdictDocument;
+  Verdict: Verdict;
   WeakMotionSection: WeakMotionSection;
-  ZoneDocument: ZoneDocument;
+  Zone: Zone;
 }
 /**
- * Add a comment. Author and time left out: whoever makes the change, now; they are there to take a removal back.
+ * Add a comment. Its id null: the next free one.
+ *
+ * Author and time null: whoever makes the change, now; they are there to take a removal back.
  */
 export interface AddComment {
-  kind: 'add_comment';
   /**
    * Plain text, 10 000 bytes of UTF-8.
    */
@@ -111,22 +112,23 @@ export interface AddComment {
   author?: string | null;
   time?: string | null;
   resolved?: boolean;
+  kind: 'add_comment';
 }
 /**
  * Add an entrance: the route begins at the first.
  */
 export interface AddEntrance {
+  entrance: Entrance;
   kind: 'add_entrance';
-  entrance: EntranceDocument;
 }
 /**
  * Where the crew enters: a point on the ground of a floor.
  */
-export interface EntranceDocument {
+export interface Entrance {
   /**
    * Empty: the next free one.
    */
-  id?: string;
+  id: string;
   /**
    * x, y, z: scene frame, metres.
    *
@@ -140,10 +142,9 @@ export interface EntranceDocument {
   floor: string;
 }
 /**
- * Add a station. Its id left out: the next free one.
+ * Add a station. Its id null: the next free one.
  */
 export interface AddStation {
-  kind: 'add_station';
   /**
    * x, y, z: scene frame, metres.
    *
@@ -158,22 +159,23 @@ export interface AddStation {
   instrument_height_m?: number | null;
   station?: string | null;
   locked?: boolean | null;
+  kind: 'add_station';
 }
 /**
  * Add a zone.
  */
 export interface AddZone {
+  zone: Zone;
   kind: 'add_zone';
-  zone: ZoneDocument;
 }
 /**
- * A drawn area: `keep_out`, or `priority` with the coverage required of it.
+ * A drawn area: `keep_out`, or `priority` with the coverage required of it, a fraction of what is achievable.
  */
-export interface ZoneDocument {
+export interface Zone {
   /**
    * Empty: the next free one.
    */
-  id?: string;
+  id: string;
   kind: 'keep_out' | 'priority';
   /**
    * Corners x, y of a polygon that does not cross itself.
@@ -190,15 +192,15 @@ export interface ZoneDocument {
  * Allow a forbidden position again.
  */
 export interface Allow {
-  kind: 'allow';
   id: string;
+  kind: 'allow';
 }
 /**
  * Replace the zone of this id.
  */
 export interface ChangeZone {
+  zone: Zone;
   kind: 'change_zone';
-  zone: ZoneDocument;
 }
 /**
  * Changes to make together: all of them, or none.
@@ -245,23 +247,24 @@ export interface Changes {
   plan_sha256?: string | null;
 }
 /**
- * Set a station's pose. Position null: back where the plan has it. Height left out: as now; null: not known.
+ * Set a station's pose. Position null: back where the plan has it, height and floor too.
+ *
+ * Height left out: as now; null: not known. Floor null: as now.
  */
 export interface MoveStation {
-  kind: 'move_station';
   /**
    * Id of a station.
    */
   station: string;
   position_m: [number, number, number] | null;
-  instrument_height_m?: number | null;
+  instrument_height_m?: number | 'as_now' | null;
   floor?: string | null;
+  kind: 'move_station';
 }
 /**
  * Raise or lower a station's sensor over the same spot.
  */
 export interface SetHeight {
-  kind: 'set_height';
   /**
    * Id of a station.
    */
@@ -270,63 +273,64 @@ export interface SetHeight {
    * Of the sensor above the ground, metres.
    */
   instrument_height_m: number;
+  kind: 'set_height';
 }
 /**
  * Remove a station.
  */
 export interface RemoveStation {
-  kind: 'remove_station';
   /**
    * Id of a station.
    */
   station: string;
+  kind: 'remove_station';
 }
 /**
  * Restore a removed station of the plan.
  */
 export interface RestoreStation {
-  kind: 'restore_station';
   /**
    * Id of a station.
    */
   station: string;
+  kind: 'restore_station';
 }
 /**
- * Keep a station in every new plan; null: as the plan has it.
+ * Keep a station in every new plan; null: as the plan has it; false: as `unlock_station`.
  */
 export interface LockStation {
-  kind: 'lock_station';
   /**
    * Id of a station.
    */
   station: string;
   locked?: boolean | null;
+  kind: 'lock_station';
 }
 /**
  * Let new plans do without the station.
  */
 export interface UnlockStation {
-  kind: 'unlock_station';
   /**
    * Id of a station.
    */
   station: string;
+  kind: 'unlock_station';
 }
 /**
  * Keep stations away from a position.
  */
 export interface Forbid {
+  place: ForbiddenPlace;
   kind: 'forbid';
-  place: ForbiddenPlaceDocument;
 }
 /**
  * A position that stations keep away from.
  */
-export interface ForbiddenPlaceDocument {
+export interface ForbiddenPlace {
   /**
    * Empty: the next free one.
    */
-  id?: string;
+  id: string;
   /**
    * x, y, z: scene frame, metres.
    *
@@ -347,21 +351,24 @@ export interface ForbiddenPlaceDocument {
  * Remove a zone.
  */
 export interface RemoveZone {
-  kind: 'remove_zone';
   id: string;
+  kind: 'remove_zone';
 }
 /**
- * Mark the surface at a point as a walkable floor, or as none.
+ * Mark the surface at a point as a walkable floor, or as none. Its id null: the next free one.
  */
 export interface PickGround {
-  kind: 'pick_ground';
-  pick: GroundPickDocument;
+  pick: GroundPick;
   id?: string | null;
+  kind: 'pick_ground';
 }
 /**
- * A surface marked as a walkable floor, or as none: the coplanar region around a point on it.
+ * A surface that somebody marked as ground, or unmarked: the coplanar region around a point on it.
+ *
+ * point_m : on the surface, scene frame. floor : id or name; empty: the floor nearest in height, or a new one where
+ * none is within reach. docs/method/floor-picking.md defines how far the region goes.
  */
-export interface GroundPickDocument {
+export interface GroundPick {
   /**
    * x, y, z: scene frame, metres.
    *
@@ -379,58 +386,57 @@ export interface GroundPickDocument {
  * Remove a mark: the surface is again what it was found to be.
  */
 export interface UnpickGround {
-  kind: 'unpick_ground';
   id: string;
+  kind: 'unpick_ground';
 }
 /**
  * Remove an entrance.
  */
 export interface RemoveEntrance {
-  kind: 'remove_entrance';
   id: string;
+  kind: 'remove_entrance';
 }
 /**
  * Have a door open or shut during scanning; null: as the plan has it. Counts when the plan is made again.
  */
 export interface SetDoor {
-  kind: 'set_door';
   /**
    * IFC GlobalId of a door.
    */
   door: string;
   state: ('open' | 'shut') | null;
+  kind: 'set_door';
 }
 /**
  * Edit a comment: its author may.
  */
 export interface EditComment {
-  kind: 'edit_comment';
   id: string;
   /**
    * Plain text, 10 000 bytes of UTF-8.
    */
   text: string;
+  kind: 'edit_comment';
 }
 /**
  * Resolve a comment, or reopen it.
  */
 export interface ResolveComment {
-  kind: 'resolve_comment';
   id: string;
   resolved?: boolean;
+  kind: 'resolve_comment';
 }
 /**
  * Remove a comment: its author may.
  */
 export interface RemoveComment {
-  kind: 'remove_comment';
   id: string;
+  kind: 'remove_comment';
 }
 /**
- * Accept or reject a station. By and time left out: whoever makes the change, now.
+ * Accept or reject a station. By and time null: whoever makes the change, now.
  */
 export interface SetVerdict {
-  kind: 'set_verdict';
   /**
    * Id of a station.
    */
@@ -442,32 +448,35 @@ export interface SetVerdict {
   note?: string;
   by?: string | null;
   time?: string | null;
+  kind: 'set_verdict';
 }
 /**
  * Clear a verdict.
  */
 export interface ClearVerdict {
-  kind: 'clear_verdict';
   /**
    * Id of a station.
    */
   station: string;
+  kind: 'clear_verdict';
 }
 /**
  * Sign the plan off as it stands; `earlier` restores a sign-off that was withdrawn.
  */
 export interface Sign {
-  kind: 'sign';
   /**
    * Plain text, 2 000 bytes of UTF-8.
    */
   note?: string;
-  earlier?: SignOffDocument | null;
+  earlier?: SignOff | null;
+  kind: 'sign';
 }
 /**
- * Who signed off the plan, as reviewed; a later revision changed something since.
+ * Who signed off the plan, as reviewed; a later revision of the review changed something since.
+ *
+ * The SHA-256 is that of plan.json.
  */
-export interface SignOffDocument {
+export interface SignOff {
   name: string;
   /**
    * UTC.
@@ -478,30 +487,13 @@ export interface SignOffDocument {
   /**
    * Plain text, 2 000 bytes of UTF-8.
    */
-  note: string;
+  note?: string;
 }
 /**
  * Withdraw the sign-off.
  */
 export interface Unsign {
   kind: 'unsign';
-}
-/**
- * An object that someone else changed meanwhile.
- */
-export interface ClashDocument {
-  /**
-   * As in `touched` of a review.
-   */
-  object: string;
-  /**
-   * Who changed it last.
-   */
-  by: string;
-  /**
-   * When, UTC.
-   */
-  at: string;
 }
 /**
  * The head of a part of a cloud. rows x columns uint16 ranges follow, then uint8 intensities, as in viewer/clouds.
@@ -527,9 +519,9 @@ export interface CloudHead {
   beams: number;
 }
 /**
- * A remark, pinned to a station, an element, a place or nothing.
+ * A remark, pinned to a station, an element, a position or nothing.
  */
-export interface CommentDocument {
+export interface Comment {
   id: string;
   /**
    * Plain text, 10 000 bytes of UTF-8.
@@ -543,9 +535,9 @@ export interface CommentDocument {
   /**
    * A station's id, an element's index in the scene, or null: the plan.
    */
-  target: string | number | null;
-  position_m: [number, number, number] | null;
-  resolved: boolean;
+  target?: string | number | null;
+  position_m?: [number, number, number] | null;
+  resolved?: boolean;
 }
 /**
  * What was kept. undo : changes that take it back, in the order to send them.
@@ -579,66 +571,68 @@ export interface CommittedDocument {
     | Sign
     | Unsign
   )[];
-  review: ReviewDocument;
+  review: Review;
 }
 /**
  * Everything that reviewers changed, by id.
  */
-export interface ReviewDocument {
+export interface Review {
   /**
    * How often something was changed; 0: never.
    */
-  revision: number;
-  stations: {
-    [k: string]: StationEditDocument;
+  revision?: number;
+  stations?: {
+    [k: string]: StationEdit;
   };
-  forbidden: {
-    [k: string]: ForbiddenPlaceDocument;
+  forbidden?: {
+    [k: string]: ForbiddenPlace;
   };
-  zones: {
-    [k: string]: ZoneDocument;
+  zones?: {
+    [k: string]: Zone;
   };
-  ground_picks: {
-    [k: string]: GroundPickDocument;
+  ground_picks?: {
+    [k: string]: GroundPick;
   };
-  entrances: {
-    [k: string]: EntranceDocument;
+  entrances?: {
+    [k: string]: Entrance;
   };
   /**
-   * Doors that are open or shut whatever the plan has.
+   * Doors that are open or shut whatever the plan has, by the source's id of the element.
    */
-  doors: {
+  doors?: {
     [k: string]: 'open' | 'shut';
   };
-  comments: {
-    [k: string]: CommentDocument;
+  comments?: {
+    [k: string]: Comment;
   };
-  verdicts: {
-    [k: string]: VerdictDocument;
+  verdicts?: {
+    [k: string]: Verdict;
   };
-  sign_off: SignOffDocument | null;
+  sign_off?: SignOff | null;
   /**
    * Last change of every object, also of removed ones: `station:S001`, `zone:Z001`, `forbidden:P001`, `pick:G001`, `entrance:E001`, `door:GLOBALID`, `comment:C001`, `verdict:S001`, `sign_off`.
    */
-  touched: {
-    [k: string]: TouchDocument;
+  touched?: {
+    [k: string]: LastChange;
   };
 }
 /**
  * What was changed of a station; null: as in the plan, which has no such station where it was `added`.
+ *
+ * With a position, that of the sensor, height and floor go with it.
  */
-export interface StationEditDocument {
-  position_m: [number, number, number] | null;
-  instrument_height_m: number | null;
-  floor: string | null;
-  added: boolean;
-  removed: boolean;
-  locked: boolean | null;
+export interface StationEdit {
+  position_m?: [number, number, number] | null;
+  instrument_height_m?: number | null;
+  floor?: string | null;
+  added?: boolean;
+  removed?: boolean;
+  locked?: boolean | null;
 }
 /**
  * What a reviewer thinks of a station.
  */
-export interface VerdictDocument {
+export interface Verdict {
   verdict: 'accepted' | 'rejected';
   by: string;
   /**
@@ -648,12 +642,12 @@ export interface VerdictDocument {
   /**
    * Plain text, 2 000 bytes of UTF-8.
    */
-  note: string;
+  note?: string;
 }
 /**
  * When an object was last changed, and by whom.
  */
-export interface TouchDocument {
+export interface LastChange {
   /**
    * The revision that the change made.
    */
@@ -669,8 +663,25 @@ export interface TouchDocument {
  */
 export interface ConflictDocument {
   message: string;
-  conflicts: ClashDocument[];
-  review: ReviewDocument;
+  conflicts: EditConflict[];
+  review: Review;
+}
+/**
+ * An object that someone else changed meanwhile.
+ */
+export interface EditConflict {
+  /**
+   * As in `touched` of a review.
+   */
+  object: string;
+  /**
+   * Who changed it last.
+   */
+  by: string;
+  /**
+   * When, UTC.
+   */
+  at: string;
 }
 /**
  * Coverage of surface.

@@ -1,5 +1,5 @@
 /** The changes that remarks are made of, and how they are listed. */
-import type { Change, Comment, Point, Review, Touch } from '../api/documents.ts';
+import type { Change, Comment, LastChange, Point, Review } from '../api/documents.ts';
 
 export function addComment(text: string, target: string | number | null, positionM: Point | null): Change {
   return { kind: 'add_comment', text, target, position_m: positionM };
@@ -24,14 +24,10 @@ export function listedComments(review: Review): Comment[] {
   );
 }
 
-export interface LastChange extends Touch {
-  readonly object: string;
-}
-
 /** Who changed what last, newest first. */
-export function lastChanges(review: Review, most: number): LastChange[] {
+export function lastChanges(review: Review, most: number): (LastChange & { readonly object: string })[] {
   return Object.entries(review.touched)
-    .map(([object, touch]) => ({ object, ...touch }))
+    .map(([object, change]) => ({ object, ...change }))
     .sort((a, b) => b.revision - a.revision || a.object.localeCompare(b.object))
     .slice(0, most);
 }

@@ -1,5 +1,5 @@
 /** A stand-in for the review's part of the server: comments and moves of stations, revisions and conflicts. */
-import type { Change, Comment, LiveState, Review, StationEdit, Touch } from '../api/documents.ts';
+import type { Change, Comment, LastChange, LiveState, Review, StationEdit } from '../api/documents.ts';
 
 export const EMPTY_REVIEW: Review = {
   revision: 0,
@@ -86,7 +86,7 @@ export class FakeReviewServer {
   private apply(author: string, changes: readonly Change[]): Change[] {
     const undo: Change[] = [];
     const revision = this.review.revision + 1;
-    const touched: Record<string, Touch> = { ...this.review.touched };
+    const touched: Record<string, LastChange> = { ...this.review.touched };
     for (const change of changes) {
       undo.unshift(this.applyOne(author, change));
       touched[objectOf(change)] = { revision, by: author, at: '2026-11-21T16:30:00Z' };
