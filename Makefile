@@ -28,7 +28,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-firefox system-kernel-check lint typecheck \
   imports pytest pytest-slow pytest-campaign web web-check web-main e2e e2e-firefox e2e-scenes bench bench-roofline bench-patch-mode bench-genetic bench-selection bench-selection-large \
-  bench-drivers bench-planning bench-channels bench-truth bench-live bench-clouds bench-cluster bench-area bench-scale bench-paper-scale bench-gpu bench-gpu-pack reproduce plan-scenes \
+  bench-drivers bench-planning bench-channels bench-registration bench-truth bench-live bench-clouds bench-cluster bench-area bench-scale bench-paper-scale bench-gpu bench-gpu-pack reproduce plan-scenes \
   campaigns golden test-repeatedly mutants soak soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
 
 help: ## list the targets
@@ -172,6 +172,10 @@ bench-genetic: $(DEV) ## genetic selection against its host version and DEAP; wr
 bench-real-buildings: $(DEV) ## floors and plans of models that nobody here made (MODELS=folder: those of real_models.csv in it); keeps plans in build/
 	$(BIN)/python -m tests.benchmarks.$(if $(MODELS),bench_real_models $(MODELS),bench_real_buildings) --write docs/benchmarks/real-buildings.md
 
+bench-registration: $(DEV) ## how often pairs of scans register; hours; MINUTES=60; writes docs/benchmarks; goes on where it was interrupted
+	$(PIP) install --quiet --no-deps --require-hashes -r requirements/registration.lock
+	$(BIN)/python -m tests.benchmarks.bench_registration $(if $(MINUTES),--minutes $(MINUTES)) --write docs/benchmarks/registration.md
+
 bench-truth: $(DEV) ## plans' figures beside those of random points; writes docs/benchmarks
 	$(BIN)/python -m tests.benchmarks.bench_truth --write docs/benchmarks/truth.md
 	PYTHONPATH=. $(BIN)/python tests/benchmarks/bench_counting.py --write docs/benchmarks/truth.md
@@ -276,10 +280,10 @@ api-types: $(DEV) $(NODE) ## regenerate the description of the viewer's interfac
 LOCK_OPTIONS ?= --upgrade
 lock: $(RUNTIME) ## resolve the pinned dependencies anew; LOCK_OPTIONS= keeps every version that still fits
 	$(PIP) install --quiet uv
-	for name in runtime dev intel cluster tlsplib; do \
+	for name in runtime dev intel cluster tlsplib registration; do \
 	  $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	    --no-emit-find-links --no-header --excludes requirements/excluded.txt $(LOCK_OPTIONS) \
-	    requirements/$$name.in $$(case $$name in intel) ;; cluster) echo -c requirements/dev.lock;; tlsplib) echo -c requirements/runtime.lock;; *) echo requirements/checkout.in;; esac) -o requirements/$$name.lock || exit 1; \
+	    requirements/$$name.in $$(case $$name in intel) ;; cluster) echo -c requirements/dev.lock;; tlsplib|registration) echo -c requirements/runtime.lock;; *) echo requirements/checkout.in;; esac) -o requirements/$$name.lock || exit 1; \
 	done
 
 clean: ## remove everything that the other targets made

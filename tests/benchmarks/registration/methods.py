@@ -1,0 +1,128 @@
+"""Registration as people do it: two programs that refine a start, and one that needs none.
+
+`Prepared` clouds, a start (4, 4) from the source's frame to the target's -> the pose (4, 4) that a method finds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import kiss_matcher
+import numpy as np
+import small_gicp
+
+from planner_core.engine.open3d import import_open3d
+from planner_core.model import FloatArray
+from tests.benchmarks.registration.clouds import Cloud
+
+VOXELS_M = (0.16, 0.08, 0.04)
+REACHES_M = {"tracked": (0.1, 0.08, 0.05), "manual": (0.5, 0.25, 0.1), "found": (0.3, 0.15, 0.08)}
+"""Greatest distance of matched points at each voxel, by how far off a start may be: 0.15 m and 3 degrees are 0.4 m at
+5 m. Found: by features."""
+_MOST_POINTS = (2000, 4000, 8000)
+"""Of a source at each voxel, drawn at random."""
+_NORMALS_AGREE = 0.7
+_ROUNDS = (15, 10, 10)
+GLOBAL_VOXEL_M = 0.12
+
+o3d = import_open3d()
+o3d.utility.set_verbosity_level(o3d.utility.VerbosityLevel.Error)
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A cloud at every voxel, for both methods."""
+
+    cloud: Cloud
+    levels: tuple[tuple[Any, Any], ...]
+    """All points, and those that are matched as a source."""
+    gicp: tuple[tuple[small_gicp.PointCloud, small_gicp.KdTree, small_gicp.PointCloud], ...]
+    """All points and their tree, and those that are matched as a source."""
+    coarse: FloatArray
+
+
+def prepare(cloud: Cloud, random: np.random.Generator) -> Prepared:
+    """Thin a cloud, and find its normals, turned to the scanner."""
+    whole = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(cloud.points_m))
+    levels, gicp = [], []
+    for voxel_m, most in zip(VOXELS_M, _MOST_POINTS, strict=True):
+        points = whole.voxel_down_sample(voxel_m)
+        points.estimate_normals(o3d.geometry.KDTreeSearchParamHybrid(radius=3 * voxel_m, max_nn=20))
+        points.orient_normals_towards_camera_location(np.zeros(3))
+        n = len(points.points)
+        few = points.select_by_index(random.choice(n, min(n, most), replace=False))
+        levels.append((points, few))
+        gicp.append(_for_gicp(points, few, voxel_m))
+    coarse = np.asarray(whole.voxel_down_sample(GLOBAL_VOXEL_M / 2).points)
+    return Prepared(cloud, tuple(levels), tuple(gicp), coarse)
+
+
+def _for_gicp(points: Any, few: Any, voxel_m: float) -> tuple[Any, Any, Any]:
+    target, tree = small_gicp.preprocess_points(np.asarray(points.points), voxel_m / 100, 20, 1)
+    source, _ = small_gicp.preprocess_points(np.asarray(few.points), voxel_m / 100, 10, 1)
+    return target, tree, source
+
+
+def point_to_plane(target: Prepared, source: Prepared, start: FloatArray, kind: str) -> FloatArray:
+    """Multi-scale point-to-plane ICP of Open3D with Tukey's kernel; pairs whose normals disagree are dropped."""
+    pose = start.copy()
+    levels = zip(target.levels, source.levels, REACHES_M[kind], _ROUNDS, strict=True)
+    for (points, _), (_, few), reach_m, rounds in levels:
+        estimate = o3d.pipelines.registration.TransformationEstimationPointToPlane(
+            o3d.pipelines.registration.TukeyLoss(k=reach_m / 2)
+        )
+        of_target, of_source = np.asarray(points.normals), np.asarray(few.normals)
+        for _ in range(rounds):
+            found = o3d.pipelines.registration.evaluate_registration(few, points, reach_m, pose)
+            pairs = np.asarray(found.correspondence_set)
+            if pairs.shape[0] < 12:
+                return pose
+            turned = of_source[pairs[:, 0]] @ pose[:3, :3].T
+            agree = np.einsum("ij,ij->i", turned, of_target[pairs[:, 1]]) > _NORMALS_AGREE
+            if agree.sum() < 12:
+                return pose
+            here = o3d.geometry.PointCloud(few).transform(pose)
+            step = estimate.compute_transformation(here, points, o3d.utility.Vector2iVector(pairs[agree]))
+            if not np.isfinite(step).all():
+                return pose
+            pose = step @ pose
+            if np.abs(step - np.eye(4)).max() < 1e-5:
+                break
+    return pose
+
+
+def generalised(target: Prepared, source: Prepared, start: FloatArray, kind: str) -> FloatArray:
+    """Multi-scale generalised ICP of small_gicp."""
+    pose = start.copy()
+    levels = zip(target.gicp, source.gicp, REACHES_M[kind], _ROUNDS, strict=True)
+    for (points, tree, _), (_, _, few), reach_m, rounds in levels:
+        found = small_gicp.align(
+            points,
+            few,
+            tree,
+            pose,
+            registration_type="GICP",
+            max_correspondence_distance=reach_m,
+            num_threads=1,
+            max_iterations=rounds,
+            rotation_epsilon=1e-4,
+            translation_epsilon=1e-4,
+        )
+        pose = np.asarray(found.T_target_source)
+    return pose
+
+
+def without_start(target: Prepared, source: Prepared, *, level: bool) -> FloatArray:
+    """KISS-Matcher: features, a graph of consistent pairs, graduated non-convexity; `level`: turned about z alone."""
+    config = kiss_matcher.KISSMatcherConfig(voxel_size=GLOBAL_VOXEL_M, use_quatro=level)
+    found = kiss_matcher.KISSMatcher(config).estimate(
+        source.coarse.astype(np.float32), target.coarse.astype(np.float32)
+    )
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = np.asarray(found.rotation), np.asarray(found.translation)
+    return pose
+
+
+METHODS = {"open3d": point_to_plane, "gicp": generalised}
+"""By their names in the table."""

@@ -1,0 +1,171 @@
+"""What the campaign's rows come to: shares that register, and the probability as a function of what is known before.
+
+Rows of docs/benchmarks/registration/*.csv -> tables in Markdown, and a logistic rule, tested on scenes that it has not
+seen.
+"""
+
+from __future__ import annotations
+
+import csv
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import minimize
+
+from planner_core.model import BoolArray, FloatArray
+
+NEAR_MM, NEAR_DEG = 10.0, 0.1
+"""A pair is registered when it is as near to the truth."""
+_RIDGE = 1e-2
+_FOLDS = 5
+FEATURES = ("ln common m2", "ln strength", "logit overlap", "opposed / common", "parallel / common")
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The campaign. scene : (N,). known : (N,) by name. errors: (N, 2), mm and deg, by start and method."""
+
+    scene: np.ndarray[tuple[int], np.dtype[np.str_]]
+    known: dict[str, FloatArray]
+    errors: dict[tuple[str, str], FloatArray]
+
+    def registered(self, start: str, method: str) -> FloatArray:
+        """(N,) 1, 0, or NaN where it was not tried."""
+        errors = self.errors[start, method]
+        near = (errors[:, 0] <= NEAR_MM) & (errors[:, 1] <= NEAR_DEG)
+        return np.where(np.isnan(errors[:, 0]), np.nan, near.astype(float))
+
+
+def read_rows(folder: Path, starts: Sequence[str], methods: Sequence[str]) -> Rows:
+    """Read all tables of a folder."""
+    scenes: list[str] = []
+    rows: list[dict[str, str]] = []
+    for table in sorted(folder.glob("*.csv")):
+        with table.open(encoding="utf-8", newline="") as file:
+            here = list(csv.DictReader(file))
+        rows += here
+        scenes += [table.stem] * len(here)
+    number = {name: np.array([float(row[name] or "nan") for row in rows]) for name in rows[0]}
+    errors = {
+        (start, method): np.column_stack([number[f"{start}_{method}_mm"], number[f"{start}_{method}_deg"]])
+        for start in starts
+        for method in methods
+    }
+    return Rows(np.array(scenes), number, errors)
+
+
+def features(known: dict[str, FloatArray]) -> FloatArray:
+    """(N, F) what the rule takes, see `FEATURES`."""
+    overlap = np.clip(known["overlap"], 1e-3, 0.999)
+    return np.column_stack(
+        [
+            np.log(known["common_m2"]),
+            np.log(np.maximum(known["strength"], 1e-4)),
+            np.log(overlap / (1.0 - overlap)),
+            np.minimum(known["opposed_m2"] / known["common_m2"], 3.0),
+            np.minimum(known["parallel_m2"] / known["common_m2"], 3.0),
+        ]
+    )
+
+
+@dataclass(frozen=True)
+class Rule:
+    """p = 1 / (1 + exp(-(w0 + w . x))). weight : (F + 1,), the constant first."""
+
+    weight: FloatArray
+
+    def probability(self, x: FloatArray) -> FloatArray:
+        """(N,) of (N, F) features."""
+        return np.asarray(1.0 / (1.0 + np.exp(-(self.weight[0] + x @ self.weight[1:]))))
+
+
+def fitted(x: FloatArray, y: FloatArray) -> Rule:
+    """Fit by maximum likelihood with a slight ridge, on standardised features."""
+    mean, spread = x.mean(axis=0), np.maximum(x.std(axis=0), 1e-9)
+    z = np.column_stack([np.ones(len(x)), (x - mean) / spread])
+
+    def loss(weight: FloatArray) -> tuple[float, FloatArray]:
+        margin = z @ weight
+        value = np.logaddexp(0.0, margin).sum() - y @ margin + _RIDGE * (weight[1:] ** 2).sum()
+        slope = z.T @ (1.0 / (1.0 + np.exp(-margin)) - y)
+        slope[1:] += 2.0 * _RIDGE * weight[1:]
+        return float(value), slope
+
+    found = minimize(loss, np.zeros(z.shape[1]), jac=True, method="L-BFGS-B").x
+    return Rule(np.concatenate([[found[0] - (found[1:] * mean / spread).sum()], found[1:] / spread]))
+
+
+def foretold(rows: Rows, x: FloatArray, y: FloatArray) -> FloatArray:
+    """(N,) probabilities, each by a rule made without the scene's own rows."""
+    tried = ~np.isnan(y)
+    fold = np.unique(rows.scene, return_inverse=True)[1] % _FOLDS
+    out = np.full(len(y), np.nan)
+    for each in range(_FOLDS):
+        made_of, tested = tried & (fold != each), tried & (fold == each)
+        if tested.any() and made_of.any():
+            out[tested] = fitted(x[made_of], y[made_of]).probability(x[tested])
+    return out
+
+
+def shares_table(rows: Rows, starts: Sequence[str], methods: Sequence[str]) -> list[str]:
+    """Shares that registered, by overlap and strength."""
+    heads = [f"{start}, {method}" for start in starts for method in methods]
+    lines = ["| overlap, strength | pairs | " + " | ".join(heads) + " |", "|---" * (len(heads) + 2) + "|"]
+    edges = (0.02, 0.05, 0.12, 0.2, 0.25, 0.3, 0.4, 1.01)
+    for low, high in itertools.pairwise(edges):
+        for strong in (True, False):
+            overlap, strength = rows.known["overlap"], rows.known["strength"]
+            here = (overlap >= low) & (overlap < high) & ((strength >= 0.03) == strong)
+            if not here.any():
+                continue
+            words = f"{100 * low:.0f} to {100 * min(high, 1.0):.0f} %, {'0.03 and more' if strong else 'below 0.03'}"
+            cells = [_share(rows.registered(start, method)[here]) for start in starts for method in methods]
+            lines.append(f"| {words} | {int(here.sum())} | " + " | ".join(cells) + " |")
+    return lines
+
+
+def _share(registered: FloatArray) -> str:
+    tried = registered[~np.isnan(registered)]
+    return f"{int(tried.sum())} of {tried.size}" if tried.size else ""
+
+
+def _stacked(rows: Rows, start: str, methods: Sequence[str]) -> tuple[FloatArray, FloatArray, Rows]:
+    """Features, outcomes and rows with each method's outcome as a row of its own: any program may be used."""
+    y = np.concatenate([rows.registered(start, method) for method in methods])
+    x = np.tile(features(rows.known), (len(methods), 1))
+    return x, y, Rows(np.tile(rows.scene, len(methods)), {}, {})
+
+
+def rules_table(rows: Rows, starts: Sequence[str], methods: Sequence[str]) -> list[str]:
+    """Weights of the rule of each start, made of all rows, and how well rules do on scenes that they have not seen."""
+    lines = [
+        "| start | constant | " + " | ".join(FEATURES) + " | Brier score | of the mean alone |",
+        "|---" * (len(FEATURES) + 4) + "|",
+    ]
+    for start in starts:
+        x, y, stacked = _stacked(rows, start, methods)
+        tried = ~np.isnan(y)
+        rule, p = fitted(x[tried], y[tried]), foretold(stacked, x, y)
+        brier, mean = ((p[tried] - y[tried]) ** 2).mean(), y[tried].mean()
+        weights = " | ".join(f"{weight:.2f}" for weight in rule.weight)
+        lines.append(f"| {start} | {weights} | {brier:.3f} | {mean * (1 - mean):.3f} |")
+    return lines
+
+
+def reliability_table(rows: Rows, start: str, methods: Sequence[str]) -> list[str]:
+    """What registered, of pairs of about the same probability by rules that have not seen their scenes."""
+    x, y, stacked = _stacked(rows, start, methods)
+    p = foretold(stacked, x, y)
+    lines = ["| foretold | registrations | mean foretold | registered |", "|---|---|---|---|"]
+    edges = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 0.97, 0.99, 1.0001)
+    for low, high in itertools.pairwise(edges):
+        here: BoolArray = (p >= low) & (p < high) & ~np.isnan(y)
+        if here.any():
+            lines.append(
+                f"| {100 * low:.0f} to {100 * min(high, 1.0):.0f} % | {int(here.sum())} | "
+                f"{100 * p[here].mean():.1f} % | {100 * y[here].mean():.1f} % |"
+            )
+    return lines
