@@ -11,6 +11,7 @@ from typing import Any
 import kiss_matcher
 import numpy as np
 import small_gicp
+from scipy.spatial import cKDTree
 
 from planner_core.engine.open3d import import_open3d
 from planner_core.model import FloatArray
@@ -24,6 +25,9 @@ _MOST_POINTS = (2000, 4000, 8000)
 """Of a source at each voxel, drawn at random."""
 _NORMALS_AGREE = 0.7
 _ROUNDS = (15, 10, 10)
+_LEAST_PAIRS = 12
+_SETTLED = 1e-5
+"""Change of a pose, in radians and metres, below which a scale is done."""
 GLOBAL_VOXEL_M = 0.12
 
 o3d = import_open3d()
@@ -35,8 +39,8 @@ class Prepared:
     """A cloud at every voxel, for both methods."""
 
     cloud: Cloud
-    levels: tuple[tuple[Any, Any], ...]
-    """All points, and those that are matched as a source."""
+    levels: tuple[tuple[Any, cKDTree, Any], ...]
+    """All points and their tree, and those that are matched as a source."""
     gicp: tuple[tuple[small_gicp.PointCloud, small_gicp.KdTree, small_gicp.PointCloud], ...]
     """All points and their tree, and those that are matched as a source."""
     coarse: FloatArray
@@ -52,7 +56,7 @@ def prepare(cloud: Cloud, random: np.random.Generator) -> Prepared:
         points.orient_normals_towards_camera_location(np.zeros(3))
         n = len(points.points)
         few = points.select_by_index(random.choice(n, min(n, most), replace=False))
-        levels.append((points, few))
+        levels.append((points, cKDTree(np.asarray(points.points)), few))
         gicp.append(_for_gicp(points, few, voxel_m))
     coarse = np.asarray(whole.voxel_down_sample(GLOBAL_VOXEL_M / 2).points)
     return Prepared(cloud, tuple(levels), tuple(gicp), coarse)
@@ -68,26 +72,25 @@ def point_to_plane(target: Prepared, source: Prepared, start: FloatArray, kind: 
     """Multi-scale point-to-plane ICP of Open3D with Tukey's kernel; pairs whose normals disagree are dropped."""
     pose = start.copy()
     levels = zip(target.levels, source.levels, REACHES_M[kind], _ROUNDS, strict=True)
-    for (points, _), (_, few), reach_m, rounds in levels:
+    for (points, tree, _), (_, _, few), reach_m, rounds in levels:
         estimate = o3d.pipelines.registration.TransformationEstimationPointToPlane(
             o3d.pipelines.registration.TukeyLoss(k=reach_m / 2)
         )
         of_target, of_source = np.asarray(points.normals), np.asarray(few.normals)
         for _ in range(rounds):
-            found = o3d.pipelines.registration.evaluate_registration(few, points, reach_m, pose)
-            pairs = np.asarray(found.correspondence_set)
-            if pairs.shape[0] < 12:
-                return pose
-            turned = of_source[pairs[:, 0]] @ pose[:3, :3].T
-            agree = np.einsum("ij,ij->i", turned, of_target[pairs[:, 1]]) > _NORMALS_AGREE
-            if agree.sum() < 12:
-                return pose
             here = o3d.geometry.PointCloud(few).transform(pose)
-            step = estimate.compute_transformation(here, points, o3d.utility.Vector2iVector(pairs[agree]))
+            away_m, nearest = tree.query(np.asarray(here.points), distance_upper_bound=reach_m)
+            near = np.flatnonzero(np.isfinite(away_m))
+            turned = of_source[near] @ pose[:3, :3].T
+            agree = np.einsum("ij,ij->i", turned, of_target[nearest[near]]) > _NORMALS_AGREE
+            if agree.sum() < _LEAST_PAIRS:
+                return pose
+            pairs = np.column_stack([near, nearest[near]])[agree].astype(np.int32)
+            step = estimate.compute_transformation(here, points, o3d.utility.Vector2iVector(pairs))
             if not np.isfinite(step).all():
                 return pose
             pose = step @ pose
-            if np.abs(step - np.eye(4)).max() < 1e-5:
+            if np.abs(step - np.eye(4)).max() < _SETTLED:
                 break
     return pose
 
