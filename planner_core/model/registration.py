@@ -64,10 +64,15 @@ class RegistrationNetwork:
 
 @dataclass(frozen=True)
 class NetworkGap:
-    """Between two networks, as places in `Registration.networks`: the link that overlaps most and yet doesn't count."""
+    """Between two networks, as places in `Registration.networks`: the link that overlaps most and yet doesn't count.
+
+    targets_m : places, local, for three targets that both stations of `best` see; empty: none that would hold, or not
+    searched for.
+    """
 
     networks: tuple[int, int]
     best: Link
+    targets_m: tuple[tuple[float, float, float], ...] = ()
 
 
 @dataclass(frozen=True)

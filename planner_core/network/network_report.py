@@ -13,10 +13,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 
 from planner_core.errors import RequirementError
-from planner_core.model import Link
+from planner_core.model import FloatArray, Link
 from planner_core.model.registration import FloorNetworks, NetworkGap, Registration, RegistrationNetwork
 from planner_core.network.links import MIN_LISTED_OVERLAP
 from planner_core.network.weak_motion import motion_words, overlap_percent
@@ -79,7 +80,12 @@ def registration_report(
     )
 
 
-def registration_warnings(registration: Registration, floor_names: Mapping[str, str] = _NO_NAMES) -> tuple[str, ...]:
+def registration_warnings(
+    registration: Registration,
+    floor_names: Mapping[str, str] = _NO_NAMES,
+    *,
+    offset_m: FloatArray | tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> tuple[str, ...]:
     """One line for each unconnected group that overlaps others, one for two that are the nearest to each other, one for
     all that overlap none, and one for each group held together by single links where a redundant network is required.
 
@@ -87,7 +93,9 @@ def registration_warnings(registration: Registration, floor_names: Mapping[str, 
     the gaps of all lines makes one network, where links can.
 
     floor_names : names of floor ids, for people; ids stand for themselves where they have none.
+    offset_m : scene = local + offset, for places of targets.
     """
+    registration = replace(registration, gaps=tuple(_moved(gap, offset_m) for gap in registration.gaps))
     gaps = _best_gaps(registration)
     alone = [number for number, gap in gaps.items() if gap is None]
     near: dict[tuple[int, int], list[int]] = {}  # of both sides of a gap, where it is the best of both
@@ -340,11 +348,26 @@ def _apart(
     if best.overlap < registration.threshold:
         return (
             f"{named}, {100 * registration.threshold:g} % are required; open the doors or add a station "
-            f"{_between(registration, gap)}, or register with targets"
+            f"{_between(registration, gap)}, or {_targets(gap)}"
         )
     return (
         f"{named} but is too weak, strength {round(best.strength, 4):g} of {registration.min_strength:g}"
-        f"{_held_least(best)}; move one to where both see a surface that stops this, or register with targets"
+        f"{_held_least(best)}; move one to where both see a surface that stops this, or {_targets(gap)}"
+    )
+
+
+def _moved(gap: NetworkGap, offset_m: FloatArray | tuple[float, float, float]) -> NetworkGap:
+    dx, dy, dz = offset_m
+    return replace(gap, targets_m=tuple((x + dx, y + dy, z + dz) for x, y, z in gap.targets_m))
+
+
+def _targets(gap: NetworkGap) -> str:
+    if not gap.targets_m:
+        return "register with targets"
+    places = [f"({x:.1f}, {y:.1f}, {z:.1f})" for x, y, z in gap.targets_m]
+    return (
+        f"register with targets that both see, such as at {', '.join(places[:-1])} and {places[-1]} in the model's "
+        "coordinates"
     )
 
 

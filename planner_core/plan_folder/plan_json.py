@@ -10,6 +10,7 @@ import json
 import math
 import os
 import platform
+from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ from planner_core.model import (
     Floor,
     Glass,
     Loss,
+    NetworkGap,
     Optics,
     Plan,
     Scene,
@@ -288,8 +290,14 @@ def _registration(plan: Plan) -> dict[str, Any]:
         **links,
         "networks": [NetworkSection.to_document(network) for network in found.networks],
         "floor_joins": [[link.a, link.b] for link in found.floor_joins],
-        "gaps": [GapSection.to_document(gap) for gap in found.gaps],
+        "gaps": [GapSection.to_document(_in_scene(gap, plan.survey.scene)) for gap in found.gaps],
     }
+
+
+def _in_scene(gap: NetworkGap, scene: Scene) -> NetworkGap:
+    dx, dy, dz = scene.offset_m.tolist()
+    places_m = tuple((round(x + dx, 6), round(y + dy, 6), round(z + dz, 6)) for x, y, z in gap.targets_m)
+    return replace(gap, targets_m=places_m)
 
 
 def _floor(floor: Floor, plan: Plan) -> dict[str, Any]:

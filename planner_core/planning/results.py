@@ -24,6 +24,7 @@ from planner_core.coverage.plausibility import implausible
 from planner_core.coverage.why import explain
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
+    BoolArray,
     FloatArray,
     Link,
     NetworkKind,
@@ -38,6 +39,8 @@ from planner_core.model import (
 )
 from planner_core.network.links import least_listed_overlap, overlap_links, surface_of_patches, with_scanned
 from planner_core.network.network_report import registration_report, registration_warnings
+from planner_core.network.pair_overlap import SharedSurface
+from planner_core.network.targets import FARTHEST_M, target_places
 from planner_core.positions.reach import Reach
 from planner_core.progress import Progress, silent
 from planner_core.requirements.demand import Demand
@@ -49,11 +52,16 @@ from planner_core.requirements.figures import (
     rows_of_quality,
     times_met,
 )
+from planner_core.requirements.goals import NO_COVER
 from planner_core.requirements.observe_candidates import SeenPatches
 from planner_core.route.field_time import field_time
 from planner_core.route.route import route_warnings
 from planner_core.route.sealed import reach_warnings, sealed_areas
 
+#: What moves between two scans, or may not be stuck on.
+NO_TARGETS = (*NO_COVER, "IfcDoor", "IfcWindow")
+#: A ray that ends this near to a place meets it.
+_SAME_PLACE_M = 0.005
 #: A byte each; nobody asks for so many stations.
 _MOST_TIMES_MET = 255
 
@@ -134,7 +142,7 @@ def describe_plan(
     )
     ids = tuple(station.id for station in stations)
     counted = rows_of_overlap(demand, rows, requirements.overlap_of)
-    links, registration = _registered(survey, requirements, stations, counted, settings.site.scanned)
+    links, registration = _registered(survey, requirements, stations, counted, settings.site.scanned, engine)
     sealed = sealed_areas(surroundings.reach)
     plan = Plan(
         survey=survey,
@@ -192,6 +200,7 @@ def _registered(
     stations: tuple[Station, ...],
     counted: Visibility,
     scanned: frozenset[str],
+    engine: ScanEngine,
 ) -> tuple[tuple[Link, ...], Registration]:
     """Links of stations, rows of `counted`, and how these hang together."""
     ids = tuple(station.id for station in stations)
@@ -205,7 +214,7 @@ def _registered(
         measure=requirements.overlap_measure,
     )
     links = with_scanned(found, scanned, threshold=requirements.overlap, min_strength=requirements.min_strength)
-    return links, registration_report(
+    registration = registration_report(
         links,
         ids,
         tuple(station.floor for station in stations),
@@ -213,9 +222,43 @@ def _registered(
         min_strength=requirements.min_strength,
         loops=requirements.network == NetworkKind.REDUNDANT,
     )
+    return links, _with_targets(registration, survey, stations, counted, surface, engine)
+
+
+def _with_targets(
+    registration: Registration,
+    survey: Survey,
+    stations: tuple[Station, ...],
+    counted: Visibility,
+    surface: SharedSurface,
+    engine: ScanEngine,
+) -> Registration:
+    """Add places for targets to the gaps. Doors move, and furniture is moved: no targets there."""
+    if not registration.gaps:
+        return registration
+
+    def in_plain_view(sensor_m: FloatArray, places_m: FloatArray) -> BoolArray:
+        away_m = places_m - sensor_m
+        distance_m = np.linalg.norm(away_m, axis=1)
+        hits = engine.cast_rays(np.tile(sensor_m, (len(away_m), 1)), away_m, range_max_m=2 * FARTHEST_M)
+        return np.asarray(np.abs(hits.range_m - distance_m) <= _SAME_PLACE_M)
+
+    row = {station.id: number for number, station in enumerate(stations)}
+    fixed = ~np.array([element.kind in NO_TARGETS for element in survey.scene.elements], dtype=bool)
+    holds = fixed[survey.scene.element_of_triangle][survey.patches.triangle_of_patch]
+    gaps = []
+    for gap in registration.gaps:
+        ends = [row[gap.best.a], row[gap.best.b]]
+        common = np.intersect1d(counted.row(ends[0]), counted.row(ends[1]), assume_unique=True)
+        of_both = np.zeros(counted.n_patches, dtype=bool)
+        of_both[common] = holds[common]
+        places_m = target_places(of_both, surface, np.stack([stations[end].position_m for end in ends]), in_plain_view)
+        gaps.append(replace(gap, targets_m=tuple((float(x), float(y), float(z)) for x, y, z in places_m)))
+    return replace(registration, gaps=tuple(gaps))
 
 
 def _registration_warnings(survey: Survey, requirements: Requirements, registration: Registration) -> tuple[str, ...]:
     if requirements.network == NetworkKind.NONE or requirements.overlap == 0:
         return ()
-    return registration_warnings(registration, {floor.id: floor.name for floor in survey.floors})
+    names = {floor.id: floor.name for floor in survey.floors}
+    return registration_warnings(registration, names, offset_m=survey.scene.offset_m)

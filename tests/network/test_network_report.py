@@ -1,6 +1,7 @@
 """Networks, bridges, articulations and bottlenecks against networkx; warnings by what they say."""
 
 import re
+from dataclasses import replace
 from itertools import combinations, pairwise
 from math import inf, isnan, nan
 
@@ -236,6 +237,17 @@ def test_warnings_name_what_is_apart_why_and_what_to_do():
         "surface that stops this, or register with targets",
         "station F on floor 'F1' does not register with the others: no link reaches 5 % overlap; look for shut doors "
         "in between, or register with targets",
+    )
+
+
+def test_places_of_targets_are_named_in_the_scene():
+    found = report([Link("A", "B", 0.12, 0.2)], ["A", "B"])
+    targets_m = ((1.0, 2.0, 1.5), (4.04, 2.0, 1.5), (3.0, 5.0, 1.2))
+    with_targets = replace(found, gaps=(replace(found.gaps[0], targets_m=targets_m),))
+    (line,) = registration_warnings(with_targets, offset_m=(100.0, 200.0, 10.0))
+    assert line.endswith(
+        "or register with targets that both see, such as at (101.0, 202.0, 11.5), (104.0, 202.0, 11.5) and "
+        "(103.0, 205.0, 11.2) in the model's coordinates"
     )
 
 

@@ -6,6 +6,7 @@ from itertools import combinations
 
 import networkx as nx
 import numpy as np
+import open3d as o3d
 import pytest
 from stages import find_positions, make_pool
 
@@ -92,6 +93,24 @@ def test_no_network_asked_for_takes_no_more_stations_and_tells_no_gaps(small: Pl
     assert len(free.stations) < len(joined.stations)
     assert not nx.is_connected(graph_of(free))
     assert not any("register" in line for line in free.warnings)
+    _check_targets(free)
+
+
+def _check_targets(plan: Plan) -> None:
+    """Targets of gaps lie on surface that both stations see, by Open3D."""
+    assert plan.registration is not None
+    scene, at_m = plan.survey.scene, {station.id: station.position_m for station in plan.stations}
+    caster = o3d.t.geometry.RaycastingScene()
+    caster.add_triangles(scene.vertices_m.astype(np.float32), scene.triangles.astype(np.uint32))
+    found = [gap for gap in plan.registration.gaps if gap.targets_m]
+    assert found
+    for gap in found:
+        for end in (gap.best.a, gap.best.b):
+            away_m = np.array(gap.targets_m) - at_m[end]
+            range_m = np.linalg.norm(away_m, axis=1)
+            rays = np.column_stack([np.tile(at_m[end], (3, 1)), away_m / range_m[:, None]]).astype(np.float32)
+            hit_m = caster.cast_rays(o3d.core.Tensor(rays))["t_hit"].numpy()
+            assert hit_m == pytest.approx(range_m, abs=0.005)
 
 
 @pytest.mark.slow

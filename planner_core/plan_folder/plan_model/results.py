@@ -293,6 +293,8 @@ class GapSection(RoundTripModel):
 
     networks: tuple[Count, ...]
     best: LinkSection
+    targets_m: Annotated[tuple[Point, ...], Field(alias="targets")] = ()
+    """Places for three targets that both stations of the link see, to register the networks by; empty: none found."""
 
 
 class RegistrationSection(Document):

@@ -185,6 +185,10 @@ export interface FloorSection {
 export interface GapSection {
   networks: number[];
   best: LinkSection;
+  /**
+   * Places for three targets that both stations of the link see, to register the networks by; empty: none found.
+   */
+  targets: [number, number, number][];
 }
 /**
  * Overlap of two stations.

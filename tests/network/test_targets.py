@@ -1,0 +1,103 @@
+"""Places of targets, on the walls of a room that two sensors see in part."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner_core.network.links import SharedSurface
+from planner_core.network.targets import target_places
+
+ROOM_M = (8.0, 6.0, 3.0)
+
+
+def everything(_sensor_m, places_m):
+    return np.ones(len(places_m), dtype=bool)
+
+
+SENSORS_M = np.array([[2.0, 2.0, 1.6], [5.0, 4.0, 1.9]])
+
+
+def room() -> SharedSurface:
+    """A patch each 0.25 m of floor, ceiling and walls of a room."""
+    centroids, normals = [], []
+    for axis in range(3):
+        others = [k for k in range(3) if k != axis]
+        steps = [np.arange(0.125, ROOM_M[k], 0.25) for k in others]
+        grid = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 2)
+        for end in (0.0, ROOM_M[axis]):
+            at = np.empty((len(grid), 3))
+            at[:, axis], at[:, others] = end, grid
+            centroids.append(at)
+            normals.append(np.tile(np.eye(3)[axis], (len(grid), 1)))
+    return SharedSurface(np.concatenate(centroids), np.concatenate(normals))
+
+
+ROOM = room()
+ALL = np.ones(len(ROOM.centroid_m), dtype=bool)
+
+
+def off_line_m(places_m: np.ndarray) -> float:
+    """Least height of the triangle, by Heron's formula."""
+    sides = [float(np.linalg.norm(places_m[i] - places_m[i - 1])) for i in range(3)]
+    half = sum(sides) / 2
+    area = np.sqrt(max(half * np.prod([half - side for side in sides]), 0.0))
+    return float(2 * area / max(sides))
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10_000), share=st.floats(0.002, 1.0), turn=st.floats(0.0, 6.28))
+def test_targets_hang_on_common_walls_where_both_measure_them_well_and_hold_a_scan(seed, share, turn):
+    common = np.random.default_rng(seed).random(ALL.size) < share
+    places_m = target_places(common, ROOM, SENSORS_M, everything)
+    rotation = np.array([[np.cos(turn), -np.sin(turn), 0.0], [np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]])
+    turned = SharedSurface(ROOM.centroid_m @ rotation.T, ROOM.normal @ rotation.T)
+    assert target_places(common, turned, SENSORS_M @ rotation.T, everything) == pytest.approx(
+        places_m @ rotation.T, abs=1e-9
+    )
+    if not places_m.size:
+        return
+    for place_m in places_m:
+        patch = int(np.linalg.norm(ROOM.centroid_m - place_m, axis=1).argmin())
+        assert common[patch]
+        assert ROOM.centroid_m[patch] == pytest.approx(place_m)
+        assert ROOM.normal[patch, 2] == 0.0
+        assert 0.4 <= place_m[2] <= 2.7
+        for sensor_m in SENSORS_M:
+            away_m = place_m - sensor_m
+            cosine = abs(away_m @ ROOM.normal[patch]) / np.linalg.norm(away_m)
+            assert np.degrees(np.arccos(cosine)) <= 60.0 + 1e-6
+    assert off_line_m(places_m) >= 0.75 - 1e-9
+
+
+def test_a_whole_room_has_targets_that_are_far_apart():
+    places_m = target_places(ALL, ROOM, SENSORS_M, everything)
+    assert off_line_m(places_m) > 3.0
+
+
+@pytest.mark.parametrize(
+    "common",
+    [
+        np.zeros_like(ALL),
+        ROOM.normal[:, 2] != 0.0,  # floor and ceiling
+        np.linalg.norm(ROOM.centroid_m - [0.0, 2.0, 1.5], axis=1) < 0.7,  # too near to each other
+        (ROOM.centroid_m[:, 0] == 0.0) & (np.abs(ROOM.centroid_m[:, 2] - 1.375) < 0.01),  # on one line
+        np.linalg.norm(ROOM.centroid_m[:, :2] - [8.0, 0.0], axis=1) < 0.3,  # two walls, seen askew from afar
+    ],
+)
+def test_there_are_none_where_none_would_hold(common):
+    assert target_places(common, ROOM, SENSORS_M, everything).shape == (0, 3)
+
+
+def test_there_are_none_out_of_sight_of_a_target():
+    far_m = SENSORS_M[1] + np.array([0.0, 25.0, 0.0])
+    assert target_places(ALL, ROOM, np.stack([SENSORS_M[0], far_m]), everything).shape == (0, 3)
+
+
+def test_there_are_none_that_something_hides():
+    def behind(_sensor_m, places_m):
+        return places_m[:, 0] < 4.0
+
+    places_m = target_places(ALL, ROOM, SENSORS_M, behind)
+    assert (places_m[:, 0] < 4.0).all()
+    assert off_line_m(places_m) > 2.0
