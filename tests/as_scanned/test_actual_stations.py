@@ -192,6 +192,11 @@ def test_a_list_500_km_away_is_refused_with_the_shift(source: PlanSource, tmp_pa
         read_actual([write_csv(tmp_path / "far.csv", rows)], source, coordinates="scene")
     with pytest.raises(StationListError, match=r"as scene coordinates and .* as site coordinates"):
         read_actual([tmp_path / "far.csv"], source)
+    with pytest.raises(StationListError, match="all are shifted by the same"):
+        read_actual([write_csv(tmp_path / "two.csv", rows[:2])], source, coordinates="scene")
+    with pytest.raises(StationListError) as one:
+        read_actual([write_csv(tmp_path / "one.csv", rows[:1])], source, coordinates="scene")
+    assert "shifted" not in str(one.value)
 
 
 def other_names(
