@@ -45,6 +45,9 @@ test('a station dragged out of the building stops where a tripod can stand, besi
   await rows.first().waitFor();
   expect(await rows.first().textContent()).toContain(String(plan.stations.length));
   await expect.poll(() => page.locator('.legend').textContent()).toContain('gained');
+  await page.getByRole('tab', { name: 'Plan' }).click();
+  await page.locator(`.rows [data-station="${first.id}"]`).click();
+  await cardShows(first.id, position_m!, 'moved');
 });
 
 test('a station is locked, removed and restored, and one is added where the ground is clicked', async () => {
@@ -53,7 +56,12 @@ test('a station is locked, removed and restored, and one is added where the grou
   await viewer.marker(id).click();
   await page.getByRole('button', { name: 'Lock', exact: true }).click();
   await expect.poll(async () => (await viewer.review()).stations[id]?.locked).toBe(true);
-  await page.getByRole('button', { name: 'Remove', exact: true }).click();
+  const remove = page.getByRole('button', { name: 'Remove', exact: true });
+  expect(await remove.isDisabled()).toBe(true);
+  await page.keyboard.press('Delete');
+  await page.getByText(`${id} is locked: unlock it first`).waitFor();
+  await page.getByRole('button', { name: 'Unlock', exact: true }).click();
+  await remove.click();
   await expect.poll(() => viewer.marker(id).count()).toBe(0);
   expect((await viewer.review()).stations[id].removed).toBe(true);
   await page.getByRole('button', { name: `Restore: ${id} removed` }).click();
@@ -85,7 +93,21 @@ test('a station is locked, removed and restored, and one is added where the grou
   expect((await ground()).at([position_m![0], position_m![1]])).toBe(GROUND.admissible);
   await expect.poll(() => viewer.marker(addedId).count()).toBe(1);
   await expect.poll(() => page.getByTestId('totals').textContent()).toContain(`${plan.stations.length + 1}`);
+  await viewer.marker(addedId).click();
+  await cardShows(addedId, position_m!, 'added');
 });
+
+/** The card of a station has it where it was put. */
+async function cardShows(id: string, positionM: readonly number[], state: string): Promise<void> {
+  const { page } = viewer;
+  await page.getByRole('tab', { name: 'Plan' }).click();
+  const card = page.getByRole('complementary', { name: 'Chosen station' });
+  await card.getByText(`Station ${id}`).waitFor();
+  expect(await card.textContent()).toContain(state);
+  const [x, y, z] = positionM.map((value) => `${value.toFixed(3)} m`);
+  expect(await viewer.figures('station-figures')).toMatchObject({ x, y, z });
+  await expect.poll(async () => (await viewer.figures('station-figures'))['Seen area']).toMatch(/^\d+\.\d m²$/);
+}
 
 test('zones are drawn corner by corner: a keep-out bars stations, a priority zone has its share, none crosses itself', async () => {
   const { page } = viewer;

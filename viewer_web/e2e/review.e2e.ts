@@ -23,6 +23,9 @@ test('comments are pinned to stations and surfaces, shown as text, and resolved'
   const text = page.getByLabel('New comment');
   const post = page.getByRole('button', { name: 'Comment', exact: true });
   await text.fill('<img src=x onerror="document.title=1"> too near to the *door*');
+  // What is being typed stays where one looks something up.
+  await page.getByRole('tab', { name: 'Network' }).click();
+  await page.getByRole('tab', { name: 'Review' }).click();
   await page.locator(`.marker[data-station="${first.id}"]`).click();
   await page.getByRole('button', { name: `Pin to ${first.id}`, exact: true }).click();
   await post.click();

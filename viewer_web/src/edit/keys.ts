@@ -94,7 +94,7 @@ function actOnKey(key: string, store: Store, { areas, mover }: EditorActions): b
   else if (key === 'Enter' && hasOutline) void areas.finishOutline();
   else if (key === 'Backspace' && hasOutline) areas.takeCornerBack();
   else if (key === 'Delete' && store.tab.peek() === 'edit') {
-    const several = selectedStations(store).filter(({ isFixed }) => !isFixed);
+    const several = selectedStations(store).filter(({ isFixed, isLocked }) => !isFixed && !isLocked);
     if (several.length > 0) {
       const changes = several.map(({ id }) => removeStation(id));
       void reviewClient?.commit(t('remove {stations}', { stations: counted(several.length, 'station') }), changes);
@@ -102,6 +102,10 @@ function actOnKey(key: string, store: Store, { areas, mover }: EditorActions): b
     }
     const id = store.stationId.peek();
     if (id === null) return false;
+    if (stationsOf(store).some((station) => station.id === id && station.isLocked)) {
+      reviewClient?.warn(t('{id} is locked: unlock it first', { id }));
+      return true;
+    }
     void reviewClient?.commit(t('remove {id}', { id }), [removeStation(id)]);
   } else return false;
   return true;

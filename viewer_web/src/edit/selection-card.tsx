@@ -32,6 +32,7 @@ export function SelectionCard({ store }: { store: Store }) {
 function Actions({ store, stations }: { store: Store; stations: readonly DraftStation[] }) {
   const { reviewClient } = store;
   const free = stations.filter(({ isFixed }) => !isFixed);
+  const removable = free.filter(({ isLocked }) => !isLocked);
   const commit = (words: string, of: readonly DraftStation[], change: (id: string) => Change): void => {
     void reviewClient?.commit(
       words,
@@ -77,9 +78,13 @@ function Actions({ store, stations }: { store: Store; stations: readonly DraftSt
         <button
           type="button"
           class="button button-small"
-          disabled={free.length === 0}
+          disabled={removable.length === 0}
           onClick={() => {
-            commit(t('remove {stations}', { stations: counted(free.length, 'station') }), free, removeStation);
+            commit(
+              t('remove {stations}', { stations: counted(removable.length, 'station') }),
+              removable,
+              removeStation,
+            );
             selectNone(store);
           }}
         >

@@ -66,6 +66,8 @@ export interface Editing {
   /** Of the floor that is shown; null: not known (yet). */
   readonly ground: Signal<GroundMap | null>;
   readonly commentSpot: Signal<CommentSpot | null>;
+  /** The comment that is being typed: it stays where the tab is changed. */
+  readonly commentText: Signal<string>;
   /** From the movement of the pointer until the server's answer was there, and until it was drawn. */
   readonly answerTimes: Latencies;
   readonly drawTimes: Latencies;
@@ -90,6 +92,7 @@ export function createEditing(): Editing {
     doorState: signal<DoorState>('open'),
     ground: signal<GroundMap | null>(null),
     commentSpot: signal<CommentSpot | null>(null),
+    commentText: signal(''),
     answerTimes: new Latencies(),
     drawTimes: new Latencies(),
     nDrags: signal(0),

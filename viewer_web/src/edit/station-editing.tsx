@@ -150,6 +150,8 @@ function StationButtons({ store, station }: { store: Store; station: DraftStatio
       <button
         type="button"
         class="button button-small"
+        title={station.isLocked ? t('Unlock the station first: it stands here') : t('The new plan does without it')}
+        disabled={station.isLocked}
         onClick={() => void reviewClient.commit(t('remove {id}', { id }), [removeStation(id)])}
       >
         {t('Remove')}

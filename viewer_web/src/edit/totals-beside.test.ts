@@ -6,6 +6,7 @@ import { metInWords, missedInWords } from '../panels/requirements.tsx';
 import { createStore, type Store } from '../store.ts';
 import { FakeReviewServer } from '../testing/fake-review-server.ts';
 import { resultOf, smallPlan } from '../testing/small-plan.ts';
+import { type Met, planTotals, type Totals } from './totals.ts';
 import { totalsBeside } from './totals-beside.ts';
 
 const MOVE: Change = { kind: 'move_station', station: 'S001', position_m: [1005, 2000, 1.3] };
@@ -67,7 +68,15 @@ test('the plan of a run stands alone, whatever was edited in the plan the page i
 test('what is met and what is not is said in words', () => {
   const floor = { name: 'Ground floor', required: 0.95, coverage: 0.931, isMet: false };
   const all = { name: 'overall', required: 0.9, coverage: 0.97, isMet: true };
-  expect(metInWords([all])).toBe('1 requirement met');
-  expect(metInWords([floor, all])).toBe('Not met: Ground floor 93.1 % of 95 %');
+  const one = { nNetworks: 1, isNetworkRequired: true, isRedundancyRequired: false, lacksNetwork: false };
+  const wordsOf = (requirements: readonly Met[], network: Partial<Totals> = {}): string =>
+    metInWords({ ...planTotals(smallPlan()), ...one, requirements, ...network });
+  expect(wordsOf([all])).toBe('2 requirements met');
+  expect(wordsOf([all], { isNetworkRequired: false })).toBe('1 requirement met');
+  expect(wordsOf([floor, all])).toBe('Not met: Ground floor 93.1 % of 95 %');
+  expect(wordsOf([all], { nNetworks: 6, lacksNetwork: true })).toBe('Not met: network in 6 groups');
+  expect(wordsOf([floor, all], { lacksNetwork: true })).toBe(
+    'Not met: Ground floor 93.1 % of 95 %, network held together by single links',
+  );
   expect(missedInWords([{ ...all, isMet: false }])).toBe('whole building 97.0 % of 90 %');
 });

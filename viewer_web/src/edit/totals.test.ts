@@ -1,6 +1,6 @@
 import { expect, test } from 'vitest';
 import { resultOf, smallPlan } from '../testing/small-plan.ts';
-import { countingLinks, missedOf, planTotals, signedCount, signedPoints } from './totals.ts';
+import { countingLinks, isAllMet, missedOf, planTotals, signedCount, signedPoints, type Totals } from './totals.ts';
 
 test('links count from the threshold and the least strength on', () => {
   const links = [
@@ -48,6 +48,28 @@ test('what is missed is told part by part, and of older plans as a whole', () =>
   expect(missedOf(planTotals(plan).requirements)).toEqual([]);
   const asked = { ...plan.requirements, coverage: 0.96 };
   expect(missedOf(planTotals({ ...plan, requirements: asked }).requirements)).toMatchObject([{ name: 'overall' }]);
+});
+
+test('surfaces alone do not meet a plan whose network is required and falls apart', () => {
+  const plan = smallPlan();
+  const asking = (
+    network: 'none' | 'connected' | 'redundant',
+    of: number,
+    bridges: [string, string][] = [],
+  ): Totals => {
+    const groups = Array.from({ length: of }, () => ({ stations: ['A', 'B', 'C'], bridges }));
+    return planTotals({
+      ...plan,
+      requirements: { ...plan.requirements, network },
+      registration: { ...plan.registration, networks: groups as never },
+    });
+  };
+  expect(isAllMet(asking('connected', 1))).toBe(true);
+  expect(isAllMet(asking('connected', 6))).toBe(false);
+  expect(isAllMet(asking('none', 6))).toBe(true);
+  expect(isAllMet(asking('connected', 1, [['A', 'B']]))).toBe(true);
+  expect(isAllMet(asking('redundant', 1, [['A', 'B']]))).toBe(false);
+  expect(isAllMet(asking('redundant', 1))).toBe(true);
 });
 
 test('differences are written with their sign, and left out where there is none', () => {

@@ -39,6 +39,12 @@ export interface Totals {
   /** Links that count; null while a station is on its way. */
   readonly nLinks: number | null;
   readonly nNetworks: number;
+  /** That the stations register as one. */
+  readonly isNetworkRequired: boolean;
+  /** And survive the loss of any link. */
+  readonly isRedundancyRequired: boolean;
+  /** What is required of the network is not met. */
+  readonly lacksNetwork: boolean;
 }
 
 export function planTotals(plan: PlanJson): Totals {
@@ -51,7 +57,7 @@ export function planTotals(plan: PlanJson): Totals {
     floors: floorTotals(plan, coverage.floors, stations),
     requirements: metOf(plan.requirements.results.length > 0 ? plan.requirements.results : [overall(plan)]),
     nLinks: countingLinks(registration.links, registration.threshold, registration.min_strength),
-    nNetworks: registration.networks.length || (registration.connected ? 1 : stations.length),
+    ...networkOf(plan, registration.networks.length || (registration.connected ? 1 : stations.length), registration),
   };
 }
 
@@ -66,7 +72,7 @@ export function draftTotals(plan: PlanJson, figures: DraftFigures): Totals {
     floors: floorTotals(plan, figures.floors, figures.stations),
     requirements: metOf(figures.requirements),
     nLinks: countingLinks(registration.links, threshold, plan.registration.min_strength),
-    nNetworks: registration.networks.length,
+    ...networkOf(plan, registration.networks.length, registration),
   };
 }
 
@@ -80,9 +86,31 @@ export function previewTotals(plan: PlanJson, head: PreviewHead): Totals {
     floors: floorTotals(plan, head.floors, null),
     requirements: metOf(head.requirements),
     nLinks: null,
-    nNetworks: head.registration.n_networks,
+    ...networkOf(plan, head.registration.n_networks, null),
   };
 }
+
+type NetworkTotals = Pick<Totals, 'nNetworks' | 'isNetworkRequired' | 'isRedundancyRequired' | 'lacksNetwork'>;
+interface Networks {
+  readonly networks: readonly { readonly stations: readonly string[]; readonly bridges: readonly unknown[] }[];
+}
+
+/** `found` null: whether single links hold the network together is not known. */
+function networkOf({ requirements: { network } }: PlanJson, nNetworks: number, found: Networks | null): NetworkTotals {
+  const isNetworkRequired = network !== 'none';
+  const isRedundancyRequired = network === 'redundant' || network === 'loops';
+  const hangs = found?.networks.some(({ stations, bridges }) => stations.length > 2 && bridges.length > 0) ?? false;
+  return {
+    nNetworks,
+    isNetworkRequired,
+    isRedundancyRequired,
+    lacksNetwork: isNetworkRequired && (nNetworks > 1 || (isRedundancyRequired && hangs)),
+  };
+}
+
+/** All that is required of the plan is met: surfaces, and the network. */
+export const isAllMet = ({ requirements, lacksNetwork }: Totals): boolean =>
+  missedOf(requirements).length === 0 && !lacksNetwork;
 
 /** Links that can register two scans: enough overlap, and strong enough where strength is known. */
 export function countingLinks(links: readonly LinkFigures[], threshold: number, minStrength: number): number {

@@ -3,8 +3,9 @@ import { t } from '../language/language.ts';
 import type { PlanLink } from '../load/plan-json.ts';
 import { percentDown } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
-import type { NetworkReport } from './graph.ts';
+import { countingOf, type NetworkReport } from './graph.ts';
 import { layOut } from './graph-layout.ts';
+import { lackInWords } from './link-groups.ts';
 import { strengthColor, strengthInWords } from './strength.ts';
 
 interface GraphProps {
@@ -84,7 +85,9 @@ function Edge({ store, link, layout, kind }: EdgeProps) {
   if (a === undefined || b === undefined) return null;
   const isChosen = store.pair.value?.includes(link.a) && store.pair.value.includes(link.b);
   const ends = { x1: a.x, y1: a.y, x2: b.x, y2: b.y };
-  const what = { link: null, bridge: t('single-link connection'), gap: t('too weak to register') }[kind];
+  const plan = store.loaded.value?.plan;
+  const lack = plan === undefined ? null : lackInWords(link, countingOf(plan));
+  const what = { link: null, bridge: t('single-link connection'), gap: lack }[kind];
   const words = t('{a} – {b}: {percent}, strength {strength}', {
     a: link.a,
     b: link.b,

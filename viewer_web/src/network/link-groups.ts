@@ -1,4 +1,4 @@
-/** The links as the list has them: what is missing, what all hangs on, what registers, and what is too weak to. */
+/** The links as the list has them: what is missing, what all hangs on, what registers, and what does not. */
 import { plain, t } from '../language/language.ts';
 import type { PlanLink } from '../load/plan-json.ts';
 import { askedPercent } from '../panels/figures.ts';
@@ -37,7 +37,7 @@ export function linkGroups(links: readonly PlanLink[], report: NetworkReport): L
     },
     {
       title: t('Weak links'),
-      aside: t('too weak to register'),
+      aside: t('do not register'),
       links: byOverlap(links.filter((link) => !registering.has(link) && !gaps.has(link))),
       nShown: A_FEW,
     },

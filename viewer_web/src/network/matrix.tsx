@@ -6,8 +6,9 @@ import type { PlanLink } from '../load/plan-json.ts';
 import { percentDown } from '../panels/figures.ts';
 import type { ShownStation } from '../stations/shown.ts';
 import type { Store } from '../store.ts';
-import { type Counting, counts } from './graph.ts';
+import type { Counting } from './graph.ts';
 import { inkOn } from './ink.ts';
+import { lackInWords } from './link-groups.ts';
 import { type Rim, rimOf } from './matrix-rim.ts';
 import type { Pair } from './state.ts';
 import { overlapColor, strengthColor, strengthInWords } from './strength.ts';
@@ -125,7 +126,8 @@ function inWords([a, b]: Pair, link: PlanLink | undefined, counting: Counting): 
   if (link === undefined) return t('{a} – {b}: no overlap listed', { a, b });
   const weak = weakMotionOf(link.weak_motion);
   const held = weak === null ? '' : `, ${t('weakest direction: {direction}', { direction: weak.short })}`;
-  const use = counts(link, counting) ? '' : ` ${t('Too weak to register')}.`;
+  const lack = lackInWords(link, counting);
+  const use = lack === null ? '' : ` ${t('Does not register: {lack}.', { lack })}`;
   const words = t('{a} – {b}: {percent} overlap, strength {strength}', {
     a,
     b,
@@ -148,7 +150,7 @@ function Cells({ link, place, counting, isDark, hasFigures }: CellsProps) {
   const [a, b] = [place.get(link.a), place.get(link.b)];
   if (a === undefined || b === undefined) return null;
   const [low, high] = [Math.min(a, b), Math.max(a, b)];
-  const isCounting = counts(link, counting);
+  const isCounting = lackInWords(link, counting) === null;
   const margin = isCounting ? 0.04 : hasFigures ? 0.14 : 0.28;
   const size = 1 - 2 * margin;
   const [overlap, strength] = [overlapColor(link.overlap, isDark), strengthColor(link.strength, isDark)];

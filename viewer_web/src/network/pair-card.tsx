@@ -4,7 +4,8 @@ import { Card } from '../panels/card.tsx';
 import { areaWords, overlapDefined, percentDown } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
-import { countingOf, counts, networkOf } from './graph.ts';
+import { countingOf, networkOf } from './graph.ts';
+import { lackInWords } from './link-groups.ts';
 import { strengthInWords } from './strength.ts';
 import { northHint, weakMotionOf } from './weak-motion.ts';
 import './network.css';
@@ -20,10 +21,16 @@ export function PairCard({ store }: { store: Store }) {
   const marking = store.marking.value;
   const weak = weakMotionOf(link?.weak_motion ?? null);
   const north = northHint(plan.scene.georeference?.to_map ?? null);
+  const verdict = (): string => {
+    if (link === undefined) return t('no link');
+    const lack = lackInWords(link, counting);
+    if (lack !== null) return t('does not register: {lack}', { lack });
+    return bridges.has(link) ? t('single-link connection: the network splits without it') : t('registers');
+  };
   return (
     <Card
       title={`${pair[0]} – ${pair[1]}`}
-      subtitle={link === undefined ? t('no link') : verdict(counts(link, counting), bridges.has(link))}
+      subtitle={verdict()}
       name={t('Chosen pair')}
       onClose={() => store.choosePair(null)}
     >
@@ -59,9 +66,4 @@ export function PairCard({ store }: { store: Store }) {
       </ul>
     </Card>
   );
-}
-
-function verdict(isCounting: boolean, isBridge: boolean): string {
-  if (!isCounting) return t('too weak to register');
-  return isBridge ? t('single-link connection: the network splits without it') : t('registers');
 }

@@ -1,6 +1,6 @@
 /** What is required of the plan, part by part, and whether it is met: as planned, and as edited where it was. */
 
-import { type Met, missedOf, OVERALL, type Totals } from '../edit/totals.ts';
+import { isAllMet, type Met, missedOf, OVERALL, type Totals } from '../edit/totals.ts';
 import type { TotalsBeside } from '../edit/totals-beside.ts';
 import { t } from '../language/language.ts';
 import { areaWords, askedPercent, counted, coveragePercent } from './figures.ts';
@@ -43,8 +43,21 @@ export function Requirements({ planned, isEdited, edited, isStale }: TotalsBesid
             ))}
           </tr>
         ))}
+        {planned.isNetworkRequired && (
+          <tr>
+            <th scope="row">
+              {t('Network')}
+              <small>{planned.isRedundancyRequired ? t('redundant network required') : t('one group required')}</small>
+            </th>
+            {columns.map(([title, totals]) => (
+              <td key={title}>
+                {totals === null ? <span class="muted">{t('unknown')}</span> : <Network {...totals} />}
+              </td>
+            ))}
+          </tr>
+        )}
         {isEdited && <CountRow name={t('Stations')} columns={columns} of={({ nStations }) => String(nStations)} />}
-        {isEdited && (
+        {isEdited && !planned.isNetworkRequired && (
           <CountRow name={t('Connected groups')} columns={columns} of={({ nNetworks }) => String(nNetworks)} />
         )}
       </tbody>
@@ -87,6 +100,15 @@ function Verdict({ met, isPartial }: { met: Met | undefined; isPartial: boolean 
   );
 }
 
+function Network({ nNetworks, lacksNetwork }: Totals) {
+  return (
+    <>
+      {t('{n, plural, one {# group} other {# groups}}', { n: nNetworks })}{' '}
+      <MetWord isMet={!lacksNetwork} isPartial={false} />
+    </>
+  );
+}
+
 /** What the share of all leaves out. */
 const withoutWords = ({ unreachableM2 }: Totals): string =>
   unreachableM2 > 0
@@ -114,10 +136,17 @@ export function missedInWords(requirements: readonly Met[]): string {
 
 const wordOf = (name: string): string => (name === OVERALL ? t('whole building') : name);
 
+const networkInWords = (nNetworks: number): string =>
+  nNetworks > 1 ? t('network in {n} groups', { n: nNetworks }) : t('network held together by single links');
+
 /** "2 of 3 not met"; for hints. */
-export function metInWords(requirements: readonly Met[]): string {
-  const nMissed = missedOf(requirements).length;
-  return nMissed === 0
-    ? t('{requirements} met', { requirements: counted(requirements.length, 'requirement') })
-    : t('Not met: {requirements}', { requirements: missedInWords(requirements) });
+export function metInWords(totals: Totals): string {
+  const { requirements, isNetworkRequired, lacksNetwork, nNetworks } = totals;
+  if (isAllMet(totals)) {
+    const n = requirements.length + Number(isNetworkRequired);
+    return t('{requirements} met', { requirements: counted(n, 'requirement') });
+  }
+  const network = lacksNetwork ? networkInWords(nNetworks) : '';
+  const missed = [missedInWords(requirements), network].filter(Boolean).join(', ');
+  return t('Not met: {requirements}', { requirements: missed });
 }

@@ -37,7 +37,7 @@ export function CommentList({ store, reviewClient, review, view }: CommentListPr
 }
 
 function NewComment({ store, reviewClient }: { store: Store; reviewClient: ReviewClient }) {
-  const [text, setText] = useState('');
+  const text = store.editing.commentText.value;
   const [isSending, setIsSending] = useState(false);
   const spot = store.editing.commentSpot.value;
   const isPinning = store.editing.tool.value === 'comment';
@@ -48,7 +48,7 @@ function NewComment({ store, reviewClient }: { store: Store; reviewClient: Revie
     const isDone = await reviewClient.commit('comment', [change]).finally(() => setIsSending(false));
     if (!isDone) return;
     // Where the next one was begun meanwhile, it stays.
-    setText((now) => (now === text ? '' : now));
+    if (store.editing.commentText.peek() === text) store.editing.commentText.value = '';
     if (store.editing.commentSpot.peek() === spot) store.editing.commentSpot.value = null;
   };
   return (
@@ -66,7 +66,9 @@ function NewComment({ store, reviewClient }: { store: Store; reviewClient: Revie
           maxLength={5000}
           placeholder={t('What needs attention?')}
           value={text}
-          onInput={(event) => setText(event.currentTarget.value)}
+          onInput={(event) => {
+            store.editing.commentText.value = event.currentTarget.value;
+          }}
         />
       </label>
       <div class="buttons">

@@ -7,7 +7,7 @@ import { EMPTY_REVIEW } from '../testing/fake-review-server.ts';
 import { smallPlan } from '../testing/small-plan.ts';
 import { concernsOf, keptOutStations } from './concerns.ts';
 
-const FINE: Totals = { ...planTotals(smallPlan()), nNetworks: 1 };
+const FINE: Totals = { ...planTotals(smallPlan()), nNetworks: 1, isNetworkRequired: true, lacksNetwork: false };
 const MISSED = { name: 'Ground floor', required: 0.95, coverage: 0.9, isMet: false };
 const beside = (changes: Partial<TotalsBeside> = {}): TotalsBeside => ({
   planned: FINE,
@@ -17,10 +17,10 @@ const beside = (changes: Partial<TotalsBeside> = {}): TotalsBeside => ({
   ...changes,
 });
 
-function concerns(review: Partial<Review>, totals = beside(), asksNetwork = true): [string, string][] {
+function concerns(review: Partial<Review>, totals = beside()): [string, string][] {
   const reviewed = { ...EMPTY_REVIEW, ...review };
   const stations = draftStations(smallPlan(), reviewed);
-  return concernsOf({ review: reviewed, stations, totals, asksNetwork }).map(({ kind, words }) => [kind, words]);
+  return concernsOf({ review: reviewed, stations, totals }).map(({ kind, words }) => [kind, words]);
 }
 
 test('nothing speaks against a plan that meets all and that nobody objects to', () => {
@@ -28,7 +28,7 @@ test('nothing speaks against a plan that meets all and that nobody objects to', 
 });
 
 test('missed requirements and a network in parts are those of the plan as edited, where it is', () => {
-  const poor: Totals = { ...FINE, nNetworks: 2, requirements: [MISSED] };
+  const poor: Totals = { ...FINE, nNetworks: 2, lacksNetwork: true, requirements: [MISSED] };
   const expected = [
     ['requirement', 'Not met: Ground floor 90.0 % of 95 %'],
     ['network', 'Network in 2 unconnected groups, required: connected'],
@@ -36,7 +36,10 @@ test('missed requirements and a network in parts are those of the plan as edited
   expect(concerns({}, beside({ planned: poor }))).toEqual(expected);
   expect(concerns({}, beside({ isEdited: true, edited: poor }))).toEqual(expected);
   expect(concerns({}, beside({ planned: poor, isEdited: true, edited: FINE }))).toEqual([]);
-  expect(concerns({}, beside({ planned: poor }), false)).toEqual(expected.slice(0, 1));
+  expect(concerns({}, beside({ planned: { ...poor, lacksNetwork: false } }))).toEqual(expected.slice(0, 1));
+  expect(concerns({}, beside({ planned: { ...FINE, lacksNetwork: true } }))).toEqual([
+    ['network', 'Network held together by single links, required: redundant'],
+  ]);
 });
 
 test('what nobody has computed is not taken for met', () => {

@@ -19,15 +19,13 @@ interface UnderReview {
   /** All of the review's, those it removes among them. */
   readonly stations: readonly DraftStation[];
   readonly totals: TotalsBeside;
-  /** Whether the stations were asked to register as one. */
-  readonly asksNetwork: boolean;
 }
 
 /** The gravest first. */
-export function concernsOf({ review, stations, totals, asksNetwork }: UnderReview): Concern[] {
+export function concernsOf({ review, stations, totals }: UnderReview): Concern[] {
   const left = stations.filter(({ isRemoved }) => !isRemoved);
   return [
-    ...figureConcerns(totals, asksNetwork),
+    ...figureConcerns(totals),
     ...listed(
       'kept_out',
       keptOutStations(review, left),
@@ -44,7 +42,7 @@ export function concernsOf({ review, stations, totals, asksNetwork }: UnderRevie
   ];
 }
 
-function figureConcerns({ planned, isEdited, edited, isStale }: TotalsBeside, asksNetwork: boolean): Concern[] {
+function figureConcerns({ planned, isEdited, edited, isStale }: TotalsBeside): Concern[] {
   const known = isEdited ? edited : planned;
   if (known === null) {
     return [{ kind: 'unknown', words: t('Coverage of the edited plan unknown: live editing is off') }];
@@ -57,11 +55,12 @@ function figureConcerns({ planned, isEdited, edited, isStale }: TotalsBeside, as
       words: t('Not met: {requirements}', { requirements: missedInWords(known.requirements) }),
     });
   }
-  if (asksNetwork && known.nNetworks > 1) {
-    concerns.push({
-      kind: 'network',
-      words: t('Network in {n} unconnected groups, required: connected', { n: known.nNetworks }),
-    });
+  if (known.lacksNetwork) {
+    const words =
+      known.nNetworks > 1
+        ? t('Network in {n} unconnected groups, required: connected', { n: known.nNetworks })
+        : t('Network held together by single links, required: redundant');
+    concerns.push({ kind: 'network', words });
   }
   return concerns;
 }

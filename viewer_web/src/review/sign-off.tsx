@@ -40,7 +40,7 @@ export function SignOffSection({ store, reviewClient, review }: SignOffProps) {
 function openConcerns(store: Store, review: Review): readonly Concern[] {
   const [plan, totals] = [store.loaded.value?.plan, totalsBeside(store)];
   if (plan === undefined || totals === null) return [];
-  return concernsOf({ review, stations: stationsOf(store), totals, asksNetwork: plan.requirements.network !== 'none' });
+  return concernsOf({ review, stations: stationsOf(store), totals });
 }
 
 function ConcernList({ concerns }: { concerns: readonly Concern[] }) {

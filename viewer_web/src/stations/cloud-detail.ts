@@ -99,7 +99,9 @@ export class CloudDetailFollower {
     const asking = new AbortController();
     this.asking = asking;
     const { azimuthRad, widthRad, lowRad, highRad } = shown;
-    const query = `azimuth=${azimuthRad.toFixed(5)}&width=${widthRad.toFixed(5)}&low=${lowRad.toFixed(5)}&high=${highRad.toFixed(5)}`;
+    // Six digits of half pi are less than it, five are more: the server refuses what is below straight down.
+    const [azimuth, width, low, high] = [azimuthRad, widthRad, lowRad, highRad].map((rad) => rad.toFixed(6));
+    const query = `azimuth=${azimuth}&width=${width}&low=${low}&high=${high}`;
     try {
       const path = `live/stations/${encodeURIComponent(station.id)}/cloud-window?${query}`;
       const { head, body } = await client.framed<CloudHead>(path, asking.signal);

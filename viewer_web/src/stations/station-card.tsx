@@ -1,10 +1,13 @@
 /** All about the chosen station: where it stands, what would be lost without it, what it registers with, what it takes. */
 
 import { batch } from '@preact/signals';
+import type { DraftStation } from '../edit/draft.ts';
+import { stationsOf } from '../edit/draft-follower.ts';
 import { t } from '../language/language.ts';
-import type { PlanJson, PlanLink, PlanStation, RequirementResult, StationLoss } from '../load/plan-json.ts';
+import type { PlanJson, PlanLink, RequirementResult, StationLoss } from '../load/plan-json.ts';
 import { SetUpDistances } from '../measure/set-up-lines.tsx';
-import { countingOf, counts } from '../network/graph.ts';
+import { countingOf } from '../network/graph.ts';
+import { lackInWords } from '../network/link-groups.ts';
 import { Card } from '../panels/card.tsx';
 import {
   areaWords,
@@ -30,21 +33,23 @@ const MOST_LINKS = 8;
 interface StationProps {
   readonly store: Store;
   readonly plan: PlanJson;
-  readonly station: PlanStation;
+  /** As edited. */
+  readonly station: DraftStation;
 }
 
 export function StationCard({ store, view }: { store: Store; view: PlanView | null }) {
   const plan = store.loaded.value?.plan;
-  const station = plan?.stations.find(({ id }) => id === store.stationId.value);
-  if (plan === undefined || station === undefined) return null;
-  const floor = plan.floors.find(({ id }) => id === station.floor);
+  const station = stationsOf(store).find(({ id }) => id === store.stationId.value);
+  if (plan === undefined || station === undefined || station.isRemoved) return null;
+  const floor = plan.floors.find(({ id }) => id === station.floorId);
   return (
     <Card
       title={t('Station {id}', { id: station.id })}
       subtitle={[
-        floor?.name ?? station.floor,
-        t('{n} of {all}', { n: station.order, all: plan.stations.length }),
-        ...(station.fixed ? [t('scanned')] : []),
+        floor?.name ?? station.floorId,
+        station.isAdded ? t('added') : t('{n} of {all}', { n: station.order, all: plan.stations.length }),
+        ...(station.isFixed ? [t('scanned')] : []),
+        ...(station.movedFromM === null ? [] : [t('moved')]),
       ].join(' · ')}
       name={t('Chosen station')}
       onClose={() => store.chooseStation(null)}
@@ -73,8 +78,8 @@ export function StationCard({ store, view }: { store: Store; view: PlanView | nu
 }
 
 function Pose({ store, plan, station }: StationProps) {
-  const [x, y, z] = station.position;
-  const [worth, words] = [worthOf(store, station), lossWords(plan)];
+  const [x, y, z] = station.positionM;
+  const [worth, words] = [worthOf(store, plan, station), lossWords(plan)];
   const seconds = secondsAt(plan);
   return (
     <dl class="figures" data-testid="station-figures">
@@ -83,12 +88,12 @@ function Pose({ store, plan, station }: StationProps) {
       <Figure name="z" value={coordinateWords(z, 3)} hint={t('Sensor origin, scene coordinates')} />
       <Figure
         name={t('Instrument height')}
-        value={heightWords(station.instrument_height_m)}
+        value={heightWords(station.instrumentHeightM)}
         hint={t('Sensor above the ground')}
       />
       <Figure
         name={t('Seen area')}
-        value={areaWords(worth.covered_area_m2)}
+        value={worth === null ? t('unknown') : areaWords(worth.covered_area_m2)}
         hint={t('Area this station sees by itself')}
       />
       {seconds !== null && (
@@ -98,14 +103,20 @@ function Pose({ store, plan, station }: StationProps) {
           hint={t('Setup and scan, without the way there')}
         />
       )}
-      <Figure name={words.name} value={areaWords(lostM2(plan, worth))} hint={words.hint} />
+      <Figure
+        name={words.name}
+        value={worth === null ? t('unknown') : areaWords(lostM2(plan, worth))}
+        hint={words.hint}
+      />
     </dl>
   );
 }
 
-/** Of the plan as shown: what is edited changes what every station is worth. */
-function worthOf(store: Store, station: PlanStation): StationWorth {
-  return store.shownStations.value.find(({ id }) => id === station.id)?.worth ?? station;
+/** Of the plan as shown: what is edited changes what every station is worth. Null: it is not known yet. */
+function worthOf(store: Store, plan: PlanJson, { id, isAdded, movedFromM }: DraftStation): StationWorth | null {
+  const edited = store.shownStations.value.find((one) => one.id === id)?.worth;
+  if (edited !== undefined || isAdded || movedFromM !== null) return edited ?? null;
+  return plan.stations.find((one) => one.id === id) ?? null;
 }
 
 /** Set-up and scan of one station; null: it is not known how long a scan takes. */
@@ -117,11 +128,11 @@ function secondsAt({ field_time: time, stations }: PlanJson): number | null {
 
 /** The largest of what would be lost without the station, and a box that highlights it. */
 function OwnSurface({ store, plan, station }: StationProps) {
-  const worth = worthOf(store, station);
-  const results = worth === station ? plan.requirements.results : store.reviewClient?.figures.value?.requirements;
+  const worth = worthOf(store, plan, station);
+  const isAsPlanned = plan.stations.some((one) => one === worth);
+  const results = isAsPlanned ? plan.requirements.results : store.reviewClient?.figures.value?.requirements;
   // The elements are those of the plan as it was made.
-  const parts =
-    worth === station ? (plan.why?.stations.find((one) => one.station === station.id)?.own_parts ?? []) : [];
+  const parts = isAsPlanned ? (plan.why?.stations.find((one) => one.station === station.id)?.own_parts ?? []) : [];
   return (
     <div class="own">
       {parts.length > 0 && (
@@ -136,7 +147,7 @@ function OwnSurface({ store, plan, station }: StationProps) {
           ))}
         </ul>
       )}
-      <Losses store={store} losses={worth.losses ?? []} results={results ?? plan.requirements.results} />
+      <Losses store={store} losses={worth?.losses ?? []} results={results ?? plan.requirements.results} />
       <label class="check">
         <input
           type="checkbox"
@@ -199,7 +210,7 @@ function Links({ store, plan, station }: StationProps) {
   const own = store.shownLinks.value
     .filter((link) => link.a === station.id || link.b === station.id)
     .sort((a, b) => b.overlap - a.overlap);
-  const strong = own.filter((link) => counts(link, counting));
+  const strong = own.filter((link) => lackInWords(link, counting) === null);
   const otherEnd = (link: PlanLink): string => (link.a === station.id ? link.b : link.a);
   return (
     <div class="links">
@@ -216,11 +227,7 @@ function Links({ store, plan, station }: StationProps) {
             <button
               type="button"
               class={strong.includes(link) ? 'chip chip-strong' : 'chip'}
-              title={
-                strong.includes(link)
-                  ? t('Enough to register: highlight the shared surface')
-                  : t('Too weak to register')
-              }
+              title={lackInWords(link, counting) ?? t('Enough to register: highlight the shared surface')}
               onClick={() => store.choosePair([station.id, otherEnd(link)])}
             >
               {otherEnd(link)} <span>{percentDown(link.overlap)}</span>

@@ -132,6 +132,8 @@ export const EDIT = {
     'Ein fixierter Standpunkt bleibt, wo er ist, auch in jedem neuen Plan',
   'move {id} back': '{id} zurückstellen',
   'Unlock the station first: it stands here': 'Lösen Sie zuerst den Standpunkt: Er steht hier',
+  'The new plan does without it': 'Der neue Plan kommt ohne ihn aus',
+  '{id} is locked: unlock it first': '{id} ist festgesetzt: Lösen Sie ihn zuerst',
   'New plans keep stations away from this position, within the radius':
     'Neue Pläne halten Standpunkte von dieser Position fern, innerhalb des Radius',
   'Forbid this position': 'Diese Position sperren',

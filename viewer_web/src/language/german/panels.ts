@@ -62,6 +62,11 @@ export const PANELS = {
   '{part} {coverage} of {required}': '{part} {coverage} von {required}',
   'whole building': 'ganzes Gebäude',
   '{requirements} met': '{requirements} erfüllt',
+  'network in {n} groups': 'Netz in {n} Gruppen',
+  'network held together by single links': 'Netz an Einzelverbindungen',
+  'one group required': 'eine Gruppe verlangt',
+  'redundant network required': 'redundantes Netz verlangt',
+  '{n, plural, one {# group} other {# groups}}': '{n, plural, one {# Gruppe} other {# Gruppen}}',
   'Figures: overlap in percent above the diagonal, strength below it':
     'Zahlen: Überdeckung in Prozent über der Diagonale, Stärke darunter',
   'Area that at least one station sees': 'Fläche, die mindestens ein Standpunkt erfasst',

@@ -48,6 +48,7 @@ export const REVIEW = {
     'Abdeckung des bearbeiteten Plans unbekannt: Die Live-Bearbeitung ist aus',
   'Figures of the last changes are still being computed': 'Zahlen der letzten Änderungen werden noch berechnet',
   'Network in {n} unconnected groups, required: connected': 'Netz in {n} unverbundenen Gruppen, gefordert: verbunden',
+  'Network held together by single links, required: redundant': 'Netz an Einzelverbindungen, gefordert: redundant',
   '{n, plural, one {# comment is open} other {# comments are open}}':
     '{n, plural, one {# Kommentar ist offen} other {# Kommentare sind offen}}',
   'The field result is of another plan than this one. Open the plan that the field file was made of.':

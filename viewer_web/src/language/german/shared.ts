@@ -46,7 +46,6 @@ export const SHARED = {
     'Der Plan hat keine Ebene {id}: Eine ältere Version hat ihn erstellt. Planen Sie neu, um sie zu sehen.',
   'On {title}': 'An {title}',
   'Scene coordinates x, y, z in {unit}': 'Szenenkoordinaten x, y, z in {unit}',
-  'Too weak to register': 'Zu schwach zum Registrieren',
   Registration: 'Registrierung',
   'Links between stations': 'Verknüpfungen der Standpunkte',
   'Overlap by pair': 'Überdeckung je Paar',
