@@ -213,7 +213,7 @@ def fit_for_jobs(cluster: Cluster, engine: str, device: str | None) -> Callable[
     from planner_core.engine.scan_engine import open_engine
     from planner_core.model import PlanSettings
     from planner_core.requirements.goals import goals_of
-    from planner_core.requirements.observe_elsewhere import ObservationJob
+    from planner_core.requirements.observe_candidates import ObservationJob
     from planner_core.scanner import DEFAULT_SCANNER
     from planner_core.scanner.load_scanner import load_scanner
 

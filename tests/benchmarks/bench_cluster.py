@@ -47,10 +47,10 @@ from planner_core.network.pair_overlap import ROWS_A_BLOCK
 from planner_core.operating_system import n_usable_cores
 from planner_core.progress import silent
 from planner_core.requirements.goals import goals_of
-from planner_core.requirements.observe_candidates import observe_candidates_here
-from planner_core.requirements.observe_elsewhere import (
+from planner_core.requirements.observe_candidates import (
     TASK_POSITIONS,
     ObservationJob,
+    observe_candidates_here,
     observe_elsewhere,
     pack_observations,
 )

@@ -31,8 +31,11 @@ from planner_core.model import (
 )
 from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import Goals, goals_of
-from planner_core.requirements.observe_candidates import CandidateObservations, observe_candidates_here
-from planner_core.requirements.observe_elsewhere import observe_elsewhere
+from planner_core.requirements.observe_candidates import (
+    CandidateObservations,
+    observe_candidates_here,
+    observe_elsewhere,
+)
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.spread import Executor
 

@@ -8,8 +8,7 @@ import pytest
 from planner_core.cluster import payloads
 from planner_core.cluster.payloads import Packer, squeezed, unpacked, unsqueezed
 from planner_core.model import ScanBy
-from planner_core.requirements.observe_candidates import in_a_row
-from planner_core.requirements.observe_elsewhere import pack_observations, unpack_observations
+from planner_core.requirements.observe_candidates import in_a_row, pack_observations, unpack_observations
 
 from .conftest import SETTINGS, Look, assert_same_bits, made_look
 

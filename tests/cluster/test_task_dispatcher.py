@@ -30,7 +30,7 @@ from planner_core.model import Plan
 from planner_core.plan_folder.plan_json import DROPPABLE_KEYS, plan_document
 from planner_core.planning.plan import make_plan
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.requirements import observe_elsewhere
+from planner_core.requirements import observe_candidates
 from planner_core.requirements.observe_candidates import CandidateObservations
 from planner_core.spread import Kept, NotWantedError, Task, spread_over
 
@@ -94,7 +94,7 @@ def test_a_worker_without_a_device_room_or_package_is_refused(
     def no_device(*_: Any, **__: Any) -> None:
         raise kind("no OpenCL platform, expected one; see `tlsplan doctor`")
 
-    monkeypatch.setattr(observe_elsewhere, "open_engine", no_device)
+    monkeypatch.setattr(observe_candidates, "open_engine", no_device)
     monkeypatch.setattr(worker, "_kept", {})
     with cluster_of(1) as (cluster, told), pytest.raises(ClusterError):
         look.by(cluster)
@@ -124,23 +124,23 @@ def test_a_bug_at_workers_is_told_with_where_and_counted_and_this_machine_goes_o
     """Nobody is waited for, and nobody is asked the same again."""
     from distributed import get_worker
 
-    sound, asked = observe_elsewhere.observe_candidates_here, list[str]()
+    sound, asked = observe_candidates.observe_candidates_here, list[str]()
 
     def observed(survey: Any, engine: Any, at_m: Any, *of: Any, **more: Any) -> CandidateObservations:
         with contextlib.suppress(ValueError):  # this is no worker
             asked.append(get_worker().address)
-            if when != "later" or len(at_m) > observe_elsewhere.FIRST_POSITIONS:
+            if when != "later" or len(at_m) > observe_candidates.FIRST_POSITIONS:
                 raise ZeroDivisionError("odd rows")
         return sound(survey, engine, at_m, *of, **more)
 
-    monkeypatch.setattr(observe_elsewhere, "observe_candidates_here", observed)
+    monkeypatch.setattr(observe_candidates, "observe_candidates_here", observed)
     monkeypatch.setattr(connection, "PATIENCE_S", 120.0)
     with cluster_of(2) as (cluster, told):
         assert cluster.last_words() == []
         if when == "at once after":
-            monkeypatch.setattr(observe_elsewhere, "observe_candidates_here", sound)
+            monkeypatch.setattr(observe_candidates, "observe_candidates_here", sound)
             assert_same_bits(look.by(cluster), look.here())
-            monkeypatch.setattr(observe_elsewhere, "observe_candidates_here", observed)
+            monkeypatch.setattr(observe_candidates, "observe_candidates_here", observed)
         assert_same_bits(look.by(cluster), look.here())
         n_bugs = cluster.n_bugs
         (last,) = cluster.last_words()
@@ -149,7 +149,7 @@ def test_a_bug_at_workers_is_told_with_where_and_counted_and_this_machine_goes_o
     assert len(asked) <= (2 if when != "later" else 2 + 2 * task_dispatcher._AHEAD)
     bug, alone = told
     assert bug.startswith("worker inproc://")
-    assert "internal error: ZeroDivisionError: odd rows (planner_core.requirements.observe_elsewhere:" in bug
+    assert "internal error: ZeroDivisionError: odd rows (planner_core.requirements.observe_candidates:" in bug
     assert "in answer). This is a bug: please report it" in bug
     assert alone == "no worker can do this: this machine goes on alone"
     assert f"{n_bugs} internal errors, reported above" in last
@@ -160,7 +160,7 @@ def test_a_bug_over_one_task_takes_no_more_workers_than_others_are_left(
 ) -> None:
     """Three of five fail at it: then it is done here, and the others do the rest."""
     sound, struck = worker.answer, set[str]()
-    monkeypatch.setattr(observe_elsewhere, "TASK_POSITIONS", 5)
+    monkeypatch.setattr(observe_candidates, "TASK_POSITIONS", 5)
     odd = look.positions_m[-3:]
 
     def answer(digest: str, task: Any) -> bytes:
@@ -326,7 +326,7 @@ def test_a_slow_worker_does_not_hold_the_others(
 
     def look_slowly(digest: str, task: Any) -> bytes:
         at = get_worker().address
-        if (from_the_start or len(task) > observe_elsewhere.FIRST_POSITIONS) and not slow:
+        if (from_the_start or len(task) > observe_candidates.FIRST_POSITIONS) and not slow:
             slow.add(at)
         if at in slow:
             while not done:
@@ -431,11 +431,11 @@ def test_a_scheduler_that_never_answers_is_not_waited_for(
 ENDLESS = """exec('''
 import pathlib, time
 from planner_core.progress import ProgressEvent
-from planner_core.requirements import observe_elsewhere
+from planner_core.requirements import observe_candidates
 from planner_core.spread import NotWantedError
-sound, folder = observe_elsewhere.ObservationJob.answer, pathlib.Path({folder!r})
+sound, folder = observe_candidates.ObservationJob.answer, pathlib.Path({folder!r})
 def answer(self, task, kept, progress):
-    if len(task) <= observe_elsewhere.FIRST_POSITIONS:
+    if len(task) <= observe_candidates.FIRST_POSITIONS:
         return sound(self, task, kept, progress)
     (folder / f"begun-{{task[0, 0]}}").touch()
     try:
@@ -445,7 +445,7 @@ def answer(self, task, kept, progress):
     except NotWantedError:
         (folder / f"ended-{{task[0, 0]}}").touch()
         raise
-observe_elsewhere.ObservationJob.answer = answer
+observe_candidates.ObservationJob.answer = answer
 ''')"""
 #: A process that asks workers.
 ASKS = """
