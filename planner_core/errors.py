@@ -12,6 +12,7 @@ LONGEST_LINE = 600
 """Characters of a message. What is longer quotes too much, and loses its middle."""
 _CUT = " ... "
 _HEAD = 400
+_LONGEST_REASON = 300
 
 _KEPT = "\n\t\u200c\u200d"  # the joiners of Persian and Indian scripts among them
 
@@ -25,7 +26,7 @@ def escaped(text: str, spell: Callable[[str], str] | None = None) -> str:
     """
     if text.isprintable():
         return text
-    return "".join(sign if _is_text(sign) else (spell or _spelt)(sign) for sign in text)
+    return "".join(sign if _is_shown(sign) else (spell or _spelt)(sign) for sign in text)
 
 
 def one_line(text: str) -> str:
@@ -36,7 +37,37 @@ def one_line(text: str) -> str:
     return line[:_HEAD] + _CUT + line[_HEAD + len(_CUT) - LONGEST_LINE :]
 
 
-def _is_text(sign: str) -> bool:
+def grouped(number: int) -> str:
+    """`41022` as `41 022`."""
+    return f"{number:,}".replace(",", " ")
+
+
+def readable(text: str) -> str:
+    """`text` with halves of surrogate pairs replaced by U+FFFD: files may hold them, and no encoding can write them."""
+    return text.encode("utf-16-le", "surrogatepass").decode("utf-16-le", "replace")
+
+
+def is_text(name: str) -> bool:
+    """A name of a file can be written as UTF-8: those of other times and systems may be any bytes."""
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def reason_of(error: Exception) -> str:
+    """A library's message on a file, fit for a message."""
+    return shortened(str(error)) or type(error).__name__
+
+
+def shortened(text: str) -> str:
+    """`one_line` of a text that a library made, no longer than a user reads."""
+    line = one_line(text)
+    return line if len(line) <= _LONGEST_REASON else f"{line[:_LONGEST_REASON]}..."
+
+
+def _is_shown(sign: str) -> bool:
     return sign.isprintable() or sign in _KEPT or unicodedata.category(sign) == "Zs"
 
 

@@ -60,8 +60,8 @@ from planner_core.plan_folder.plan_model.results import (
 from planner_core.plan_folder.route_json import route_document, sealed_document
 from planner_core.plan_folder.why_json import why_document
 from planner_core.requirements.goals import obstacles_of, required_of
+from planner_core.scene.file_formats import is_scene_file
 from planner_core.scene.load import LoadOptions
-from planner_core.scene.wording import is_scene_file
 
 DROPPABLE_KEYS = ("device", "source", "timings_s", "versions")
 """What may differ between two runs of the same plan."""

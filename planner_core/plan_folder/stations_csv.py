@@ -16,7 +16,7 @@ from planner_core.coordinates.text_file import column_unit
 from planner_core.errors import PlanFolderError, StationListError
 from planner_core.model import METRE, FloatArray, LengthUnit, Plan, Role, Station
 from planner_core.plan_folder.plan_json import read_plan
-from planner_core.scene.wording import is_scene_file
+from planner_core.scene.file_formats import is_scene_file
 
 COLUMNS = ("id", "floor", "order", "x_m", "y_m", "z_m", "ground_z_m", "instrument_height_m", "status")
 """z_m is the sensor's origin; ground_z_m is z_m less the instrument height. status : of `_status`."""

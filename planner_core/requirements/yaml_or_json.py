@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner_core.documents import is_deeper, shown
 from planner_core.errors import RequirementError
-from planner_core.scene.wording import is_scene_file
+from planner_core.scene.file_formats import is_scene_file
 
 if TYPE_CHECKING:
     import yaml

@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from planner_core.errors import SceneError, one_line
+from planner_core.errors import SceneError, grouped, one_line, readable
 from planner_core.model import (
     Element,
     FloatArray,
@@ -42,7 +42,6 @@ from planner_core.model import (
 )
 from planner_core.scene.outliers import bulk_centre_m, face_weights
 from planner_core.scene.repair import MAX_DROPPED_LINES, RawArrays, Repair, box_of
-from planner_core.scene.wording import grouped, readable
 
 FAR_ORIGIN_M = 1000.0
 """Farthest that the centre of a scene may lie from the origin, on each axis, before it is moved.

@@ -17,12 +17,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner_core.errors import grouped
 from planner_core.model import BoolArray, Element, FloatArray, Int64Array, LoadReport, Optics, Room, Scene, UInt8Array
 from planner_core.scene.build import far_origin, scene_from_arrays
 from planner_core.scene.extent import LONGEST_M, check_extent, extent_m
 from planner_core.scene.file_frames import PlacedScene, placed_files, placement_doubts
 from planner_core.scene.joint_storeys import JointStoreys, check_common_shift, joint_storeys
-from planner_core.scene.wording import grouped
 
 _SAME_SHAPE_M = 0.001
 """Corners of an element's box, its centre and the root of its area may differ by so much between two exports."""

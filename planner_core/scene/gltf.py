@@ -19,7 +19,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from planner_core.errors import SceneError, one_line
+from planner_core.errors import SceneError, grouped, one_line
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Optics
 from planner_core.scene.gltf_bytes import embedded, file_beside, glb_chunks
 from planner_core.scene.gltf_draco import DRACO, decoded
@@ -35,7 +35,7 @@ from planner_core.scene.raw import (
     turned_over,
     what_it_looks_like,
 )
-from planner_core.scene.wording import bad_index_error, grouped
+from planner_core.scene.repair import bad_index_error
 
 _COMPONENT = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _LARGEST = {"<i1": 127.0, "<u1": 255.0, "<i2": 32767.0, "<u2": 65535.0}

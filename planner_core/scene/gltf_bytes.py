@@ -11,8 +11,7 @@ import struct
 from pathlib import Path
 from urllib.parse import unquote
 
-from planner_core.errors import SceneError, one_line
-from planner_core.scene.wording import grouped
+from planner_core.errors import SceneError, grouped, one_line
 
 _GLB_HEADER = struct.Struct("<4sII")
 _CHUNK_HEADER = struct.Struct("<II")

@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from planner_core.errors import MissingPackageError, SceneError
+from planner_core.errors import MissingPackageError, SceneError, reason_of
 from planner_core.model import FloatArray, Int64Array
 from planner_core.scene.raw import exact
-from planner_core.scene.wording import reason_of
 
 DRACO = "KHR_draco_mesh_compression"
 _BLOCK_BYTES = 2**24

@@ -9,8 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from planner_core.errors import SceneError
-from planner_core.scene.wording import readable
+from planner_core.errors import SceneError, readable
 
 _MOST = 2**53
 """Whole numbers beyond this are not exact in JSON, and no file has so many of anything."""

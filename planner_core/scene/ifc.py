@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from planner_core import child_process
-from planner_core.errors import MissingPackageError, SceneError
+from planner_core.errors import MissingPackageError, SceneError, grouped, is_text, reason_of
 from planner_core.model import Element, FloatArray, Georeference, Int64Array, LoadReport, Room, UInt8Array
 from planner_core.progress import Progress, ProgressEvent
 from planner_core.scene.ifc_faults import check_ids, check_openings, check_places, check_references, unplaced
@@ -40,7 +40,6 @@ from planner_core.scene.ifc_text import (
 )
 from planner_core.scene.ifc_units import assume_unit, check_spread, length_unit, no_unit
 from planner_core.scene.raw import MeshParts, RawScene
-from planner_core.scene.wording import grouped, is_text, reason_of
 
 _OPENINGS = "IfcFeatureElementSubtraction"  # and recesses
 _NOT_PHYSICAL = (

@@ -15,9 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.errors import SceneError
+from planner_core.errors import SceneError, grouped
 from planner_core.model import BoolArray, FloatArray, Int64Array
-from planner_core.scene.wording import grouped
 
 MOST_IN_A_CHAIN = 2000
 """Instances that name one another in a row. The longest in real files are chains of cuts, of some hundreds."""

@@ -19,11 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core import child_process
-from planner_core.errors import SceneError
+from planner_core.errors import SceneError, reason_of
 from planner_core.model import FloatArray, Int64Array, UInt8Array
 from planner_core.scene.ifc_materials import IfcOptics
 from planner_core.scene.raw import placed, turned_over
-from planner_core.scene.wording import reason_of
 
 SHAPES = "the shapes of its elements"
 """What a child process is at while IfcOpenShell's threads make shapes: it logs the ids of those that are made."""

@@ -13,10 +13,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from planner_core.errors import SceneError, one_line
+from planner_core.errors import SceneError, grouped, one_line, reason_of
 from planner_core.scene.raw import what_it_looks_like
 from planner_core.scene.text_encoding import encoding_of, encoding_title
-from planner_core.scene.wording import grouped, reason_of
 
 MAX_UNPACKED_BYTES = 2 * 1024**3
 """Longest IFC file in an archive: IfcOpenShell needs several times as much memory."""

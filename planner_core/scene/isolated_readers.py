@@ -17,12 +17,11 @@ from typing import Any
 
 from planner_core import child_process
 from planner_core.child_process import LIMIT_VARIABLE, ChildLimits, LostChildError, limits_for, progress_of_child
-from planner_core.errors import SceneError, one_line
+from planner_core.errors import SceneError, grouped, one_line
 from planner_core.model import Element, Georeference, LoadReport, Room, Storey
 from planner_core.progress import Progress, silent
 from planner_core.scene.ifc_shapes import SHAPES
 from planner_core.scene.raw import RawScene
-from planner_core.scene.wording import grouped
 
 _CLASSES = (RawScene, Element, Storey, Room, LoadReport, Georeference)
 _LIBRARY = {"ifc": "IfcOpenShell", "usd": "the USD library", "gltf": "the Draco library"}

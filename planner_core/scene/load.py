@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from planner_core.errors import SceneError, SceneNotFoundError
+from planner_core.errors import SceneError, SceneNotFoundError, grouped
 from planner_core.model import Doors, Georeference, Glass, LoadReport, Optics, Scene, SceneSource, UpAxis
 from planner_core.model.choices import one_of
 from planner_core.progress import Progress, ProgressEvent, silent
@@ -24,30 +24,13 @@ from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.doors import without_door_leaves
 from planner_core.scene.extent import LONGEST_M, MAX_LENGTH_M, SHORTEST_M, UNITS_M, extent_m, likely_unit
 from planner_core.scene.federation import federated
+from planner_core.scene.file_formats import FORMAT_OF_EXTENSION, POINT_CLOUDS
 from planner_core.scene.gltf_draco import names_draco
 from planner_core.scene.leave_out import without_elements
 from planner_core.scene.outliers import named_few
 from planner_core.scene.raw import RawScene, unit_name
 from planner_core.scene.rooms import with_rooms
 from planner_core.scene.up_axis import UpAxes, UpAxisDoubt, up_axis_doubt
-from planner_core.scene.wording import grouped
-
-FORMAT_OF_EXTENSION = {
-    ".ifc": "ifc",
-    ".ifczip": "ifc",
-    ".ifcxml": "ifc",
-    ".obj": "obj",
-    ".ply": "ply",
-    ".stl": "stl",
-    ".gltf": "gltf",
-    ".glb": "gltf",
-    ".usd": "usd",
-    ".usda": "usd",
-    ".usdc": "usd",
-    ".usdz": "usd",
-}
-
-_POINT_CLOUDS = frozenset({".asc", ".e57", ".las", ".laz", ".pcd", ".pts", ".ptx", ".rcp", ".rcs", ".xyz"})
 
 _ANY_UP_AXIS = frozenset({"obj", "ply", "stl", "gltf", "usd"})
 """Formats whose files are found with either axis up: three say nothing of it, and programs write glTF and USD with
@@ -299,7 +282,7 @@ def _check_file(path: Path) -> str:
         if not path.exists():
             raise SceneNotFoundError(f"{path}: there is no such file; check the name and the folder.")
         file_format = FORMAT_OF_EXTENSION.get(path.suffix.lower())
-        if path.suffix.lower() in _POINT_CLOUDS:
+        if path.suffix.lower() in POINT_CLOUDS:
             raise SceneError(
                 f"{path.name}: it is a point cloud, which has no surfaces that stop beams, expected a model; make a "
                 "mesh of it (as CloudCompare or MeshLab do) and save that as PLY, or plan with the building's IFC."

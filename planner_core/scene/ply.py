@@ -15,10 +15,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.errors import SceneError
+from planner_core.errors import SceneError, grouped
 from planner_core.model import Element, FloatArray, Int64Array
 from planner_core.scene.raw import RawScene, exact, triangulate, what_it_looks_like
-from planner_core.scene.wording import grouped
 
 _TYPES = {
     "char": "i1",

@@ -24,8 +24,7 @@ from planner_core.model import (
     Storey,
     UInt8Array,
 )
-from planner_core.scene.repair import MAX_DROPPED_LINES
-from planner_core.scene.wording import bad_index_error
+from planner_core.scene.repair import MAX_DROPPED_LINES, bad_index_error
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from planner_core.errors import SceneError, grouped
 from planner_core.model import BoolArray, Element, FloatArray, Int32Array, Int64Array
 from planner_core.scene.outliers import STRAY_DISTANCE_M, face_weights, is_astray, named_few
 from planner_core.scene.unique_rows import first_of_equal_rows, first_of_equal_triples
-from planner_core.scene.wording import bad_index_error, grouped
 
 MIN_FACE_HEIGHT_M = 1e-8
 """Smallest height of a face above its longest edge.
@@ -177,3 +177,19 @@ def face_height_m(corners_m: FloatArray) -> FloatArray:
     twice_area = np.sqrt((normal * normal).sum(axis=1))
     height: FloatArray = np.divide(twice_area, longest, out=np.zeros_like(longest), where=longest > 0)
     return height
+
+
+def bad_index_error(
+    name: str, n_bad: int, n_faces: int, vertex_number: int, n_vertices: int, *, first_number: int, owner: str
+) -> SceneError:
+    """The one wording for faces that name a missing vertex.
+
+    `first_number`: how the format numbers its first vertex. `owner`: what has the vertices, a file or a mesh.
+    """
+    last = n_vertices - 1 + first_number
+    has = f"the {owner} has {grouped(n_vertices)}" + ("" if first_number else f", the last is {grouped(last)}")
+    verb = "names" if n_bad == 1 else "name"
+    return SceneError(
+        f"{name}: {grouped(n_bad)} of {grouped(n_faces)} faces {verb} vertex {grouped(vertex_number)}, {has}. "
+        "Repair it or pass --skip-bad-faces."
+    )

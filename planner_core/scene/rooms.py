@@ -10,10 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner_core.errors import readable
 from planner_core.model import FloatArray, Int32Array, Room, Scene, Storey
 from planner_core.scene.build import to_scene_frame
 from planner_core.scene.inside import enclosures
-from planner_core.scene.wording import readable
 
 #: How far in front of a surface its room is searched for: spaces end at the bare wall, a little behind its lining.
 IN_FRONT_M = 0.05

@@ -12,10 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from planner_core.errors import SceneError
+from planner_core.errors import SceneError, grouped
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport
 from planner_core.scene.raw import RawScene, exact, what_it_looks_like
-from planner_core.scene.wording import grouped
 
 _HEADER_BYTES = 84
 _TRIANGLE_BYTES = 50

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from planner_core import child_process
-from planner_core.errors import MissingPackageError, SceneError
+from planner_core.errors import MissingPackageError, SceneError, grouped, is_text, shortened
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.outliers import named_few
@@ -38,7 +38,6 @@ from planner_core.scene.raw import (
 from planner_core.scene.repair import MAX_DROPPED_LINES
 from planner_core.scene.usd_materials import UsdOptics
 from planner_core.scene.usd_shapes import is_shape, shape_of
-from planner_core.scene.wording import grouped, is_text, shortened
 
 _ADDRESS = re.compile("^([a-z][a-z0-9+.-]+):/(?!/)")
 _NOT_OPENED = re.compile(r"[Cc]ould not (?:open|load)[^@]*@([^@]+)@")

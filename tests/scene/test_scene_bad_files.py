@@ -14,7 +14,8 @@ from pathlib import Path
 import pytest
 
 from planner_core.errors import PlannerError, SceneError, SceneNotFoundError
-from planner_core.scene.load import FORMAT_OF_EXTENSION, LoadOptions, load_scene
+from planner_core.scene.file_formats import FORMAT_OF_EXTENSION
+from planner_core.scene.load import LoadOptions, load_scene
 from tests.reality_files import reality
 
 JPEG = b"\xff\xd8\xff\xe0\x00\x10JFIF\x00" + bytes(range(256)) * 8
