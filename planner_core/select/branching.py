@@ -396,7 +396,8 @@ class BranchAndBound:
     def _cuts_for(self, x: FloatArray, *, joining: bool) -> list[Cut]:
         self._n_looks += 1
         joins = self._joins.violated(x) if self._joins is not None and joining else []
-        return self._maker.violated(x, self._separators if joining else None) + joins
+        through = self._separators.through(x) if joining and self._separators is not None else None
+        return self._maker.violated(x, through) + joins
 
     def _add_separators(self, x: FloatArray) -> bool:
         """Look for separators of the network that the solution has little in; whether there are new ones."""

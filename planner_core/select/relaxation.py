@@ -39,15 +39,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, UInt8Array
 from planner_core.select.problem import CoverProblem
-
-if TYPE_CHECKING:
-    from planner_core.select.separators import Separators, SeparatorUse
 
 #: 1, in coefficients and right sides of cuts. Rounding up costs a bound of n stations n * 2^-23 at most.
 CUT_UNIT = 2**24
@@ -103,6 +100,19 @@ class Bound:
 
 
 @dataclass(frozen=True)
+class SeparatorUse:
+    """What a point has in separators (separators.py) at the rows that these bound.
+
+    part : (R,) least x(Z) of any; 1 where there is none below. number : (R,) int64, of that separator; -1: none.
+    between : of each separator the candidates, (M,) int64.
+    """
+
+    part: FloatArray
+    number: Int64Array
+    between: Sequence[Int64Array]
+
+
+@dataclass(frozen=True)
 class Shares:
     """What a point covers of each row at most, where `seen_from` candidates must see it.
 
@@ -119,11 +129,11 @@ class Shares:
     through: Int64Array | None = None
     between: Sequence[Int64Array] = ()
 
-    def by(self, through: SeparatorUse, between: Sequence[Int64Array]) -> Shares:
+    def by(self, through: SeparatorUse) -> Shares:
         """The same, with rows bounded by separators where these have less."""
         less = through.part < self.part
         part = np.where(less, through.part, self.part)
-        return replace(self, part=part, through=np.where(less, through.number, -1), between=between)
+        return replace(self, part=part, through=np.where(less, through.number, -1), between=through.between)
 
 
 class CutMaker:
@@ -139,12 +149,12 @@ class CutMaker:
         self._owner = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))
         self._constraints = independent_constraints(problem)
 
-    def violated(self, x: FloatArray, separators: Separators | None = None) -> list[Cut]:
-        """Cuts, one a target that x in [0, 1]^N does not meet. separators : rows may be counted by these."""
+    def violated(self, x: FloatArray, through: SeparatorUse | None = None) -> list[Cut]:
+        """Cuts, one a target that x in [0, 1]^N does not meet. through : rows may be counted by separators."""
         problem = self.problem
         shares = {m: self.shares(x, m) for m in set(problem.seen_from[self._constraints].tolist())}
-        if separators is not None and separators.between and 1 in shares:
-            shares[1] = shares[1].by(separators.through(x), separators.between)
+        if through is not None and through.between and 1 in shares:
+            shares[1] = shares[1].by(through)
         cuts = []
         for constraint in self._constraints:
             weight, least = self._weight[constraint], int(problem.least[constraint])

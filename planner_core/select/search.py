@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from planner_core.errors import RequirementError
 from planner_core.model import Int32Array, Int64Array, Proven
 from planner_core.progress import Progress
+from planner_core.select.annealing_problem import TRIES, AnnealingProblem
 from planner_core.select.greedy import drop_redundant
 from planner_core.select.network import Network
 from planner_core.select.network_start import connect
@@ -25,8 +26,6 @@ PROVEN = "proven"
 WORK_DONE = "work limit"
 TIME_OVER = "time limit"
 INTERRUPTED = "interrupted"
-#: Candidates that a step of annealing tries for the place of one station, so that taking it out serves more than one.
-TRIES = 4
 
 
 class Limits:
@@ -112,7 +111,7 @@ class Search(ABC):
         return drop_redundant(self._problem, whole, given=self._given, network=self._network)
 
     def _annealer(self, problem: CoverProblem, network: Network | None) -> Annealer:
-        from planner_core.select.annealing import Annealer, AnnealingProblem  # brings numba along, which takes a while
+        from planner_core.select.annealing import Annealer  # brings numba along, which takes a while
 
         return Annealer(AnnealingProblem(problem, seed=self._settings.seed or 0, network=network))
 

@@ -19,7 +19,6 @@ then farther out from there.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -27,7 +26,7 @@ import numpy as np
 from planner_core.model import BoolArray, FloatArray, Int64Array
 from planner_core.select.network import Network
 from planner_core.select.network_cuts import least_cut
-from planner_core.select.relaxation import CUT_UNIT, Cut, CutMaker
+from planner_core.select.relaxation import CUT_UNIT, Cut, CutMaker, SeparatorUse
 
 #: The far side of a cut begins so many links away from those who see a row: one sweep over the rows for each.
 _HOPS = (2, 3, 5)
@@ -41,17 +40,6 @@ _LEAST_COVER = 0.3
 _STRIDE = 2654435769
 #: So many of them further, the next sweep begins.
 _SHIFT = 1009
-
-
-@dataclass(frozen=True)
-class SeparatorUse:
-    """What a point has in separators at the rows that these bound.
-
-    part : (R,) least x(Z) of any; 1 where there is none below. number : (R,) int64, of that separator; -1: none.
-    """
-
-    part: FloatArray
-    number: Int64Array
 
 
 class Separators:
@@ -82,7 +70,7 @@ class Separators:
         for at in np.argsort(-value, kind="stable").tolist():  # the least comes last, and stays
             if value[at] < 1.0:
                 part[self._rows[at]], number[self._rows[at]] = value[at], at
-        return SeparatorUse(part, number)
+        return SeparatorUse(part, number, tuple(self.between))
 
     def sweep(self, x: FloatArray) -> list[Cut]:
         """Look for separators that hold little of x, keep those that bound rows, and return cuts of the others."""

@@ -6,8 +6,7 @@ import numpy as np
 
 from planner_core.model import Int32Array, Int64Array
 from planner_core.paper.genetic.philox import philox
-from planner_core.select.annealing import AnnealingProblem
-from planner_core.select.search import TRIES
+from planner_core.select.annealing_problem import TRIES, AnnealingProblem
 
 
 class NumpyAnnealer:

@@ -5,7 +5,8 @@ import pytest
 from numpy_annealer import NumpyAnnealer
 from selection_instances import problem_of
 
-from planner_core.select.annealing import Annealer, AnnealingProblem, acceptance_table, nearest_candidates, temperatures
+from planner_core.select.annealing import Annealer
+from planner_core.select.annealing_problem import AnnealingProblem, acceptance_table, nearest_candidates, temperatures
 from planner_core.select.greedy import select_greedy
 
 

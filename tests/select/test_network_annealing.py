@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from numpy_annealer import NumpyAnnealer
 from selection_instances import graph_of, network_of, problem_of, random_network
 
-from planner_core.select.annealing import Annealer, AnnealingProblem
+from planner_core.select.annealing import Annealer
+from planner_core.select.annealing_problem import AnnealingProblem
 from planner_core.select.problem import CoverProblem
 
 SEEDS = st.integers(0, 2**32 - 1)

@@ -49,7 +49,8 @@ def relaxed(problem, separators):
     for _ in range(200):
         x, price = program.solve()
         best = max(best, exact_bound(program.cuts, program.right, price, none, all_, program.most).scaled)
-        cuts = separators.sweep(x) + maker.violated(x, separators) if separators is not None else maker.violated(x)
+        cuts = separators.sweep(x) if separators is not None else []
+        cuts += maker.violated(x, separators.through(x) if separators is not None else None)
         if not cuts:
             break
         program.add(cuts)
@@ -69,7 +70,7 @@ def test_what_separators_say_holds_for_every_joined_set_that_meets_the_targets(s
         for cut in separators.sweep(x):
             assert float(cut.coefficient @ x) < cut.right, f"seed {seed}: not violated"
             assert (found @ cut.coefficient >= cut.right).all(), f"seed {seed}: {cut}"
-        for cut in maker.violated(x, separators):
+        for cut in maker.violated(x, separators.through(x)):
             assert (found @ cut.coefficient >= cut.right).all(), f"seed {seed}: {cut}"
     for chosen in found:  # the rows of each
         rows = np.unique(
