@@ -333,7 +333,7 @@ def open_survey(
     `listed_in` names where the user finds the faces that loading dropped.
     """
     from planner_core.coverage.survey import make_survey
-    from planner_core.engine.scan_engine import open_engine
+    from planner_core.engine.open_engine import open_engine
     from planner_core.progress import ProgressEvent
 
     loaded = load(scenes, reading, progress=reporter.show)

@@ -32,7 +32,7 @@ class Start:
 def start() -> Start:
     """Start the engine that a plan would use, and let it scan a box whose ranges are known."""
     started_s = time.perf_counter()
-    from planner_core.engine.scan_engine import open_engine
+    from planner_core.engine.open_engine import open_engine
     from planner_core.self_check import box, ranges_wrongly
 
     scene, patches = box()

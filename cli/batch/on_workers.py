@@ -210,7 +210,7 @@ def fit_for_jobs(cluster: Cluster, engine: str, device: str | None) -> Callable[
     import scenes_synthetic
     from planner_core.cluster.worker_pool import answers_alike
     from planner_core.coverage.survey import make_survey
-    from planner_core.engine.scan_engine import open_engine
+    from planner_core.engine.open_engine import open_engine
     from planner_core.model import PlanSettings
     from planner_core.requirements.goals import goals_of
     from planner_core.requirements.observe_candidates import ObservationJob

@@ -10,8 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.coverage.visibility_threshold import WHOLE
-from planner_core.engine.patch_mode import in_view
-from planner_core.engine.patch_samples import SLACK, SLACK_MOST, places_of, rounding_of, view_of
+from planner_core.engine.patch_samples import SLACK, SLACK_MOST, in_view, places_of, rounding_of, view_of
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Survey, UInt8Array, Visibility
 

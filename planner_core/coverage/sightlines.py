@@ -13,8 +13,8 @@ import numpy as np
 
 from planner_core.coverage.levels import Observations, with_noise
 from planner_core.coverage.surfaces import Surfaces
-from planner_core.engine.patch_mode import LEAST_RETURNS, expected_returns, in_view
-from planner_core.engine.patch_samples import View, view_of
+from planner_core.engine.patch_mode import LEAST_RETURNS
+from planner_core.engine.patch_samples import View, expected_returns, in_view, view_of
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
     BeamTemplate,

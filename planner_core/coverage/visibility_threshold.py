@@ -10,8 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.coverage.levels import Observations
-from planner_core.engine.patch_mode import share_of
-from planner_core.engine.patch_samples import UInt32Array
+from planner_core.engine.patch_samples import UInt32Array, share_of
 from planner_core.model import BoolArray, Int32Array, UInt8Array
 
 #: `Patches.countable_share` of a patch that counts whole.

@@ -18,7 +18,6 @@ import numpy as np
 
 from planner_core.compiled import compiled, share_out
 from planner_core.engine.open3d import Open3DEngine
-from planner_core.engine.patch_mode import expected_returns, share_of
 from planner_core.engine.patch_samples import (
     ALL_RIM,
     N_FINE,
@@ -27,9 +26,11 @@ from planner_core.engine.patch_samples import (
     SLACK_MOST,
     UInt32Array,
     View,
+    expected_returns,
     places_of,
     rounding_of,
     sample_pattern,
+    share_of,
 )
 from planner_core.model import BoolArray, Float32Array, FloatArray, Int32Array, Optics, Patches, Scene
 

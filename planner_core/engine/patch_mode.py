@@ -14,17 +14,19 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from planner_core.device import in_batches
-from planner_core.engine.kept_places import KeptPlaces
 from planner_core.engine.patch_samples import (
     ALL_RIM,
-    LEAST_SPAN,
+    ALL_SAMPLES,
     N_FINE,
     N_RIM,
+    KeptPlaces,
     UInt32Array,
     View,
     make_groups,
+    middle_of,
     rounding_of,
     sample_pattern,
+    share_of,
     view_of,
 )
 from planner_core.engine.scan_engine import ScanEngine, check_positions
@@ -59,8 +61,6 @@ _MAX_BATCH = 64
 #: fewer, since there are more cores to spread over: docs/benchmarks/gpu.md.
 _GROUPS_A_RUN = {"cpu": 64}
 _DEFAULT_GROUPS_A_RUN = 4
-#: All samples of a patch.
-_WHOLE = np.uint32((1 << (N_RIM + N_FINE)) - 1)
 #: A patch counts as seen where at least this many beams are to be expected on what is seen of it.
 LEAST_RETURNS = 1.0
 
@@ -196,7 +196,7 @@ class PatchMode:
             starts=starts,
             patch=patch,
             n_patches=self._patches.n_patches,
-            part=np.where(mask == ALL_RIM, _WHOLE, mask),
+            part=np.where(mask == ALL_RIM, ALL_SAMPLES, mask),
             n_visible=np.bitwise_count(mask).astype(np.uint8, copy=False),
             n_samples=np.where(mask == ALL_RIM, N_RIM, N_RIM + N_FINE).astype(np.uint8),
             share=share_of(mask).astype(np.float32),
@@ -239,9 +239,9 @@ class PatchMode:
         """Range, cosine and spacing (M, 2) of patches (M,) with marks (M,), each from its own position (M, 3)."""
         places = self._places.of(patch)
         corners, normal = places.corners_m, places.normal
-        weights = np.broadcast_to(_middle_of(np.array([ALL_RIM])), (mask.size, 2)).copy()
+        weights = np.broadcast_to(middle_of(np.array([ALL_RIM])), (mask.size, 2)).copy()
         rest = np.flatnonzero(mask != ALL_RIM)
-        weights[rest] = _middle_of(mask[rest])
+        weights[rest] = middle_of(mask[rest])
         at = corners[:, 0] - seen_from_m
         for k in (0, 1):
             at += weights[:, k, None] * (corners[:, k + 1] - corners[:, 0])
@@ -338,50 +338,6 @@ class _DevicePatchEngine:
         return out
 
 
-def expected_returns(view: View, corners_m: FloatArray, normal: FloatArray, area_m2: FloatArray) -> FloatArray:
-    """Beams (n,) to be expected on patches with corners (n, 3, 3), relative to the sensor, that nothing hides.
-
-    Notes
-    -----
-    Area cos(incidence) / range^2 over the solid angle of a beam, azimuth step x elevation step x cos(elevation), at the
-    centre. None where the patch spans less than `LEAST_SPAN` of a row or a column, as a table top at eye level does:
-    there the number is right in the mean over many positions, but mostly none lands.
-    """
-    centre = corners_m.mean(axis=1)
-    across2 = (centre[:, :2] ** 2).sum(axis=1)
-    range2 = across2 + centre[:, 2] ** 2
-    facing = np.abs((centre * normal).sum(axis=1)) * area_m2
-    x, y, z = (centre[:, k, None] for k in range(3))
-    level = x * corners_m[..., 0] + y * corners_m[..., 1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        columns = np.ptp(x * corners_m[..., 1] - y * corners_m[..., 0], axis=1) / (across2 * view.azimuth_step_rad)
-        up = across2[:, None] * corners_m[..., 2] - z * level
-        rows = np.ptp(up, axis=1) / (np.sqrt(across2) * range2 * view.elevation_step_rad)
-        returns: FloatArray = facing / (range2 * np.sqrt(across2) * view.azimuth_step_rad * view.elevation_step_rad)
-    returns[~((columns >= LEAST_SPAN) & (rows >= LEAST_SPAN))] = 0.0
-    returns[(across2 <= 1e-8 * range2) & (facing > 0)] = np.inf  # straight up or down all columns meet
-    return returns
-
-
-def in_view(view: View, at_m: FloatArray, normal: FloatArray) -> BoolArray:
-    """(n, s) whether points (n, s, 3), relative to the sensor, of surfaces with normals (n, 3) can give a return."""
-    across = np.hypot(at_m[..., 0], at_m[..., 1])
-    range_m = np.hypot(across, at_m[..., 2])
-    elevation = np.arctan2(at_m[..., 2], across)
-    turned = np.arctan2(at_m[..., 1], at_m[..., 0]) - view.middle_rad
-    azimuth = np.abs((turned + np.pi) % (2 * np.pi) - np.pi)
-    facing = np.abs(np.einsum("nsi,ni->ns", at_m, normal))
-    inside: BoolArray = (
-        (range_m >= view.range_min_m)
-        & (range_m <= view.range_max_m)
-        & (elevation >= view.low_rad)
-        & (elevation <= view.high_rad)
-        & (azimuth <= view.half_width_rad)
-        & (facing >= view.least_cos_incidence * range_m)
-    )
-    return inside
-
-
 def _patch_engine_of(engine: ScanEngine, scene: Scene, patches: Patches, only: BoolArray | None) -> _PatchEngine:
     from planner_core.engine.in_parts import PartedEngine
     from planner_core.engine.opencl import OpenCLEngine
@@ -397,26 +353,6 @@ def _patch_engine_of(engine: ScanEngine, scene: Scene, patches: Patches, only: B
         if isinstance(host, Open3DEngine):
             return Open3DSamples(host, scene, patches, only=only)
     raise RequirementError(f"scan mode patches: got engine {engine.name!r}, expected opencl or open3d; use mode beams")
-
-
-def _bits(mask: UInt32Array) -> UInt8Array:
-    """(M, 28) uint8, bits of marks (M,)."""
-    return (mask[:, None] >> np.arange(N_RIM + N_FINE, dtype=np.uint32) & np.uint32(1)).astype(np.uint8)
-
-
-def share_of(mask: UInt32Array) -> FloatArray:
-    """(M,) part of the patch that the samples of marks (M,) stand for."""
-    share = np.ones(mask.size)
-    rest = np.flatnonzero((mask != ALL_RIM) & (mask != _WHOLE))  # few: most patches are seen whole
-    share[rest] = _bits(mask[rest]) @ sample_pattern()[:, 2]
-    return share
-
-
-def _middle_of(mask: UInt32Array) -> FloatArray:
-    """(M, 2) weights of a patch's second and third vertex at the middle of the samples of marks (M,)."""
-    bits = _bits(mask).astype(np.float64)
-    middle: FloatArray = bits @ sample_pattern()[:, :2] / np.maximum(bits.sum(axis=1), 1.0)[:, None]
-    return middle
 
 
 def _starts(rows: list[Int32Array]) -> Int64Array:

@@ -50,9 +50,13 @@ SLACK = 2e-5
 SLACK_MOST = 1e-3
 #: Rows and columns that a patch must span for a beam to be expected on it: then one meets it half of the time.
 LEAST_SPAN = 0.5
+#: Scenes of more patches keep none: a place takes 105 bytes.
+MOST_KEPT = 2_000_000
 N_RIM, N_FINE = 7, 22
 #: Mark of a patch whose first pattern is seen whole; bit s of a mark is sample s.
 ALL_RIM = np.uint32((1 << N_RIM) - 1)
+#: All samples of a patch.
+ALL_SAMPLES = np.uint32((1 << (N_RIM + N_FINE)) - 1)
 
 
 def sample_pattern() -> FloatArray:
@@ -141,6 +145,70 @@ def view_of(template: BeamTemplate, *, max_incidence_rad: float | None = None) -
     )
 
 
+def expected_returns(view: View, corners_m: FloatArray, normal: FloatArray, area_m2: FloatArray) -> FloatArray:
+    """Beams (n,) to be expected on patches with corners (n, 3, 3), relative to the sensor, that nothing hides.
+
+    Notes
+    -----
+    Area cos(incidence) / range^2 over the solid angle of a beam, azimuth step x elevation step x cos(elevation), at the
+    centre. None where the patch spans less than `LEAST_SPAN` of a row or a column, as a table top at eye level does:
+    there the number is right in the mean over many positions, but mostly none lands.
+    """
+    centre = corners_m.mean(axis=1)
+    across2 = (centre[:, :2] ** 2).sum(axis=1)
+    range2 = across2 + centre[:, 2] ** 2
+    facing = np.abs((centre * normal).sum(axis=1)) * area_m2
+    x, y, z = (centre[:, k, None] for k in range(3))
+    level = x * corners_m[..., 0] + y * corners_m[..., 1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        columns = np.ptp(x * corners_m[..., 1] - y * corners_m[..., 0], axis=1) / (across2 * view.azimuth_step_rad)
+        up = across2[:, None] * corners_m[..., 2] - z * level
+        rows = np.ptp(up, axis=1) / (np.sqrt(across2) * range2 * view.elevation_step_rad)
+        returns: FloatArray = facing / (range2 * np.sqrt(across2) * view.azimuth_step_rad * view.elevation_step_rad)
+    returns[~((columns >= LEAST_SPAN) & (rows >= LEAST_SPAN))] = 0.0
+    returns[(across2 <= 1e-8 * range2) & (facing > 0)] = np.inf  # straight up or down all columns meet
+    return returns
+
+
+def in_view(view: View, at_m: FloatArray, normal: FloatArray) -> BoolArray:
+    """(n, s) whether points (n, s, 3), relative to the sensor, of surfaces with normals (n, 3) can give a return."""
+    across = np.hypot(at_m[..., 0], at_m[..., 1])
+    range_m = np.hypot(across, at_m[..., 2])
+    elevation = np.arctan2(at_m[..., 2], across)
+    turned = np.arctan2(at_m[..., 1], at_m[..., 0]) - view.middle_rad
+    azimuth = np.abs((turned + np.pi) % (2 * np.pi) - np.pi)
+    facing = np.abs(np.einsum("nsi,ni->ns", at_m, normal))
+    inside: BoolArray = (
+        (range_m >= view.range_min_m)
+        & (range_m <= view.range_max_m)
+        & (elevation >= view.low_rad)
+        & (elevation <= view.high_rad)
+        & (azimuth <= view.half_width_rad)
+        & (facing >= view.least_cos_incidence * range_m)
+    )
+    return inside
+
+
+def _bits(mask: UInt32Array) -> UInt8Array:
+    """(M, 28) uint8, bits of marks (M,)."""
+    return (mask[:, None] >> np.arange(N_RIM + N_FINE, dtype=np.uint32) & np.uint32(1)).astype(np.uint8)
+
+
+def share_of(mask: UInt32Array) -> FloatArray:
+    """(M,) part of the patch that the samples of marks (M,) stand for."""
+    share = np.ones(mask.size)
+    rest = np.flatnonzero((mask != ALL_RIM) & (mask != ALL_SAMPLES))  # few: most patches are seen whole
+    share[rest] = _bits(mask[rest]) @ sample_pattern()[:, 2]
+    return share
+
+
+def middle_of(mask: UInt32Array) -> FloatArray:
+    """(M, 2) weights of a patch's second and third vertex at the middle of the samples of marks (M,)."""
+    bits = _bits(mask).astype(np.float64)
+    middle: FloatArray = bits @ sample_pattern()[:, :2] / np.maximum(bits.sum(axis=1), 1.0)[:, None]
+    return middle
+
+
 def rounding_of(scene: Scene) -> float:
     """Rounding of the scene's float32 coordinates and of sums of them, metres: planes may be off by as much."""
     return float(4 * np.spacing(np.float32(np.abs(scene.vertices_m).max())))
@@ -204,6 +272,41 @@ def places_of(scene: Scene, patches: Patches, patch: Int32Array) -> PatchPlaces:
     length = np.sqrt((cross * cross).sum(axis=1))
     normal = np.divide(cross, length[:, None], out=np.zeros_like(cross), where=length[:, None] > 0)
     return PatchPlaces(at, normal, 0.5 * length / np.exp2(patches.depth[triangle].astype(np.float64)))
+
+
+class KeptPlaces:
+    """Places of the patches of one scene, worked out once each; memory is taken when they are first used.
+
+    Positions that are scanned one after another mostly see the same patches. The places are those of `places_of` to the
+    last bit.
+    """
+
+    def __init__(self, scene: Scene, patches: Patches, *, most_kept: int = MOST_KEPT) -> None:
+        self._scene, self._patches, self._most_kept = scene, patches, most_kept
+        self._kept: PatchPlaces | None = None
+        self._is_known = np.zeros(0, dtype=np.bool_)
+
+    def of(self, patch: Int32Array) -> PatchPlaces:
+        """Places of patches (N,), in their order; one may occur several times."""
+        n = self._patches.n_patches
+        if n > self._most_kept:
+            distinct, which = np.unique(patch, return_inverse=True)
+            return _taken(places_of(self._scene, self._patches, distinct.astype(np.int32)), which)
+        if self._kept is None:
+            self._kept = PatchPlaces(np.empty((n, 3, 3)), np.empty((n, 3)), np.empty(n))
+            self._is_known = np.zeros(n, dtype=np.bool_)
+        new = patch[~self._is_known[patch]]
+        if new.size:
+            new = np.unique(new).astype(np.int32)
+            found = places_of(self._scene, self._patches, new)
+            self._kept.corners_m[new], self._kept.normal[new] = found.corners_m, found.normal
+            self._kept.area_m2[new] = found.area_m2
+            self._is_known[new] = True
+        return _taken(self._kept, patch)
+
+
+def _taken(places: PatchPlaces, rows: Int32Array | Int64Array) -> PatchPlaces:
+    return PatchPlaces(places.corners_m[rows], places.normal[rows], places.area_m2[rows])
 
 
 @dataclass(frozen=True)

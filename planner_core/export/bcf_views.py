@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.errors import MissingPackageError
 from planner_core.export.sheets.building import Building
 from planner_core.model import BoolArray, FloatArray, Int32Array, UInt8Array

@@ -173,7 +173,7 @@ def _of_evaluated(
                 f"{name}: figures of edited stations, and routes from other entrances, are computed from the "
                 f"scene, which is not there: {error}"
             ) from error
-    from planner_core.engine.scan_engine import open_engine
+    from planner_core.engine.open_engine import open_engine
     from planner_core.plan_folder.folder import write_plan_folder
     from planner_core.plan_folder.stations_csv import GivenStation
     from planner_core.planning.evaluate import evaluate_survey

@@ -15,7 +15,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner_core.engine.scan_engine import ScanEngine, device_of
+from planner_core.engine.open_engine import device_of
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import Candidates, FloatArray, Int64Array, Paper, Survey
 from planner_core.paper.genetic import select_genetic

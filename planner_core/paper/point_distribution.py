@@ -24,8 +24,9 @@ import numpy as np
 
 from planner_core.device import Device, in_batches
 from planner_core.device.precision import has_float64
+from planner_core.engine.open_engine import device_of
 from planner_core.engine.patch_samples import places_of
-from planner_core.engine.scan_engine import ScanEngine, check_positions, device_of
+from planner_core.engine.scan_engine import ScanEngine, check_positions
 from planner_core.errors import RequirementError
 from planner_core.model import (
     BeamTemplate,

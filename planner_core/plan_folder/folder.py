@@ -12,7 +12,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import OutputExistsError, PlanFolderError
 from planner_core.model import Plan
 from planner_core.plan_folder.atomic import check_writable, recover, staged_folder

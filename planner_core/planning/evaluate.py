@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import StationListError
 from planner_core.model import Plan, PlanSettings, PriorStation, Role, Route, Scene, Station, Survey, Visibility
 from planner_core.plan_folder.stations_csv import GivenStation

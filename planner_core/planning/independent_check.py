@@ -15,8 +15,8 @@ import numpy as np
 from planner_core.coverage.ground_sides import GroundSides
 from planner_core.coverage.levels import Observations, observations_meeting, with_noise
 from planner_core.engine.open3d import Open3DEngine
-from planner_core.engine.patch_mode import LEAST_RETURNS, expected_returns, in_view, spacing_at
-from planner_core.engine.patch_samples import View, view_of
+from planner_core.engine.patch_mode import LEAST_RETURNS, spacing_at
+from planner_core.engine.patch_samples import View, expected_returns, in_view, view_of
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import (

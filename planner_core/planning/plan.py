@@ -13,7 +13,8 @@ from itertools import count
 import numpy as np
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import (
     BoolArray,
@@ -68,7 +69,7 @@ def make_plan(
     Parameters
     ----------
     engine, device
-        See `planner_core.engine.scan_engine.open_engine`.
+        See `planner_core.engine.open_engine.open_engine`.
     verify_points
         See `planner_core.planning.independent_check.with_independent_check`.
 

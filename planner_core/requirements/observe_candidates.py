@@ -24,8 +24,9 @@ from planner_core.coverage.levels import Observations, observations_meeting
 from planner_core.coverage.observe import observations_in_batches
 from planner_core.coverage.survey import visible_from
 from planner_core.coverage.visibility_threshold import WHOLE, most_countable, sees_enough, shares_of
+from planner_core.engine.open_engine import open_engine
 from planner_core.engine.patch_samples import UInt32Array
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
     Float32Array,
     FloatArray,

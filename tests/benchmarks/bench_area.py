@@ -113,7 +113,7 @@ class Watched:
 
 def measure(n_pavilions: int) -> Row:
     """Plan one campus in this process."""
-    from planner_core.engine.scan_engine import open_engine
+    from planner_core.engine.open_engine import open_engine
     from planner_core.model import Greedy, PlanSettings, Requirements, ScanBy
     from planner_core.planning import plan as flow
     from planner_core.planning import pool as pools

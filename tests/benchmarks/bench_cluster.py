@@ -26,7 +26,8 @@ from planner_core.cluster import worker
 from planner_core.cluster.connection import Cluster, open_cluster
 from planner_core.cluster.payloads import Packer, squeezed
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.export.clouds.each_station import StationClouds
 from planner_core.export.clouds.points import every_nth, thinning_step
 from planner_core.export.clouds.simulated import FORMATS, simulated_clouds, write_simulated_scans

@@ -27,7 +27,7 @@ from fastapi import FastAPI
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import Greedy, PlanSettings, Requirements, Review
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.viewer_layers import layer_files

@@ -30,7 +30,8 @@ from planning_cases import Case, cases
 from planning_page import page
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Candidates, Paper, Proven, Survey
 from planner_core.paper.pipeline import repair, searched, select_by_genes
 from planner_core.paper.point_distribution import PointDistribution

@@ -69,7 +69,7 @@ def forget_peak() -> None:
 
 def measure(size: tuple[int, int, int]) -> dict[str, Any]:
     """All stages of one size in this process."""
-    from planner_core.engine.scan_engine import open_engine
+    from planner_core.engine.open_engine import open_engine
     from planner_core.scanner.load_scanner import load_scanner
     from planner_core.scanner.template import make_template
     from planner_core.scene.floors import find_floors

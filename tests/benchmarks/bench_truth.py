@@ -15,7 +15,7 @@ import numpy as np
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import (
     CheckedFigure,
     IndependentCheck,

@@ -20,8 +20,8 @@ import numpy as np
 
 import scenes_synthetic
 from planner_core.engine.open3d import Open3DEngine
+from planner_core.engine.open_engine import open_engine
 from planner_core.engine.patch_mode import PatchMode
-from planner_core.engine.scan_engine import open_engine
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import directions, make_template
 from planner_core.scene.load import load_scene

@@ -12,8 +12,8 @@ import scenes_synthetic
 from planner_core.coverage.cut_patches import points_of, shares_of_cut_patches
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open3d import Open3DEngine
+from planner_core.engine.open_engine import open_engine
 from planner_core.engine.patch_samples import places_of
-from planner_core.engine.scan_engine import open_engine
 from planner_core.model import PlanSettings, Requirements, Survey, Visibility
 from planner_core.scanner.load_scanner import load_scanner
 

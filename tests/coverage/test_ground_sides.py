@@ -10,7 +10,7 @@ from stages import visible_from
 
 from planner_core.coverage.observe import observations_in_batches
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import Floor, Paper, PlanSettings, ScanBy, Scanner, Scene, Survey
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations

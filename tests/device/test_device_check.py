@@ -11,7 +11,7 @@ import pytest
 from planner_core import self_check
 from planner_core.device import Device, check
 from planner_core.engine.open3d import Open3DEngine
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.engine.tuning import tile_shape
 from planner_core.model import ScanBatch
 

@@ -14,8 +14,8 @@ import pytest
 
 from planner_core.device import Device, in_batches, open_device
 from planner_core.device import faults as device_faults
+from planner_core.engine.open_engine import open_engine
 from planner_core.engine.opencl import OpenCLEngine
-from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import DeviceError, DeviceMemoryError
 from planner_core.model import BeamTemplate, Patches, Scene
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from planner_core.device import Device
 from planner_core.engine import opencl
+from planner_core.engine.open_engine import open_engine
 from planner_core.engine.opencl import OpenCLEngine
-from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError, SceneError
 from planner_core.model import ScanBatch
 from planner_core.scanner.template import directions

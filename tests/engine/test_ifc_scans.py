@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import Scene
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import directions, make_template

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from planner_core.device import Device
 from planner_core.engine.in_parts import PartedEngine
 from planner_core.engine.open3d import Open3DEngine
+from planner_core.engine.open_engine import device_of, open_engine
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.parts import fits, split
 from planner_core.engine.patch_mode import PatchMode
-from planner_core.engine.scan_engine import device_of, open_engine
 from planner_core.errors import DeviceMemoryError, RequirementError
 from planner_core.model import BeamTemplate, Optics, Patches, Scene, Storey
 from planner_core.scene.patches import make_patches

@@ -8,7 +8,6 @@ import pytest
 from planner_core import compiled
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.open3d_samples import Open3DSamples
-from planner_core.engine.patch_mode import in_view
 from planner_core.engine.patch_samples import (
     ALL_RIM,
     N_FINE,
@@ -16,6 +15,7 @@ from planner_core.engine.patch_samples import (
     SLACK,
     SLACK_MOST,
     View,
+    in_view,
     places_of,
     rounding_of,
     sample_pattern,

@@ -10,18 +10,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.device import Device
+from planner_core.engine.open_engine import open_engine
 from planner_core.engine.opencl import OpenCLEngine
-from planner_core.engine.patch_mode import PatchMode, expected_returns, share_of
+from planner_core.engine.patch_mode import PatchMode
 from planner_core.engine.patch_samples import (
     ALL_RIM,
     N_FINE,
     N_RIM,
     SLACK,
+    expected_returns,
     places_of,
     sample_pattern,
+    share_of,
     view_of,
 )
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import DeviceMemoryError, RequirementError
 from planner_core.model import Optics, Patches, Scene
 from planner_core.progress import ProgressEvent

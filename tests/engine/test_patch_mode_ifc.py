@@ -7,8 +7,8 @@ import pytest
 from stages import find_candidates
 
 from planner_core.coverage.survey import make_survey
+from planner_core.engine.open_engine import open_engine
 from planner_core.engine.patch_mode import PatchMode
-from planner_core.engine.scan_engine import open_engine
 from planner_core.model import BeamTemplate, PlanSettings, Scene
 from planner_core.scanner.load_scanner import load_scanner
 

@@ -7,18 +7,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import scenes_synthetic
+from planner_core.engine import patch_samples
 from planner_core.engine.patch_samples import (
     GROUP_BITS,
     N_FINE,
     N_RIM,
+    KeptPlaces,
     PatchGroups,
     make_groups,
     patch_corner_weights,
     places_of,
     sample_pattern,
 )
-from planner_core.model import Patches, Scene
+from planner_core.model import Int32Array, Patches, Scene
 from planner_core.scene.patches import make_patches, patch_code, patch_triangles, squared_edges
+
+SCENE = scenes_synthetic.build("l-room").scene
+PATCHES = make_patches(SCENE, max_area_m2=0.3)
 
 
 def random_scene(shapes: SimpleNamespace, rng: np.random.Generator, n: int) -> Scene:
@@ -113,3 +119,28 @@ def test_patch_places_are_those_of_the_bisection(shapes: SimpleNamespace) -> Non
     places = places_of(scene, patches, np.arange(patches.n_patches, dtype=np.int32))
     np.testing.assert_allclose(places.corners_m, patch_triangles(scene, patches), atol=3e-6)
     np.testing.assert_allclose(places.area_m2, patches.area_m2, rtol=1e-3, atol=1e-7)
+
+
+@pytest.mark.parametrize("most_kept", [0, patch_samples.MOST_KEPT])
+def test_places_are_those_that_are_worked_out_anew_in_any_order_and_more_than_once(most_kept: int) -> None:
+    kept = KeptPlaces(SCENE, PATCHES, most_kept=most_kept)
+    random = np.random.default_rng(3)
+    for size in (5, 40, 200):
+        patch = random.integers(0, PATCHES.n_patches, size).astype(np.int32)
+        found, right = kept.of(patch), places_of(SCENE, PATCHES, patch)
+        for name in ("corners_m", "normal", "area_m2"):
+            assert getattr(found, name).tobytes() == getattr(right, name).tobytes(), (size, name)
+
+
+def test_no_place_is_worked_out_twice(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Int32Array] = []
+
+    def counting(scene: object, patches: object, patch: Int32Array) -> object:
+        asked.append(patch)
+        return places_of(SCENE, PATCHES, patch)
+
+    monkeypatch.setattr(patch_samples, "places_of", counting)
+    kept = KeptPlaces(SCENE, PATCHES)
+    for first in (0, 10, 10, 30):
+        kept.of(np.arange(first, first + 40, dtype=np.int32))
+    assert np.array_equal(np.concatenate(asked), np.arange(70))

@@ -7,7 +7,7 @@ import pytest
 from stages import visible_from
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import PlanSettings, Visibility, WeakMotion
 from planner_core.network.links import SharedSurface, overlap_links, surface_of_patches
 from planner_core.network.pair_overlap import PairMatrices, strengths_of

@@ -9,7 +9,8 @@ from stages import tripods_of
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import Candidates, Paper, PlanSettings, Requirements, Survey
 from planner_core.model.genetic import GeneticSettings

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from planner_core.engine.open_engine import open_engine
 from planner_core.engine.patch_samples import places_of
-from planner_core.engine.scan_engine import open_engine
 from planner_core.model import BeamTemplate, Scene
 from planner_core.paper.point_distribution import PointDistribution
 from planner_core.paper.reference_distance import reference_distances_of_patches_m2

@@ -8,7 +8,7 @@ from stages import find_candidates, tripods_of
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import PlanSettings, Scene
 from planner_core.paper.published_tests import stands_by_published_tests
 from planner_core.scanner.load_scanner import load_scanner

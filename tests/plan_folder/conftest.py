@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from small_pictures import draw_small
 
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
     Coverage,
     Element,

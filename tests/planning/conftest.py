@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import scenes_synthetic
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import BoolArray, FloatArray, Plan, PlanSettings, Proven, Requirements, Scene
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.load_scanner import load_scanner

@@ -9,7 +9,7 @@ import pytest
 from shared_plans import SharedPlan
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import (
     IndependentCheck,

@@ -8,7 +8,7 @@ from stages import find_positions, make_pool
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import Greedy, PlanSettings, Proven, Requirements
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.load_scanner import load_scanner

@@ -8,7 +8,8 @@ import pytest
 from oracles import observations_from, times_meeting
 from stages import find_positions
 
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import REASONS, PartRequirement, Plan, PlanSettings, PointLimits, Requirements
 from planner_core.plan_folder.viewer_layers import layer_files
 

@@ -10,7 +10,7 @@ import open3d as o3d
 import pytest
 from stages import find_positions, make_pool
 
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import Plan, PlanSettings, Requirements
 from planner_core.planning.pool import Pool
 from planner_core.select.greedy import select_greedy

@@ -11,7 +11,7 @@ from stages import find_positions
 from tlsplan import inputs
 from tlsplan.options import MethodOptions, PriorStations
 
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import Greedy, Paper, Plan, PlanSettings, PriorStation, Proven, Requirements, Site
 

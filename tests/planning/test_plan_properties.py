@@ -14,7 +14,7 @@ from shared_plans import SharedPlan
 from stages import find_positions
 
 import scenes_synthetic
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import Greedy, Plan, PlanSettings, Requirements, Scene
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations

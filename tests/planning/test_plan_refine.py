@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from stages import find_positions
 
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import Plan, PlanSettings, PriorStation, Site
 
 Planned = Callable[[str, PlanSettings], Plan]

@@ -12,7 +12,7 @@ from tlsplan import inputs
 from tlsplan.options import RequirementOptions
 
 import scenes_synthetic
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import FloatArray, PartRequirement, Plan, PlanSettings, PointLimits, Proven, Requirements, Scope
 from planner_core.planning.plan import make_plan

@@ -11,7 +11,7 @@ import pytest
 from shared_plans import SharedPlan
 
 import scenes_synthetic
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import REASONS, Plan, PlanSettings, Proven
 from planner_core.planning.plan import make_plan
 

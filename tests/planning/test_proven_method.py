@@ -6,7 +6,7 @@ import pytest
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import Greedy, PlanSettings, Proven, Requirements
 from planner_core.model.options import method_of

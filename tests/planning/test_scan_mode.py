@@ -12,8 +12,8 @@ from tlsplan import summary
 import scenes_synthetic
 from planner_core.coverage.observe import observations_in_batches
 from planner_core.coverage.survey import make_survey
+from planner_core.engine.open_engine import open_engine
 from planner_core.engine.patch_mode import AUTO_PATCHES_BEAMS, mode_that_counts_parts, scan_mode_of
-from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Greedy, PlanSettings, Requirements, ScanBy, Scanner, Scene
 from planner_core.plan_folder.plan_json import plan_document
 from planner_core.plan_folder.stations_csv import GivenStation

@@ -13,7 +13,8 @@ import pytest
 from real_buildings import RealScene
 from stages import find_positions, make_pool, rows_from
 
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import FloatArray, Plan, PlanSettings, Proven, Requirements, Scope
 from planner_core.network.links import SET_UP_SHARE, SET_UP_STRENGTH
 from planner_core.plan_folder.stations_csv import read_station_list

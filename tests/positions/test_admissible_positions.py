@@ -8,7 +8,7 @@ from stages import find_candidates
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import Element, PlanSettings, Scene, Scope, SurveyScope
 from planner_core.scanner.load_scanner import load_scanner
 from tests.scene.floor_scenes import scene_of

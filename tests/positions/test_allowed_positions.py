@@ -8,7 +8,8 @@ import pytest
 from stages import find_candidates, find_positions, tripods_of
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import KeepOut, PlanSettings, PriorStation, Scene, Site, Survey
 from planner_core.positions.allowed_positions import KINDS, AllowedPositions, places_as_they_are

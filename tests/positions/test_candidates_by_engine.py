@@ -5,7 +5,7 @@ from stages import find_candidates
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import PlanSettings
 from planner_core.scanner.load_scanner import load_scanner
 

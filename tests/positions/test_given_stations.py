@@ -9,7 +9,8 @@ from real_buildings import RealScene
 from stages import find_positions
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import PlanSettings, PointLimits, Requirements, Scene, Survey
 from planner_core.plan_folder.stations_csv import GivenStation, read_station_list
 from planner_core.planning.evaluate import evaluate_survey, place_stations

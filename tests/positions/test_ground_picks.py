@@ -12,7 +12,7 @@ from stages import find_positions
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import FloatArray, GroundPick, PlanSettings, Scene, Site, Storey
 from planner_core.positions.ground_picks import with_ground_picks

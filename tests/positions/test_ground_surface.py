@@ -10,7 +10,7 @@ from stages import find_candidates
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import Floor, PlanSettings, Survey
 from planner_core.positions.ground_surface import GroundSurface
 from planner_core.scanner.load_scanner import load_scanner

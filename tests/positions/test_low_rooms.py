@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import PlanSettings, Scene, Site
 from planner_core.planning.plan import make_plan

@@ -8,7 +8,8 @@ from stages import tripod_tests, tripods_of
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Candidates, PlanSettings, Survey
 from planner_core.positions.admissibility import RefusalTally
 from planner_core.positions.ground_surface import GroundSurface

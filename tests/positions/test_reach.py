@@ -8,7 +8,7 @@ import pytest
 from stages import find_candidates
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import Candidates, Element, PlanSettings, Scene, Station, Survey
 from planner_core.positions.carrier import Mover, WalkingZone

@@ -11,7 +11,7 @@ from scipy import ndimage
 from stages import find_positions
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import Doors, PlanSettings, Scene, Survey
 from planner_core.positions.allowed_positions import KINDS
 from planner_core.positions.doorways import centre_in_doorways

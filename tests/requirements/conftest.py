@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from planner_core.engine.open3d import Open3DEngine
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import (
     BeamTemplate,
     Element,

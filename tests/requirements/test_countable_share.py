@@ -13,7 +13,8 @@ import scenes_synthetic
 from planner_core.coverage.levels import observations_meeting
 from planner_core.coverage.survey import make_survey
 from planner_core.coverage.visibility_threshold import observed_enough
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import PartRequirement, PlanSettings, PointLimits, Requirements, Survey
 from planner_core.requirements.demand import KnownObservations
 from planner_core.scanner.load_scanner import load_scanner

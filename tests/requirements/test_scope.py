@@ -12,7 +12,7 @@ import pytest
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open3d import Open3DEngine
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import Element, Greedy, PartRequirement, PlanSettings, Requirements, Scope
 from planner_core.model.unseen import OUT_OF_SCOPE

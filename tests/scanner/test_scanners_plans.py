@@ -9,7 +9,7 @@ from stages import visible_from
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import Greedy, PlanSettings, Requirements, Scene
 from planner_core.planning.plan import plan_survey
 from planner_core.scanner.load_scanner import load_scanner

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import PlanSettings, Room
 from planner_core.positions.free_space import free_space
 from planner_core.scanner.load_scanner import load_scanner

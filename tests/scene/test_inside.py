@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.export.floor_outlines import solid_rings
 from planner_core.export.polylines import doubled_area_m2
 from planner_core.export.section import floor_section

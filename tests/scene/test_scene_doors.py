@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.errors import SceneError
 from planner_core.model import Doors, Element, Room, Scene
 from planner_core.scene.build import scene_from_arrays

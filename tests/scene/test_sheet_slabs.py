@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import Paper, PlanSettings, Scene, Survey, UpAxis
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import scenes_synthetic
+from planner_core.engine.open_engine import open_engine
 from planner_core.engine.patch_mode import PatchMode
-from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError, SceneError
 from planner_core.model import BeamTemplate, Greedy, PlanSettings, Requirements, Scene
 from planner_core.planning.plan import make_plan

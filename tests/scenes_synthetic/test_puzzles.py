@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import scenes_synthetic
+from planner_core.engine.open_engine import open_engine
 from planner_core.engine.patch_mode import PatchMode
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BeamTemplate, Greedy, PlanSettings, Requirements
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.load_scanner import load_scanner

@@ -8,7 +8,7 @@ from stages import find_candidates, visible_from
 
 from planner_core.coverage.coverage import floor_of_patch, planned_floors, scope_of
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import PlanSettings, Proven
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.select.check import check_coverage

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import BoolArray, Float32Array, FloatArray
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.patches import make_patches

@@ -10,7 +10,8 @@ import numpy as np
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, Candidates, FloatArray, Floor, PlanSettings, ScanBy, Scanner, Scene, Survey
 from planner_core.plan_folder.section_view import CUT_HEIGHT_M, section_lines
 from planner_core.positions.admissibility import Tripods

@@ -14,7 +14,8 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.export.clouds.file_header import file_names
 from planner_core.export.clouds.points import STAGE, BeamTally, Clouds, every_nth, thinning_step
 from planner_core.plan_folder.plan_source import FieldStation

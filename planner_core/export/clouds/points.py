@@ -14,7 +14,8 @@ from functools import cached_property
 
 import numpy as np
 
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import ExportError, RequirementError
 from planner_core.export.chosen import chosen_stations
 from planner_core.export.clouds.noise import NoiseModel, deviates, noise_model

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import PlanFolderError
 from planner_core.model import PlanSettings, Survey, UInt8Array, Visibility
 from planner_core.plan_folder.plan_json import read_plan_json
@@ -57,7 +58,7 @@ def open_live(
     scene
         The scene file or files; None: searched for, see `planner_core.plan_folder.plan_settings.find_scene`.
     engine, device
-        See `planner_core.engine.scan_engine.open_engine`.
+        See `planner_core.engine.open_engine.open_engine`.
     with_ground
         Test all ground for tripods now; without, that is done when first needed.
 

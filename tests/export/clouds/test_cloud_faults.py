@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from cloud_room import edited_plan
 
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.errors import ExportError
 from planner_core.export.clouds.e57 import _E57
 from planner_core.export.clouds.points import STAGE

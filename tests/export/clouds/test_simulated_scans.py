@@ -14,7 +14,7 @@ import trimesh
 from cloud_room import SCANNER, SHAPE, STATIONS_M, expected_scan, write_room
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.errors import ExportError, OutputExistsError, RequirementError
 from planner_core.export.clouds.points import STAGE, Clouds
 from planner_core.export.clouds.simulated import FORMATS, simulated_clouds, write_simulated_scans

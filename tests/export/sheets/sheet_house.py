@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 from two_rooms import PARTS, write_obj
 
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import PlanSettings, PointLimits, Requirements, Scanner
 from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.plan_folder.stations_csv import GivenStation

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from stages import rows_from
 
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.network.links import overlap_links, surface_of_patches
 from planner_core.planning.live.draft import Draft
 from planner_core.planning.live.live_plan import LivePlan

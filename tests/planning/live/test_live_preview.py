@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from oracles import observations_from
 from shared_plans import SharedPlan
 
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import PointLimits
 from planner_core.planning.live.draft import Draft, DraftStation

@@ -10,7 +10,7 @@ from shared_plans import SharedPlan
 from stages import find_positions, tripod_tests, tripods_of
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.model import FloatArray, KeepOut, PriorStation
 from planner_core.planning.live.draft import Draft, local_place
 from planner_core.planning.live.live_plan import LivePlan

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import open_engine
+from planner_core.engine.open_engine import open_engine
 from planner_core.errors import PlanFolderError, PlannerError
 from planner_core.model import FloatArray, Plan
 from planner_core.operating_system import lower_priority
