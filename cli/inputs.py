@@ -13,7 +13,7 @@ from .options import METRES_PER_UNIT, FileOptions, MethodOptions, PriorStations,
 from .output import repairs
 
 if TYPE_CHECKING:
-    from planner_core.cluster.connection import Cluster
+    from planner_core.cluster.executor import Cluster
     from planner_core.engine.scan_engine import ScanEngine
     from planner_core.model import LengthUnit, PlanSettings, PriorStation, Requirements, Scene, Scope, Site, Survey
     from planner_core.progress import Progress
@@ -36,7 +36,7 @@ def opened_cluster(scheduler: str | None, reporter: ProgressReporter) -> Iterato
     if scheduler is None:
         yield None
         return
-    from planner_core.cluster.connection import open_cluster
+    from planner_core.cluster.executor import open_cluster
 
     with open_cluster(scheduler, tell=lambda line: reporter.warn([line])) as cluster:
         try:

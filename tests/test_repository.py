@@ -6,8 +6,10 @@ import re
 import subprocess
 import sys
 import zipfile
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
+import grimp
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -89,6 +91,15 @@ def test_files_and_programs_do_not_speak() -> None:
                 if speaks.search(re.sub(MAY_STAND, "", line)):
                     hits.append(f"{name}:{number}: {line.strip()}")
     assert not hits, "write states, reports, given, required or examined instead:\n" + "\n".join(hits)
+
+
+def test_modules_import_one_another_in_no_circle() -> None:
+    """Imports inside functions and for type checkers count, too: a circle is one thing that was cut into several."""
+    graph = grimp.build_graph("planner_core", cache_dir=None)
+    try:
+        TopologicalSorter({each: graph.find_modules_directly_imported_by(each) for each in graph.modules}).prepare()
+    except CycleError as error:
+        pytest.fail(f"modules import each other: {' <- '.join(error.args[1])}")
 
 
 def test_no_dependency_is_under_the_gpl() -> None:

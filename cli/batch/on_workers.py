@@ -29,7 +29,7 @@ from .jobs import Job, digest_of, files_of
 from .runner import Ended, Runner, ThisMachine, end_all, failure_of, last_line, program
 
 if TYPE_CHECKING:
-    from planner_core.cluster.connection import Cluster
+    from planner_core.cluster.executor import Cluster
     from planner_core.cluster.file_jobs import Order
 
     from ..progress import ProgressReporter

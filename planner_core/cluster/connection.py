@@ -1,7 +1,7 @@
 """A connection to the workers of a Dask scheduler: sends them jobs and what they lack, and reports what went
 wrong.
 
-WHAT FAILS. A worker or scheduler that is gone or silent (`Cluster.is_lost`) is searched for again. One that reports
+WHAT FAILS. A worker or scheduler that is gone or silent (`Connection.is_lost`) is searched for again. One that reports
 that it lacks something (`UnfitError`) is reported and not used. Anything else is a bug (`BugError`): reported with its
 origin, counted, and the worker gets nothing more of that job; where nobody else is there, this process does the
 rest.
@@ -10,21 +10,17 @@ rest.
 from __future__ import annotations
 
 import contextlib
-import logging
 import re
-import time
 from asyncio import CancelledError as AsyncCancelledError
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError
-from pathlib import Path
 from typing import Any
 
 from planner_core.cluster import worker
 from planner_core.cluster.payloads import Packer, TaskPayload, squeezed
-from planner_core.errors import ClusterError, MissingPackageError, one_line
+from planner_core.errors import ClusterError, one_line
 from planner_core.operating_system import n_usable_cores
-from planner_core.progress import Progress, ProgressEvent
-from planner_core.spread import AnsweringFileJob, NotWantedError, RemoteJob, Task
+from planner_core.spread import NotWantedError
 
 LOCAL = "local"
 _MOST_LOCAL = 1000
@@ -32,8 +28,6 @@ _MOST_LOCAL = 1000
 PATIENCE_S = 60.0
 #: An answer of megabytes from a worker that is there; of a scheduler, who is there.
 FETCHES_WITHIN_S = 15.0
-_CONNECTS_WITHIN_S = 30.0
-_LOOK_S = 0.5
 #: What Dask raises of workers and results that are gone while the scheduler is there.
 LOST = (OSError, TimeoutError, CancelledError, AsyncCancelledError)
 _OF_DASK = ("dask", "distributed", "tornado")
@@ -47,8 +41,8 @@ class BugError(Exception):
     """Something failed at a worker that nobody foresaw; the message names what, and where."""
 
 
-class Cluster:
-    """Workers of a Dask scheduler that work for this process; a `Executor`. Made by `open_cluster`.
+class Connection:
+    """A connection of one process to the workers of a Dask scheduler.
 
     has_helped : whether any of them has answered a task. n_bugs : how often something failed that nobody foresaw.
     """
@@ -68,38 +62,6 @@ class Cluster:
         """Return a value as it is sent."""
         return self._packer.payload(value)
 
-    def answers(
-        self,
-        job: RemoteJob,
-        tasks: Sequence[Task],
-        *,
-        here: Callable[[Any], bytes],
-        stage: str,
-        progress: Progress,
-        answered: Callable[[int, bytes], None] | None = None,
-    ) -> list[bytes]:
-        """Return the answers to tasks, one or more, in their order; see `planner_core.spread.Executor.answers`.
-
-        Raises
-        ------
-        ClusterError
-            All workers that there are answer otherwise than this process, or are of another version.
-        """
-        from planner_core.cluster.task_dispatcher import TaskDispatcher
-
-        progress(ProgressEvent(stage, 0, sum(task.size for task in tasks), "cluster"))
-        return TaskDispatcher(self, self.payload(job), tasks, here, stage, progress, answered).answers()
-
-    def files(self, job: AnsweringFileJob, tasks: Sequence[Task], folder: Path, **how: Any) -> list[bytes]:
-        """Have the files of all tasks in a folder, and return what they answered: `planner_core.spread.Executor.files`.
-
-        Raises as `planner_core.cluster.file_jobs.files_of`.
-        """
-        from planner_core.cluster.file_jobs import files_of
-
-        return files_of(self, job, tasks, folder, **how)
-
-    # -------------------------------------------------------------------------------------------- workers
     def workers(self) -> set[str]:
         """Addresses of the workers that the scheduler knows; raises what Dask does where it is gone or silent."""
         return set(self._client.sync(self._client.scheduler.identity, callback_timeout=FETCHES_WITHIN_S)["workers"])
@@ -180,7 +142,7 @@ class Cluster:
         with contextlib.suppress(Exception):  # what is left of a lost connection
             self._client.close(timeout=1)
         try:
-            self._client = _connected(self._address, timeout_s=5.0)
+            self._client = connected(self._address, timeout_s=5.0)
         except ClusterError:
             return False
         return True
@@ -233,60 +195,8 @@ def n_local_workers(address: str) -> int:
     return 0
 
 
-@contextlib.contextmanager
-def open_cluster(address: str, *, tell: Callable[[str], None]) -> Iterator[Cluster]:
-    """Connect to a scheduler, or start `local` or `local:N` workers on this machine, and end them afterwards.
-
-    Parameters
-    ----------
-    address
-        `tcp://HOST:PORT` of a scheduler that has workers; or local.
-    tell
-        Hears lines for the user: of workers that are not used.
-
-    Raises
-    ------
-    MissingPackageError
-        Dask is not installed.
-    ClusterError
-        There is no scheduler at the address, or it has no worker; or as `n_local_workers`.
-    """
-    try:
-        import distributed
-    except ImportError as error:
-        raise MissingPackageError(
-            f"scheduler: got {address}, but Dask is not installed ({error}), expected the package distributed; install "
-            "it with `pip install tlsplan[cluster]`"
-        ) from error
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    with contextlib.ExitStack() as held:
-        n_workers = n_local_workers(address)
-        if n_workers:
-            local = distributed.LocalCluster(
-                n_workers=n_workers, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
-            )
-            held.callback(local.close, timeout=10)
-            address = local.scheduler_address
-        cluster = Cluster(address, _connected(address, timeout_s=_CONNECTS_WITHIN_S), tell)
-        held.callback(cluster.close)
-        until_s = time.monotonic() + _CONNECTS_WITHIN_S
-        while not _some_there(cluster):
-            if time.monotonic() > until_s:
-                raise ClusterError(
-                    f"scheduler {address}: got no workers for {_CONNECTS_WITHIN_S:.0f} s, expected one or more; start "
-                    f"them with `dask worker {address} --nthreads 1`"
-                )
-            time.sleep(_LOOK_S)
-        yield cluster
-
-
-def _some_there(cluster: Cluster) -> bool:
-    with contextlib.suppress(*LOST):  # a scheduler that went away at once: nobody is there
-        return bool(cluster.workers())
-    return False
-
-
-def _connected(address: str, *, timeout_s: float) -> Any:
+def connected(address: str, *, timeout_s: float) -> Any:
+    """Return a Dask client of a scheduler; raises `ClusterError` where none answers."""
     from distributed import Client
 
     try:

@@ -22,7 +22,7 @@ from threading import Lock
 from typing import Any
 
 from planner_core.cluster import worker_files
-from planner_core.cluster.connection import BugError, Cluster, UnfitError
+from planner_core.cluster.connection import BugError, Connection, UnfitError
 from planner_core.cluster.payloads import TaskPayload
 from planner_core.cluster.worker import LackingError
 from planner_core.cluster.worker_pool import MOST_COPIES, MOST_FAILURES, WorkerPool, answers_alike
@@ -95,7 +95,7 @@ class _Out:
 class FileJobDispatcher:
     """Orders that workers do. is_fit : asks a worker, see `WorkerPool`. most : at the same time, copies included."""
 
-    def __init__(self, cluster: Cluster, is_fit: Callable[[str], bool], *, most: int | None = None) -> None:
+    def __init__(self, cluster: Connection, is_fit: Callable[[str], bool], *, most: int | None = None) -> None:
         self._cluster, self._pool, self._most = cluster, WorkerPool(cluster, is_fit), most or _MOST_THREADS
         self._threads = ThreadPoolExecutor(_MOST_THREADS, thread_name_prefix="file-job")
         self._waiting: list[Order] = []
@@ -331,7 +331,7 @@ def _pieces(path: Path, digest: str) -> Iterator[tuple[bytes, bool]]:
 
 
 def files_of(
-    cluster: Cluster,
+    cluster: Connection,
     job: AnsweringFileJob,
     tasks: Sequence[Task],
     folder: Path,

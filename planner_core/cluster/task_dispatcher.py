@@ -19,7 +19,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from planner_core.cluster import worker
-from planner_core.cluster.connection import FETCHES_WITHIN_S, LOST, BugError, Cluster, UnfitError, fault_of
+from planner_core.cluster.connection import FETCHES_WITHIN_S, LOST, BugError, Connection, UnfitError, fault_of
 from planner_core.cluster.payloads import TaskPayload
 from planner_core.cluster.worker_pool import MOST_COPIES, MOST_FAILURES, WorkerPool, answers_alike, no_answer
 from planner_core.errors import ClusterError
@@ -36,7 +36,7 @@ class TaskDispatcher:
 
     def __init__(
         self,
-        cluster: Cluster,
+        cluster: Connection,
         payload: TaskPayload,
         tasks: Sequence[Task],
         here: Callable[[Any], bytes],

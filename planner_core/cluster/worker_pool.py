@@ -11,7 +11,7 @@ from threading import Event
 from typing import Any
 
 from planner_core.cluster import connection, worker
-from planner_core.cluster.connection import BugError, Cluster, UnfitError
+from planner_core.cluster.connection import BugError, Connection, UnfitError
 from planner_core.cluster.payloads import TaskPayload
 from planner_core.errors import ClusterError
 
@@ -27,7 +27,7 @@ _LOOK_S = 0.5
 class WorkerPool:
     """Workers that are there and, checked once, were found fit. is_fit : checks one, and refuses it where it is not."""
 
-    def __init__(self, cluster: Cluster, is_fit: Callable[[str], bool]) -> None:
+    def __init__(self, cluster: Connection, is_fit: Callable[[str], bool]) -> None:
         self._cluster, self._is_fit = cluster, is_fit
         self.used: set[str] = set()
         self.some_done = Event()
@@ -149,7 +149,7 @@ def no_answer(error: UnfitError) -> str:
     return f"got no answer ({error}), expected one; see `tlsplan doctor` there"
 
 
-def answers_alike(cluster: Cluster, address: str, payload: TaskPayload, task: Any, expected: bytes) -> bool:
+def answers_alike(cluster: Connection, address: str, payload: TaskPayload, task: Any, expected: bytes) -> bool:
     """Whether a worker answers a task as this process does, bit by bit; refused where it does not. Raises as `ask`."""
     cluster.supply(address, payload)
     if cluster.ask(address, worker.answer, payload.digest, task, within_s=10 * connection.PATIENCE_S) != expected:

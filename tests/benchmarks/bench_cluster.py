@@ -23,7 +23,7 @@ import numpy as np
 
 import scenes_synthetic
 from planner_core.cluster import worker
-from planner_core.cluster.connection import Cluster, open_cluster
+from planner_core.cluster.executor import Cluster, open_cluster
 from planner_core.cluster.payloads import Packer, squeezed
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine

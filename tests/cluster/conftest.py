@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import scenes_synthetic
-from planner_core.cluster.connection import Cluster, open_cluster
+from planner_core.cluster.executor import Cluster, open_cluster
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine

@@ -16,7 +16,7 @@ import pytest
 from waiting import until
 
 from planner_core.cluster import file_jobs
-from planner_core.cluster.connection import Cluster, open_cluster
+from planner_core.cluster.executor import Cluster, open_cluster
 from planner_core.errors import ExportError
 from planner_core.export.clouds import e57, each_station, las
 from planner_core.export.clouds.each_station import one_file, write_each

@@ -6,8 +6,9 @@ import sys
 
 import pytest
 
-from planner_core.cluster import connection
-from planner_core.cluster.connection import n_local_workers, open_cluster
+from planner_core.cluster import executor
+from planner_core.cluster.connection import n_local_workers
+from planner_core.cluster.executor import open_cluster
 from planner_core.errors import ClusterError, MissingPackageError
 from planner_core.operating_system import n_usable_cores
 
@@ -19,7 +20,7 @@ def test_without_dask_one_line_says_how_to_get_it(monkeypatch: pytest.MonkeyPatc
 
 
 def test_no_scheduler_and_no_number_are_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(connection, "_CONNECTS_WITHIN_S", 1.0)
+    monkeypatch.setattr(executor, "_CONNECTS_WITHIN_S", 1.0)
     with pytest.raises(ClusterError, match="expected a Dask scheduler"), open_cluster("tcp://127.0.0.1:9", tell=print):
         pass
     with pytest.raises(ClusterError, match="local:N with 1 to 1000 workers"), open_cluster("local:many", tell=print):

@@ -23,7 +23,7 @@ from waiting import until
 
 import scenes_synthetic
 from planner_core.cluster import connection, task_dispatcher, worker
-from planner_core.cluster.connection import open_cluster
+from planner_core.cluster.executor import open_cluster
 from planner_core.cluster.payloads import Packer
 from planner_core.errors import ClusterError, DeviceError
 from planner_core.model import Plan
@@ -182,7 +182,7 @@ def test_a_bug_over_one_task_takes_no_more_workers_than_others_are_left(
 
 
 def test_a_task_that_failed_often_is_done_here_whoever_has_a_copy() -> None:
-    cluster = connection.Cluster("nowhere", SimpleNamespace(), print)
+    cluster = connection.Connection("nowhere", SimpleNamespace(), print)
     dealt = task_dispatcher.TaskDispatcher(
         cluster, Packer().payload(0), [Task(0, 1), Task(1, 1)], bytes, "scan", silent, None
     )
@@ -194,7 +194,7 @@ def test_a_task_that_failed_often_is_done_here_whoever_has_a_copy() -> None:
 
 def test_the_last_task_goes_to_two_who_are_idle_at_once() -> None:
     """A copy of what was dealt in this very look."""
-    cluster = connection.Cluster("nowhere", SimpleNamespace(submit=lambda *_, **how: Future()), print)
+    cluster = connection.Connection("nowhere", SimpleNamespace(submit=lambda *_, **how: Future()), print)
     dealt = task_dispatcher.TaskDispatcher(
         cluster, Packer().payload(0), [Task(0, 1), Task(1, 1)], bytes, "scan", silent, None
     )
@@ -452,7 +452,7 @@ ASKS = """
 import sys
 sys.path[:0] = [sys.argv[1]]
 from cluster.conftest import made_look
-from planner_core.cluster.connection import open_cluster
+from planner_core.cluster.executor import open_cluster
 look = made_look()
 with open_cluster(sys.argv[2], tell=print) as cluster:
     look.by(cluster)

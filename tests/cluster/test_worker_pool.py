@@ -10,7 +10,7 @@ import pytest
 from waiting import until
 
 from planner_core.cluster import connection
-from planner_core.cluster.connection import Cluster
+from planner_core.cluster.connection import Connection
 from planner_core.cluster.worker_pool import WorkerPool
 
 
@@ -19,7 +19,7 @@ def test_workers_that_never_answer_are_not_waited_for(monkeypatch: pytest.Monkey
         return SimpleNamespace(result=lambda timeout: Future[None]().result(timeout), status="pending")
 
     told: list[str] = []
-    cluster = Cluster("nowhere", SimpleNamespace(submit=lambda *of, **more: silent_future()), told.append)
+    cluster = Connection("nowhere", SimpleNamespace(submit=lambda *of, **more: silent_future()), told.append)
     monkeypatch.setattr(cluster, "workers", lambda: {"w1"})
     monkeypatch.setattr(connection, "PATIENCE_S", 0.3)
     pool = WorkerPool(cluster, lambda address: True)

@@ -275,8 +275,8 @@ def test_where_all_workers_are_gone_this_machine_does_the_rest(
 ) -> None:
     monkeypatch.setattr(connection, "PATIENCE_S", 1.0)
     calls = iter(range(100_000))
-    sound = connection.Cluster.workers
-    monkeypatch.setattr(connection.Cluster, "workers", lambda self: sound(self) if next(calls) < 1 else set())
+    sound = connection.Connection.workers
+    monkeypatch.setattr(connection.Connection, "workers", lambda self: sound(self) if next(calls) < 1 else set())
     out = tmp_path / "out"
     done = tlsplan("batch", sites(tmp_path, a="plan", b="refuse"), "-o", out, "--scheduler", two_workers)
     assert done.returncode == 8

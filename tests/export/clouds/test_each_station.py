@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from tlsplan.group import cli
 
 from planner_core.cluster import file_jobs
-from planner_core.cluster.connection import Cluster
+from planner_core.cluster.executor import Cluster
 from planner_core.export.clouds.each_station import StationClouds, write_each
 from planner_core.export.clouds.points import Clouds, open_clouds
 from planner_core.export.formats import FORMATS
