@@ -9,8 +9,7 @@ from fractions import Fraction
 import numpy as np
 from stages import surveyed_as
 
-from planner_core.coverage.levels import Observations, observations_meeting
-from planner_core.coverage.observe import observations_in_batches
+from planner_core.coverage.observations import Observations, observations_in_batches, observations_meeting
 from planner_core.engine.patch_samples import sample_pattern
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (

@@ -23,7 +23,7 @@ from planner_core.model import (
     Visibility,
 )
 from planner_core.planning import pool as pools
-from planner_core.positions import allowed_positions, grid
+from planner_core.positions import allowed_positions, candidates
 from planner_core.positions.admissibility import Tripods, TripodTests
 from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.positions.local_site import local_site
@@ -56,7 +56,7 @@ def tripods_of(survey: Survey, settings: PlanSettings, engine: ScanEngine, floor
 def find_candidates(
     survey: Survey, settings: PlanSettings, engine: ScanEngine, *, floors: _Floors = None, **options: Any
 ) -> Candidates:
-    return grid.find_candidates(tripods_of(survey, settings, engine, floors), **options)
+    return candidates.find_candidates(tripods_of(survey, settings, engine, floors), **options)
 
 
 def find_positions(

@@ -36,7 +36,7 @@ from planner_core.planning.live.draft import Draft, DraftStation, Place
 from planner_core.planning.live.live_plan import DraftFigures, LivePlan
 from planner_core.planning.live.unseen import LeftSurface, left_surfaces
 from planner_core.planning.plan import plan_survey
-from planner_core.positions.rounding import as_written_m
+from planner_core.positions.candidates import as_written_m
 from planner_core.progress import Progress, ProgressEvent, silent
 
 #: Stations this near to their planned place stand on it: list and plan may differ by the rounding of coordinates.

@@ -14,8 +14,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from planner_core.coverage.floor_figures import FloorFigures
-from planner_core.coverage.plan_figures import LEAST_ROOM_M2, PlanFigures, at_knee
+from planner_core.coverage.plausibility_figures import LEAST_ROOM_M2, FloorFigures, PlanFigures, at_knee
 from planner_core.model import Floor, NetworkKind, Objective, Plan, Room, Scene, Station
 from planner_core.positions.reach import Reach
 from planner_core.scene.extent import LONGEST_M, UNITS_M, extent_m, likely_unit

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.coverage.coverage import kept_rows, planned_floors
-from planner_core.coverage.ground_sides import GroundSides
+from planner_core.coverage.observations import GroundSides
 from planner_core.engine.patch_mode import PatchMode, scan_mode_of
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner_core.coverage.levels import Observations
 from planner_core.engine.patch_samples import UInt32Array, share_of
 from planner_core.model import BoolArray, Int32Array, UInt8Array
 
@@ -37,10 +36,3 @@ def most_countable(best: Int32Array) -> Int32Array:
     is seen then.
     """
     return best * _OF // _ENOUGH
-
-
-def observed_enough(observations: Observations, countable_share: UInt8Array | None) -> Observations:
-    """Observations of enough of what counts, (P,) uint8; by beams, and where nobody knows what counts, all."""
-    if countable_share is None or observations.part is None:
-        return observations
-    return observations.take(sees_enough(shares_of(observations.part), countable_share[observations.patch]))

@@ -12,9 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from planner_core.coverage.coverage import times_seen
-from planner_core.coverage.patch_reasons import Seen, reasons_of_patches
+from planner_core.coverage.patch_reasons import Seen, Surfaces, reasons_of_patches, surfaces_of
 from planner_core.coverage.pieces import connected_pieces
-from planner_core.coverage.surfaces import Surfaces, surfaces_of
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
     BestPosition,

@@ -24,10 +24,9 @@ import numpy as np
 
 from planner_core.export.map_sheets import MapSheets
 from planner_core.model import BoolArray, FloatArray, Int64Array, Survey, UInt8Array
-from planner_core.positions.footprints import footprints
-from planner_core.positions.free_space import FreeSpace, components, number_among
+from planner_core.positions.free_space import NEIGHBOURS, FreeSpace, components, number_among
 from planner_core.positions.reach import Reach
-from planner_core.positions.spread import NEIGHBOURS
+from planner_core.positions.solids import footprints
 
 FREE, OCCUPIED, UNKNOWN = 254, 0, 205
 #: An occupancy of (255 - 205) / 255 = 0.19608 is between the two: unknown.

@@ -15,9 +15,8 @@ from planner_core.export.map_sheets import MapSheets
 from planner_core.export.occupancy import FREE, OccupancyMap, beside
 from planner_core.export.route_lines import RouteLeg
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
-from planner_core.positions.free_space import FreeSpace
+from planner_core.positions.free_space import FreeSpace, spread
 from planner_core.positions.reach import Reach
-from planner_core.positions.spread import spread
 from planner_core.positions.walking import Walking
 from planner_core.route.floors_passed import nodes_under
 

@@ -71,7 +71,7 @@ class GroundPick:
 class Site:
     """entrances_m : places on the ground (x, y, z), scene frame; empty: each floor's largest spaces have one.
 
-    mover_radius_m, step_m : of who carries the scanner; None: of a person, see `planner_core.positions.carrier`.
+    mover_radius_m, step_m : of who carries the scanner; None: of a person, see `planner_core.positions.local_site`.
     """
 
     entrances_m: tuple[tuple[float, float, float], ...] = ()

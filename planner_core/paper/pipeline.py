@@ -27,7 +27,7 @@ from planner_core.paper.search import search
 from planner_core.paper.search.station_fitness import StationFitness
 from planner_core.paper.search.thinning import best_apart, one_per_cell
 from planner_core.positions.admissibility import RefusalTally, Tripods
-from planner_core.positions.grid import N_HALVINGS, candidates_of, find_candidates
+from planner_core.positions.candidates import N_HALVINGS, candidates_of, find_candidates
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.problem import CoverProblem
 

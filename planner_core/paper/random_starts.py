@@ -1,7 +1,7 @@
 """Starting positions at random: spread over each floor and the scanner's heights, a tripod can stand at each.
 
 Input the `Tripods` of a survey (local frame, metres), output `Candidates` in the order they were drawn. The regular
-sampling is `find_candidates` in `planner_core.positions.grid` with `n_halvings=0`.
+sampling is `find_candidates` in `planner_core.positions.candidates` with `n_halvings=0`.
 
 References
 ----------
@@ -15,7 +15,7 @@ import numpy as np
 from planner_core.errors import RequirementError
 from planner_core.model import Candidates, FloatArray, InstrumentHeights
 from planner_core.positions.admissibility import RefusalTally, Tripods
-from planner_core.positions.grid import candidates_of
+from planner_core.positions.candidates import candidates_of
 from planner_core.positions.ground_surface import GroundSurface
 from planner_core.progress import Progress, silent
 

@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.coverage.levels import Observations
-from planner_core.coverage.observe import observations_in_batches
+from planner_core.coverage.observations import Observations, observations_in_batches
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import REASONS, FloatArray, Int32Array, Loss, Plan, Scanner
 from planner_core.model.unseen import OUT_OF_SCOPE
@@ -149,7 +148,7 @@ def layer_files(plan: Plan, engine: ScanEngine, figures: LayerFigures | None = N
     Raises
     ------
     RequirementError, DeviceError
-        See `planner_core.coverage.observe.observations_in_batches`.
+        See `planner_core.coverage.observations.observations_in_batches`.
     """
     layers, n_patches = layers_of(plan.settings.scanner), plan.survey.patches.n_patches
     figures = figures or LayerFigures(layers, n_patches)

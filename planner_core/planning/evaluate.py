@@ -19,10 +19,9 @@ from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.independent_check import with_independent_check
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.positions.admissibility import Tripods
-from planner_core.positions.allowed_positions import AllowedPositions, find_positions
+from planner_core.positions.allowed_positions import AllowedPositions, find_positions, place_prior
 from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.local_site import local_site
-from planner_core.positions.prior_stations import place_prior
 from planner_core.progress import Progress, silent
 from planner_core.requirements.demand import demand_of
 from planner_core.requirements.explain import explain

@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.coverage.ground_sides import GroundSides
-from planner_core.coverage.levels import Observations, observations_meeting, with_noise
+from planner_core.coverage.observations import GroundSides, Observations, observations_meeting, with_noise
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.patch_mode import LEAST_RETURNS, spacing_at
 from planner_core.engine.patch_samples import View, expected_returns, in_view, view_of

@@ -40,11 +40,10 @@ from planner_core.planning.first_plan import as_memory_holds, observe_few, tell_
 from planner_core.planning.independent_check import with_independent_check
 from planner_core.planning.pool import Choice, Pool, make_pool
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
-from planner_core.positions.admissibility import Tripods
+from planner_core.positions.admissibility import Tripods, refusals_in_words
 from planner_core.positions.allowed_positions import KINDS, AllowedPositions, find_positions, places_as_they_are
 from planner_core.positions.free_space import free_space
 from planner_core.positions.local_site import local_site
-from planner_core.positions.refusals import refusals_in_words
 from planner_core.progress import Progress, silent
 from planner_core.requirements.explain import explain
 from planner_core.requirements.goals import Goals, goals_of

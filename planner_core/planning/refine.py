@@ -19,7 +19,7 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Candidates, Proven
 from planner_core.planning.pool import Pool, extended, narrowed
 from planner_core.positions.allowed_positions import AllowedPositions
-from planner_core.positions.nearby import places_nearby
+from planner_core.positions.candidates import places_nearby
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.large import select_by_size
 from planner_core.select.polish import polish

@@ -5,6 +5,9 @@ can be carried to, as rows of one array, and which of these rows are given.
 
 Besides the grid there are candidates where surveyors like to stand: in doorways, in the middle of rooms, on landings
 and flights of stairs. They pass the same tests, see `planner_core.positions.admissibility`.
+
+Prior stations stand where they stand: nothing here moves or refuses one. A `PriorPosition` (local frame) has what is
+odd about its place.
 """
 
 from __future__ import annotations
@@ -13,17 +16,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.model import BoolArray, Candidates, FloatArray, Int32Array, Int64Array, Role, Survey
-from planner_core.positions.admissibility import RefusalTally, Tripods
-from planner_core.positions.doorways import centre_in_doorways
+from planner_core.model import BoolArray, Candidates, FloatArray, Int32Array, Int64Array, PriorStation, Role, Survey
+from planner_core.positions.admissibility import (
+    FORBIDDEN,
+    IN_KEEP_OUT,
+    OUT_OF_SCOPE,
+    UNREACHABLE,
+    RefusalTally,
+    Tripods,
+)
+from planner_core.positions.candidates import at_heights, find_candidates, is_near, local_of_written_m
 from planner_core.positions.free_space import FreeSpace, free_space
-from planner_core.positions.grid import at_heights, find_candidates, is_near
-from planner_core.positions.landings import find_flights, find_landings
-from planner_core.positions.local_site import LocalSite
-from planner_core.positions.prior_stations import PriorPosition, place_prior
+from planner_core.positions.local_site import LocalSite, floors_in_words, index_of_floor
 from planner_core.positions.reach import Reach, reachability, reachable
-from planner_core.positions.refusals import FORBIDDEN, IN_KEEP_OUT, OUT_OF_SCOPE, UNREACHABLE
-from planner_core.positions.rooms import find_rooms
+from planner_core.positions.rooms import centre_in_doorways, find_rooms
+from planner_core.positions.stairs import find_flights, find_landings
 from planner_core.progress import Progress, silent
 from planner_core.scene.rooms import room_of_points
 
@@ -35,6 +42,8 @@ _NEAR_M = 0.1
 #: Moving a place into the middle of its doorway changes the ground below by this much at most: a threshold.
 _THRESHOLD_M = 0.3
 _MAX_NAMES = 4
+#: Heights that differ by less are the same: stations are staked out to centimetres.
+_SAME_HEIGHT_M = 0.05
 
 
 @dataclass(frozen=True)
@@ -97,27 +106,6 @@ class _Admitted:
 
     def candidates(self, tally: RefusalTally) -> Candidates:
         return Candidates(self.position_m, self.floor, self.height_m, tally.n_tried, tally.rejected)
-
-
-def _of_grid(candidates: Candidates) -> _Admitted:
-    return _Admitted(
-        candidates.position_m,
-        candidates.floor,
-        candidates.instrument_height_m,
-        np.zeros(candidates.floor.size, dtype=np.int32),
-    )
-
-
-def _ruled_out(site: LocalSite, reach: Reach, found: _Admitted) -> dict[str, BoolArray]:
-    """(N,) bool, positions that are no candidates on this site, by reason, in the order in which these are reported."""
-    plan_m, ground_m = found.position_m[:, :2], found.position_m.copy()
-    ground_m[:, 2] -= found.height_m
-    return {
-        IN_KEEP_OUT: site.in_zone(plan_m, found.floor),
-        FORBIDDEN: site.near_forbidden(plan_m, found.floor),
-        OUT_OF_SCOPE: np.zeros(found.floor.size, bool) if site.scope is None else ~site.scope.admits(ground_m),
-        UNREACHABLE: ~reachable(reach, found.candidates(RefusalTally())),
-    }
 
 
 def find_positions(
@@ -188,6 +176,64 @@ def places_as_they_are(
         prior=(),
         warnings=(),
     )
+
+
+@dataclass(frozen=True)
+class PriorPosition:
+    """position_m : (3,) float64, local, the sensor's origin. floor : index. remarks : one line each, for the user."""
+
+    station: PriorStation
+    position_m: FloatArray
+    floor: int
+    instrument_height_m: float
+    remarks: tuple[str, ...]
+
+
+def place_prior(tripods: Tripods, station: PriorStation, space: FreeSpace) -> PriorPosition:
+    """Bring a station to the local frame, and find its floor and height, on stairs and landings of `space`, too."""
+    survey = tripods.survey
+    position_m = local_of_written_m(station.position_m, survey.scene.offset_m)
+    index, remarks = _floor_of(survey, station, position_m)
+    floor = survey.floors[index]
+    below_m = tripods.ground(index).below(position_m[None])[0]
+    ground_m = floor.elevation_m if np.isnan(below_m) else float(below_m)
+    landing_m = _landing_below(space, position_m)
+    on_stairs = landing_m is not None and landing_m > ground_m
+    if landing_m is not None and on_stairs:
+        ground_m = float(tripods.climbed_ground_m(np.array([[*position_m[:2], landing_m]]))[0])
+    height_m = float(position_m[2] - ground_m)
+    given_m = station.instrument_height_m
+    if given_m is not None:
+        if abs(given_m - height_m) > _SAME_HEIGHT_M:
+            remarks.append(
+                f"station {station.id}: instrument height {given_m:.3f} m is given, but the sensor is "
+                f"{height_m:.3f} m above the ground of {floor.name!r}"
+            )
+        height_m = float(given_m)
+    _, reasons = tripods.reject(index, position_m[None], np.array([ground_m]), np.array([not on_stairs]))
+    remarks += [f"station {station.id}: no valid tripod position on {floor.name!r} ({reason})" for reason in reasons]
+    return PriorPosition(station, position_m, index, height_m, tuple(remarks))
+
+
+def _of_grid(candidates: Candidates) -> _Admitted:
+    return _Admitted(
+        candidates.position_m,
+        candidates.floor,
+        candidates.instrument_height_m,
+        np.zeros(candidates.floor.size, dtype=np.int32),
+    )
+
+
+def _ruled_out(site: LocalSite, reach: Reach, found: _Admitted) -> dict[str, BoolArray]:
+    """(N,) bool, positions that are no candidates on this site, by reason, in the order in which these are reported."""
+    plan_m, ground_m = found.position_m[:, :2], found.position_m.copy()
+    ground_m[:, 2] -= found.height_m
+    return {
+        IN_KEEP_OUT: site.in_zone(plan_m, found.floor),
+        FORBIDDEN: site.near_forbidden(plan_m, found.floor),
+        OUT_OF_SCOPE: np.zeros(found.floor.size, bool) if site.scope is None else ~site.scope.admits(ground_m),
+        UNREACHABLE: ~reachable(reach, found.candidates(RefusalTally())),
+    }
 
 
 def _reach(survey: Survey, site: LocalSite, space: FreeSpace | None, progress: Progress) -> Reach:
@@ -310,3 +356,28 @@ def _low_lines(tripods: Tripods, found: _Admitted) -> tuple[str, ...]:
             f"of {heights.to_try_m[0]:.2f} m, so the tripod is lowered there to {to_m}; --height sets another for all"
         )
     return tuple(lines)
+
+
+def _floor_of(survey: Survey, station: PriorStation, position_m: FloatArray) -> tuple[int, list[str]]:
+    """Index of the floor a station stands on: the one it names, else the highest one below it; and remarks."""
+    remarks = []
+    if station.floor:
+        named = index_of_floor(survey.floors, station.floor)
+        if named is not None:
+            return named, []
+        there = floors_in_words(survey.floors)
+        remarks.append(
+            f"station {station.id}: there is no floor {station.floor!r} (there are {there}); taken by its height"
+        )
+    below = [i for i, floor in enumerate(survey.floors) if floor.elevation_m <= position_m[2]]
+    index = below[-1] if below else 0
+    low, high = survey.floors[index].bounds_m
+    if not below or (position_m[:2] < low).any() or (position_m[:2] > high).any():
+        remarks.append(f"station {station.id}: stands over no floor; counted for {survey.floors[index].name!r}")
+    return index, remarks
+
+
+def _landing_below(space: FreeSpace, position_m: FloatArray) -> float | None:
+    """Height of the highest walkable ground straight below that is no floor's; None where there is none."""
+    node = space.node_below(position_m)
+    return None if node < 0 or space.on_ground[node] else float(space.ground_m[node])

@@ -8,6 +8,10 @@ linked where the step between them can be climbed: so stairs join floors without
                o-o
                  o-o   a table ends the links: its top is no step
     o-o-o-o|x|o-o-o-o
+
+Distances follow the links (`spread`): each node hands its nearest source on to its neighbours, so that none is reached
+across a wall or another storey. On a flat floor the result is that of the exact distance transform, to rounding of the
+ties; see tests/positions.
 """
 
 from __future__ import annotations
@@ -17,12 +21,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from planner_core.compiled import compiled
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Int64Array, Survey
-from planner_core.positions.carrier import PERSON, Mover, WalkingZone, blocked_by_zones, needed_height_m
-from planner_core.positions.footprints import Grid
-from planner_core.positions.solids import Solids, find_solids
-from planner_core.positions.spread import NEIGHBOURS, spread
+from planner_core.positions.local_site import PERSON, Mover, WalkingZone, blocked_by_zones, needed_height_m
+from planner_core.positions.solids import Grid, Solids, find_solids
 from planner_core.progress import Progress, ProgressEvent, silent
 
 CELL_M = 0.05
@@ -44,6 +47,8 @@ _SLACK_M = 1e-3
 #: A landing this little below a floor is of that floor.
 _BELOW_FLOOR_M = 0.3
 _MARGIN_M = 1.0
+#: Steps to the eight neighbours: even numbers along the axes, odd ones diagonal, counter-clockwise from +x.
+NEIGHBOURS = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)], dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -70,7 +75,7 @@ class FreeSpace:
     with an obstacle between step and head height, as far as the mover could walk towards it; at most
     `clearance_cap_m`, which also stands for none. It is true to 0.71 cells.
     floor : (N,) int32 into the survey's floors, on stairs that below. on_ground : (N,) bool, ground of that floor.
-    links : (N, 8) int32, neighbours by `planner_core.positions.spread.NEIGHBOURS`; -1 none.
+    links : (N, 8) int32, neighbours by `planner_core.positions.free_space.NEIGHBOURS`; -1 none.
     can_stand : (N,) bool, with clearance for the mover, and not kept out by a zone.
     """
 
@@ -191,6 +196,98 @@ def free_space(
     )
 
 
+def components(links: Int32Array, among: BoolArray, *, within: Int64Array | None = None) -> Int32Array:
+    """(N,) int32: number of the connected component, by the least node in it; -1 for nodes that are not `among`.
+
+    within : (N,) numbers; only links between nodes of the same number count.
+    """
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    # Rows of 32 bit numbers: this graph takes more memory than all else in free space.
+    count, parts = [np.zeros(1, np.int32)], [np.empty(0, np.int32)]
+    for start in range(0, among.size, _CHUNK):
+        to = links[start : start + _CHUNK, :4]
+        kept = (to >= 0) & among[start : start + _CHUNK, None] & among[to]
+        if within is not None:
+            kept &= within[start : start + _CHUNK, None] == within[to]
+        count.append(kept.sum(axis=1, dtype=np.int32))
+        parts.append(to[kept])
+    to = np.concatenate(parts)
+    ends = np.cumsum(np.concatenate(count), dtype=np.int32)
+    graph = csr_array((np.ones(to.size), to, ends), shape=(among.size, among.size))
+    _, label = connected_components(graph, directed=False)
+    out = np.full(among.size, -1, dtype=np.int32)
+    _, first, number = np.unique(label[among], return_index=True, return_inverse=True)
+    rank = np.empty(first.size, dtype=np.int32)
+    rank[np.argsort(first)] = np.arange(first.size, dtype=np.int32)
+    out[among] = rank[number]
+    return out
+
+
+def half_links(
+    links: Int32Array, among: BoolArray, *, between: Int64Array | None = None
+) -> tuple[Int64Array, Int64Array]:
+    """Both ends of all links between nodes `among`, each link once.
+
+    between : (N,) numbers; only links between nodes of different numbers.
+    """
+    parts = [(np.empty(0, np.int64), np.empty(0, np.int64))]
+    for start in range(0, among.size, _CHUNK):
+        node, direction = np.nonzero((links[start : start + _CHUNK, :4] >= 0) & among[start : start + _CHUNK, None])
+        node += start
+        to = links[node, direction].astype(np.int64)
+        kept = among[to]
+        if between is not None:
+            kept &= between[node] != between[to]
+        parts.append((node[kept], to[kept]))
+    node, to = (np.concatenate(ends) for ends in zip(*parts, strict=True))
+    return node, to
+
+
+def number_among(sorted_: Int64Array, value: Int64Array) -> tuple[Int64Array, Int64Array]:
+    """Which of values (K,) are among sorted ones (B,), as indices, and their places there."""
+    at = np.searchsorted(sorted_, value)
+    there = np.flatnonzero(at < sorted_.size)
+    there = there[sorted_[at[there]] == value[there]]
+    return there, at[there]
+
+
+def spread(
+    links: Int32Array, cell: Int64Array, source: Int64Array, place: FloatArray, *, reach_cells: float
+) -> tuple[FloatArray, Int64Array]:
+    """Find the nearest source of every node within reach.
+
+    Parameters
+    ----------
+    links
+        (N, 8) int32, each node's neighbour by `NEIGHBOURS`; -1 none.
+    cell
+        (N, 2) int64, plan cells of the nodes.
+    source
+        (N,) int64, the number of a source that each node starts with; -1 none.
+    place
+        (M, 2) float64, plan places of the sources, in cells.
+    reach_cells
+        Sources further than this are not searched for.
+
+    Returns
+    -------
+    (N,) float64 distance in cells, inf where there is none within reach; (N,) int64 source, -1 where none.
+    """
+    at = cell.astype(np.float64)
+    owner = source.copy()
+    best = np.full(owner.size, np.inf)
+    seeded = np.flatnonzero(owner >= 0)
+    best[seeded] = ((at[seeded] - place[owner[seeded]]) ** 2).sum(axis=1)
+    limit = reach_cells * reach_cells + 1e-9
+    # Among nodes that are their own nearest source none has anything to offer: the rim of these is where it begins.
+    done = np.append(best == 0.0, True)  # the last entry is for no neighbour, -1
+    front = seeded[~(done[seeded] & done[links[seeded]].all(axis=1))]
+    _hand_on(links, at, place, front, owner, best, limit)
+    return np.sqrt(best), owner
+
+
 def _check(survey: Survey, zones: tuple[WalkingZone, ...], cell_m: float) -> None:
     if not (math.isfinite(cell_m) and cell_m > 0):
         raise RequirementError(f"cell_m: got {cell_m:g}, expected more than 0 metres; e.g. {CELL_M:g}")
@@ -301,63 +398,6 @@ def _joined_to(links: Int32Array, some: BoolArray) -> BoolArray:
     return joined[label]
 
 
-def components(links: Int32Array, among: BoolArray, *, within: Int64Array | None = None) -> Int32Array:
-    """(N,) int32: number of the connected component, by the least node in it; -1 for nodes that are not `among`.
-
-    within : (N,) numbers; only links between nodes of the same number count.
-    """
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
-
-    # Rows of 32 bit numbers: this graph takes more memory than all else in free space.
-    count, parts = [np.zeros(1, np.int32)], [np.empty(0, np.int32)]
-    for start in range(0, among.size, _CHUNK):
-        to = links[start : start + _CHUNK, :4]
-        kept = (to >= 0) & among[start : start + _CHUNK, None] & among[to]
-        if within is not None:
-            kept &= within[start : start + _CHUNK, None] == within[to]
-        count.append(kept.sum(axis=1, dtype=np.int32))
-        parts.append(to[kept])
-    to = np.concatenate(parts)
-    ends = np.cumsum(np.concatenate(count), dtype=np.int32)
-    graph = csr_array((np.ones(to.size), to, ends), shape=(among.size, among.size))
-    _, label = connected_components(graph, directed=False)
-    out = np.full(among.size, -1, dtype=np.int32)
-    _, first, number = np.unique(label[among], return_index=True, return_inverse=True)
-    rank = np.empty(first.size, dtype=np.int32)
-    rank[np.argsort(first)] = np.arange(first.size, dtype=np.int32)
-    out[among] = rank[number]
-    return out
-
-
-def half_links(
-    links: Int32Array, among: BoolArray, *, between: Int64Array | None = None
-) -> tuple[Int64Array, Int64Array]:
-    """Both ends of all links between nodes `among`, each link once.
-
-    between : (N,) numbers; only links between nodes of different numbers.
-    """
-    parts = [(np.empty(0, np.int64), np.empty(0, np.int64))]
-    for start in range(0, among.size, _CHUNK):
-        node, direction = np.nonzero((links[start : start + _CHUNK, :4] >= 0) & among[start : start + _CHUNK, None])
-        node += start
-        to = links[node, direction].astype(np.int64)
-        kept = among[to]
-        if between is not None:
-            kept &= between[node] != between[to]
-        parts.append((node[kept], to[kept]))
-    node, to = (np.concatenate(ends) for ends in zip(*parts, strict=True))
-    return node, to
-
-
-def number_among(sorted_: Int64Array, value: Int64Array) -> tuple[Int64Array, Int64Array]:
-    """Which of values (K,) are among sorted ones (B,), as indices, and their places there."""
-    at = np.searchsorted(sorted_, value)
-    there = np.flatnonzero(at < sorted_.size)
-    there = there[sorted_[at[there]] == value[there]]
-    return there, at[there]
-
-
 def _clearance_m(
     solids: Solids,
     grid: Grid,
@@ -393,3 +433,33 @@ def _floor_of(floors: tuple[Floor, ...], ground_floor: Int32Array, ground_m: Flo
     elevation = np.array([floors[i].elevation_m for i in order])
     below = np.maximum(np.searchsorted(elevation - _BELOW_FLOOR_M, ground_m, side="right") - 1, 0)
     return np.where(ground_floor >= 0, ground_floor, order[below]).astype(np.int32)
+
+
+@compiled
+def _hand_on(
+    links: Int32Array,
+    at: FloatArray,
+    place: FloatArray,
+    front: Int64Array,
+    owner: Int64Array,
+    best: FloatArray,
+    limit: float,
+) -> None:
+    """Hand the nearest sources of nodes `front` on to their neighbours, until none of them is nearer."""
+    is_next = np.zeros(owner.size, dtype=np.bool_)
+    while front.size:
+        for direction in range(links.shape[1]):
+            offers = owner[front]
+            for nth in range(front.size):
+                to, offered = links[front[nth], direction], offers[nth]
+                if to < 0:
+                    continue
+                x, y = at[to, 0] - place[offered, 0], at[to, 1] - place[offered, 1]
+                distance = x * x + y * y
+                # Of equally near sources the one with the least number stays, whatever the order of visits.
+                nearer = distance < best[to] or (distance == best[to] and offered < owner[to])
+                if nearer and distance <= limit:
+                    best[to], owner[to] = distance, offered
+                    is_next[to] = True
+        front = np.flatnonzero(is_next)
+        is_next[front] = False

@@ -17,9 +17,8 @@ import numpy as np
 
 from planner_core.compiled import compiled
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
-from planner_core.positions.free_space import FreeSpace, components, half_links, number_among
+from planner_core.positions.free_space import NEIGHBOURS, FreeSpace, components, half_links, number_among
 from planner_core.positions.reach import Reach
-from planner_core.positions.spread import NEIGHBOURS
 from planner_core.progress import Progress, ProgressEvent, silent
 
 #: Size of a block, narrower than what a body passes through; where that is no two cells, a block has two along a side:

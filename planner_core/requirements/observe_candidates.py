@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 
 from planner_core.coverage.coverage import stacked_rows, take_rows, taken_along
 from planner_core.coverage.cut_patches import shares_of_cut_patches
-from planner_core.coverage.levels import Observations, observations_meeting
-from planner_core.coverage.observe import observations_in_batches
+from planner_core.coverage.observations import Observations, observations_in_batches, observations_meeting
 from planner_core.coverage.survey import visible_from
 from planner_core.coverage.visibility_threshold import WHOLE, most_countable, sees_enough, shares_of
 from planner_core.engine.open_engine import open_engine

@@ -11,9 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from planner_core.coverage.patch_reasons import samples_of
-from planner_core.coverage.sightlines import viewpoints
-from planner_core.coverage.surfaces import Surfaces
+from planner_core.coverage.patch_reasons import Surfaces, samples_of, viewpoints
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import (

@@ -37,7 +37,7 @@ from planner_core.engine.patch_mode import AUTO_PATCHES_BEAMS, PatchMode
 from planner_core.engine.patch_samples import places_of, sample_pattern, view_of
 from planner_core.model import BeamTemplate, Patches, PlanSettings, Scene
 from planner_core.positions.admissibility import Tripods
-from planner_core.positions.grid import find_candidates
+from planner_core.positions.candidates import find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
 

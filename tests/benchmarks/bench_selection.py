@@ -32,7 +32,7 @@ from planner_core.engine.opencl import OpenCLEngine
 from planner_core.model import PlanSettings, Proven, Requirements, Scene
 from planner_core.paper.genetic import GeneticSettings, select_genetic
 from planner_core.positions.admissibility import Tripods
-from planner_core.positions.grid import find_candidates
+from planner_core.positions.candidates import find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import LoadOptions, load_scene
 from planner_core.select.check import check_coverage

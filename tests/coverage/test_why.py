@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner_core.coverage.surfaces import surfaces_of
+from planner_core.coverage.patch_reasons import surfaces_of
 from planner_core.coverage.why import _piece, steepest_curve
 from planner_core.model import REASONS, Link, Visibility
 from planner_core.model.unseen import NOT_WORTH

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from oracles import best_figures, joint_spacing_m, observations_from
 from stages import surveyed_as
 
-from planner_core.coverage.levels import with_noise
+from planner_core.coverage.observations import with_noise
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import REASONS, FloatArray, Plan, PointLimits, Why

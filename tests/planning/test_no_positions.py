@@ -8,7 +8,7 @@ import pytest
 from planner_core.errors import RequirementError
 from planner_core.model import KeepOut, PlanSettings, PriorStation, Role, Scene, Site
 from planner_core.planning.plan import make_plan
-from planner_core.positions.refusals import NO_GROUND, refusals_in_words
+from planner_core.positions.admissibility import NO_GROUND, refusals_in_words
 from tests.scene.floor_scenes import four_walls, scene_of
 
 

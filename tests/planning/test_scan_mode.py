@@ -10,7 +10,7 @@ from stages import visible_from
 from tlsplan import summary
 
 import scenes_synthetic
-from planner_core.coverage.observe import observations_in_batches
+from planner_core.coverage.observations import observations_in_batches
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.patch_mode import AUTO_PATCHES_BEAMS, mode_that_counts_parts, scan_mode_of

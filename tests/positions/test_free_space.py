@@ -13,12 +13,19 @@ from scipy import ndimage
 from planner_core.coverage.survey import make_survey
 from planner_core.errors import RequirementError
 from planner_core.model import PlanSettings, Scene, Survey
-from planner_core.positions.carrier import Mover, WalkingZone
-from planner_core.positions.footprints import Grid, footprints
-from planner_core.positions.free_space import CELL_M, LARGEST_CELL_M, FreeSpace, components, free_space, half_links
+from planner_core.positions.free_space import (
+    CELL_M,
+    LARGEST_CELL_M,
+    NEIGHBOURS,
+    FreeSpace,
+    components,
+    free_space,
+    half_links,
+    spread,
+)
+from planner_core.positions.local_site import Mover, WalkingZone
 from planner_core.positions.outlines import over_polygon
-from planner_core.positions.solids import find_solids
-from planner_core.positions.spread import NEIGHBOURS, spread
+from planner_core.positions.solids import Grid, find_solids, footprints
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from scenes_synthetic import build
@@ -319,7 +326,7 @@ def test_zones_keep_out_of_their_floor_only_and_access_keeps_in() -> None:
 def test_a_scene_in_bands_of_rows_gives_the_same_free_space(monkeypatch: pytest.MonkeyPatch) -> None:
     survey = survey_in("thin-walls")
     whole = free_space(survey)
-    monkeypatch.setattr("planner_core.positions.footprints._BAND_PAIRS", 3000)
+    monkeypatch.setattr("planner_core.positions.solids._BAND_PAIRS", 3000)
     banded = free_space(survey)
     assert banded.ground_m.tobytes() == whole.ground_m.tobytes()
     assert banded.links.tobytes() == whole.links.tobytes()

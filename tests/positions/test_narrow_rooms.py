@@ -9,7 +9,7 @@ from stages import find_candidates
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
 from planner_core.model import Candidates, PlanSettings, Scene
-from planner_core.positions.grid import N_HALVINGS
+from planner_core.positions.candidates import N_HALVINGS
 from planner_core.scanner.load_scanner import load_scanner
 
 WALL_M = 0.1

@@ -11,8 +11,8 @@ from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import Candidates, Element, PlanSettings, Scene, Station, Survey
-from planner_core.positions.carrier import Mover, WalkingZone
 from planner_core.positions.free_space import free_space
+from planner_core.positions.local_site import Mover, WalkingZone
 from planner_core.positions.outlines import over_polygon
 from planner_core.positions.reach import Reach, reachability, reachable, stand_nodes, triangles_over
 from planner_core.route.sealed import reach_warnings

@@ -14,10 +14,16 @@ from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
 from planner_core.model import Doors, PlanSettings, Scene, Survey
 from planner_core.positions.allowed_positions import KINDS
-from planner_core.positions.doorways import centre_in_doorways
 from planner_core.positions.free_space import FreeSpace, free_space
-from planner_core.positions.landings import find_flights, find_landings
-from planner_core.positions.rooms import _AROUND, _Cells, _distance_cells, _distance_in_tree, find_rooms
+from planner_core.positions.rooms import (
+    _AROUND,
+    _Cells,
+    _distance_cells,
+    _distance_in_tree,
+    centre_in_doorways,
+    find_rooms,
+)
+from planner_core.positions.stairs import find_flights, find_landings
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.doors import without_door_leaves
 

@@ -9,8 +9,8 @@ import pytest
 
 from planner_core.coverage.survey import make_survey
 from planner_core.model import PlanSettings, Survey
-from planner_core.positions.carrier import Mover, WalkingZone
 from planner_core.positions.free_space import LARGEST_CELL_M, free_space
+from planner_core.positions.local_site import Mover, WalkingZone
 from planner_core.positions.reach import Footing, Reach, reachability
 from planner_core.positions.walking import Walking, walks_straight
 from planner_core.scanner.load_scanner import load_scanner

@@ -10,9 +10,8 @@ from oracles import enough_of, observations_from
 from stages import demand_of, observed_from, rows_from
 
 import scenes_synthetic
-from planner_core.coverage.levels import observations_meeting
+from planner_core.coverage.observations import observations_meeting, observed_enough
 from planner_core.coverage.survey import make_survey
-from planner_core.coverage.visibility_threshold import observed_enough
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import PartRequirement, PlanSettings, PointLimits, Requirements, Survey

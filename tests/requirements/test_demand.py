@@ -12,8 +12,7 @@ from oracles import enough_of, floor_constraints, observations_from
 from stages import demand_of, observed_from, rows_from, surveyed_as, visible_from
 
 from planner_core.coverage.coverage import floor_of_patch, scope_of, times_seen
-from planner_core.coverage.levels import Observations
-from planner_core.coverage.observe import observations_in_batches
+from planner_core.coverage.observations import Observations, observations_in_batches
 from planner_core.errors import RequirementError
 from planner_core.model import Paper, PartRequirement, PartResult, PointLimits, Requirements, Visibility
 from planner_core.requirements import demand as demands
@@ -288,7 +287,7 @@ def test_sights_do_not_depend_on_how_positions_are_split(
     )
     assert heard[-1] == (9, 9)
     assert heard == sorted(heard)
-    module = "planner_core.coverage.observe"
+    module = "planner_core.coverage.observations"
     monkeypatch.setattr(f"{module}._BATCH_OBSERVATIONS", 1)
     monkeypatch.setattr(f"{module}._FIRST_BATCH", 2)
     batches = observations_in_batches(surveyed_as(box.survey, wanted), box.engine, box.positions_m, noise=True)

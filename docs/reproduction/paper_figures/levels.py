@@ -15,7 +15,7 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, Candidates, FloatArray, Floor, PlanSettings, ScanBy, Scanner, Scene, Survey
 from planner_core.plan_folder.section_view import CUT_HEIGHT_M, section_lines
 from planner_core.positions.admissibility import Tripods
-from planner_core.positions.grid import N_HALVINGS, find_candidates
+from planner_core.positions.candidates import N_HALVINGS, find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 
 if TYPE_CHECKING:

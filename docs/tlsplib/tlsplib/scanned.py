@@ -22,7 +22,7 @@ from planner_core.model import BoolArray, PlanSettings, Requirements
 from planner_core.network.candidate_links import candidate_links
 from planner_core.network.links import surface_of_patches
 from planner_core.positions.admissibility import Tripods
-from planner_core.positions.grid import find_candidates
+from planner_core.positions.candidates import find_candidates
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
 

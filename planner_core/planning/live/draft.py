@@ -13,7 +13,7 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.model import FloatArray, KeepOut, PriorStation
-from planner_core.positions.rounding import SET_UP_DIGITS, local_of_written_m
+from planner_core.positions.candidates import SET_UP_DIGITS, local_of_written_m
 
 Place = tuple[float, float, float]
 

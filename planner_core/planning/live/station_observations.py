@@ -1,7 +1,7 @@
 """Observations of stations: what a position sees of every patch and how, kept by the exact position.
 
 A `Survey`, an open engine and a position in the local frame, metres -> `StationObservations`, made by
-`planner_core.coverage.observe`; which of them meet what is required is decided here, once a position.
+`planner_core.coverage.observations`; which of them meet what is required is decided here, once a position.
 """
 
 from __future__ import annotations
@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.coverage.levels import Observations, observations_meeting
-from planner_core.coverage.observe import observing
+from planner_core.coverage.observations import Observations, observations_meeting, observing
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Int32Array, PointLimits, Survey, Visibility
 from planner_core.progress import silent

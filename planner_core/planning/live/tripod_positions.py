@@ -19,10 +19,9 @@ from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Site
 from planner_core.planning.live.draft import Draft, Place, rounded_place
 from planner_core.planning.live.ground_cells import GroundCells
-from planner_core.positions.admissibility import Tripods
+from planner_core.positions.admissibility import NO_GROUND, UNREACHABLE, Tripods
 from planner_core.positions.local_site import LocalSite, floor_named, local_site
 from planner_core.positions.reach import Reach
-from planner_core.positions.refusals import NO_GROUND, UNREACHABLE
 
 #: Values of `GroundMap.values`.
 NOTHING, WALKABLE, ADMISSIBLE, KEPT_OUT = range(4)

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner_core.coverage.patch_reasons import Surfaces, surfaces_of
 from planner_core.coverage.pieces import connected_pieces
-from planner_core.coverage.surfaces import Surfaces, surfaces_of
 from planner_core.model import BoolArray, Int32Array, Int64Array, Survey, UnseenPiece
 
 #: Surfaces of less are not listed, as in plan.json.

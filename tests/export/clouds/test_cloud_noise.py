@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from planner_core.coverage.levels import Observations, with_noise
+from planner_core.coverage.observations import Observations, with_noise
 from planner_core.errors import ExportError
 from planner_core.export.clouds.noise import deviates, noise_model
 from planner_core.export.clouds.points import Clouds, open_clouds

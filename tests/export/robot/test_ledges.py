@@ -16,10 +16,10 @@ from planner_core.export.occupancy import FREE, OCCUPIED, UNKNOWN, occupancy_map
 from planner_core.export.robot_ways import MappedGround, WayPiece, robot_ways
 from planner_core.export.route_lines import RouteLeg
 from planner_core.model import Floor, Survey
-from planner_core.positions.carrier import Mover
-from planner_core.positions.footprints import Grid
 from planner_core.positions.free_space import FreeSpace
+from planner_core.positions.local_site import Mover
 from planner_core.positions.reach import Reach, Region
+from planner_core.positions.solids import Grid
 from planner_core.positions.walking import Walking
 
 CELL, STEP, HEAD = 0.05, 0.25, 1.7

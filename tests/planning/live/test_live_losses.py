@@ -12,7 +12,7 @@ import pytest
 from oracles import observations_from
 from stages import goals_of
 
-from planner_core.coverage.levels import with_noise
+from planner_core.coverage.observations import with_noise
 from planner_core.engine.open_engine import open_engine
 from planner_core.model import PartRequirement, Plan, PlanSettings, PointLimits, Requirements
 from planner_core.plan_folder.plan_json import plan_document

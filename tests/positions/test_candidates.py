@@ -1,9 +1,12 @@
-"""Places near chosen stations: around them, above and below them, and only where a tripod can stand."""
+"""Candidates off the grid: around chosen stations, above and below them, and the same once they went through a file."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from stages import tripod_tests, tripods_of
 
 import scenes_synthetic
@@ -11,12 +14,22 @@ from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Candidates, PlanSettings, Survey
+from planner_core.plan_folder.plan_json import _number
 from planner_core.positions.admissibility import RefusalTally
+from planner_core.positions.candidates import (
+    N_DIRECTIONS,
+    SET_UP_DIGITS,
+    as_written_m,
+    local_of_written_m,
+    places_nearby,
+)
 from planner_core.positions.ground_surface import GroundSurface
-from planner_core.positions.nearby import N_DIRECTIONS, places_nearby
 from planner_core.scanner.load_scanner import load_scanner
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0)
+METRES = st.floats(-2000.0, 2000.0)
+#: Offsets are whole metres, up to those of national grids.
+OFFSETS = st.integers(-9_999_999, 9_999_999)
 
 
 def opened(name: str) -> tuple[Survey, ScanEngine]:
@@ -97,3 +110,24 @@ def test_on_several_floors_each_stays_on_its_own_and_the_order_is_that_of_the_st
     assert (np.diff(source) >= 0).all() and np.unique(source).size == len(places)
     np.testing.assert_array_equal(found.floor, near.floor[source])
     assert np.linalg.norm(found.position_m - near.position_m[source], axis=1).max() < 0.25 + 1e-4
+
+
+@settings(max_examples=200, deadline=None)
+@given(place_m=st.tuples(METRES, METRES, METRES), offset_m=st.tuples(OFFSETS, OFFSETS, OFFSETS))
+def test_a_place_is_the_same_once_plan_json_has_kept_it(place_m, offset_m):
+    for digits in (6, SET_UP_DIGITS):
+        local_m = as_written_m(np.array(place_m), digits)
+        scene_m = local_m + np.array(offset_m, dtype=np.float64)
+        kept = json.loads(json.dumps([_number(float(value)) for value in scene_m]))
+        back_m = local_of_written_m(kept, np.array(offset_m, dtype=np.float64))
+        assert back_m.tobytes() == local_m.tobytes()
+
+
+@pytest.mark.slow
+@settings(max_examples=200, deadline=None)
+@given(value_m=METRES)
+def test_rounded_places_stay_as_they_are_and_are_near(value_m):
+    rounded_m = as_written_m(np.array([value_m]))
+    assert as_written_m(rounded_m).tobytes() == rounded_m.tobytes()
+    assert abs(rounded_m[0] - value_m) <= 0.5e-6 + 1e-12
+    assert not np.signbit(as_written_m(np.array([-1e-9])))[0]

@@ -12,9 +12,8 @@ import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int64Array
 from planner_core.positions.admissibility import TREADS
-from planner_core.positions.free_space import FreeSpace, components, half_links
-from planner_core.positions.grid import is_near
-from planner_core.positions.spread import spread
+from planner_core.positions.candidates import is_near
+from planner_core.positions.free_space import FreeSpace, components, half_links, spread
 
 #: Ground that differs by less is level.
 _LEVEL_M = 0.02
