@@ -46,9 +46,9 @@ from planner_core.model.unseen import (
     TOO_OBLIQUE,
     TOO_SPARSE,
 )
+from planner_core.scene.array_rows import groups_of_equal_rows
 from planner_core.scene.inside import enclosures
 from planner_core.scene.rooms import IN_FRONT_M, room_of_points, room_of_surfaces
-from planner_core.scene.unique_rows import groups_of_equal_rows
 
 #: Patches of one element, room and direction in a cube of this side have one sample; of larger cubes where that would
 #: be more than `MAX_SAMPLES` in all.

@@ -17,8 +17,8 @@ import numpy as np
 
 from planner_core.engine.patch_samples import patch_corner_weights
 from planner_core.model import FloatArray, Int32Array, Int64Array, Patches, Scene
+from planner_core.scene.array_rows import groups_of_equal_rows
 from planner_core.scene.patches import squared_edges
-from planner_core.scene.unique_rows import groups_of_equal_rows
 
 
 def connected_pieces(scene: Scene, patches: Patches, patch: Int32Array, group: Int64Array) -> Int64Array:

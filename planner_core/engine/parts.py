@@ -16,7 +16,7 @@ from planner_core.device import MEMORY_VARIABLE, Buffer, Device
 from planner_core.engine.tree import build_tree
 from planner_core.errors import DeviceMemoryError
 from planner_core.model import Float32Array, Int32Array, Scene
-from planner_core.scene.chunks import chunks
+from planner_core.scene.array_rows import chunks
 
 #: Bytes a triangle while its tree is built (measured: 120 to 127), with its patch's address; and of its largest buffer.
 BUILDING_BYTES, _LARGEST_BUFFER_BYTES = 138, 64

@@ -19,9 +19,9 @@ import numpy as np
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Floor, GroundPick, Int32Array, Int64Array, Scene
 from planner_core.positions.local_site import floor_named
+from planner_core.scene.array_rows import first_of_equal_rows
 from planner_core.scene.floors import FloorReport, floor_of_triangles
 from planner_core.scene.level_surfaces import MAX_SLOPE_RAD, MIN_LEVEL_DISTANCE_M
-from planner_core.scene.unique_rows import first_of_equal_rows
 
 #: A pick's point lies at most so far off the surface that it means.
 REACH_M = 0.05

@@ -22,8 +22,8 @@ from planner_core.model import (
     Survey,
 )
 from planner_core.positions.outlines import over_polygon
+from planner_core.scene.element_patterns import elements_named, known_classes
 from planner_core.scene.patches import patch_triangles
-from planner_core.scene.patterns import elements_named, known_classes
 
 #: Name of the requirement of everything that is planned.
 OVERALL = "overall"

@@ -8,7 +8,7 @@ Numbered steps of `scene_from_arrays`:
 1. faces that name a missing vertex: an error, or dropped and counted with `skip_bad_faces`;
 2. source frame -> scene frame (unit, y up);
 3. faces with a coordinate that is not finite, or no place on Earth, and few faces kilometres away from all others
-   (`planner_core.scene.outliers`), are dropped;
+   (`planner_core.scene.extent`), are dropped;
 4. scene frame -> local frame (only when the scene lies far from its origin);
 5. bit-identical vertices become one (so that neighbours share edges exactly and no beam slips between them);
 6. faces without area, and faces that repeat an earlier one, are dropped;
@@ -40,7 +40,7 @@ from planner_core.model import (
     Storey,
     UInt8Array,
 )
-from planner_core.scene.outliers import bulk_centre_m, face_weights
+from planner_core.scene.extent import bulk_centre_m, face_weights
 from planner_core.scene.repair import MAX_DROPPED_LINES, RawArrays, Repair, box_of
 
 FAR_ORIGIN_M = 1000.0

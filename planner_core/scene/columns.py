@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
-from planner_core.scene.chunks import chunks
+from planner_core.scene.array_rows import chunks
 
 #: Grid points treated in one go; bounds memory to some hundred megabytes.
 _CHUNK = 2_000_000

@@ -17,7 +17,7 @@ import numpy as np
 
 from planner_core.errors import SceneError
 from planner_core.model import BoolArray, Doors, FloatArray, Int32Array, Int64Array, Scene
-from planner_core.scene.leave_out import with_triangles
+from planner_core.scene.element_patterns import with_triangles
 from planner_core.scene.rooms import room_of_points
 
 #: What elements that are doors are called.

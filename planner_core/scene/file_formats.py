@@ -18,7 +18,6 @@ FORMAT_OF_EXTENSION = {
     ".usdc": "usd",
     ".usdz": "usd",
 }
-
 POINT_CLOUDS = frozenset({".asc", ".e57", ".las", ".laz", ".pcd", ".pts", ".ptx", ".rcp", ".rcs", ".xyz"})
 
 

@@ -19,12 +19,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Scene
-from planner_core.scene.chunks import chunks
+from planner_core.scene.array_rows import chunks
 from planner_core.scene.extent import check_extent
+from planner_core.scene.floors_by_storey import WALL_KINDS, grounds_of_storeys
+from planner_core.scene.floors_by_surface import grounds_of_surfaces
 from planner_core.scene.ground_planes import SITE_KINDS
 from planner_core.scene.level_surfaces import MIN_CLEAR_M, Ground, LevelSurvey, strays_named
-from planner_core.scene.storey_grounds import WALL_KINDS, grounds_of_storeys
-from planner_core.scene.surface_grounds import grounds_of_surfaces
 
 #: Grounds of all floors of a model, as a share of the rectangle around it, from which it is a building: with walls (a
 #: campus fills a tenth of its rectangle, and has storeys), and without.

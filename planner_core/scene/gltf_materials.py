@@ -6,7 +6,7 @@ Source: Khronos Group, glTF 2.0 Specification, 2021, and its extension KHR_mater
 from __future__ import annotations
 
 from planner_core.model import Optics
-from planner_core.scene.gltf_json import JsonObject
+from planner_core.scene.gltf_file import JsonObject
 from planner_core.scene.materials import optics_of_material, optics_of_name
 
 

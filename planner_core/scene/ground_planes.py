@@ -13,6 +13,7 @@ import numpy as np
 from scipy import ndimage
 
 from planner_core.model import BoolArray, Element, FloatArray, Floor, Int32Array, Int64Array, Scene, Storey, UInt8Array
+from planner_core.scene.array_rows import first_of_equal_rows
 from planner_core.scene.between_walls import closed_walls, cut_cells
 from planner_core.scene.inside import ROOM_WIDTH_M
 from planner_core.scene.level_surfaces import (
@@ -23,7 +24,6 @@ from planner_core.scene.level_surfaces import (
     Ground,
     LevelSurvey,
 )
-from planner_core.scene.unique_rows import first_of_equal_rows
 
 #: IFC classes that people climb from one storey to the next on; moving stairs are transport elements.
 STAIR_KINDS = frozenset({"IfcStair", "IfcStairFlight", "IfcRamp", "IfcRampFlight", "IfcTransportElement"})

@@ -28,8 +28,7 @@ from planner_core.scene.ifc_faults import check_ids, check_openings, check_place
 from planner_core.scene.ifc_georeference import read_georeference
 from planner_core.scene.ifc_materials import IfcOptics, optics_in
 from planner_core.scene.ifc_shapes import FACES_KERNEL, SHAPES, SOLID_KERNEL, Shape, entities_read, shapes_by
-from planner_core.scene.ifc_spaces import rooms_of, without_shape
-from planner_core.scene.ifc_storeys import storey_entries, storey_of, storeys_of
+from planner_core.scene.ifc_storeys import rooms_of, storey_entries, storey_of, storeys_of, without_shape
 from planner_core.scene.ifc_text import (
     lost_ends,
     read_text,

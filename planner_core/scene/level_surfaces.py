@@ -12,9 +12,9 @@ from functools import cached_property
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
-from planner_core.scene.chunks import chunks
+from planner_core.scene.array_rows import chunks
 from planner_core.scene.columns import Columns, sample_scene
-from planner_core.scene.outliers import fence_m, is_outside, named_few
+from planner_core.scene.extent import fence_m, is_outside, named_few
 
 #: Ramps up to 10 degrees are ground; the steepest that building codes let people walk on is about 7.
 MAX_SLOPE_RAD = np.deg2rad(10.0)

@@ -22,12 +22,11 @@ from planner_core.model.choices import one_of
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.doors import without_door_leaves
-from planner_core.scene.extent import LONGEST_M, MAX_LENGTH_M, SHORTEST_M, UNITS_M, extent_m, likely_unit
+from planner_core.scene.element_patterns import without_elements
+from planner_core.scene.extent import LONGEST_M, MAX_LENGTH_M, SHORTEST_M, UNITS_M, extent_m, likely_unit, named_few
 from planner_core.scene.federation import federated
 from planner_core.scene.file_formats import FORMAT_OF_EXTENSION, POINT_CLOUDS
-from planner_core.scene.gltf_draco import names_draco
-from planner_core.scene.leave_out import without_elements
-from planner_core.scene.outliers import named_few
+from planner_core.scene.gltf_file import names_draco
 from planner_core.scene.raw import RawScene, unit_name
 from planner_core.scene.rooms import with_rooms
 from planner_core.scene.up_axis import UpAxes, UpAxisDoubt, up_axis_doubt

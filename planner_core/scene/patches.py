@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from planner_core.errors import RequirementError
 from planner_core.model import Float32Array, FloatArray, Int32Array, Patches, Scene
-from planner_core.scene.chunks import chunks
+from planner_core.scene.array_rows import chunks
 
 #: Patch numbers are int32 everywhere (kernels, files).
 MAX_PATCHES = 2**31 - 1

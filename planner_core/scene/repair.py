@@ -12,8 +12,8 @@ import numpy as np
 
 from planner_core.errors import SceneError, grouped
 from planner_core.model import BoolArray, Element, FloatArray, Int32Array, Int64Array
-from planner_core.scene.outliers import STRAY_DISTANCE_M, face_weights, is_astray, named_few
-from planner_core.scene.unique_rows import first_of_equal_rows, first_of_equal_triples
+from planner_core.scene.array_rows import first_of_equal_rows, first_of_equal_triples
+from planner_core.scene.extent import STRAY_DISTANCE_M, face_weights, is_astray, named_few
 
 MIN_FACE_HEIGHT_M = 1e-8
 """Smallest height of a face above its longest edge.

@@ -21,7 +21,7 @@ from planner_core import child_process
 from planner_core.errors import MissingPackageError, SceneError, grouped, is_text, shortened
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.scene.outliers import named_few
+from planner_core.scene.extent import named_few
 from planner_core.scene.raw import (
     Faces,
     MeshParts,

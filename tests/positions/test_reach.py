@@ -17,7 +17,7 @@ from planner_core.positions.outlines import over_polygon
 from planner_core.positions.reach import Reach, reachability, reachable, stand_nodes, triangles_over
 from planner_core.route.sealed import reach_warnings
 from planner_core.scanner.load_scanner import load_scanner
-from planner_core.scene import chunks
+from planner_core.scene import array_rows
 from planner_core.scene.build import scene_from_arrays
 from scenes_synthetic import SyntheticScene, build
 from scenes_synthetic.basement import ENCLOSED
@@ -217,7 +217,7 @@ def test_both_storeys_of_a_real_house_are_one_walk(
 
 @pytest.mark.parametrize("size", [7, 10_000])
 def test_triangles_over_places_are_those_whose_bounds_hold_them(size: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(chunks, "_CHUNK", size)
+    monkeypatch.setattr(array_rows, "_CHUNK", size)
     scene = build("two-rooms").scene
     corners = scene.vertices_m[scene.triangles][:, :, :2]
     rng = np.random.default_rng(2)

@@ -9,8 +9,8 @@ import pytest
 
 from planner_core.model import Element, Scene
 from planner_core.scene.build import FAR_ORIGIN_M, scene_from_arrays
+from planner_core.scene.extent import weighted_quantile
 from planner_core.scene.floors import find_floors
-from planner_core.scene.outliers import weighted_quantile
 from scenes_synthetic import house, rooms
 
 GRID_M = np.array([500_000.0, 5_400_000.0, 0.0])

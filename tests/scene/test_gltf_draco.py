@@ -12,7 +12,7 @@ import pytest
 
 from planner_core.child_process import LostChildError
 from planner_core.errors import PlannerError, SceneError
-from planner_core.scene.gltf_draco import DRACO, names_draco
+from planner_core.scene.gltf_file import DRACO, names_draco
 from planner_core.scene.load import LoadOptions, load_scene
 
 ATTRIBUTE = 0
@@ -124,7 +124,7 @@ def test_compressed_file_is_read_apart_and_a_plain_one_here(tmp_path, house, wri
 
 
 def test_name_of_the_extension_is_found_anywhere(tmp_path, monkeypatch):
-    monkeypatch.setattr("planner_core.scene.gltf_draco._BLOCK_BYTES", 29)
+    monkeypatch.setattr("planner_core.scene.gltf_file._BLOCK_BYTES", 29)
     for before in range(60):
         (tmp_path / "a").write_bytes(b"-" * before + DRACO.encode() + b"-" * 40)
         assert names_draco(tmp_path / "a"), before

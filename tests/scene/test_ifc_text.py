@@ -1,4 +1,7 @@
-"""IFC files as programs really write them: lost ends, old code pages, archives, empty names as derived, old schemas."""
+"""IFC files as programs really write them: lost ends, old code pages, archives, empty names as derived, old schemas.
+
+Names in old code pages are read as they were written. Oracle: Python's codecs wrote them.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +15,38 @@ import pytest
 
 from planner_core.errors import SceneError
 from planner_core.scene import ifc_text
-from planner_core.scene.ifc_text import lost_ends, syntax_fault, with_ascii_names
+from planner_core.scene.ifc_text import encoding_of, encoding_title, lost_ends, syntax_fault, with_ascii_names
 from planner_core.scene.load import load_scene
 from tests.reality_files import reality
+
+# ----------------------------------------------------------------------------------------------- lost ends
+LOST_AND_NOT_NEEDED = [
+    "#999999=IFCWINDOWSTYLE('0123456789012345678901',$,$,$,$,(#888888,#888887),(#888886),$,.SINGLE_PANEL.,.F.,.F.);",
+    "#999999=IFCOWNERHISTORY(#888888,#888887,$,.ADDED.,$,$,$,0);",
+    "#999999=IFCCLASSIFICATIONREFERENCE($,'1','a',#888888);",
+]
+SHAPES_NEED = [
+    "IFCPOLYLOOP",
+    "IFCFACE",
+    "IFCCLOSEDSHELL",
+    "IFCSHAPEREPRESENTATION",
+    "IFCPRODUCTDEFINITIONSHAPE",
+    "IFCLOCALPLACEMENT",
+    "IFCAXIS2PLACEMENT3D",
+    "IFCDIRECTION",
+    "IFCCARTESIANPOINT",
+    "IFCSIUNIT",
+    "IFCUNITASSIGNMENT",
+    "IFCGEOMETRICREPRESENTATIONCONTEXT",
+]
+NAMES = {
+    "cp932": ["屋根", "1階", "2階 床", "基準階", "（壁）-100", "ドア", "エレベーター", "表"],
+    "gbk": ["一层", "二层 楼板", "屋顶", "墙-200", "（走廊）"],
+    "big5": ["一樓", "二樓 樓板", "屋頂", "牆", "樓梯間"],
+    "cp949": ["1층", "지붕", "벽 - 콘크리트", "계단실"],
+    "cp1251": ["Уровень 1", "Кровля", "Стена: 400мм"],
+    "cp1252": ["Erdgeschoß", "Küche", "Außenwand", "Étage", "Fenêtre", "Tür 1,01 × 2,13"],
+}
 
 
 def message_of(path):
@@ -36,14 +68,6 @@ def house_text(tmp_path, write_house) -> str:
     return write_house(tmp_path, "four.ifc").read_text()
 
 
-# ----------------------------------------------------------------------------------------------- lost ends
-LOST_AND_NOT_NEEDED = [
-    "#999999=IFCWINDOWSTYLE('0123456789012345678901',$,$,$,$,(#888888,#888887),(#888886),$,.SINGLE_PANEL.,.F.,.F.);",
-    "#999999=IFCOWNERHISTORY(#888888,#888887,$,.ADDED.,$,$,$,0);",
-    "#999999=IFCCLASSIFICATIONREFERENCE($,'1','a',#888888);",
-]
-
-
 @pytest.mark.parametrize("line", LOST_AND_NOT_NEEDED)
 def test_lost_end_that_no_shape_needs_is_counted_and_told(tmp_path, house_text, line):
     path = tmp_path / "lost.ifc"
@@ -55,22 +79,6 @@ def test_lost_end_that_no_shape_needs_is_counted_and_told(tmp_path, house_text, 
     (told,) = (w for w in scene.report.warnings if "not in the file" in w)
     assert f"#999999 ({kind}) names #888888" in told
     assert (f"{n_lost} references lead" if n_lost > 1 else "a reference leads") in told
-
-
-SHAPES_NEED = [
-    "IFCPOLYLOOP",
-    "IFCFACE",
-    "IFCCLOSEDSHELL",
-    "IFCSHAPEREPRESENTATION",
-    "IFCPRODUCTDEFINITIONSHAPE",
-    "IFCLOCALPLACEMENT",
-    "IFCAXIS2PLACEMENT3D",
-    "IFCDIRECTION",
-    "IFCCARTESIANPOINT",
-    "IFCSIUNIT",
-    "IFCUNITASSIGNMENT",
-    "IFCGEOMETRICREPRESENTATIONCONTEXT",
-]
 
 
 @pytest.mark.parametrize("kind", SHAPES_NEED)
@@ -342,3 +350,29 @@ def test_syntax_fault_names_line_instance_and_token(was, becomes, instance, toke
     line = number + (was == "#3=" and becomes == "3=")
     fault = syntax_fault(text.replace(was, becomes).encode())
     assert fault == f"line {line}, {instance}: {token!r} is no STEP syntax"
+
+
+@pytest.mark.parametrize(("encoding", "names"), NAMES.items())
+def test_names_of_a_file_are_read_back(encoding, names):
+    raw = [name.encode(encoding) for name in names]
+    found = encoding_of(raw)
+    assert [text.decode(found) for text in raw] == names
+    assert encoding_title(found)
+
+
+@pytest.mark.parametrize(
+    ("encoding", "name"), [("cp932", "屋根"), ("gbk", "一层"), ("big5", "屋頂"), ("cp1252", "Küche")]
+)
+def test_one_name_suffices(encoding, name):
+    raw = name.encode(encoding)
+    assert raw.decode(encoding_of([raw])) == name
+
+
+@pytest.mark.parametrize("names", NAMES.values())
+def test_utf_8_goes_first(names):
+    assert encoding_of([name.encode() for name in names]) == "utf-8"
+
+
+def test_any_bytes_can_be_read():
+    raw = bytes(range(256))
+    assert raw.decode(encoding_of([raw]))

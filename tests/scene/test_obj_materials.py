@@ -98,9 +98,9 @@ def test_obj_library_outside_its_folder_is_not_read(kind: str, tmp_path: Path) -
 
 
 def test_obj_library_too_large_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from planner_core.scene import mtl
+    from planner_core.scene import obj
 
-    monkeypatch.setattr(mtl, "_LARGEST_BYTES", 2**20)
+    monkeypatch.setattr(obj, "_LARGEST_BYTES", 2**20)
     path = write_obj(tmp_path, ["usemtl M1"], b"newmtl M1\nd 0.1\n" + b"#" * 2**20)
     assert optics_of(path) == [RETURNS]
     (warning,) = load_scene(path).report.warnings

@@ -12,8 +12,8 @@ import numpy as np
 from planner_core.export.section import kind_of
 from planner_core.export.sheets.building import Building
 from planner_core.model import BoolArray, FloatArray, Int64Array
+from planner_core.scene.inside import crossings
 from planner_core.scene.patches import patch_triangles
-from planner_core.scene.plumb_lines import crossings
 
 #: Surface this upright is a wall: 72 degrees and more. As level as the other, ground.
 _UPRIGHT, _LEVEL = 0.3, 0.9

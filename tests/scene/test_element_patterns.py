@@ -1,17 +1,21 @@
-"""Elements left out by class or name, and IFC's classes above a class."""
+"""Patterns of names, and that no pattern takes for ever.
+
+Elements left out by class or name, and IFC's classes above a class.
+"""
 
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from planner_core.errors import SceneError
 from planner_core.model import Element
 from planner_core.scene.build import scene_from_arrays
-from planner_core.scene.leave_out import without_elements
+from planner_core.scene.element_patterns import elements_named, fits, without_elements
 from planner_core.scene.load import LoadOptions, load_scene
-from planner_core.scene.patterns import elements_named
 from planner_core.scene.raw import placed
 from tests.coverage.conftest import BOX_FACES, box_corners
 from tests.reality_files import reality
@@ -21,6 +25,41 @@ ELEMENTS = (
     Element("Oak chair", "IfcFurniture", "2", parents=("IfcFurnishingElement", "IfcElement")),
     Element("IfcWall mark", "IfcBuildingElementProxy", "3", parents=("IfcElement",)),
 )
+
+
+@pytest.mark.parametrize(
+    ("pattern", "name", "does"),
+    [
+        ("IfcWall*", "IfcWallStandardCase", True),
+        ("IfcWall", "IfcWallStandardCase", False),
+        ("ifcwall", "IfcWall", False),
+        ("a*a", "a", False),
+        ("*ab*b", "ab", False),
+        ("a**a", "aa", True),
+        ("*?", "", False),
+        ("", "", True),
+        ("a?c", "a\nc", True),
+        ("[ab]", "a", False),
+        ("[ab]*", "[ab] 1", True),
+        ("a.c", "abc", False),
+    ],
+)
+def test_stars_and_question_marks_stand_for_letters_and_nothing_else_does(pattern: str, name: str, does: bool) -> None:
+    assert fits(pattern, name) == does
+
+
+@pytest.mark.slow
+@settings(max_examples=200, deadline=None)
+@given(st.lists(st.text("ab", max_size=4), min_size=1, max_size=6), st.data())
+def test_a_name_fits_itself_with_parts_of_it_left_open(parts: list[str], data: st.DataObject) -> None:
+    name = "".join(parts)
+    signs = [data.draw(st.sampled_from([part, "*", "?" * len(part)])) for part in parts]
+    assert fits("".join(signs), name)
+
+
+@pytest.mark.parametrize("pattern", ["*" * 60 + "x", "*a" * 50 + "x", "*a?" * 40 + "*x*", "a*" * 60 + "?x"])
+def test_patterns_of_many_stars_come_to_an_end(pattern: str) -> None:
+    assert not fits(pattern, "a" * 150)
 
 
 @pytest.fixture

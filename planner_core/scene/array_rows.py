@@ -1,11 +1,12 @@
-"""Scene stage: which rows of a table are equal, by sorting keys instead of columns. Vertices are welded by it.
+"""Rows of large arrays: which of a table are equal, by sorting keys instead of columns, and many a chunk at a time.
 
 Input (V, 3) float64, (T, 3) small integers or (N, K) any; output the number of the first equal row for each, or groups.
+Vertices are welded by it. In chunks, what is made on the way does not grow with the scene.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,8 @@ from numpy.typing import NDArray
 from planner_core.model import BoolArray, FloatArray, Int64Array
 
 _MIX = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
+#: Triangles at once: their corners are 19 MB in float64, and fit into most processors' caches.
+_CHUNK = 2**18
 
 
 def first_of_equal_rows(rows: FloatArray) -> Int64Array:
@@ -53,6 +56,11 @@ def groups_of_equal_rows(rows: Int64Array) -> tuple[Int64Array, Int64Array]:
     group = np.empty(order.size, dtype=np.int64)
     group[order] = np.cumsum(new) - 1
     return order[new], group
+
+
+def chunks(count: int) -> Iterator[slice]:
+    """Slices of 0 .. count - 1, one after the other; none of nothing."""
+    return (slice(first, min(first + _CHUNK, count)) for first in range(0, count, _CHUNK))
 
 
 def _differs_from_next(columns: Sequence[NDArray[np.generic]]) -> BoolArray:
