@@ -19,8 +19,7 @@ import numpy as np
 
 from planner_core.compiled import compiled, share_out
 from planner_core.model import BeamTemplate, FloatArray, Int32Array, Int64Array, Patches, ScanBatch, Scene
-from planner_core.paper.reference_distance import table_of_triangles
-from planner_core.paper.triangle_points import halton_weights
+from planner_core.paper.reference_distance import halton_weights, table_of_triangles
 from planner_core.scanner.template import directions
 from planner_core.scene.patches import patch_triangles
 

@@ -25,8 +25,7 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
-from planner_core.paper.circles import shared_fraction
-from planner_core.paper.occupancy import CELLS_ACROSS, filled_share, occupancy_grid
+from planner_core.paper.circle_overlap import CELLS_ACROSS, filled_share, occupancy_grid, shared_fraction
 from planner_core.progress import Progress, ProgressEvent, silent
 
 #: Candidates nearer than this to a station in plan would overlap it wholly and show nothing new.

@@ -5,9 +5,10 @@ its top side looks like, and a level called `T.O. Steel` or `Ceiling-East` is a 
 
 Roofs of lower wings lie in the open at the height of a storey, over rooms, and no way leads to them:
 
-storey's rooms | | roof of a lower wing: beyond a wall with a sill, rooms below -> no ground
-===============|============|============== | 0.7 m cut: a wall stands here, a doorway doesn't ===============:========
-balcony, terrace: a door, or a window down to the floor, leads there -> ground
+    storey's rooms |            | roof of a lower wing: beyond a wall with a sill, rooms below   -> no ground
+    ===============|============|==============
+                   | 0.7 m cut: a wall stands here, a doorway doesn't
+    ===============:========      balcony, terrace: a door, or a window down to the floor, leads there  -> ground
 
 Doors, windows and panes are no obstacles: whether they open is not modelled. So what only a curtain wall cuts off
 stays.

@@ -4,8 +4,10 @@ Local frame, metres, on the grid of plumb lines.
 
 Rooms may have no ceiling in the model, as where a scan did not reach it. They are open ground beside a level:
 
-ceiling ________ | | walls, cut 1.5 m above each piece's ground | | no ceiling | | | | |__________________|
-|_______|____ garden: walls along a part of its outline alone ========|======| 0.17 m higher terrace
+    ceiling ________                          |       |      walls, cut 1.5 m above each piece's ground
+            |      |    no ceiling    |       |       |
+            |      |__________________|       |_______|____  garden: walls along a part of its outline alone
+    ========|======| 0.17 m higher            terrace
 
 A courtyard has walls and no ceiling, too: whether it is indoors is the scope's to decide, which has a line about it
 (docs/method/scope.md).

@@ -14,7 +14,7 @@ sets that are known for these demands decide what is next. Together fewer statio
 a better plan. Fewer, and a target missed: two nodes, in one of which a block covers more than its set does. As many as
 the plan: prove them.
 
-The first search of a block, for a set or for a proof, depends on no other block: it is a task (block_tasks.py), and
+The first search of a block, for a set or for a proof, depends on no other block: it is a task (blocks.py), and
 other processes run some of these within `spread_over` (`_run`). What comes next depends on all results.
 """
 
@@ -29,8 +29,7 @@ import numpy as np
 
 from planner_core.model import Int64Array
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.select.block_tasks import BlockJob, BlockResult, BlockTask, Find
-from planner_core.select.blocks import Block
+from planner_core.select.blocks import Block, BlockJob, BlockResult, BlockTask, Find
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import independent_constraints

@@ -33,8 +33,7 @@ from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant
 from planner_core.select.large_bound import LagrangeBound, large_bound
-from planner_core.select.network import Network
-from planner_core.select.network_start import connect
+from planner_core.select.network import Network, connect
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import BOUND_UNIT, TARGET_UNIT
 from planner_core.select.search import Search, check_input

@@ -4,7 +4,7 @@ Input a `CoverProblem`, output a `ProvenSelection`: stations that meet every tar
 arithmetic, and whether both are the same. CONTROL FLOW, `select`:
 
 1. leave out what cannot matter                                          reductions.py
-2. greedy selection, connected where a network is required                  greedy.py, network_start.py
+2. greedy selection, connected where a network is required                  greedy.py, network.py
 3. one station less, annealed, as long as that succeeds                   annealing.py
 4. the linear relaxation by cutting planes, without the network, then with it                 relaxation.py
 5. where parts of the network hardly see the same: a proof by such blocks  block_proof.py
@@ -204,7 +204,7 @@ def _find_in_block(
     work: float,
     progress: Progress,
 ) -> tuple[tuple[int, ...], float]:
-    """Few candidates of a block; see `planner_core.select.block_tasks.Find`."""
+    """Few candidates of a block; see `planner_core.select.blocks.Find`."""
     settings = replace(settings, work_limit=work, prove=False)
     found = select(problem, settings, network=network, given=pinned, start=start, progress=progress)
     if found.why_stopped == INTERRUPTED:

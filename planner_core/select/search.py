@@ -15,8 +15,7 @@ from planner_core.model import Int32Array, Int64Array, Proven
 from planner_core.progress import Progress
 from planner_core.select.annealing_problem import TRIES, AnnealingProblem
 from planner_core.select.greedy import drop_redundant
-from planner_core.select.network import Network
-from planner_core.select.network_start import connect
+from planner_core.select.network import Network, connect
 from planner_core.select.problem import CoverProblem
 
 if TYPE_CHECKING:

@@ -56,8 +56,7 @@ from planner_core.requirements.observe_candidates import (
     pack_observations,
 )
 from planner_core.scanner.load_scanner import load_scanner
-from planner_core.select.block_tasks import BlockJob, BlockTask
-from planner_core.select.blocks import blocks_of
+from planner_core.select.blocks import BlockJob, BlockTask, blocks_of
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
 from planner_core.select.proven import _find_in_block

@@ -44,8 +44,7 @@ from planner_core.requirements.goals import goals_of
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.large import select_by_size
-from planner_core.select.network import Network
-from planner_core.select.network_start import connect
+from planner_core.select.network import Network, connect
 from planner_core.select.problem import CoverProblem, cover_problem
 from planner_core.select.proven import ProvenSelection
 

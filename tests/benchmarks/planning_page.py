@@ -26,7 +26,7 @@ doorways, middles of rooms and landings, unless told otherwise; glass stops beam
 
 - *greedy*: `select_greedy`, which covers and asks for no network.
 - *greedy + links*: greedy on the candidates that joined chooses from, joined by the real links
-  (`select.network_start.joined`), then `drop_redundant`: repair afterwards.
+  (`select.network.connect`), then `drop_redundant`: repair afterwards.
 - *greedy + circles*: greedy, then the method paper's overlap repair by circles.
 - *paper*: `--method paper` without its spatial search, which would look for other candidates: genetic selection, then
   repair by circles.

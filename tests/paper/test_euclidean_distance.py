@@ -11,7 +11,7 @@ from planner_core.model import F2Settings
 from planner_core.model.options import method_of
 from planner_core.paper import euclidean_distance as module
 from planner_core.paper.point_distribution import PointDistribution
-from planner_core.paper.triangle_points import SampleKind, sample_triangle
+from planner_core.paper.reference_distance import SampleKind, sample_triangle
 from planner_core.scanner.template import directions
 from planner_core.scene.patches import patch_triangles
 

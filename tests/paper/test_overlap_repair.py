@@ -11,8 +11,7 @@ from shapely import unary_union
 from shapely.geometry import Point
 
 from planner_core.errors import RequirementError
-from planner_core.paper.circles import shared_fraction
-from planner_core.paper.occupancy import Cell, disc_points, filled_share, occupancy_grid
+from planner_core.paper.circle_overlap import Cell, disc_points, filled_share, occupancy_grid, shared_fraction
 from planner_core.paper.overlap_repair import Reason, rank_by_overlap, repair_overlap, station_overlaps
 
 R = 2.0

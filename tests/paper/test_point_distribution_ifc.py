@@ -9,8 +9,12 @@ from planner_core.engine.open_engine import open_engine
 from planner_core.engine.patch_samples import places_of
 from planner_core.model import BeamTemplate, Scene
 from planner_core.paper.point_distribution import PointDistribution
-from planner_core.paper.reference_distance import reference_distances_of_patches_m2
-from planner_core.paper.triangle_points import SampleKind, mean_squared_distance_m2, sample_triangle
+from planner_core.paper.reference_distance import (
+    SampleKind,
+    mean_squared_distance_m2,
+    reference_distances_of_patches_m2,
+    sample_triangle,
+)
 from planner_core.scanner.template import directions
 from planner_core.scene.patches import make_patches
 

@@ -9,8 +9,8 @@ from scipy.stats import qmc
 
 from planner_core.errors import RequirementError
 from planner_core.paper import reference_distance as rd
-from planner_core.paper import triangle_points as tp
-from planner_core.paper.triangle_points import SampleKind
+from planner_core.paper import reference_distance as tp
+from planner_core.paper.reference_distance import SampleKind
 
 SCALENE = np.array([[0.2, -0.1, 0.4], [1.3, 0.2, 0.3], [0.5, 0.9, 1.1]])
 seeds = st.integers(0, 2**32 - 1)

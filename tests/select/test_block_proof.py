@@ -16,11 +16,10 @@ from planner_core.model import Proven
 from planner_core.progress import ProgressEvent, silent
 from planner_core.select import block_proof, proven
 from planner_core.select.block_proof import BlockProof
-from planner_core.select.block_tasks import BlockJob
-from planner_core.select.blocks import blocks_of
+from planner_core.select.blocks import BlockJob, blocks_of
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
-from planner_core.select.network_start import connect
+from planner_core.select.network import connect
 from planner_core.select.proven import select
 from planner_core.select.search import Limits
 from planner_core.spread import NotWantedError, spread_over

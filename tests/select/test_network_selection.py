@@ -13,7 +13,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import Proven, Visibility
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
-from planner_core.select.network_start import connect
+from planner_core.select.network import connect
 from planner_core.select.problem import Constraint, cover_problem
 from planner_core.select.proven import select
 from planner_core.select.reductions import reduce_problem

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from selection_instances import problem_of, random_network
 
 from planner_core.select.check import check_selection
-from planner_core.select.network_start import connect
+from planner_core.select.network import connect
 from planner_core.select.polish import polish
 
 SEEDS = st.integers(0, 2**32 - 1)

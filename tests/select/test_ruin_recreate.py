@@ -13,8 +13,7 @@ from planner_core.model import Proven
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import select_greedy
 from planner_core.select.large import select_large
-from planner_core.select.network import Network
-from planner_core.select.network_start import connect
+from planner_core.select.network import Network, connect
 from planner_core.select.problem import CoverProblem
 from planner_core.select.ruin_recreate import RuinRecreate
 

@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from selection_instances import every_solution, problem_of
 
-from planner_core.select.branching import BranchAndBound
-from planner_core.select.groups import groups_of
+from planner_core.select.branching import BranchAndBound, groups_of
 from planner_core.select.problem import CoverProblem
 from planner_core.select.quick_bound import counting_bound, lower_bound
 from planner_core.select.relaxation import (

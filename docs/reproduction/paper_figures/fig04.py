@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from planner_core.model import FloatArray
-from planner_core.paper.triangle_points import (
+from planner_core.paper.reference_distance import (
     SampleKind,
     mean_distance_m,
     mean_squared_distance_m2,

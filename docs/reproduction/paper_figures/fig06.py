@@ -7,8 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from planner_core.model import FloatArray
-from planner_core.paper.circles import shared_fraction
-from planner_core.paper.occupancy import Cell, filled_share, occupancy_grid
+from planner_core.paper.circle_overlap import Cell, filled_share, occupancy_grid, shared_fraction
 
 from .charts import COLOURS, chart, label
 from .figure import Bench, Outcome, Picture

@@ -10,7 +10,7 @@ import numpy as np
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import FloatArray, Scene
-from planner_core.paper.triangle_points import SampleKind, sample_triangle
+from planner_core.paper.reference_distance import SampleKind, sample_triangle
 from planner_core.plan_folder.section_view import Camera, camera_at
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.patches import make_patches

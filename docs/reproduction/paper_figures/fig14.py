@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from planner_core.model import BoolArray, FloatArray
-from planner_core.paper.circles import shared_fraction
+from planner_core.paper.circle_overlap import shared_fraction
 from planner_core.paper.overlap_repair import OverlapRepair, repair_overlap, station_overlaps
 from planner_core.paper.point_distribution import PointDistribution
 from planner_core.paper.search.thinning import best_apart

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.model import FloatArray, Int64Array
-from planner_core.select.groups import groups_of
+from planner_core.select.branching import groups_of
 from planner_core.select.large_bound import large_bound
 from planner_core.select.network_cuts import NetworkCuts
 from planner_core.select.relaxation import (

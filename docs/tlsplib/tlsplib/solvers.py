@@ -37,7 +37,7 @@ from planner_core.paper.genetic import select_genetic
 from planner_core.paper.overlap_repair import repair_overlap
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.large import select_large
-from planner_core.select.network_start import connect
+from planner_core.select.network import connect
 from planner_core.select.proven import select
 
 from .cp_sat import NO_ORTOOLS

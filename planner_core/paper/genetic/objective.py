@@ -8,6 +8,9 @@ is missing, max(0, required - covered):
     coverage-at-most-n   n <= n_max: A (N + 1) + N - n;  else n_max - n        most area, then fewest stations
     eq9                  floor(2^s A / n)                                      López et al. 2023, Eq. 9
 
+Weights are whole numbers, so that sums are exact: that limits how large a problem may be. A `Trajectory` is what a run
+leaves behind, wherever it ran.
+
 kernels/genetic_population.cl (`key_of`) is the same.
 """
 
@@ -17,13 +20,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import Int64Array
+from planner_core.errors import RequirementError
+from planner_core.model import BoolArray, Int64Array
 from planner_core.model.genetic import OBJECTIVES, GeneticSettings
-from planner_core.paper.genetic.problem import MAX_KEY
+from planner_core.progress import Progress, ProgressEvent
 from planner_core.select.problem import CoverProblem
 
 #: Bits that the quotient of Eq. 9 keeps behind the point, at most.
 _MAX_SHIFT = 20
+#: Keys of the objectives have to stay below this; see `planner_core.paper.genetic.objective`.
+MAX_KEY = 2**62
+STALE = "no improvement"
+EXHAUSTED = "iterations"
 
 
 @dataclass(frozen=True)
@@ -59,3 +67,42 @@ def objective_of(problem: CoverProblem, settings: GeneticSettings) -> GeneticObj
         n_stations=settings.n_stations,
         shift=max(0, min(_MAX_SHIFT, spare_bits)),
     )
+
+
+def check_problem(problem: CoverProblem) -> None:
+    """Refuse what has nothing to choose from, or weighs more than 63-bit keys can tell apart.
+
+    Raises
+    ------
+    RequirementError
+        No candidates, or too large a total.
+    """
+    n_candidates = problem.starts.size - 1
+    if n_candidates < 1:
+        raise RequirementError(
+            "genetic selection: got no candidates, expected at least one; use a finer grid step or less clearance"
+        )
+    total = max(float(problem.ticks.sum(dtype=np.float64)), float(problem.required.sum(dtype=np.float64)))
+    if (total + 1) * (n_candidates + 1) >= MAX_KEY:
+        raise RequirementError(
+            f"genetic selection: got {n_candidates} candidates and {total:.3g} ticks of surface in all, expected a "
+            f"product below {MAX_KEY:.3g}; plan fewer floors at a time or use a coarser grid step"
+        )
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """How the best solution came about.
+
+    best : (N,) bool, its chromosome. history : (iterations + 1, 3) int64: key, covered ticks and active stations of the
+    best so far after every iteration, the start included. why_stopped : `STALE` or `EXHAUSTED`.
+    """
+
+    best: BoolArray
+    history: Int64Array
+    why_stopped: str
+
+
+def note(progress: Progress, iteration: int, facts: Int64Array) -> None:
+    """Report an iteration; how many there will be is not known before the last."""
+    progress(ProgressEvent("genetic", iteration, 0, f"{int(facts[2])} stations"))

@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from planner_core.device import Buffer, Device, Program
 from planner_core.model import BoolArray
 from planner_core.model.genetic import GeneticSettings
-from planner_core.paper.genetic.objective import GeneticObjective
+from planner_core.paper.genetic.objective import EXHAUSTED, STALE, GeneticObjective, Trajectory, note
 from planner_core.paper.genetic.operators import rate_range
 from planner_core.paper.genetic.philox import threshold
-from planner_core.paper.genetic.trajectory import EXHAUSTED, STALE, Trajectory, note
 from planner_core.progress import Progress
 from planner_core.select.bit_rows import Tiles, lay_out, pack
 from planner_core.select.problem import CoverProblem

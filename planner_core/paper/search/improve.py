@@ -1,7 +1,7 @@
 """Spatial search: move positions to better ones nearby, guided by F2, many agents at a time.
 
 Input starting positions (N, 3), local frame, metres, and a `Fitness`; output a `SearchResult` with the best position of
-each agent and the way it went. The methods: `local_search`, `annealing`, `tabu`.
+each agent and the way it went. The methods: `methods.py`.
 
 References
 ----------
@@ -19,10 +19,8 @@ from planner_core.errors import RequirementError
 from planner_core.model import FloatArray
 from planner_core.model.spatial_search import METHODS, SearchSettings
 from planner_core.paper.search.agents import SearchResult, SearchState
-from planner_core.paper.search.annealing import Annealing
 from planner_core.paper.search.landscape import Fitness
-from planner_core.paper.search.local_search import LocalSearch
-from planner_core.paper.search.tabu import TabuSearch
+from planner_core.paper.search.methods import Annealing, LocalSearch, TabuSearch
 from planner_core.progress import Progress, ProgressEvent, silent
 
 DEFAULTS = SearchSettings()

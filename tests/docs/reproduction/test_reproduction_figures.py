@@ -16,7 +16,7 @@ from scipy.spatial.distance import pdist
 
 import scenes_synthetic
 from planner_core.model import Visibility
-from planner_core.paper.triangle_points import SampleKind, sample_triangle
+from planner_core.paper.reference_distance import SampleKind, sample_triangle
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.patches import make_patches
 from scenes_synthetic.hole_walls import HOLES_M

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.paper.search import SearchSettings, search
-from planner_core.paper.search.neighbourhood import directions
+from planner_core.paper.search.agents import directions
 
 BOUNDS = np.array([[-1.0, -1.0, 0.5], [1.0, 1.0, 2.0]])
 ORIGIN = (0.01, -0.02, 0.6)

@@ -6,12 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely.geometry import Point
 
-from planner_core.paper.circles import shared_area_m2, shared_fraction
+from planner_core.paper.circle_overlap import shared_area_m2, shared_fraction
 
 #: Sides of a quarter of a polygon; its area is short of its circle's by this share.
 QUARTER = 256
 SHORT = 1 - np.sin(np.pi / 2 / QUARTER) / (np.pi / 2 / QUARTER)
-
 metres = st.floats(0.05, 20.0)
 
 
