@@ -1,7 +1,7 @@
 /* Building the tree, first stage: the triangles' order along the Morton curve, and their boxes.
  *
  * Layout     vertices (V, 3) float32, metres, local frame; corners (T, 3) int32 into them. Launched by
- *            planner_core.engine.tree_clusters. NDRange (n_chunks) unless said otherwise, any local size.
+ *            planner_core.engine.tree. NDRange (n_chunks) unless said otherwise, any local size.
  * Algorithm  Morton code: the bits of the three coordinates of a triangle's centroid, in turn. Cells are cubes.
  *
  * Define       meaning                                                     example

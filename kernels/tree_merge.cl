@@ -16,7 +16,7 @@
  *            halves[2 k], halves[2 k + 1]; a node's number is greater than those of its halves until it is built anew.
  *            Clusters: boxes (6, stride), see tree_clusters.h; id (n), number in the binary tree; size (n), level times 128
  *            plus units.
- *            Launched by planner_core.engine.tree_clusters. NDRange (n_chunks) unless said otherwise, any local size.
+ *            Launched by planner_core.engine.tree. NDRange (n_chunks) unless said otherwise, any local size.
  *
  * Define   meaning                                                              example
  * PAD      see tree_clusters.h; at least radius + LANES                         -DPAD=32
@@ -189,7 +189,7 @@ kernel void merge_clusters(TREE_ARGUMENTS, global float *boxes, global int *id, 
 }
 
 /* The remaining rounds, until one of n >= 1 clusters is left, which is a treelet, too. NDRange (1). coarse_first, step,
- * coarsest and slow_share: planner_core.engine.tree_clusters. n_levels (1) written: levels of treelets. */
+ * coarsest and slow_share: planner_core.engine.tree. n_levels (1) written: levels of treelets. */
 kernel void merge_rest(TREE_ARGUMENTS, global float *boxes, global int *id, global int *size, int stride, int n,
                        global int *nearest, int first_node, global float *to_boxes, global int *to_id,
                        global int *to_size, int radius, int late_radius, int late, int coarse, int coarse_first,

@@ -4,7 +4,7 @@
  *            from the blocks up.
  * Indices    The binary tree: see tree_merge.cl. nodes (N): the binary node that every wide node is; blocks (B): that every
  *            block is. Nodes of a level are neighbours, and so are the children of a node that are nodes, and those that
- *            are blocks. Launched by planner_core.engine.tree_wide. NDRange (n_chunks) unless said otherwise, any local size.
+ *            are blocks. Launched by planner_core.engine.tree. NDRange (n_chunks) unless said otherwise, any local size.
  *
  * Define   meaning                                                                             example
  * FLOAT64  1: normals and edges are computed here, in float64; 0: the host has done so         -DFLOAT64=1
@@ -120,7 +120,7 @@ kernel void list_levels(BINARY_ARGUMENTS, global int *nodes, int first, int n, i
 }
 
 #if FLOAT64
-/* Normal and squared edges of triangle t, as NumPy computes them in planner_core.engine.surfaces and .scene.patches, to the
+/* Normal and squared edges of triangle t, as NumPy computes them in planner_core.engine.traced_surfaces and .scene.patches, to the
  * last bit: the same float64 operations in the same order, none contracted. No area: a normal of zeros. */
 static inline void measure_triangle(float *normal, global float *edges, const float *v)
 {

@@ -13,13 +13,13 @@ from planner_core.as_scanned.comparison import (
     FATES,
     AsScanned,
     Rescan,
+    RescanGain,
     counted_links,
     is_network_met,
     is_network_met_as_required,
     is_part_met,
     registration_of,
 )
-from planner_core.as_scanned.rescan_gain import RescanGain
 from planner_core.model import Coverage, FloatArray, Link, Plan, SiteFrame, Station
 from planner_core.network.weak_motion import overlap_share
 from planner_core.planning.live.live_plan import DraftFigures, LivePlan

@@ -25,7 +25,6 @@ from planner_core.memory_settings import memory_from_env
 
 #: Device memory that we may use at most, such as `8GB` or `500MB`; unset: what the device has.
 MEMORY_VARIABLE = "TLSPLAN_MEMORY"
-
 #: Share of the device's memory that we take at most: drivers and other programs need some too.
 _USABLE_SHARE = 0.9
 #: BUILD_PROGRAM_FAILURE, COMPILE_PROGRAM_FAILURE, LINK_PROGRAM_FAILURE, INVALID_BUILD_OPTIONS: there is a log to read.
@@ -41,6 +40,8 @@ _LARGE_BYTES = 4 * 2**20
 _ALIGNMENT = 128
 #: Launches whose fate has not been checked yet; their events hold memory of the driver.
 _MAX_LAUNCHED = 1024
+#: GPUs divide to 2.5 units in the last place unless the build asks for the nearest float, as processors always do.
+_EXACT_QUOTIENTS = "-cl-fp32-correctly-rounded-divide-sqrt"
 
 
 class Buffer:
@@ -104,16 +105,6 @@ class Program:
                 launch.set_arg_types(key[1])
             launch.set_args(*(item.handle if isinstance(item, Buffer) else item for item in arguments))
             device.note_launch(what, pyopencl.enqueue_nd_range_kernel(device.queue, launch, global_size, local_size))
-
-
-def _type_of_argument(item: Any) -> np.dtype[Any] | None:
-    if isinstance(item, Buffer):
-        return None
-    return item.dtype if isinstance(item, np.generic) else np.dtype((np.void, item.nbytes))
-
-
-#: GPUs divide to 2.5 units in the last place unless the build asks for the nearest float, as processors always do.
-_EXACT_QUOTIENTS = "-cl-fp32-correctly-rounded-divide-sqrt"
 
 
 class _Context:
@@ -453,6 +444,23 @@ class Device:
             self._drain()
 
 
+def memory_allowed() -> int:
+    """What `MEMORY_VARIABLE` allows, in bytes; a wrong one is a RequirementError, which no fallback swallows."""
+    limit_bytes = memory_from_env(MEMORY_VARIABLE)
+    return sys.maxsize if limit_bytes is None else limit_bytes
+
+
+def has_float64(device: Device) -> bool:
+    """Whether kernels may use double on `device`."""
+    return "cl_khr_fp64" in device.queue.device.extensions.split()
+
+
+def _type_of_argument(item: Any) -> np.dtype[Any] | None:
+    if isinstance(item, Buffer):
+        return None
+    return item.dtype if isinstance(item, np.generic) else np.dtype((np.void, item.nbytes))
+
+
 def _large_pages(n_bytes: int) -> NDArray[np.uint8]:
     """Memory aligned as a driver's own. NumPy asks for large pages, which take the operating system a fraction of the
     time where they are new: a fifth of building a tree of millions of triangles went into small ones.
@@ -460,12 +468,6 @@ def _large_pages(n_bytes: int) -> NDArray[np.uint8]:
     memory = np.empty(n_bytes + _ALIGNMENT, dtype=np.uint8)
     start = -memory.ctypes.data % _ALIGNMENT
     return memory[start : start + n_bytes]
-
-
-def memory_allowed() -> int:
-    """What `MEMORY_VARIABLE` allows, in bytes; a wrong one is a RequirementError, which no fallback swallows."""
-    limit_bytes = memory_from_env(MEMORY_VARIABLE)
-    return sys.maxsize if limit_bytes is None else limit_bytes
 
 
 def _mib(n_bytes: int) -> str:

@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.compiled import compiled, share_out
-from planner_core.engine.optics import Traced
 from planner_core.engine.patch_returns import Content, ReturnRows, empty_moments
-from planner_core.engine.surfaces import round_surfaces
+from planner_core.engine.traced_surfaces import Traced, round_surfaces
 from planner_core.model import Float32Array, FloatArray, Int32Array, UInt8Array
 from planner_core.scene.patches import squared_edges
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from planner_core.device.drivers import load_shared_threads
 from planner_core.engine.hit_rows import HitRows, Hits
-from planner_core.engine.optics import traced_surfaces
 from planner_core.engine.patch_returns import Content, ReturnRows, RowCollector, RowStore, join_bands, no_rows
 from planner_core.engine.scan_engine import check_positions, check_rays
+from planner_core.engine.traced_surfaces import traced_surfaces
 from planner_core.errors import MissingPackageError
 from planner_core.model import (
     BeamTemplate,

@@ -13,9 +13,10 @@ from functools import cached_property
 import numpy as np
 
 from planner_core.device import Buffer, Device, in_batches
-from planner_core.engine.optics import traced_surfaces
 from planner_core.engine.patch_returns import (
+    BATCH_BYTES,
     Content,
+    PatchRows,
     ReturnRows,
     RowCollector,
     RowStore,
@@ -23,9 +24,9 @@ from planner_core.engine.patch_returns import (
     join_bands,
     no_rows,
 )
-from planner_core.engine.patch_rows import BATCH_BYTES, PatchRows
 from planner_core.engine.scan_engine import check_positions, check_rays
-from planner_core.engine.tiled_template import TiledTemplate
+from planner_core.engine.tiles import TiledTemplate
+from planner_core.engine.traced_surfaces import traced_surfaces
 from planner_core.engine.tree import Tree, build_tree, walk_defines
 from planner_core.model import (
     BeamTemplate,

@@ -30,7 +30,7 @@ from planner_core.model import FloatArray, PlanSettings, Survey
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.positions.local_site import LocalSite, local_site
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.route.floors_passed import nodes_under
+from planner_core.route.route import nodes_under
 
 SCHEMA = "tlsplan/robot-mission/1"
 GEOJSON = "mission.geojson"

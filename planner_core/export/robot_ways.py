@@ -18,7 +18,7 @@ from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
 from planner_core.positions.free_space import FreeSpace, spread
 from planner_core.positions.reach import Reach
 from planner_core.positions.walking import Walking
-from planner_core.route.floors_passed import nodes_under
+from planner_core.route.route import nodes_under
 
 #: A way whose cells keep this many cells off others stays off them with all of its line.
 _LINE_CELLS = 1.5

@@ -33,7 +33,7 @@ from planner_core.model import (
     WeakMotion,
 )
 from planner_core.network.pair_overlap import PairMatrices, SharedSurface, overlapping_pairs, strengths_of
-from planner_core.network.weak_axis import weak_motion
+from planner_core.network.weak_motion import weak_motion
 from planner_core.scene.patches import patch_triangles
 
 #: Overlaps below this are not listed: nobody registers on a twentieth of a scan.

@@ -1,4 +1,8 @@
-"""What people read about a link: its overlap, and the motion that it holds least, in words of a survey.
+"""Weak motion: the small motion that a link's common surface holds least; it, and overlap, in words of a survey.
+
+Input a link's normal matrix (6, 6), see `planner_core.network.links`; output a `WeakMotion`: the eigenvector (t, r) of
+the smallest eigenvalue, a shift t of the common surface's centroid and a turn r / L about it. Whichever is larger is
+its kind. Axes are those of the scene frame, z is the vertical.
 
 Fractions and `WeakMotion`s -> text. People think in shifts, tilts and the heading, along or about a line of the map.
 The viewer has the same words.
@@ -9,11 +13,17 @@ from __future__ import annotations
 import math
 from decimal import ROUND_DOWN, Decimal
 
-from planner_core.model import WeakMotion
+import numpy as np
+
+from planner_core.model import FloatArray, WeakMotion
 
 #: Lines steeper than this have no direction in plan, those flatter are level: as in the viewer.
 _STEEP_DEG, _LEVEL_DEG = 80.0, 10.5
 _LINES = ("N–S", "NE–SW", "E–W", "NW–SE")
+#: Eigenvalues this close to the smallest, of a matrix whose trace is 2 at most, are equal but for rounding.
+_SAME_EIGENVALUE = 1e-9
+#: A direction within this of an axis is that axis: surveyors do not turn a screw by less.
+_NEAR_AXIS_COS = float(np.cos(np.radians(10.0)))
 
 
 def overlap_percent(overlap: float) -> str:
@@ -24,11 +34,6 @@ def overlap_percent(overlap: float) -> str:
 def overlap_share(overlap: float, decimals: int) -> float:
     """Return a fraction as a fraction of so many decimals, rounded down as well: for files that keep numbers short."""
     return float(_rounded_down(overlap, decimals))
-
-
-def _rounded_down(overlap: float, decimals: int) -> Decimal:
-    """Exact: of the shortest decimal that is this float, as 0.289 * 1000 is not 289."""
-    return Decimal(repr(float(overlap))).quantize(Decimal(1).scaleb(-decimals), rounding=ROUND_DOWN)
 
 
 def motion_words(motion: WeakMotion | None, *, north_rad: float | None = 0.0, of_north: str = "") -> str:
@@ -72,9 +77,51 @@ def words_by_axes(motion: WeakMotion | None) -> str:
     return f"{'slides along' if motion.kind == 'shift' else 'tilts about'} {named}"
 
 
+def weak_motion(matrix: FloatArray) -> WeakMotion | None:
+    """Find the motion that a normal matrix (6, 6) holds least; None where nothing is common.
+
+    Where several motions are held alike, as on a single wall, it is a shift before a turn, along x before y before z.
+    """
+    if not np.trace(matrix) > 0:
+        return None
+    value, vector = np.linalg.eigh(matrix)
+    least = vector[:, value <= value[0] + _SAME_EIGENVALUE]
+    shift, turn = (_strongest(least[part]) for part in (slice(0, 3), slice(3, 6)))
+    if np.linalg.norm(least[:3].T @ shift) >= np.linalg.norm(least[3:].T @ turn) - _SAME_EIGENVALUE:
+        return WeakMotion("shift", _rounded(shift))
+    return WeakMotion("turn", _rounded(turn))
+
+
+def _rounded_down(overlap: float, decimals: int) -> Decimal:
+    """Exact: of the shortest decimal that is this float, as 0.289 * 1000 is not 289."""
+    return Decimal(repr(float(overlap))).quantize(Decimal(1).scaleb(-decimals), rounding=ROUND_DOWN)
+
+
 def _by_axes(bearing_deg: float) -> str:
     """Name a level line, clockwise from +y, by the axes of the scene."""
     from_y = math.floor(bearing_deg + 0.5) % 180
     if from_y in (0, 90):
         return "x" if from_y else "y"
     return f"the line {from_y}° from y to x" if from_y < 90 else f"the line {180 - from_y}° from y to -x"
+
+
+def _strongest(block: FloatArray) -> FloatArray:
+    """(3,) unit direction in which a space of motions (3, k) goes furthest; an axis where none goes further."""
+    direction: FloatArray = np.linalg.svd(block)[0][:, 0]
+    reach = np.linalg.norm(block, axis=1)
+    if reach.max() >= np.linalg.norm(block.T @ direction) - _SAME_EIGENVALUE:
+        direction = np.eye(3)[int(np.flatnonzero(reach >= reach.max() - _SAME_EIGENVALUE)[0])]
+    return direction
+
+
+def _rounded(direction: FloatArray) -> tuple[float, float, float]:
+    """An axis, a level direction of whole degrees from +x towards +y in [0, 180), or components of two decimals."""
+    near = np.abs(direction) >= _NEAR_AXIS_COS
+    if near.any():
+        x, y, z = near.astype(float)
+    elif abs(direction[2]) <= np.sqrt(1.0 - _NEAR_AXIS_COS**2):
+        angle = np.radians(round(float(np.degrees(np.arctan2(direction[1], direction[0])))) % 180)
+        x, y, z = np.cos(angle), np.sin(angle), 0.0
+    else:
+        x, y, z = np.round(direction * np.sign(direction[np.abs(direction).argmax()]), 2) + 0.0
+    return float(x), float(y), float(z)

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from planner_core.device import Device, in_batches
-from planner_core.device.precision import has_float64
+from planner_core.device.runtime import has_float64
 from planner_core.engine.open_engine import device_of
 from planner_core.engine.patch_samples import places_of
 from planner_core.engine.scan_engine import ScanEngine, check_positions

@@ -23,9 +23,9 @@ from planner_core.positions.allowed_positions import AllowedPositions, find_posi
 from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.local_site import local_site
 from planner_core.progress import Progress, silent
+from planner_core.requirements.compliance import missed_in_words
 from planner_core.requirements.demand import demand_of
 from planner_core.requirements.explain import explain
-from planner_core.requirements.figures import missed_in_words
 from planner_core.requirements.goals import goals_of
 from planner_core.requirements.scope import with_scope
 from planner_core.route.route import plan_route

@@ -25,8 +25,8 @@ from planner_core.model import (
 from planner_core.network.candidate_links import CandidateLinks, candidate_links, network_of, parts_of
 from planner_core.network.links import surface_of_patches
 from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.requirements.compliance import rows_of_overlap
 from planner_core.requirements.demand import Demand, KnownObservations, demand_of, rows_from
-from planner_core.requirements.figures import rows_of_overlap
 from planner_core.requirements.goals import Goals
 from planner_core.requirements.observe_candidates import SeenPatches
 from planner_core.select.network import Network

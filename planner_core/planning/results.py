@@ -43,8 +43,7 @@ from planner_core.network.pair_overlap import SharedSurface
 from planner_core.network.targets import FARTHEST_M, target_places
 from planner_core.positions.reach import Reach
 from planner_core.progress import Progress, silent
-from planner_core.requirements.demand import Demand
-from planner_core.requirements.figures import (
+from planner_core.requirements.compliance import (
     coverage_curve,
     losses_of,
     part_results,
@@ -52,10 +51,10 @@ from planner_core.requirements.figures import (
     rows_of_quality,
     times_met,
 )
+from planner_core.requirements.demand import Demand
 from planner_core.requirements.goals import NO_COVER
 from planner_core.requirements.observe_candidates import SeenPatches
-from planner_core.route.field_time import field_time
-from planner_core.route.route import route_warnings
+from planner_core.route.route import field_time, route_warnings
 from planner_core.route.sealed import reach_warnings, sealed_areas
 
 #: What moves between two scans, or may not be stuck on.

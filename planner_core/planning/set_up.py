@@ -21,8 +21,8 @@ from planner_core.network.links import SET_UP_SHARE, SET_UP_STRENGTH, surface_of
 from planner_core.network.pair_overlap import PairMatrices, PairOverlaps, strengths_of
 from planner_core.planning.pool import FragileLinks, Pool, kept_links, links_among
 from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.requirements.compliance import rows_of_overlap
 from planner_core.requirements.demand import rows_from
-from planner_core.requirements.figures import rows_of_overlap
 
 #: Places around a mark.
 _N_AROUND = 8

@@ -20,9 +20,8 @@ import numpy as np
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.route.detour import exchange_detours_m, insertion_detours_m
-from planner_core.route.exchange import Exchanges
-from planner_core.route.order import visiting_order
+from planner_core.route.exchange import Exchanges, exchange_detours_m, insertion_detours_m
+from planner_core.route.visiting_order import visiting_order
 from planner_core.select.check import check_selection
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem

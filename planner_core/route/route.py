@@ -1,6 +1,9 @@
 """The route through a plan: stations in the order of the walk, and the way from each to the next.
 
 Input a `Reach` and stations (local frame, metres), output a `Route`.
+
+Ways are cut where one floor goes over into another (`pieces_by_floor`). Field time is what a crew needs for a plan, in
+seconds: scanning and walking follow from the plan, set-up from experience: levelling, targets, moving the case.
 """
 
 from __future__ import annotations
@@ -11,13 +14,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Leg, Route
+from planner_core.model import BoolArray, Crew, FieldTime, FloatArray, Int32Array, Int64Array, Leg, Route
+from planner_core.positions.free_space import FreeSpace
 from planner_core.positions.local_site import ANYWHERE, Ends
 from planner_core.positions.reach import ARM_M, Reach, stand_nodes
 from planner_core.positions.walking import Walking
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.route.floors_passed import pieces_by_floor
-from planner_core.route.order import N_KICKS, visiting_order
+from planner_core.route.visiting_order import N_KICKS, visiting_order
 
 #: A start or an end is moved to where one can stand, this far at most in plan and in height: a door's threshold, say.
 _END_M = 1.0
@@ -27,6 +30,8 @@ _END_HEIGHT_M = 0.6
 _MOST_STOPS = 2048
 #: So many are named in a note; the rest is counted.
 _MAX_NAMED = 6
+#: A straight walk may run this far above or below the ground: over the nosings of a flight of stairs.
+_OFF_GROUND_M = 0.5
 
 
 def plan_route(
@@ -109,21 +114,6 @@ def plan_route(
     )
 
 
-def _parts_in_order(parts: list[Int64Array], floor: Int32Array, start: int | None, end: int | None) -> list[Int64Array]:
-    """Parts of a large site, the lowest first, but for those of the start and of the end."""
-
-    def place(stops: Int64Array) -> tuple[bool, bool, int]:
-        at_end, at_start = end in stops, start in stops
-        return not at_start, at_end and not at_start, int(floor[stops].min())
-
-    return sorted(parts, key=place)
-
-
-def _among(stops: Int64Array, stop: int | None) -> int | None:
-    at = [] if stop is None else np.flatnonzero(stops == stop).tolist()
-    return at[0] if at else None
-
-
 def in_visiting_order(route: Route) -> Route:
     """Return the route of the same stations listed in `route.order`: the first of them is the first to be visited."""
     rank = np.argsort(route.order, kind="stable").tolist()
@@ -157,15 +147,6 @@ def route_warnings(route: Route, ids: Sequence[str]) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def _stop(station: int, ids: Sequence[str], end: str) -> str:
-    return ids[station] if station >= 0 else f"the {end}"
-
-
-def _named(names: list[str]) -> str:
-    more = f" and {len(names) - _MAX_NAMED} more" if len(names) > _MAX_NAMED else ""
-    return ", ".join(names[:_MAX_NAMED]) + more
-
-
 def ends_on_ground(reach: Reach, ends: Ends) -> tuple[Ends, tuple[str, ...]]:
     """Move start and end to where one can stand; leave them out, with a note (a line each), where that is too far."""
     found: list[FloatArray | None] = []
@@ -190,9 +171,93 @@ def ends_on_ground(reach: Reach, ends: Ends) -> tuple[Ends, tuple[str, ...]]:
     return Ends(found[0], found[1], ends.closed), tuple(notes)
 
 
+def pieces_by_floor(space: FreeSpace, points_m: FloatArray) -> tuple[FloatArray, Int32Array]:
+    """Corners (K, 3), floors (K - 1,) of a way with corners (M, 3), M >= 2; one more corner for each change of floor.
+
+    A place over no ground is of the floor before it.
+    """
+    corners = [points_m[0]]
+    floors: list[int] = []
+    for a, b in pairwise(points_m):
+        n = max(1, int(np.ceil(np.hypot(*(b - a)[:2]) / space.grid.cell_m)))
+        middle = a + (b - a) * ((np.arange(n) + 0.5) / n)[:, None]
+        floor = _filled(_floor_under(space, middle), floors[-1] if floors else -1)
+        change = np.flatnonzero(np.diff(floor)) + 1
+        corners += [a + (b - a) * (k / n) for k in change.tolist()] + [b]
+        floors += floor[np.append(0, change)].tolist()
+    return np.array(corners), np.array(floors, dtype=np.int32)
+
+
+def _floor_under(space: FreeSpace, place_m: FloatArray) -> Int32Array:
+    """(N,) int32 floor of the ground nearest in height to places (N, 3); -1 where there is none within 0.5 m."""
+    node = nodes_under(space, place_m)
+    out = np.full(node.size, -1, dtype=np.int32)
+    out[node >= 0] = space.floor[node[node >= 0]]
+    return out
+
+
+def nodes_under(space: FreeSpace, place_m: FloatArray) -> Int64Array:
+    """(N,) int64 node nearest in height below or above places (N, 3); -1 where there is none within 0.5 m."""
+    cell = space.grid.index_of(place_m[:, :2])
+    inside = ((cell >= 0) & (cell < [space.grid.nx, space.grid.ny])).all(axis=1)
+    column = np.where(inside, cell[:, 1] * space.grid.nx + cell[:, 0], -1)
+    first, end = np.searchsorted(space.column, [column, column + 1])
+    out = np.full(place_m.shape[0], -1, dtype=np.int64)
+    best = np.full(place_m.shape[0], _OFF_GROUND_M)
+    for layer in range(int((end - first).max(initial=0))):
+        there = np.flatnonzero(first + layer < end)
+        node = first[there] + layer
+        off = np.abs(space.ground_m[node] - place_m[there, 2])
+        nearer = off < best[there]
+        out[there[nearer]], best[there[nearer]] = node[nearer], off[nearer]
+    return out
+
+
+def field_time(crew: Crew, *, n_scans: int, walk_m: float) -> FieldTime:
+    """Time for `n_scans` stations that are still to be scanned and a walk of `walk_m`.
+
+    Where nobody knows how long a scan takes, the time of scanning is not known either.
+    """
+    scanning_s = None if crew.scan_s is None else n_scans * crew.scan_s
+    return FieldTime(scanning_s, n_scans * crew.set_up_s, walk_m / crew.walking_m_per_s)
+
+
+def _parts_in_order(parts: list[Int64Array], floor: Int32Array, start: int | None, end: int | None) -> list[Int64Array]:
+    """Parts of a large site, the lowest first, but for those of the start and of the end."""
+
+    def place(stops: Int64Array) -> tuple[bool, bool, int]:
+        at_end, at_start = end in stops, start in stops
+        return not at_start, at_end and not at_start, int(floor[stops].min())
+
+    return sorted(parts, key=place)
+
+
+def _among(stops: Int64Array, stop: int | None) -> int | None:
+    at = [] if stop is None else np.flatnonzero(stops == stop).tolist()
+    return at[0] if at else None
+
+
+def _stop(station: int, ids: Sequence[str], end: str) -> str:
+    return ids[station] if station >= 0 else f"the {end}"
+
+
+def _named(names: list[str]) -> str:
+    more = f" and {len(names) - _MAX_NAMED} more" if len(names) > _MAX_NAMED else ""
+    return ", ".join(names[:_MAX_NAMED]) + more
+
+
 def _leg(walking: Walking, reach: Reach, from_m: FloatArray, to_m: FloatArray, a: int, b: int) -> Leg:
     path = walking.path(from_m, to_m)
     if path.points_m.shape[0] < 2:
         return Leg(a, b, path.points_m, np.empty(0, dtype=np.int32), path.length_m)
     points_m, floor = pieces_by_floor(reach.space, path.points_m)
     return Leg(a, b, points_m, floor, path.length_m)
+
+
+def _filled(floor: Int32Array, before: int) -> Int32Array:
+    """Put the last known floor where it is not known; the first known one where none was before."""
+    known = np.flatnonzero(floor >= 0)
+    if before < 0:
+        before = int(floor[known[0]]) if known.size else 0
+    last = np.maximum.accumulate(np.where(floor >= 0, np.arange(floor.size), -1))
+    return np.where(last >= 0, floor[np.maximum(last, 0)], before).astype(np.int32)

@@ -24,11 +24,11 @@ from planner_core.as_scanned.comparison import (
     is_met,
     is_part_met,
     plan_rescan,
+    purposes_of,
     registration_of,
 )
 from planner_core.as_scanned.document import as_scanned_document
 from planner_core.as_scanned.matching import matched
-from planner_core.as_scanned.rescan_gain import purposes_of
 from planner_core.as_scanned.station_lists import ListedStation, read_actual
 from planner_core.errors import StationListError
 from planner_core.model import PartResult, Plan

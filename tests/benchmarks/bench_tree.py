@@ -23,7 +23,7 @@ from planner_core.device import Device, open_device
 from planner_core.engine import opencl
 from planner_core.engine.open3d import import_open3d
 from planner_core.engine.opencl import OpenCLEngine
-from planner_core.engine.surfaces import round_surfaces
+from planner_core.engine.traced_surfaces import round_surfaces
 from planner_core.engine.tree import Tree
 from planner_core.model import Patches, Scene
 from planner_core.scanner.load_scanner import load_scanner

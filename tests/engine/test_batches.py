@@ -15,9 +15,8 @@ from planner_core.device import Device
 from planner_core.engine import opencl, tuning
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.opencl import OpenCLEngine
-from planner_core.engine.patch_returns import ReturnRows
-from planner_core.engine.patch_rows import PatchRows
-from planner_core.engine.tiled_template import TiledTemplate
+from planner_core.engine.patch_returns import PatchRows, ReturnRows
+from planner_core.engine.tiles import TiledTemplate
 from planner_core.errors import DeviceMemoryError
 from planner_core.model import Patches, Scene, Visibility
 from planner_core.progress import ProgressEvent

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from planner_core import compiled
 from planner_core.engine.hit_rows import HitRows, Hits
 from planner_core.engine.open3d import Open3DEngine
-from planner_core.engine.optics import Traced, traced_surfaces
+from planner_core.engine.traced_surfaces import Traced, traced_surfaces
 from planner_core.model import ReturnMoments
 from planner_core.scene.patches import make_patches, patch_code, squared_edges
 

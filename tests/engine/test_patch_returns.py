@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.device import Device
-from planner_core.engine import open3d, patch_rows, tuning
+from planner_core.engine import open3d, patch_returns, tuning
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.patch_returns import ReturnRows, join_bands
 from planner_core.model import BeamTemplate, Patches, PatchReturns, ReturnMoments, ScanBatch, Scene
@@ -266,7 +266,7 @@ def test_slices_of_a_row_leave_no_trace(
     engine = open_both(shapes.scene_of(*shapes.clutter_of(30, seed=6)), 0.5)[0]
     template = shapes.template_of(20, 100)
     expected = engine.patch_returns(template, positions, moments=True)
-    monkeypatch.setattr(patch_rows, "_JOINERS", {"cpu": joiners})
+    monkeypatch.setattr(patch_returns, "_JOINERS", {"cpu": joiners})
     assert_same(engine.patch_returns(template, positions, moments=True), expected)
 
 

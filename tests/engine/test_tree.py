@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.device import Device, Program, sort
-from planner_core.engine import tree_clusters, tree_wide
-from planner_core.engine.surfaces import round_surfaces
+from planner_core.engine import tree
+from planner_core.engine.traced_surfaces import round_surfaces
 from planner_core.engine.tree import Tree, build_tree
 from planner_core.model import Scene
 from planner_core.scene.patches import squared_edges
@@ -181,11 +181,11 @@ def test_a_tree_does_not_depend_on_chunks_or_packets(
     monkeypatch.setattr(sort, "_MIN_CHUNK", 7)
     assert digest(build_tree(scene, device)) == first
     monkeypatch.setattr(sort, "_DIGIT_BITS", {})
-    monkeypatch.setattr(tree_clusters, "_LANES", {})
+    monkeypatch.setattr(tree, "_LANES", {})
     assert digest(build_tree(scene, device)) == first
     for few_clusters, few_nodes in ((200, 10), (1, 0), (10**6, 10**6)):  # rounds and levels one launch has for itself
-        monkeypatch.setattr(tree_clusters, "_FEW", {device.kind: few_clusters})
-        monkeypatch.setattr(tree_wide, "_FEW", {device.kind: few_nodes})
+        monkeypatch.setattr(tree, "_FEW_CLUSTERS", {device.kind: few_clusters})
+        monkeypatch.setattr(tree, "_FEW_NODES", {device.kind: few_nodes})
         assert digest(build_tree(scene, device)) == first
 
 
@@ -194,8 +194,8 @@ def test_normals_and_edges_are_the_same_without_float64_on_the_device(
 ) -> None:
     scene = shapes.scene_of(*shapes.clutter_of(30, seed=3))
     here = build_tree(scene, device)
-    assert tree_wide.has_float64(device), "PoCL has it: without it this would compare a thing with itself"
-    monkeypatch.setattr(tree_wide, "has_float64", lambda device: False)
+    assert tree.has_float64(device), "PoCL has it: without it this would compare a thing with itself"
+    monkeypatch.setattr(tree, "has_float64", lambda device: False)
     assert digest(build_tree(scene, device)) == digest(here)
 
 

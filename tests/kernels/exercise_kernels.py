@@ -26,7 +26,7 @@ import pyopencl
 
 from planner_core.device import Device, open_device, sort
 from planner_core.device.choice import open_unchecked
-from planner_core.engine import opencl, parts, patch_mode, tree_clusters, tree_wide
+from planner_core.engine import opencl, parts, patch_mode, tree
 from planner_core.engine.in_parts import PartedEngine
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.patch_mode import PatchMode
@@ -228,7 +228,7 @@ def main() -> None:
     # Small scenes would be one work-item's: let several share the work, as they do in use.
     kind = options.kind.partition("-")[0]
     sort._MIN_CHUNK, patch_mode._GROUPS_A_RUN = 16, {kind: 2}
-    tree_clusters._FEW, tree_wide._FEW = {kind: 40}, {kind: 1}
+    tree._FEW_CLUSTERS, tree._FEW_NODES = {kind: 40}, {kind: 1}
     if options.poison is not None:
         poison_memory(options.poison)
     if options.tree is not None:

@@ -79,7 +79,7 @@ def test_coverage_of_the_house_is_what_open3d_computes(house_on_map: SharedPlan)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param("duplex", marks=pytest.mark.campaign), "fzk-haus"])
 def test_coverage_of_a_real_building_is_what_open3d_computes(name: str, real_scene: Callable[[str], Scene]) -> None:
-    # All that Open3D is given returns beams; glass has its own oracle, tests/engine/test_optics.py.
+    # All that Open3D is given returns beams; glass has its own oracle, tests/engine/test_traced_surfaces.py.
     plan = make_plan(replace(real_scene(name), optics_of_triangle=None), COARSE)
     assert abs(recomputed_fraction(plan) - plan.coverage.fraction_of_achievable) < 0.005
 

@@ -17,7 +17,13 @@ from planner_core.errors import RequirementError
 from planner_core.model import Paper, PartRequirement, PartResult, PointLimits, Requirements, Visibility
 from planner_core.requirements import demand as demands
 from planner_core.requirements import goals as goals_module
-from planner_core.requirements.figures import coverage_curve, missed_in_words, part_results, rows_of_quality, times_met
+from planner_core.requirements.compliance import (
+    coverage_curve,
+    missed_in_words,
+    part_results,
+    rows_of_quality,
+    times_met,
+)
 from planner_core.requirements.goals import Goal, Goals
 from planner_core.requirements.observe_candidates import SeenPatches, _SeenSoFar, limits_of
 from planner_core.scanner.load_scanner import load_scanner

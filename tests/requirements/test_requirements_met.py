@@ -8,7 +8,7 @@ import pytest
 from stages import demand_of
 
 from planner_core.model import Proven
-from planner_core.requirements.figures import part_results
+from planner_core.requirements.compliance import part_results
 from planner_core.requirements.read import requirements_from
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import cover_problem

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
 from planner_core.model import Visibility
-from planner_core.route.detour import exchange_detours_m, insertion_detours_m
-from planner_core.route.exchange import Exchanges
+from planner_core.route.exchange import Exchanges, exchange_detours_m, insertion_detours_m
 from planner_core.route.least_time import GRAPH_DETOUR, LeastTimeSettings, WalkingDistances, least_time, lower_bound_s
 from planner_core.select.check import SelectionCheckError
 from planner_core.select.greedy import select_greedy

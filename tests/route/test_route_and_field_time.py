@@ -13,9 +13,14 @@ from planner_core.positions.local_site import ANYWHERE, Ends, ends_of
 from planner_core.positions.reach import Reach, reachability
 from planner_core.positions.walking import Walking
 from planner_core.route import route as route_module
-from planner_core.route.field_time import field_time
-from planner_core.route.floors_passed import pieces_by_floor
-from planner_core.route.route import ends_on_ground, in_visiting_order, plan_route, route_warnings
+from planner_core.route.route import (
+    ends_on_ground,
+    field_time,
+    in_visiting_order,
+    pieces_by_floor,
+    plan_route,
+    route_warnings,
+)
 from planner_core.route.sealed import sealed_areas
 from planner_core.scanner.load_scanner import load_scanner
 from scenes_synthetic import build

@@ -9,9 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
-from planner_core.route import tour as tour_module
-from planner_core.route.order import visiting_order
-from planner_core.route.tour import exact_tour, improved_tour, paths_through, tour_length_m
+from planner_core.route import visiting_order as tour_module
+from planner_core.route.visiting_order import exact_tour, improved_tour, paths_through, tour_length_m, visiting_order
 
 
 def plan_distances(points: np.ndarray) -> np.ndarray:

@@ -20,8 +20,8 @@ from planner_core.network.links import with_scanned
 from planner_core.network.network_report import registration_report
 from planner_core.planning.live.draft import Draft, DraftStation
 from planner_core.planning.live.tally import CoverageAreas
+from planner_core.requirements.compliance import coverage_curve, losses_of, part_results, rows_of_quality, times_met
 from planner_core.requirements.demand import Demand
-from planner_core.requirements.figures import coverage_curve, losses_of, part_results, rows_of_quality, times_met
 from planner_core.requirements.observe_candidates import SeenPatches
 
 

@@ -34,12 +34,11 @@ from planner_core.positions.admissibility import Tripods
 from planner_core.positions.local_site import ends_of, floor_named, local_site
 from planner_core.positions.reach import Reach
 from planner_core.progress import Progress, silent
+from planner_core.requirements.compliance import losses_of, rows_of_quality
 from planner_core.requirements.demand import Demand
-from planner_core.requirements.figures import losses_of, rows_of_quality
 from planner_core.requirements.goals import Goal
 from planner_core.requirements.observe_candidates import SeenPatches
-from planner_core.route.field_time import field_time
-from planner_core.route.route import plan_route
+from planner_core.route.route import field_time, plan_route
 from planner_core.scanner.template import preview_template, window_template
 
 #: Standings that are remembered: the draft's, the one without the station that is dragged, and those before them.

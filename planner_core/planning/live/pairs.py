@@ -26,7 +26,7 @@ from planner_core.model import (
 )
 from planner_core.network.links import surface_of_patches
 from planner_core.network.pair_overlap import N_SUMS, area_ticks, common_matrices, overlap_by, patch_sums, strengths_of
-from planner_core.network.weak_axis import weak_motion
+from planner_core.network.weak_motion import weak_motion
 from planner_core.planning.live.station_observations import StationObservations
 
 #: Pairs that are remembered; a few hundred bytes each.

@@ -16,7 +16,7 @@ from planner_core.network.links import overlap_links, surface_of_patches
 from planner_core.planning.live.draft import Draft
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.planning.live.opening import open_live
-from planner_core.requirements.figures import rows_of_overlap
+from planner_core.requirements.compliance import rows_of_overlap
 
 WAYS = [(measure, of) for measure in ("smaller-share", "jaccard") for of in ("all-seen", "seen-as-required")]
 _SLOW = [pytest.param(way, marks=pytest.mark.slow) for way in WAYS[1:3]]

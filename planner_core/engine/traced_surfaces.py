@@ -1,6 +1,7 @@
 """What engines trace: the surfaces that meet a beam. Scene, Patches -> Traced; glass is left out, mirrors end a beam.
 
 Local frame, metres. docs/method/materials.md defines what is simulated of glass and mirrors, and what is not.
+Vertices are rounded to float32 once, and normals are of exactly those triangles: `RoundedSurfaces`.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.model import BoolArray, Int32Array, Optics, Patches, Scene
+from planner_core.model import BoolArray, Float32Array, FloatArray, Int32Array, Optics, Patches, Scene
 
 
 @dataclass(frozen=True)
@@ -70,3 +71,21 @@ def traced_surfaces(scene: Scene, patches: Patches) -> Traced:
         triangle_area_m2=patches.triangle_area_m2[meets],
     )
     return Traced(part, part_patches, first_patch[meets], meets)
+
+
+@dataclass(frozen=True)
+class RoundedSurfaces:
+    """Corners (T, 3, 3) float32, local frame, metres. normal (T, 3) float32, unit; zero where float32 left no area."""
+
+    corners_m: Float32Array
+    normal: Float32Array
+
+
+def round_surfaces(scene: Scene) -> RoundedSurfaces:
+    """Round the scene's triangles to float32. Triangles that share a vertex still share it bit by bit."""
+    corners = scene.vertices_m.astype(np.float32)[scene.triangles]
+    wide: FloatArray = corners.astype(np.float64)
+    cross = np.cross(wide[:, 1] - wide[:, 0], wide[:, 2] - wide[:, 0])
+    length = np.sqrt((cross * cross).sum(axis=1))
+    normal = np.divide(cross, length[:, None], out=np.zeros_like(cross), where=length[:, None] > 0)
+    return RoundedSurfaces(corners_m=np.ascontiguousarray(corners), normal=normal.astype(np.float32))

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.engine.open_engine import open_engine
-from planner_core.engine.optics import traced_surfaces
 from planner_core.engine.patch_mode import PatchMode
+from planner_core.engine.traced_surfaces import traced_surfaces
 from planner_core.errors import SceneError
 from planner_core.model import FloatArray, Int64Array, Optics, Scene
 from planner_core.scanner.template import directions

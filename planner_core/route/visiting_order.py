@@ -1,24 +1,114 @@
-"""Tours over a distance matrix in which blocks of stops stay together: exact for small blocks, local search for others.
+"""Visiting order of stations over walking distances: a storey at a time, from a start, to an end or back.
 
-Metres. A tour is a closed sequence of stops. Its blocks (storeys) come in a given order, each in one piece; what is
-sought is the order inside the blocks, the ways from block to block included.
+Metres. The order of storeys is sought too: for small plans among all orders, for others the one with the shortest ways
+from storey to storey.
+
+A tour is a closed sequence of stops over a distance matrix. Its blocks (storeys) come in a given order, each in one
+piece; what is sought is the order inside the blocks, the ways from block to block included: exact for small blocks, by
+local search for others.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from itertools import pairwise
+from dataclasses import dataclass
+from itertools import pairwise, permutations
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int64Array
+from planner_core.errors import RequirementError
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
 
+#: All orders of so many storeys are tried; of more, they are taken as they lie, part by part, from below or above.
+MAX_STOREYS = 6
+N_KICKS = 60
 #: Blocks of up to so many stops are solved exactly.
 MAX_EXACT = 12
 #: Segments of up to so many stops are moved to another place.
 _LONGEST_SEGMENT = 3
 #: What saves less than this, in metres, is rounding.
 _LEAST_GAIN_M = 1e-9
+
+
+@dataclass(frozen=True)
+class VisitingOrder:
+    """Stops in the order of the walk.
+
+    order : (N,) int64, each stop once. length_m : of the walk, legs that can't be walked not counted; a closed walk's
+    way back included. n_unwalkable : legs between stops that no way joins. exact : no shorter order exists.
+    """
+
+    order: Int64Array
+    length_m: float
+    n_unwalkable: int
+    exact: bool
+
+
+def visiting_order(
+    distance_m: FloatArray,
+    floor: Int32Array,
+    *,
+    start: int | None = None,
+    end: int | None = None,
+    closed: bool = False,
+    seed: int = 0,
+    n_kicks: int = N_KICKS,
+    max_exact: int = MAX_EXACT,
+) -> VisitingOrder:
+    """Order stops so that the walk is short, all stops of a floor one after another.
+
+    Parts that no way joins, such as the flats of a house, are visited one after the other, each floor by floor.
+
+    Parameters
+    ----------
+    distance_m
+        (N, N) float64, symmetric, inf where there is no way: `planner_core.positions.walking.Walking`.
+    floor
+        (N,) int32, floor of each stop.
+    start, end
+        Stops (indices) that come first and last, whatever their floor: an entrance, or a station.
+    closed
+        The walk ends where it starts; so it does where `start` and `end` are the same stop.
+    seed, n_kicks
+        Of the search where a floor has more than `max_exact` stops: more kicks, shorter walks.
+    max_exact
+        Floors of up to so many stops, 12 at most, are ordered exactly.
+
+    Raises
+    ------
+    RequirementError
+        A matrix that is not square or symmetric, or an end and a closed walk at once.
+    """
+    distance_m = np.asarray(distance_m, dtype=np.float64)
+    _check(distance_m, floor, start, end, closed=closed)
+    closed = closed or (start is not None and start == end)
+    n = floor.size
+    if n == 0:
+        return VisitingOrder(np.empty(0, np.int64), 0.0, 0, True)
+    padded = _padded(distance_m)
+    ends = {stop for stop in (start, end) if stop is not None}
+    inner = np.array([stop for stop in range(n) if stop not in ends], dtype=np.int64)
+    storeys = _storeys(distance_m, floor, inner)
+    head = [] if start is None else [np.array([start])]
+    tail = [] if end is None or closed else [np.array([end])]
+    # An open walk is a tour over one more stop, no way from anywhere.
+    seam = [] if closed else [np.array([n])]
+    small = max((storey.size for storey in storeys), default=0) <= max_exact and len(storeys) <= MAX_STOREYS
+    if small:
+        tours = _exact_tours(padded, [*seam, *head], storeys, tail)
+    else:
+        order = _storey_order(padded, storeys, head, tail, closed=closed)
+        rng = np.random.default_rng(seed)
+        blocks = [*seam, *head, *(storeys[k] for k in order), *tail]
+        tours = [improved_tour(padded, blocks, n_kicks=n_kicks, rng=rng)]
+    lengths = [tour_length_m(padded, tour) for tour in tours]
+    tour = tours[int(np.argmin(np.round(lengths, 9)))]
+    tour = tour[tour != n]
+    legs = distance_m[tour[:-1], tour[1:]]
+    if closed and n > 1:
+        legs = np.append(legs, distance_m[tour[-1], tour[0]])
+    walked = np.isfinite(legs)
+    return VisitingOrder(tour, float(legs[walked].sum()), int((~walked).sum()), small)
 
 
 def tour_length_m(distance_m: FloatArray, tour: Int64Array) -> float:
@@ -72,15 +162,6 @@ def paths_through(distance_m: FloatArray) -> FloatArray:
     return length
 
 
-def _path(distance_m: FloatArray, through: FloatArray, first: int, last: int) -> Int64Array:
-    """Stops of the shortest path from `first` through all to `last`, read back from `paths_through`."""
-    chosen, path = through.shape[0] - 1, [last]
-    while len(path) < distance_m.shape[0]:
-        chosen ^= 1 << path[-1]
-        path.append(int((through[chosen, first] + distance_m[:, path[-1]]).argmin()))
-    return np.array(path[::-1], dtype=np.int64)
-
-
 def improved_tour(
     distance_m: FloatArray, blocks: list[Int64Array], *, n_kicks: int, rng: np.random.Generator
 ) -> Int64Array:
@@ -101,24 +182,6 @@ def improved_tour(
         if kicked_m <= length_m:
             tour, length_m = kicked, kicked_m
     return tour
-
-
-def _nearest_neighbours(distance_m: FloatArray, blocks: list[Int64Array]) -> Int64Array:
-    tour = [int(blocks[0][0])]
-    for block in blocks:
-        left = [int(stop) for stop in block if int(stop) != tour[0]]
-        while left:
-            nearest = min(left, key=lambda stop: (distance_m[tour[-1], stop], stop))
-            left.remove(nearest)
-            tour.append(nearest)
-    return np.array(tour, dtype=np.int64)
-
-
-def _kick(tour: Int64Array, at: Int64Array, rng: np.random.Generator) -> Int64Array:
-    """Exchange two neighbouring stretches inside positions `at`, which follow one another."""
-    cuts = np.sort(rng.choice(at.size + 1, size=3, replace=False)) + at[0]
-    a, b, c = (int(cut) for cut in cuts)
-    return np.concatenate([tour[:a], tour[b:c], tour[a:b], tour[c:]])
 
 
 class _Moves:
@@ -175,6 +238,98 @@ class _Moves:
         rest = np.concatenate([tour[:i], tour[i + size :]])
         gap -= size if gap > i else 0
         return np.concatenate([rest[:gap], segment, rest[gap:]]), chosen[1]
+
+
+def _check(distance_m: FloatArray, floor: Int32Array, start: int | None, end: int | None, *, closed: bool) -> None:
+    n = floor.size
+    if distance_m.shape != (n, n):
+        raise RequirementError(
+            f"distances: got an array of shape {distance_m.shape}, expected ({n}, {n}), a row and a column a stop"
+        )
+    if np.isnan(distance_m).any() or (distance_m < 0).any() or not np.array_equal(distance_m, distance_m.T):
+        raise RequirementError("distances: got negative, undefined or one-way ones, expected a symmetric matrix")
+    for name, stop in (("start", start), ("end", end)):
+        if stop is not None and not 0 <= stop < n:
+            raise RequirementError(f"{name}: got stop {stop}, expected an index from 0 to {n - 1}")
+    if closed and end is not None and end != start:
+        raise RequirementError("end: got one for a closed route, expected none; leave it out, or leave `closed` out")
+
+
+def _storeys(distance_m: FloatArray, floor: Int32Array, inner: Int64Array) -> list[Int64Array]:
+    """Stops `inner` by floor, those of each part that hangs together for itself, from below: parts by their lowest."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    _, part = connected_components(coo_array(np.isfinite(distance_m)), directed=False)
+    lowest = np.full(part.size, np.iinfo(np.int32).max, dtype=np.int32)
+    np.minimum.at(lowest, part[inner], floor[inner])
+    keys = np.column_stack([lowest[part[inner]], part[inner], floor[inner]])
+    return [inner[(keys == key).all(axis=1)] for key in np.unique(keys, axis=0)]
+
+
+def _padded(distance_m: FloatArray) -> FloatArray:
+    """(N + 1, N + 1): unwalkable legs longer than any walk, and a stop at no distance from all."""
+    n = distance_m.shape[0]
+    finite = np.isfinite(distance_m)
+    out = np.zeros((n + 1, n + 1))
+    out[:n, :n] = np.where(finite, distance_m, 1.0 + (n + 1) * float(distance_m[finite].max(initial=0.0)))
+    return out
+
+
+def _exact_tours(
+    distance_m: FloatArray, head: list[Int64Array], storeys: list[Int64Array], tail: list[Int64Array]
+) -> list[Int64Array]:
+    """Find the shortest tour of every order of storeys, as they lie from below first."""
+    through = {id(block): paths_through(distance_m[np.ix_(block, block)]) for block in (*head, *storeys, *tail)}
+    tours = []
+    for order in permutations(storeys):
+        blocks = [*head, *order, *tail]
+        tours.append(exact_tour(distance_m, blocks, [through[id(block)] for block in blocks]))
+    return tours
+
+
+def _storey_order(
+    distance_m: FloatArray, storeys: list[Int64Array], head: list[Int64Array], tail: list[Int64Array], *, closed: bool
+) -> tuple[int, ...]:
+    """Order of storeys with the least sum of shortest ways between them, from the start and to the end."""
+    n = len(storeys)
+    upward = tuple(range(n))
+    orders = list(permutations(upward)) if n <= MAX_STOREYS else [upward, upward[::-1]]
+
+    def gaps_m(order: tuple[int, ...]) -> float:
+        chain = [*head, *(storeys[k] for k in order), *tail]
+        if closed:
+            chain.append(chain[0])
+        return round(sum(float(distance_m[np.ix_(a, b)].min()) for a, b in pairwise(chain)), 9)
+
+    return min(orders, key=gaps_m)  # the first of equals
+
+
+def _path(distance_m: FloatArray, through: FloatArray, first: int, last: int) -> Int64Array:
+    """Stops of the shortest path from `first` through all to `last`, read back from `paths_through`."""
+    chosen, path = through.shape[0] - 1, [last]
+    while len(path) < distance_m.shape[0]:
+        chosen ^= 1 << path[-1]
+        path.append(int((through[chosen, first] + distance_m[:, path[-1]]).argmin()))
+    return np.array(path[::-1], dtype=np.int64)
+
+
+def _nearest_neighbours(distance_m: FloatArray, blocks: list[Int64Array]) -> Int64Array:
+    tour = [int(blocks[0][0])]
+    for block in blocks:
+        left = [int(stop) for stop in block if int(stop) != tour[0]]
+        while left:
+            nearest = min(left, key=lambda stop: (distance_m[tour[-1], stop], stop))
+            left.remove(nearest)
+            tour.append(nearest)
+    return np.array(tour, dtype=np.int64)
+
+
+def _kick(tour: Int64Array, at: Int64Array, rng: np.random.Generator) -> Int64Array:
+    """Exchange two neighbouring stretches inside positions `at`, which follow one another."""
+    cuts = np.sort(rng.choice(at.size + 1, size=3, replace=False)) + at[0]
+    a, b, c = (int(cut) for cut in cuts)
+    return np.concatenate([tour[:a], tour[b:c], tour[a:b], tour[c:]])
 
 
 def _descend(tour: Int64Array, moves: _Moves) -> Int64Array:
