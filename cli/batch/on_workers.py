@@ -19,8 +19,8 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from planner_core.errors import OutputExistsError, PlanFolderError, is_of_full_disk
+from planner_core.executor import Outcome, Place
 from planner_core.operating_system import own_session
-from planner_core.spread import Outcome, Place
 
 from ..exit_codes import FULL_DISK
 from ..inputs import opened_cluster

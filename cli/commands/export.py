@@ -174,7 +174,7 @@ def command(
     **values: Any,
 ) -> None:
     """Export the plan folder PLAN to formats of other programs, and sheets for the crew."""
-    from planner_core.spread import spread_over
+    from planner_core.executor import spread_over
 
     from .. import inputs, output
     from ..progress import ProgressReporter

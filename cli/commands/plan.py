@@ -71,11 +71,11 @@ def run(
     **problem: Any,
 ) -> None:
     """Plan, write the folder and print the summary; `demo` calls this too."""
+    from planner_core.executor import spread_over
     from planner_core.plan_folder.folder import check_output, write_plan_folder
     from planner_core.plan_folder.report import letter_warnings
     from planner_core.planning.independent_check import with_independent_check
     from planner_core.planning.plan import plan_survey
-    from planner_core.spread import spread_over
 
     from .. import inputs, summary
     from ..progress import ProgressReporter

@@ -49,6 +49,7 @@ def command(
     quiet: bool,
 ) -> None:
     """Simulate the scans of a station list in SCENE: range images and point clouds per station."""
+    from planner_core.executor import spread_over
     from planner_core.export.clouds.simulated import simulated_clouds, write_simulated_scans
     from planner_core.model import PlanSettings
     from planner_core.plan_folder.stations_csv import read_station_list
@@ -57,7 +58,6 @@ def command(
     from planner_core.positions.free_space import free_space
     from planner_core.scanner import DEFAULT_SCANNER
     from planner_core.scanner.load_scanner import load_scanner
-    from planner_core.spread import spread_over
 
     from .. import inputs, output
     from ..progress import ProgressReporter

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from planner_core.device import Device
-    from planner_core.engine.measure_shapes import ShapeTimes
+    from planner_core.engine.tuning import ShapeTimes
     from planner_core.model import FloatArray
     from scenes_synthetic.model import SyntheticScene
 
@@ -118,8 +118,8 @@ def _tune(opened: Device, quick: bool, reporter: ProgressReporter) -> _Tuned:
     import numpy as np
 
     from planner_core.engine import tuning
-    from planner_core.engine.measure_shapes import measure_shapes
     from planner_core.engine.opencl import OpenCLEngine
+    from planner_core.engine.tuning import measure_shapes
     from planner_core.scanner.load_scanner import load_scanner
     from planner_core.scanner.template import make_template
     from planner_core.scene.patches import make_patches

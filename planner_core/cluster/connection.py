@@ -19,8 +19,8 @@ from typing import Any
 from planner_core.cluster import worker
 from planner_core.cluster.payloads import Packer, TaskPayload, squeezed
 from planner_core.errors import ClusterError, one_line
+from planner_core.executor import NotWantedError
 from planner_core.operating_system import n_usable_cores
-from planner_core.spread import NotWantedError
 
 LOCAL = "local"
 _MOST_LOCAL = 1000

@@ -1,6 +1,6 @@
 """An executor on the workers of a Dask scheduler, of this machine or others: tasks and files go to them.
 
-Input an address, output a `Cluster`, a `planner_core.spread.Executor`. Dask is imported when one is opened.
+Input an address, output a `Cluster`, a `planner_core.executor.Executor`. Dask is imported when one is opened.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from planner_core.cluster.connection import LOST, Connection, connected, n_local
 from planner_core.cluster.file_jobs import files_of
 from planner_core.cluster.task_dispatcher import TaskDispatcher
 from planner_core.errors import ClusterError, MissingPackageError
+from planner_core.executor import AnsweringFileJob, RemoteJob, Task
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.spread import AnsweringFileJob, RemoteJob, Task
 
 _CONNECTS_WITHIN_S = 30.0
 _LOOK_S = 0.5
@@ -36,7 +36,7 @@ class Cluster(Connection):
         progress: Progress,
         answered: Callable[[int, bytes], None] | None = None,
     ) -> list[bytes]:
-        """Return the answers to tasks, one or more, in their order; see `planner_core.spread.Executor.answers`.
+        """Return the answers to tasks, one or more, in their order; see `planner_core.executor.Executor.answers`.
 
         Raises
         ------
@@ -47,7 +47,7 @@ class Cluster(Connection):
         return TaskDispatcher(self, self.payload(job), tasks, here, stage, progress, answered).answers()
 
     def files(self, job: AnsweringFileJob, tasks: Sequence[Task], folder: Path, **how: Any) -> list[bytes]:
-        """Have the files of all tasks in a folder, and return what they answered: `planner_core.spread.Executor.files`.
+        """Have the files of all tasks in a folder, and return what they answered; see `planner_core.executor.Executor`.
 
         Raises as `planner_core.cluster.file_jobs.files_of`.
         """

@@ -27,8 +27,8 @@ from planner_core.cluster.payloads import TaskPayload
 from planner_core.cluster.worker import LackingError
 from planner_core.cluster.worker_pool import MOST_COPIES, MOST_FAILURES, WorkerPool, answers_alike
 from planner_core.errors import ClusterError, ExportError, one_line
+from planner_core.executor import AnsweringFileJob, Kept, NotWantedError, Outcome, Task
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.spread import AnsweringFileJob, Kept, NotWantedError, Outcome, Task
 
 #: How long a worker waits for the end of a file job before it reports its progress.
 _WAIT_S = 0.5
@@ -341,7 +341,7 @@ def files_of(
     stage: str,
     progress: Progress,
 ) -> list[bytes]:
-    """Have the files of all tasks in a folder; see `planner_core.spread.Executor.files`.
+    """Have the files of all tasks in a folder; see `planner_core.executor.Executor.files`.
 
     Raises
     ------

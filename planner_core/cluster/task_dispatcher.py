@@ -23,8 +23,8 @@ from planner_core.cluster.connection import FETCHES_WITHIN_S, LOST, BugError, Co
 from planner_core.cluster.payloads import TaskPayload
 from planner_core.cluster.worker_pool import MOST_COPIES, MOST_FAILURES, WorkerPool, answers_alike, no_answer
 from planner_core.errors import ClusterError
+from planner_core.executor import Task
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.spread import Task
 
 #: Tasks of a worker: one at work, one waiting there.
 _AHEAD = 2

@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 
 from planner_core.cluster.payloads import unpacked, unsqueezed
 from planner_core.errors import PlannerError
+from planner_core.executor import NotWantedError
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.spread import NotWantedError
 
 #: Of other versions plans may differ: readers of files, links, selection, pictures.
 _LIBRARIES = ("numpy", "scipy", "numba", "highspy", "shapely", "ifcopenshell", "usd-core", "vtk", "matplotlib")

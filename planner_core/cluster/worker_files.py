@@ -21,7 +21,7 @@ from typing import Any
 
 from planner_core.cluster.worker import FAULTS, LackingError, bug_of, job_of, kept
 from planner_core.errors import DeviceError, MissingPackageError, PlannerError, is_of_full_disk, one_line
-from planner_core.spread import NotWantedError, Outcome, Place
+from planner_core.executor import NotWantedError, Outcome, Place
 
 LEASE_S = 120.0
 #: Nothing larger travels at once.

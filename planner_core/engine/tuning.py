@@ -5,23 +5,31 @@ A shape is (rows, columns, lanes): beams of a tile down and across, and beams a 
 What `tlsplan tune` measured is kept in the user's cache folder, a file for each device, driver and state of the
 kernels: another driver or other kernels find no file, and a file that can't be read counts as none. Then the shipped
 shape is used; that is never an error.
+
+`measure_shapes` has milliseconds a position by shape, of an engine on the device, beams and positions (local frame,
+metres): what `tlsplan tune` chooses by.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
+
 from planner_core.cache import CACHE_VARIABLE, keep, kept_file, no_folder, read_kept
 from planner_core.device import Device
-from planner_core.errors import RequirementError
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.errors import DeviceError, RequirementError
+from planner_core.model import BeamTemplate, FloatArray
+from planner_core.progress import Progress, ProgressEvent, silent
 
 Shape = tuple[int, int, int]
-
 _SCHEMA = "tlsplan/tile-shape/1"
 #: Rows and columns of beams a tile and beams a packet, of processors by `Device.max_lanes`: measured on PoCL 3.0 with
 #: AVX2 and with AVX-512, docs/howto/device.md. On others a scalar packet lets a GPU's own lanes be the
@@ -34,6 +42,9 @@ _LANES = (1, 2, 4, 8, 16)
 _MAX_BEAMS = 2048
 _given: ContextVar[Shape | None] = ContextVar("tile shape", default=None)
 _n_kept = 0
+#: Another shape has to be faster by this to take the place of the first one: less is noise, and a plain answer is
+#: worth more than a percent.
+_WORTH_A_CHANGE = 0.97
 
 
 @dataclass(frozen=True)
@@ -69,10 +80,6 @@ def shape_in_use(device: Device) -> ShapeInUse:
     if device.kind == "cpu":
         return ShapeInUse(_shipped(device), "shipped", f"measured with PoCL 3.0; here {why_not}")
     return ShapeInUse(_shipped(device), "shipped", f"no shape was measured for a {device.kind} yet; here {why_not}")
-
-
-def _shipped(device: Device) -> Shape:
-    return _CPU_SHAPE[device.max_lanes] if device.kind == "cpu" else _DEFAULT_SHAPE
 
 
 @contextmanager
@@ -165,6 +172,77 @@ def keep_shape(device: Device, shape: Shape, milliseconds: dict[str, float]) -> 
     _n_kept += 1
     _read.cache_clear()
     return file
+
+
+@dataclass(frozen=True)
+class ShapeTimes:
+    """Milliseconds a position of `visible_patches`, the least of all rounds; shapes that did not build, with why."""
+
+    milliseconds: dict[Shape, float]
+    refused: dict[Shape, str]
+
+    def best(self) -> Shape:
+        """Return the fastest shape; the first one measured where no other is clearly faster."""
+        first = next(iter(self.milliseconds))
+        fastest = min(self.milliseconds, key=lambda shape: self.milliseconds[shape])
+        clearly = self.milliseconds[fastest] < _WORTH_A_CHANGE * self.milliseconds[first]
+        return fastest if clearly else first
+
+
+def measure_shapes(
+    engine: ScanEngine,
+    template: BeamTemplate,
+    positions_m: FloatArray,
+    shapes: Sequence[Shape],
+    *,
+    n_rounds: int = 5,
+    clock: Callable[[], float] = time.perf_counter,
+    progress: Progress = silent,
+) -> ShapeTimes:
+    """Time `visible_patches`, which is what planning spends its scans on, in every shape.
+
+    Shapes take turns, so that whatever else the machine does meanwhile hits all of them; the least time of a shape is
+    the one that was disturbed least. Programs are built and tiles made before the clock starts.
+
+    Parameters
+    ----------
+    positions_m
+        (S, 3), scanned together.
+    clock
+        Seconds that only go forward; wall time, or processor time on a busy machine.
+
+    Raises
+    ------
+    DeviceError
+        No shape builds.
+    """
+    least: dict[Shape, float] = {}
+    refused: dict[Shape, str] = {}
+    for round_ in range(n_rounds):
+        for index, shape in enumerate(shapes):
+            if shape in refused:
+                continue
+            with use_shape(shape):
+                try:
+                    engine.visible_patches(template, positions_m[:1])
+                    started_s = clock()
+                    engine.visible_patches(template, positions_m)
+                    elapsed_s = clock() - started_s
+                except DeviceError as error:
+                    refused[shape] = str(error)
+                    continue
+            least[shape] = min(least.get(shape, np.inf), 1e3 * elapsed_s / positions_m.shape[0])
+            progress(ProgressEvent("tune", round_ * len(shapes) + index + 1, n_rounds * len(shapes), str(shape)))
+    if not least:
+        raise DeviceError(
+            f"tuning: none of {len(shapes)} tile shapes runs on {engine.device}, expected at least one: "
+            f"{next(iter(refused.values()), 'none was given')}"
+        )
+    return ShapeTimes({shape: ms for shape, ms in least.items() if shape not in refused}, refused)
+
+
+def _shipped(device: Device) -> Shape:
+    return _CPU_SHAPE[device.max_lanes] if device.kind == "cpu" else _DEFAULT_SHAPE
 
 
 @lru_cache(maxsize=64)

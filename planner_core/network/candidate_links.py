@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import RequirementError
+from planner_core.executor import Kept, Task, current_executor, parts_of_row
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, OverlapMeasure, Visibility
 from planner_core.network.links import SET_UP_SHARE, SET_UP_STRENGTH
 from planner_core.network.pair_overlap import (
@@ -29,7 +30,6 @@ from planner_core.network.pair_overlap import (
 )
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.network import Network
-from planner_core.spread import Kept, Task, current_executor, parts_of_row
 
 #: Fewer candidates' links are found here: sending what they see takes longer.
 _WORTH_SPREADING = 1024

@@ -20,9 +20,9 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import Candidates, FloatArray, Int64Array, Paper, Survey
 from planner_core.paper.genetic import select_genetic
+from planner_core.paper.initialisation import sample_at_random
 from planner_core.paper.overlap_repair import repair_overlap
 from planner_core.paper.point_distribution import PointDistribution
-from planner_core.paper.random_starts import sample_at_random
 from planner_core.paper.search import search
 from planner_core.paper.search.station_fitness import StationFitness
 from planner_core.paper.search.thinning import best_apart, one_per_cell

@@ -19,13 +19,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.coverage.coverage import stacked_rows, take_rows, taken_along
-from planner_core.coverage.cut_patches import shares_of_cut_patches
 from planner_core.coverage.observations import Observations, observations_in_batches, observations_meeting
 from planner_core.coverage.survey import visible_from
-from planner_core.coverage.visibility_threshold import WHOLE, most_countable, sees_enough, shares_of
+from planner_core.coverage.visibility_threshold import (
+    WHOLE,
+    most_countable,
+    sees_enough,
+    shares_of,
+    shares_of_cut_patches,
+)
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.patch_samples import UInt32Array
 from planner_core.engine.scan_engine import ScanEngine
+from planner_core.executor import Executor, Kept, Task, current_executor, parts_of_row
 from planner_core.model import (
     Float32Array,
     FloatArray,
@@ -39,7 +45,6 @@ from planner_core.model import (
 from planner_core.model.stored_rows import PatchColumn, visibility_budget
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.goals import Goals
-from planner_core.spread import Executor, Kept, Task, current_executor, parts_of_row
 
 #: Fewer positions are observed from here: sending them away takes longer.
 _WORTH_SPREADING = 32

@@ -21,8 +21,16 @@ import numpy as np
 
 from planner_core.errors import SceneError, grouped, one_line
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Optics
-from planner_core.scene.gltf_file import DRACO, JsonObject, decoded, embedded, file_beside, glb_chunks
-from planner_core.scene.gltf_materials import material_optics, node_optics
+from planner_core.scene.gltf_file import (
+    DRACO,
+    JsonObject,
+    decoded,
+    embedded,
+    file_beside,
+    glb_chunks,
+    material_optics,
+    node_optics,
+)
 from planner_core.scene.raw import (
     MeshParts,
     RawScene,

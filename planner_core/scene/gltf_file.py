@@ -4,8 +4,10 @@ What breaks glTF 2.0 ends in one line that names its place. Every value of the J
 before: what nobody reads may be wrong. Exceptions of any other kind out of a reader that asks here are its own bugs,
 and are not taken for faults of the file.
 
-Sources: Khronos Group, glTF 2.0 Specification, 2021, and its extension KHR_draco_mesh_compression. Draco is undone by
-DracoPy (Apache-2.0).
+What a glTF material does to beams: see `planner_core.scene.materials`.
+
+Sources: Khronos Group, glTF 2.0 Specification, 2021, and its extensions KHR_draco_mesh_compression and
+KHR_materials_transmission. Draco is undone by DracoPy (Apache-2.0).
 """
 
 from __future__ import annotations
@@ -21,7 +23,8 @@ from urllib.parse import unquote
 import numpy as np
 
 from planner_core.errors import MissingPackageError, SceneError, grouped, one_line, readable, reason_of
-from planner_core.model import FloatArray, Int64Array
+from planner_core.model import FloatArray, Int64Array, Optics
+from planner_core.scene.materials import optics_of_material, optics_of_name
 from planner_core.scene.raw import exact
 
 _MOST = 2**53
@@ -237,6 +240,25 @@ def decoded(file_name: str, contents: bytes, position: int) -> tuple[FloatArray,
     return exact(np.asarray(positions)), np.asarray(triangles).reshape(-1, 3).astype(np.int64)
 
 
+def material_optics(material: JsonObject) -> Optics | None:
+    """What a material's name, transmission, blended opacity, metal and roughness say; textures say nothing."""
+    pbr = material.object("pbrMetallicRoughness") if material.has("pbrMetallicRoughness") else None
+    metallic: float | None = None
+    roughness: float | None = None
+    if pbr is not None and not pbr.has("metallicRoughnessTexture"):
+        metallic, roughness = pbr.number("metallicFactor", 1.0), pbr.number("roughnessFactor", 1.0)
+    return optics_of_material(
+        [material.text("name")], transparency=_transparency(material, pbr), metallic=metallic, roughness=roughness
+    )
+
+
+def node_optics(node: JsonObject) -> Optics | None:
+    """Optics of a node's mesh by `extras.material`, a text of our own that other tools keep."""
+    extras = node.members.get("extras")
+    named = extras.get("material") if isinstance(extras, dict) else None
+    return optics_of_name(named) if isinstance(named, str) else None
+
+
 def _is_number(value: Any) -> bool:
     """A number that a float64 holds; JSON's true and false are none."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= 1.7e308
@@ -248,3 +270,14 @@ def _place_beside(path: Path, uri: str) -> Path | None:
     file = (folder / relative).resolve()
     is_inside = "://" not in uri and not relative.is_absolute() and file.is_relative_to(folder)
     return file if is_inside else None
+
+
+def _transparency(material: JsonObject, pbr: JsonObject | None) -> float | None:
+    """The share of light that goes through, by whichever way lets more through; None where neither is used."""
+    shares = []
+    extensions = material.object("extensions") if material.has("extensions") else None
+    if extensions is not None and extensions.has("KHR_materials_transmission"):
+        shares.append(extensions.object("KHR_materials_transmission").number("transmissionFactor", 0.0))
+    if material.text("alphaMode") == "BLEND" and pbr is not None:
+        shares.append(1.0 - pbr.numbers("baseColorFactor", (1.0, 1.0, 1.0, 1.0))[3])
+    return max(shares, default=None)

@@ -27,13 +27,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from planner_core.executor import Executor, Task, current_executor
 from planner_core.model import Int64Array
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.blocks import Block, BlockJob, BlockResult, BlockTask, Find
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import independent_constraints
-from planner_core.spread import Executor, Task, current_executor
 
 #: Work of one turn of a proof, and of its first turn, the root included.
 _PROOF_WORK, _FIRST_PROOF_WORK = 1.0, 5.0

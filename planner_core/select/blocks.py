@@ -1,7 +1,7 @@
 """Blocks of a problem: parts of its network that hardly see the same, as problems of their own.
 
 Searches of single blocks (`BlockTask`) find few stations that meet a demand, or, the first turn of a proof, how many it
-takes. They are independent of each other and may run in other processes, see `planner_core.spread`.
+takes. They are independent of each other and may run in other processes, see `planner_core.executor`.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from planner_core.executor import Kept
 from planner_core.model import BoolArray, FloatArray, Int64Array
 from planner_core.progress import Progress, silent
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.network import Network, network_within
 from planner_core.select.polish import polish
 from planner_core.select.problem import CoverProblem
-from planner_core.spread import Kept
 
 #: Blocks that share more than this part of what the lesser one sees are one; the smallest are merged beyond so many.
 _SHARED = 0.02

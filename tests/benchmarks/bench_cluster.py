@@ -28,6 +28,7 @@ from planner_core.cluster.payloads import Packer, squeezed
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
+from planner_core.executor import Task, spread_over
 from planner_core.export.clouds.each_station import StationClouds
 from planner_core.export.clouds.points import every_nth, thinning_step
 from planner_core.export.clouds.simulated import FORMATS, simulated_clouds, write_simulated_scans
@@ -60,7 +61,6 @@ from planner_core.select.blocks import BlockJob, BlockTask, blocks_of
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
 from planner_core.select.proven import _find_in_block
-from planner_core.spread import Task, spread_over
 
 N_POSITIONS, N_TASKS, N_LINKED, N_STATIONS, N_JOBS = 164, 100, 1500, 4, 2
 MARK = "<!-- measured -->"

@@ -227,10 +227,9 @@ def tune(folder: Path, *, quick: bool) -> None:
     """The shape of tiles that suits the device: kept for the next steps, as by `tlsplan tune`."""
     from planner_core.device import open_device
     from planner_core.engine import patch_mode
-    from planner_core.engine.measure_shapes import measure_shapes
     from planner_core.engine.opencl import OpenCLEngine
     from planner_core.engine.patch_mode import PatchMode
-    from planner_core.engine.tuning import keep_shape, shapes_to_try, tile_shape
+    from planner_core.engine.tuning import keep_shape, measure_shapes, shapes_to_try, tile_shape
     from planner_core.scanner.load_scanner import load_scanner
     from planner_core.scanner.template import make_template
 

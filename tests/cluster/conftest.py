@@ -20,6 +20,7 @@ from planner_core.cluster.executor import Cluster, open_cluster
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
+from planner_core.executor import Executor
 from planner_core.model import (
     FloatArray,
     PartRequirement,
@@ -38,7 +39,6 @@ from planner_core.requirements.observe_candidates import (
     observe_elsewhere,
 )
 from planner_core.scanner.load_scanner import load_scanner
-from planner_core.spread import Executor
 
 SETTINGS = PlanSettings(
     scanner=replace(load_scanner("hdl-64e"), n_azimuths=360),

@@ -18,6 +18,7 @@ from waiting import until
 from planner_core.cluster import file_jobs
 from planner_core.cluster.executor import Cluster, open_cluster
 from planner_core.errors import ExportError
+from planner_core.executor import Outcome, Place, spread_over
 from planner_core.export.clouds import e57, each_station, las
 from planner_core.export.clouds.each_station import one_file, write_each
 from planner_core.export.clouds.noise import noise_model
@@ -28,7 +29,6 @@ from planner_core.network import candidate_links as links
 from planner_core.network.candidate_links import CandidateLinks, LinkJob, candidate_links
 from planner_core.network.links import surface_of_patches
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.spread import Outcome, Place, spread_over
 
 from .conftest import SETTINGS, Killer, Look, Processes, cluster_of
 

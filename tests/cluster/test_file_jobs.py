@@ -21,8 +21,8 @@ from planner_core.cluster.file_jobs import FileJobDispatcher, Order, _Out, _piec
 from planner_core.cluster.payloads import Packer
 from planner_core.cluster.worker import LackingError
 from planner_core.errors import DeviceError
+from planner_core.executor import Kept, NotWantedError, Outcome, Place, Task
 from planner_core.progress import Progress, silent
-from planner_core.spread import Kept, NotWantedError, Outcome, Place, Task
 
 from .conftest import cluster_of, threads
 

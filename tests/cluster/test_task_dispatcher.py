@@ -26,13 +26,13 @@ from planner_core.cluster import connection, task_dispatcher, worker
 from planner_core.cluster.executor import open_cluster
 from planner_core.cluster.payloads import Packer
 from planner_core.errors import ClusterError, DeviceError
+from planner_core.executor import Kept, NotWantedError, Task, spread_over
 from planner_core.model import Plan
 from planner_core.plan_folder.plan_json import DROPPABLE_KEYS, plan_document
 from planner_core.planning.plan import make_plan
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements import observe_candidates
 from planner_core.requirements.observe_candidates import CandidateObservations
-from planner_core.spread import Kept, NotWantedError, Task, spread_over
 
 from .conftest import SETTINGS, Killer, Look, Processes, assert_same_bits, cluster_of, stand_in
 
@@ -432,7 +432,7 @@ ENDLESS = """exec('''
 import pathlib, time
 from planner_core.progress import ProgressEvent
 from planner_core.requirements import observe_candidates
-from planner_core.spread import NotWantedError
+from planner_core.executor import NotWantedError
 sound, folder = observe_candidates.ObservationJob.answer, pathlib.Path({folder!r})
 def answer(self, task, kept, progress):
     if len(task) <= observe_candidates.FIRST_POSITIONS:

@@ -19,11 +19,12 @@ from tlsplan.commands import doctor, tune
 from planner_core.cache import cache_folder
 from planner_core.device import Device, check, choice, list_devices, open_device, runtime, sources
 from planner_core.engine import tuning
-from planner_core.engine.measure_shapes import ShapeTimes, measure_shapes
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.tuning import (
+    ShapeTimes,
     is_possible,
     keep_shape,
+    measure_shapes,
     shape_file,
     shape_in_use,
     shapes_to_try,

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from joined_instances import flats
 from waiting import until
 
+from planner_core.executor import NotWantedError, spread_over
 from planner_core.model import Proven
 from planner_core.progress import ProgressEvent, silent
 from planner_core.select import block_proof, proven
@@ -22,7 +23,6 @@ from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.network import connect
 from planner_core.select.proven import select
 from planner_core.select.search import Limits
-from planner_core.spread import NotWantedError, spread_over
 
 from ..cluster.conftest import cluster_of
 

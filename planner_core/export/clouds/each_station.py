@@ -16,11 +16,11 @@ from typing import Any
 
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
+from planner_core.executor import Kept, NotWantedError, Outcome, Place, Task, current_executor
 from planner_core.export.clouds.file_header import file_names
 from planner_core.export.clouds.points import STAGE, BeamTally, Clouds, every_nth, thinning_step
 from planner_core.plan_folder.plan_source import FieldStation
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.spread import Kept, NotWantedError, Outcome, Place, Task, current_executor
 
 Write = Callable[[Clouds, tuple[FieldStation, ...], Path], None]
 """Writes a file of some stations."""

@@ -12,8 +12,8 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, InstrumentHeights, Int64Array
+from planner_core.paper.initialisation import stands_by_published_tests
 from planner_core.paper.point_distribution import PointDistribution
-from planner_core.paper.published_tests import stands_by_published_tests
 from planner_core.positions.admissibility import MAX_STEP_M, Tripods
 
 #: Heights of grids are sums of steps: the last one may exceed the limit by rounding.

@@ -19,8 +19,8 @@ from waiting import until
 
 from planner_core.cluster import connection, file_jobs, worker, worker_files
 from planner_core.errors import PlanFolderError
+from planner_core.executor import Outcome, Place
 from planner_core.plan_folder import folder
-from planner_core.spread import Outcome, Place
 
 from ...cluster.conftest import Processes, processes, stand_in, threads  # noqa: F401 - a fixture
 from .test_batch import PROGRAM, STAND_IN, begun, is_alive, process_of, rows, sites, some_plan, stood_in  # noqa: F401

@@ -11,13 +11,13 @@ from tlsplan.group import cli
 
 from planner_core.cluster import file_jobs
 from planner_core.cluster.executor import Cluster
+from planner_core.executor import Outcome, Place, spread_over
 from planner_core.export.clouds.each_station import StationClouds, write_each
 from planner_core.export.clouds.points import Clouds, open_clouds
 from planner_core.export.formats import FORMATS
 from planner_core.export.options import Options
 from planner_core.export.write import export_plan
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
-from planner_core.spread import Outcome, Place, spread_over
 
 from ...cluster.conftest import cluster_of, threads
 

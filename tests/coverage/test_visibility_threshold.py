@@ -9,8 +9,8 @@ import pytest
 from stages import visible_from
 
 import scenes_synthetic
-from planner_core.coverage.cut_patches import points_of, shares_of_cut_patches
 from planner_core.coverage.survey import make_survey
+from planner_core.coverage.visibility_threshold import points_of, shares_of_cut_patches
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.patch_samples import places_of
