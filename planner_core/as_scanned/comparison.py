@@ -193,99 +193,14 @@ def compare_as_scanned(
     )
 
 
-def counted_links(plan: Plan) -> tuple[Link, ...]:
-    """Links that are good enough."""
-    return tuple(link for link in plan.links if registration_of(plan).counts(link))
-
-
-# ------------------------------------------------------------------------------------------------ scanning again
-def plan_rescan(live: LivePlan, found: AsScanned, *, progress: Progress = silent) -> Rescan:
-    """Plan the fewest further stations: those scanned are fixed, missing ones are taken first where as few do.
-
-    The requirements are the plan's; where the plan itself covered less, as much as it did.
-
-    Raises
-    ------
-    RequirementError
-        Nothing meets it, as where a keep-out zone leaves no position.
-    DeviceError
-        The device fails.
-    """
-    settings = rescan_settings(live, found)
-    plan = plan_survey(live.survey, settings, live.engine, progress=progress)
-    scanned = {station.id for station in found.draft.stations}
-    further = tuple(station for station in plan.stations if station.id not in scanned)
-    drafted = tuple(_as_draft(station) for station in further)
-    figures = live.figures(replace(found.draft, stations=(*found.draft.stations, *drafted)))
-    purposes = purposes_of(live, found.draft, drafted, lambda each: is_met(found.planned.plan, each))
-    return Rescan(plan, further, figures, is_met(found.planned.plan, figures.plan), purposes)
-
-
-def rescan_settings(live: LivePlan, found: AsScanned) -> PlanSettings:
-    """Return the settings that further stations are planned with."""
-    before, offset_m = live.settings, live.survey.scene.offset_m
-    prior = [station for station in before.site.prior if station.role == Role.FORBIDDEN]
-    # Of floors that are not compared nobody knows whether they are scanned: they stay in the plan.
-    to_come = {station.id for station in found.of_fate(NOT_COMPARED)}
-    prior += [
-        _prior(station, Role.LOCKED if station.id in to_come and not station.fixed else Role.SCANNED, offset_m)
-        for station in found.draft.stations
-    ]
-    missing = {station.id for station in found.of_fate(MISSING)}
-    prior += [_prior(station, Role.KEPT, offset_m) for station in live.draft.stations if station.id in missing]
-    return replace(
-        before,
-        method=before.method if isinstance(before.method, Proven) else Proven(),
-        objective=Objective.FEWEST,
-        max_stations=None,
-        requirements=_as_good_as(before.requirements, found.planned.plan),
-        site=replace(before.site, prior=tuple(prior)),
-    )
-
-
-@dataclass(frozen=True)
-class RescanGain:
-    """Of one further station.
-
-    for_lost : it is one of those that do, together, for what was lost; the others are for what the plan did not meet
-    either. gains_m2 : by floor, what this station alone adds to the scans, where it does. joins : ids of networks,
-    largest first, that all the other stations together leave apart, and it joins; never one.
-    """
-
-    station: str
-    for_lost: bool
-    gains_m2: tuple[tuple[str, float], ...]
-    joins: tuple[tuple[str, ...], ...]
-
-
-def purposes_of(
-    live: LivePlan, scanned: Draft, further: Sequence[DraftStation], is_back: Callable[[Plan], bool]
-) -> tuple[RescanGain, ...]:
-    """Return what further stations are for, in their order; is_back : whether a plan has again what was lost."""
-    before = live.figures(scanned).plan
-    gains_m2 = {each.id: _gains_m2(before, live.figures(scanned.having(each)).plan) for each in further}
-    everything = replace(scanned, stations=(*scanned.stations, *further))
-    after = live.figures(everything).plan
-    order = sorted(further, key=lambda each: sum(area_m2 for _, area_m2 in gains_m2[each.id]))
-    needed = everything
-    if is_back(after):
-        for each in order:  # those that add least go first
-            fewer = needed.without(each.id)
-            needed = fewer if is_back(live.figures(fewer).plan) else needed
-    return tuple(
-        RescanGain(
-            each.id,
-            each.id in needed.ids,
-            gains_m2[each.id],
-            _joined_by(each.id, after.registration, live.figures(everything.without(each.id)).plan.registration),
-        )
-        for each in further
-    )
-
-
 def _links_without(of: Plan, other: Plan) -> tuple[Link, ...]:
     there = {frozenset((link.a, link.b)) for link in counted_links(other)}
     return tuple(link for link in counted_links(of) if frozenset((link.a, link.b)) not in there)
+
+
+def counted_links(plan: Plan) -> tuple[Link, ...]:
+    """Links that are good enough."""
+    return tuple(link for link in plan.links if registration_of(plan).counts(link))
 
 
 def _is_elsewhere(match: Match, floors: Collection[str]) -> bool:
@@ -395,6 +310,51 @@ def _lost_m2(live: LivePlan, draft: Draft, planned: Plan) -> float:
     return planned.coverage.covered_area_m2 - live.figures(draft).plan.coverage.covered_area_m2
 
 
+# ------------------------------------------------------------------------------------------------ scanning again
+def plan_rescan(live: LivePlan, found: AsScanned, *, progress: Progress = silent) -> Rescan:
+    """Plan the fewest further stations: those scanned are fixed, missing ones are taken first where as few do.
+
+    The requirements are the plan's; where the plan itself covered less, as much as it did.
+
+    Raises
+    ------
+    RequirementError
+        Nothing meets it, as where a keep-out zone leaves no position.
+    DeviceError
+        The device fails.
+    """
+    settings = rescan_settings(live, found)
+    plan = plan_survey(live.survey, settings, live.engine, progress=progress)
+    scanned = {station.id for station in found.draft.stations}
+    further = tuple(station for station in plan.stations if station.id not in scanned)
+    drafted = tuple(_as_draft(station) for station in further)
+    figures = live.figures(replace(found.draft, stations=(*found.draft.stations, *drafted)))
+    purposes = purposes_of(live, found.draft, drafted, lambda each: is_met(found.planned.plan, each))
+    return Rescan(plan, further, figures, is_met(found.planned.plan, figures.plan), purposes)
+
+
+def rescan_settings(live: LivePlan, found: AsScanned) -> PlanSettings:
+    """Return the settings that further stations are planned with."""
+    before, offset_m = live.settings, live.survey.scene.offset_m
+    prior = [station for station in before.site.prior if station.role == Role.FORBIDDEN]
+    # Of floors that are not compared nobody knows whether they are scanned: they stay in the plan.
+    to_come = {station.id for station in found.of_fate(NOT_COMPARED)}
+    prior += [
+        _prior(station, Role.LOCKED if station.id in to_come and not station.fixed else Role.SCANNED, offset_m)
+        for station in found.draft.stations
+    ]
+    missing = {station.id for station in found.of_fate(MISSING)}
+    prior += [_prior(station, Role.KEPT, offset_m) for station in live.draft.stations if station.id in missing]
+    return replace(
+        before,
+        method=before.method if isinstance(before.method, Proven) else Proven(),
+        objective=Objective.FEWEST,
+        max_stations=None,
+        requirements=_as_good_as(before.requirements, found.planned.plan),
+        site=replace(before.site, prior=tuple(prior)),
+    )
+
+
 def _prior(station: DraftStation, role: Role, offset_m: FloatArray) -> PriorStation:
     x, y, z = as_written_m(station.at_m + offset_m).tolist()
     return PriorStation(station.id, (x, y, z), role, station.floor, station.instrument_height_m)
@@ -416,6 +376,46 @@ def _as_draft(station: Station) -> DraftStation:
     place: Place = (x, y, z)
     height = station.instrument_height_m
     return DraftStation(station.id, station.floor, place, None if math.isnan(height) else height)
+
+
+@dataclass(frozen=True)
+class RescanGain:
+    """Of one further station.
+
+    for_lost : it is one of those that do, together, for what was lost; the others are for what the plan did not meet
+    either. gains_m2 : by floor, what this station alone adds to the scans, where it does. joins : ids of networks,
+    largest first, that all the other stations together leave apart, and it joins; never one.
+    """
+
+    station: str
+    for_lost: bool
+    gains_m2: tuple[tuple[str, float], ...]
+    joins: tuple[tuple[str, ...], ...]
+
+
+def purposes_of(
+    live: LivePlan, scanned: Draft, further: Sequence[DraftStation], is_back: Callable[[Plan], bool]
+) -> tuple[RescanGain, ...]:
+    """Return what further stations are for, in their order; is_back : whether a plan has again what was lost."""
+    before = live.figures(scanned).plan
+    gains_m2 = {each.id: _gains_m2(before, live.figures(scanned.having(each)).plan) for each in further}
+    everything = replace(scanned, stations=(*scanned.stations, *further))
+    after = live.figures(everything).plan
+    order = sorted(further, key=lambda each: sum(area_m2 for _, area_m2 in gains_m2[each.id]))
+    needed = everything
+    if is_back(after):
+        for each in order:  # those that add least go first
+            fewer = needed.without(each.id)
+            needed = fewer if is_back(live.figures(fewer).plan) else needed
+    return tuple(
+        RescanGain(
+            each.id,
+            each.id in needed.ids,
+            gains_m2[each.id],
+            _joined_by(each.id, after.registration, live.figures(everything.without(each.id)).plan.registration),
+        )
+        for each in further
+    )
 
 
 def _gains_m2(before: Plan, after: Plan) -> tuple[tuple[str, float], ...]:

@@ -26,7 +26,7 @@ from planner_core.scene.rooms import room_of_points
 
 #: Ground, rooms and stations are distinguished at one place of each square of this side: the narrowest rooms have
 #: several.
-SQUARE_M = 0.4
+_SQUARE_M = 0.4
 #: Floors lie over each other where they share this part of the smaller one's ground.
 _OVER_SHARE = 0.1
 #: Ground of other floors accounts for what is enclosed at a floor's height if it lies below this, above the floor.
@@ -73,7 +73,7 @@ class FloorFigures:
         """Places on the ground of all floors."""
         scene = self.scene
         low_m, high_m = scene.vertices_m[:, :2].min(axis=0), scene.vertices_m[:, :2].max(axis=0)
-        step_m = max(SQUARE_M, math.sqrt(float(np.prod(high_m - low_m)) / _MAX_CELLS))
+        step_m = max(_SQUARE_M, math.sqrt(float(np.prod(high_m - low_m)) / _MAX_CELLS))
         n_x, n_y = (np.floor((high_m - low_m) / step_m).astype(np.int64) + 1).tolist()
         every = np.arange(scene.n_triangles, dtype=np.int32)
         low_m = low_m + step_m * np.array([0.37, 0.43])  # off the round figures that designers align walls to
@@ -257,7 +257,7 @@ def _places_of(survey: Survey, reach: Reach) -> FloorPlaces:
     space = reach.space
     solid = np.array([*(region.in_solid for region in reach.regions), True])
     node = np.flatnonzero(space.on_ground & ~solid[reach.near_region])
-    side = max(1, round(SQUARE_M / space.grid.cell_m))
+    side = max(1, round(_SQUARE_M / space.grid.cell_m))
     ix, iy = space.column[node] % space.grid.nx // side, space.column[node] // space.grid.nx // side
     square = iy * (space.grid.nx // side + 1) + ix
     key = (square * len(survey.floors) + space.floor[node]) * len(reach.regions) + reach.near_region[node]

@@ -143,7 +143,7 @@ def build_tree(scene: Scene, device: Device) -> Tree:
         The device's memory does not suffice: some 130 bytes a triangle while building.
     """
     triangles = {"vertices": scene.vertices_m.astype(np.float32), "corners": scene.triangles}
-    binary = cluster_triangles(device, triangles, scene.n_triangles)
+    binary = _cluster_triangles(device, triangles, scene.n_triangles)
     outline, arrays = widen(device, scene, triangles, binary)
     return Tree(
         device=device,
@@ -185,7 +185,7 @@ class Binary:
     spare: tuple[Buffer, Buffer, Buffer]
 
 
-def cluster_triangles(device: Device, triangles: Mapping[str, NDArray[Any]], n_triangles: int) -> Binary:
+def _cluster_triangles(device: Device, triangles: Mapping[str, NDArray[Any]], n_triangles: int) -> Binary:
     """Build the binary tree of `n_triangles` >= 1 triangles: vertices (V, 3) float32, corners (T, 3) int32."""
     leaves = device.program("tree_leaves.cl", {"LANES": 1, "MORTON_BITS": _MORTON_BITS, "PAD": _PAD})
     n_chunks = chunk_count(device, n_triangles)

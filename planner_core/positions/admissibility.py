@@ -72,10 +72,10 @@ _OFF_AXIS_RAD = 0.0071
 _ENCLOSURE_DIRECTIONS = 16
 _UP, _DOWN = np.array([[0.0, 0.0, 1.0]]), np.array([[0.0, 0.0, -1.0]])
 NO_GROUND = "no ground of this floor below"
-TOO_LOW = "too little headroom"
-BLOCKED = "something between sensor and ground"
-UNEVEN = "uneven or no ground around"
-TOO_CLOSE = "too close to something"
+_TOO_LOW = "too little headroom"
+_BLOCKED = "something between sensor and ground"
+_UNEVEN = "uneven or no ground around"
+_TOO_CLOSE = "too close to something"
 OUTSIDE = "outside the building"
 IN_KEEP_OUT = "in a keep-out"
 FORBIDDEN = "at a forbidden position"
@@ -91,12 +91,12 @@ _OF_SITE = {
 #: What a place lacks. Walls around a plane are counted by horizontal beams, a roof over slabs by vertical ones.
 _OF_PLACE = {
     NO_GROUND: "the ground lies between the points of the grid: use a finer grid (--grid)",
-    TOO_LOW: "give a lower instrument height (--height)",
-    BLOCKED: "elements fill the space above the ground: check that they do not lie in each other, or leave a class of "
+    _TOO_LOW: "give a lower instrument height (--height)",
+    _BLOCKED: "elements fill the space above the ground: check that they do not lie in each other, or leave a class of "
     "them out (--leave-out)",
-    UNEVEN: "the ground is narrower than a tripod, or in steps: load the file that has the slabs, or mark a larger "
+    _UNEVEN: "the ground is narrower than a tripod, or in steps: load the file that has the slabs, or mark a larger "
     "surface as ground (docs/howto/pick-ground.md)",
-    TOO_CLOSE: "give less clearance (--clearance), or a finer grid (--grid)",
+    _TOO_CLOSE: "give less clearance (--clearance), or a finer grid (--grid)",
 }
 _NOT_ENCLOSED = "walls enclose nothing there: load the file that has all walls of the floor"
 _IN_THE_OPEN = "it lies under open sky beside ground under a roof: plan the outside (--scope exterior)"
@@ -315,10 +315,10 @@ class TripodTests:
         is not counted by the next.
         """
         tests = (
-            (TOO_LOW, self._lacks_headroom),
-            (BLOCKED, self._lacks_ground),
-            (UNEVEN, self._lacks_ring),
-            (TOO_CLOSE, self._lacks_clearance),
+            (_TOO_LOW, self._lacks_headroom),
+            (_BLOCKED, self._lacks_ground),
+            (_UNEVEN, self._lacks_ring),
+            (_TOO_CLOSE, self._lacks_clearance),
             (OUTSIDE, self._is_outside),
         )
         kept = np.ones(position_m.shape[0], dtype=bool)

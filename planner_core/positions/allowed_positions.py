@@ -108,6 +108,27 @@ class _Admitted:
         return Candidates(self.position_m, self.floor, self.height_m, tally.n_tried, tally.rejected)
 
 
+def _of_grid(candidates: Candidates) -> _Admitted:
+    return _Admitted(
+        candidates.position_m,
+        candidates.floor,
+        candidates.instrument_height_m,
+        np.zeros(candidates.floor.size, dtype=np.int32),
+    )
+
+
+def _ruled_out(site: LocalSite, reach: Reach, found: _Admitted) -> dict[str, BoolArray]:
+    """(N,) bool, positions that are no candidates on this site, by reason, in the order in which these are reported."""
+    plan_m, ground_m = found.position_m[:, :2], found.position_m.copy()
+    ground_m[:, 2] -= found.height_m
+    return {
+        IN_KEEP_OUT: site.in_zone(plan_m, found.floor),
+        FORBIDDEN: site.near_forbidden(plan_m, found.floor),
+        OUT_OF_SCOPE: np.zeros(found.floor.size, bool) if site.scope is None else ~site.scope.admits(ground_m),
+        UNREACHABLE: ~reachable(reach, found.candidates(RefusalTally())),
+    }
+
+
 def find_positions(
     tripods: Tripods,
     site: LocalSite,
@@ -176,64 +197,6 @@ def places_as_they_are(
         prior=(),
         warnings=(),
     )
-
-
-@dataclass(frozen=True)
-class PriorPosition:
-    """position_m : (3,) float64, local, the sensor's origin. floor : index. remarks : one line each, for the user."""
-
-    station: PriorStation
-    position_m: FloatArray
-    floor: int
-    instrument_height_m: float
-    remarks: tuple[str, ...]
-
-
-def place_prior(tripods: Tripods, station: PriorStation, space: FreeSpace) -> PriorPosition:
-    """Bring a station to the local frame, and find its floor and height, on stairs and landings of `space`, too."""
-    survey = tripods.survey
-    position_m = local_of_written_m(station.position_m, survey.scene.offset_m)
-    index, remarks = _floor_of(survey, station, position_m)
-    floor = survey.floors[index]
-    below_m = tripods.ground(index).below(position_m[None])[0]
-    ground_m = floor.elevation_m if np.isnan(below_m) else float(below_m)
-    landing_m = _landing_below(space, position_m)
-    on_stairs = landing_m is not None and landing_m > ground_m
-    if landing_m is not None and on_stairs:
-        ground_m = float(tripods.climbed_ground_m(np.array([[*position_m[:2], landing_m]]))[0])
-    height_m = float(position_m[2] - ground_m)
-    given_m = station.instrument_height_m
-    if given_m is not None:
-        if abs(given_m - height_m) > _SAME_HEIGHT_M:
-            remarks.append(
-                f"station {station.id}: instrument height {given_m:.3f} m is given, but the sensor is "
-                f"{height_m:.3f} m above the ground of {floor.name!r}"
-            )
-        height_m = float(given_m)
-    _, reasons = tripods.reject(index, position_m[None], np.array([ground_m]), np.array([not on_stairs]))
-    remarks += [f"station {station.id}: no valid tripod position on {floor.name!r} ({reason})" for reason in reasons]
-    return PriorPosition(station, position_m, index, height_m, tuple(remarks))
-
-
-def _of_grid(candidates: Candidates) -> _Admitted:
-    return _Admitted(
-        candidates.position_m,
-        candidates.floor,
-        candidates.instrument_height_m,
-        np.zeros(candidates.floor.size, dtype=np.int32),
-    )
-
-
-def _ruled_out(site: LocalSite, reach: Reach, found: _Admitted) -> dict[str, BoolArray]:
-    """(N,) bool, positions that are no candidates on this site, by reason, in the order in which these are reported."""
-    plan_m, ground_m = found.position_m[:, :2], found.position_m.copy()
-    ground_m[:, 2] -= found.height_m
-    return {
-        IN_KEEP_OUT: site.in_zone(plan_m, found.floor),
-        FORBIDDEN: site.near_forbidden(plan_m, found.floor),
-        OUT_OF_SCOPE: np.zeros(found.floor.size, bool) if site.scope is None else ~site.scope.admits(ground_m),
-        UNREACHABLE: ~reachable(reach, found.candidates(RefusalTally())),
-    }
 
 
 def _reach(survey: Survey, site: LocalSite, space: FreeSpace | None, progress: Progress) -> Reach:
@@ -356,6 +319,43 @@ def _low_lines(tripods: Tripods, found: _Admitted) -> tuple[str, ...]:
             f"of {heights.to_try_m[0]:.2f} m, so the tripod is lowered there to {to_m}; --height sets another for all"
         )
     return tuple(lines)
+
+
+@dataclass(frozen=True)
+class PriorPosition:
+    """position_m : (3,) float64, local, the sensor's origin. floor : index. remarks : one line each, for the user."""
+
+    station: PriorStation
+    position_m: FloatArray
+    floor: int
+    instrument_height_m: float
+    remarks: tuple[str, ...]
+
+
+def place_prior(tripods: Tripods, station: PriorStation, space: FreeSpace) -> PriorPosition:
+    """Bring a station to the local frame, and find its floor and height, on stairs and landings of `space`, too."""
+    survey = tripods.survey
+    position_m = local_of_written_m(station.position_m, survey.scene.offset_m)
+    index, remarks = _floor_of(survey, station, position_m)
+    floor = survey.floors[index]
+    below_m = tripods.ground(index).below(position_m[None])[0]
+    ground_m = floor.elevation_m if np.isnan(below_m) else float(below_m)
+    landing_m = _landing_below(space, position_m)
+    on_stairs = landing_m is not None and landing_m > ground_m
+    if landing_m is not None and on_stairs:
+        ground_m = float(tripods.climbed_ground_m(np.array([[*position_m[:2], landing_m]]))[0])
+    height_m = float(position_m[2] - ground_m)
+    given_m = station.instrument_height_m
+    if given_m is not None:
+        if abs(given_m - height_m) > _SAME_HEIGHT_M:
+            remarks.append(
+                f"station {station.id}: instrument height {given_m:.3f} m is given, but the sensor is "
+                f"{height_m:.3f} m above the ground of {floor.name!r}"
+            )
+        height_m = float(given_m)
+    _, reasons = tripods.reject(index, position_m[None], np.array([ground_m]), np.array([not on_stairs]))
+    remarks += [f"station {station.id}: no valid tripod position on {floor.name!r} ({reason})" for reason in reasons]
+    return PriorPosition(station, position_m, index, height_m, tuple(remarks))
 
 
 def _floor_of(survey: Survey, station: PriorStation, position_m: FloatArray) -> tuple[int, list[str]]:

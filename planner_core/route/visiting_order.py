@@ -23,7 +23,7 @@ from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
 MAX_STOREYS = 6
 N_KICKS = 60
 #: Blocks of up to so many stops are solved exactly.
-MAX_EXACT = 12
+_MAX_EXACT = 12
 #: Segments of up to so many stops are moved to another place.
 _LONGEST_SEGMENT = 3
 #: What saves less than this, in metres, is rounding.
@@ -53,7 +53,7 @@ def visiting_order(
     closed: bool = False,
     seed: int = 0,
     n_kicks: int = N_KICKS,
-    max_exact: int = MAX_EXACT,
+    max_exact: int = _MAX_EXACT,
 ) -> VisitingOrder:
     """Order stops so that the walk is short, all stops of a floor one after another.
 
@@ -117,7 +117,7 @@ def tour_length_m(distance_m: FloatArray, tour: Int64Array) -> float:
 
 
 def exact_tour(distance_m: FloatArray, blocks: list[Int64Array], within: list[FloatArray]) -> Int64Array:
-    """(N,) the shortest closed tour through `blocks` in their order, at most `MAX_EXACT` stops each.
+    """(N,) the shortest closed tour through `blocks` in their order, at most `_MAX_EXACT` stops each.
 
     Held and Karp (1962) inside the blocks, from every first to every last stop: `within`, the `paths_through` each
     block; and a chain of these from block to block.

@@ -92,98 +92,6 @@ def federated(scenes: Sequence[Scene]) -> Scene:
     )
 
 
-@dataclass(frozen=True)
-class _JointStoreys:
-    """storeys : scene frame, lowest first. places : a file each, its storeys' indices into them; -1: not used."""
-
-    storeys: tuple[Storey, ...]
-    places: tuple[tuple[int, ...], ...]
-    remarks: tuple[str, ...]
-    """One line each, for the user: what differs between files."""
-
-    def place(self, file: int, storey: int) -> int:
-        """Index of a file's storey in the list of all; -1 for none."""
-        return self.places[file][storey] if storey >= 0 else -1
-
-
-@dataclass
-class _Joint:
-    storey: Storey
-    first: str
-    """The file that its name and height are from."""
-
-
-def _joint_storeys(files: Sequence[PlacedScene]) -> _JointStoreys:
-    """Match the storeys of files by height and name."""
-    joint: list[_Joint] = []
-    numbers: list[list[int]] = []
-    remarks: list[str] = []
-    leans = [_at_one_height(file) for file in files]
-    some_tell = not all(leans[i] or not file.scene.storeys for i, file in enumerate(files))
-    for file, at_one_height in zip(files, leans, strict=True):
-        heights_m = [file.height_m(storey.elevation_m) for storey in file.scene.storeys]
-        if at_one_height and some_tell:
-            remarks.append(
-                f"{file.name}: all its {len(heights_m)} storeys are at {heights_m[0]:.2f} m: its elements go to the "
-                "storeys of the other files by their height."
-            )
-            numbers.append([-1] * len(heights_m))
-            continue
-        own: list[int] = []
-        off: list[str] = []
-        for storey, height_m in zip(file.scene.storeys, heights_m, strict=True):
-            found = _match(joint, own, storey.name, height_m)
-            if found is None:
-                off += _same_name_elsewhere(joint, own, storey.name, height_m)
-                found = len(joint)
-                joint.append(_Joint(Storey(storey.name, storey.source_id, height_m), file.name))
-            else:
-                of = joint[found]
-                if abs(height_m - of.storey.elevation_m) > _ROUNDING_M:
-                    off.append(_line(storey.name, height_m, of, "taken as one"))
-            own.append(found)
-        numbers.append(own)
-        if off:
-            more = f", and {len(off) - 1} more storeys differ" if len(off) > 1 else ""
-            remarks.append(f"{file.name}: {off[0]}{more}.")
-    order = sorted(range(len(joint)), key=lambda i: (joint[i].storey.elevation_m, i))
-    new = {old: place for place, old in enumerate(order)} | {-1: -1}
-    return _JointStoreys(
-        tuple(joint[i].storey for i in order),
-        tuple(tuple(new[number] for number in own) for own in numbers),
-        tuple(remarks),
-    )
-
-
-def _check_common_shift(files: Sequence[PlacedScene]) -> None:
-    """Refuse a file whose storeys all lie higher or lower than those of an earlier file by one amount.
-
-    Two references of height do that, such as the site's elevation in one export and sea level in the other: walls then
-    stand in the slabs of the other file. One storey in common proves nothing, nor do buildings side by side.
-
-    Raises
-    ------
-    SceneError
-        Names the amount, with its sign, and the storeys.
-    """
-    for number, file in enumerate(files):
-        for other in files[:number]:
-            mine, its = _heights_by_name(file), _heights_by_name(other)
-            common = [name for name in mine if name in its]
-            shifts_m = np.array([mine[name][1] - its[name][1] for name in common])
-            is_one = len(common) > 1 and np.ptp(shifts_m) < _ROUNDING_M and abs(shifts_m[0]) > _SAME_NAMED_M
-            if not is_one or _at_one_height(file) or _at_one_height(other) or not _over_each_other(file, other):
-                continue
-            shift_m = float(np.median(shifts_m))
-            named = ", ".join(mine[name][0] for name in common[:3]) + (", ..." if len(common) > 3 else "")
-            raise SceneError(
-                f"{file.name}: its {len(common)} storeys {named} all lie {abs(shift_m):.3f} m "
-                f"{'above' if shift_m > 0 else 'below'} those of the same names in {other.name}, expected the same "
-                f"heights; move it by {-shift_m:+.3f} m, or export both with one reference of height (in IFC the "
-                "placements and RefElevation of IfcSite and IfcBuilding)."
-            )
-
-
 def _elements(
     files: Sequence[PlacedScene], copies: Sequence[BoolArray], keeps: Sequence[BoolArray], storeys: _JointStoreys
 ) -> tuple[list[Element], list[Int64Array]]:
@@ -325,6 +233,99 @@ def _reports(files: Sequence[PlacedScene], keeps: Sequence[BoolArray], remarks: 
         dropped=tuple(f"{file.name}: {line}" for file in files for line in file.scene.report.dropped),
         warnings=(*of_files, *remarks),
     )
+
+
+# ----------------------------------------------------------------------------------------------- storeys
+@dataclass(frozen=True)
+class _JointStoreys:
+    """storeys : scene frame, lowest first. places : a file each, its storeys' indices into them; -1: not used."""
+
+    storeys: tuple[Storey, ...]
+    places: tuple[tuple[int, ...], ...]
+    remarks: tuple[str, ...]
+    """One line each, for the user: what differs between files."""
+
+    def place(self, file: int, storey: int) -> int:
+        """Index of a file's storey in the list of all; -1 for none."""
+        return self.places[file][storey] if storey >= 0 else -1
+
+
+@dataclass
+class _Joint:
+    storey: Storey
+    first: str
+    """The file that its name and height are from."""
+
+
+def _joint_storeys(files: Sequence[PlacedScene]) -> _JointStoreys:
+    """Match the storeys of files by height and name."""
+    joint: list[_Joint] = []
+    numbers: list[list[int]] = []
+    remarks: list[str] = []
+    leans = [_at_one_height(file) for file in files]
+    some_tell = not all(leans[i] or not file.scene.storeys for i, file in enumerate(files))
+    for file, at_one_height in zip(files, leans, strict=True):
+        heights_m = [file.height_m(storey.elevation_m) for storey in file.scene.storeys]
+        if at_one_height and some_tell:
+            remarks.append(
+                f"{file.name}: all its {len(heights_m)} storeys are at {heights_m[0]:.2f} m: its elements go to the "
+                "storeys of the other files by their height."
+            )
+            numbers.append([-1] * len(heights_m))
+            continue
+        own: list[int] = []
+        off: list[str] = []
+        for storey, height_m in zip(file.scene.storeys, heights_m, strict=True):
+            found = _match(joint, own, storey.name, height_m)
+            if found is None:
+                off += _same_name_elsewhere(joint, own, storey.name, height_m)
+                found = len(joint)
+                joint.append(_Joint(Storey(storey.name, storey.source_id, height_m), file.name))
+            else:
+                of = joint[found]
+                if abs(height_m - of.storey.elevation_m) > _ROUNDING_M:
+                    off.append(_line(storey.name, height_m, of, "taken as one"))
+            own.append(found)
+        numbers.append(own)
+        if off:
+            more = f", and {len(off) - 1} more storeys differ" if len(off) > 1 else ""
+            remarks.append(f"{file.name}: {off[0]}{more}.")
+    order = sorted(range(len(joint)), key=lambda i: (joint[i].storey.elevation_m, i))
+    new = {old: place for place, old in enumerate(order)} | {-1: -1}
+    return _JointStoreys(
+        tuple(joint[i].storey for i in order),
+        tuple(tuple(new[number] for number in own) for own in numbers),
+        tuple(remarks),
+    )
+
+
+def _check_common_shift(files: Sequence[PlacedScene]) -> None:
+    """Refuse a file whose storeys all lie higher or lower than those of an earlier file by one amount.
+
+    Two references of height do that, such as the site's elevation in one export and sea level in the other: walls then
+    stand in the slabs of the other file. One storey in common proves nothing, nor do buildings side by side.
+
+    Raises
+    ------
+    SceneError
+        Names the amount, with its sign, and the storeys.
+    """
+    for number, file in enumerate(files):
+        for other in files[:number]:
+            mine, its = _heights_by_name(file), _heights_by_name(other)
+            common = [name for name in mine if name in its]
+            shifts_m = np.array([mine[name][1] - its[name][1] for name in common])
+            is_one = len(common) > 1 and np.ptp(shifts_m) < _ROUNDING_M and abs(shifts_m[0]) > _SAME_NAMED_M
+            if not is_one or _at_one_height(file) or _at_one_height(other) or not _over_each_other(file, other):
+                continue
+            shift_m = float(np.median(shifts_m))
+            named = ", ".join(mine[name][0] for name in common[:3]) + (", ..." if len(common) > 3 else "")
+            raise SceneError(
+                f"{file.name}: its {len(common)} storeys {named} all lie {abs(shift_m):.3f} m "
+                f"{'above' if shift_m > 0 else 'below'} those of the same names in {other.name}, expected the same "
+                f"heights; move it by {-shift_m:+.3f} m, or export both with one reference of height (in IFC the "
+                "placements and RefElevation of IfcSite and IfcBuilding)."
+            )
 
 
 def _heights_by_name(file: PlacedScene) -> dict[str, tuple[str, float]]:

@@ -111,6 +111,49 @@ def read_text(path: Path) -> tuple[bytes, bool]:
     return text, is_packed
 
 
+def _unpacked(path: Path) -> bytes:
+    """The one IFC file in an archive."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            members = [m for m in archive.infolist() if PurePosixPath(m.filename).suffix.lower() in (".ifc", ".ifcxml")]
+            names = [m for m in members if not m.filename.startswith("__MACOSX/")]
+            if len(names) != 1:
+                found = ", ".join(one_line(m.filename) for m in names[:3])
+                raise SceneError(
+                    f"{path.name}: the archive has {grouped(len(names))} IFC files{f' ({found})' if names else ''}, "
+                    "expected one; unpack it and name the file to load."
+                )
+            limit = min(MAX_UNPACKED_BYTES, max(_LEAST_UNPACKED_BYTES, _MOST_TIMES * path.stat().st_size))
+            with archive.open(names[0]) as member:  # the size stated in the archive may be false
+                text = member.read(limit + 1)
+    # `zipfile` raises NotImplementedError where it does not know an archive's compression.
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError) as error:
+        reason = reason_of(error)
+        raise SceneError(
+            f"{path.name}: the archive can't be unpacked ({reason}); copy it again, or unpack it by hand."
+        ) from error
+    if len(text) > limit:
+        raise SceneError(
+            f"{path.name}: the file in it is longer than {limit / 1024**2:.0f} MiB, which is not unpacked of an "
+            f"archive of {path.stat().st_size / 1024**2:.1f} MiB; unpack it and name the .ifc file."
+        )
+    return text
+
+
+def _check_is_complete(path: Path, text: bytes) -> None:
+    """An IFC file marks its beginning and end."""
+    start = text[:256].removeprefix(b"\xef\xbb\xbf").lstrip()
+    if start.startswith(b"<") and (b"ifcxml" in text[:4096].lower() or path.suffix.lower() == ".ifcxml"):
+        raise SceneError(f"{path.name}: it is ifcXML, which is not read, expected the text form; export {_XML}.")
+    if not start.startswith((b"ISO-10303-21", b"/*")):
+        raise SceneError(
+            f"{path.name}: not an IFC file: {what_it_looks_like(start)}, expected ISO-10303-21 in its first line; "
+            "export the model as IFC again."
+        )
+    if b"END-ISO-10303-21" not in text[-4096:]:
+        raise SceneError(f"{path.name}: it has no END-ISO-10303-21 at its end: it is cut off; copy or export it again.")
+
+
 # ----------------------------------------------------------------------------------------------- lost ends
 def without_strings(text: bytes) -> bytes:
     """The text with an empty string for each string, and a blank for each comment."""
@@ -178,102 +221,6 @@ def syntax_fault(text: bytes) -> str:
     return "" if wanted == "#" else _fault_in_words(text, end, instance)
 
 
-# -------------------------------------------------------------------------------------------------- names
-def with_ascii_names(text: bytes) -> tuple[bytes, str]:
-    r"""The same text with `\X2\` for what is not ASCII in its strings, and a phrase: which code page that was in.
-
-    Some programs escape the bytes of their code page one by one (`\X\8A`), which is for ISO 8859 alone: bytes that are
-    no letters there give them away. The phrase is empty where nothing is amiss; the text is then the same.
-    """
-    end = text.find(b"DATA;")  # the header may be of another program: paths, as the system has them
-    header, phrase = _with_ascii_names(text[: max(0, end)])
-    data, phrase_of_data = _with_ascii_names(text[max(0, end) :])
-    if not phrase and not phrase_of_data:
-        return text, ""
-    return header + data, phrase_of_data or phrase
-
-
-def with_doubled_backslashes(text: bytes) -> bytes:
-    """The same text with backslashes that begin no escape as characters of their strings."""
-
-    def doubled(match: re.Match[bytes]) -> bytes:
-        return _ESCAPE.sub(lambda found: rb"\\" if found.group(1) else found.group(), match.group())
-
-    return _TEXT.sub(doubled, text)
-
-
-def encoding_of(texts: list[bytes]) -> str:
-    """Name, as Python's, of a code page in which all `texts` of one file can be read."""
-    together = b"\n".join(texts)
-    if _can_be(together, "utf-8"):
-        return "utf-8"
-    best, best_share = "", 0.0
-    for name, is_common in _EAST_ASIAN.items():
-        if not _can_be(together, name):
-            continue
-        n_common, n_all = _n_common(together.decode(name), name, is_common)
-        share = n_common / n_all if n_all else 0.0
-        if name == "cp949" and n_all < _FEW:
-            share -= 1e-6
-        if share > best_share:
-            best, best_share = name, share
-    if best_share >= _COMMON_SHARE:
-        return best
-    n_foreign = sum(byte >= 0xC0 for byte in together)
-    n_ascii = sum(chr(byte).isascii() and chr(byte).isalpha() for text in texts if not text.isascii() for byte in text)
-    if n_foreign > n_ascii and _can_be(together, "cp1251"):
-        return "cp1251"
-    return "cp1252" if _can_be(together, "cp1252") else "latin-1"
-
-
-def encoding_title(name: str) -> str:
-    """What `encoding_of`'s answer is called in a message."""
-    return _TITLES[name]
-
-
-def _unpacked(path: Path) -> bytes:
-    """The one IFC file in an archive."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            members = [m for m in archive.infolist() if PurePosixPath(m.filename).suffix.lower() in (".ifc", ".ifcxml")]
-            names = [m for m in members if not m.filename.startswith("__MACOSX/")]
-            if len(names) != 1:
-                found = ", ".join(one_line(m.filename) for m in names[:3])
-                raise SceneError(
-                    f"{path.name}: the archive has {grouped(len(names))} IFC files{f' ({found})' if names else ''}, "
-                    "expected one; unpack it and name the file to load."
-                )
-            limit = min(MAX_UNPACKED_BYTES, max(_LEAST_UNPACKED_BYTES, _MOST_TIMES * path.stat().st_size))
-            with archive.open(names[0]) as member:  # the size stated in the archive may be false
-                text = member.read(limit + 1)
-    # `zipfile` raises NotImplementedError where it does not know an archive's compression.
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError) as error:
-        reason = reason_of(error)
-        raise SceneError(
-            f"{path.name}: the archive can't be unpacked ({reason}); copy it again, or unpack it by hand."
-        ) from error
-    if len(text) > limit:
-        raise SceneError(
-            f"{path.name}: the file in it is longer than {limit / 1024**2:.0f} MiB, which is not unpacked of an "
-            f"archive of {path.stat().st_size / 1024**2:.1f} MiB; unpack it and name the .ifc file."
-        )
-    return text
-
-
-def _check_is_complete(path: Path, text: bytes) -> None:
-    """An IFC file marks its beginning and end."""
-    start = text[:256].removeprefix(b"\xef\xbb\xbf").lstrip()
-    if start.startswith(b"<") and (b"ifcxml" in text[:4096].lower() or path.suffix.lower() == ".ifcxml"):
-        raise SceneError(f"{path.name}: it is ifcXML, which is not read, expected the text form; export {_XML}.")
-    if not start.startswith((b"ISO-10303-21", b"/*")):
-        raise SceneError(
-            f"{path.name}: not an IFC file: {what_it_looks_like(start)}, expected ISO-10303-21 in its first line; "
-            "export the model as IFC again."
-        )
-    if b"END-ISO-10303-21" not in text[-4096:]:
-        raise SceneError(f"{path.name}: it has no END-ISO-10303-21 at its end: it is cut off; copy or export it again.")
-
-
 def _kind(group: str, found: bytes) -> str:
     return found.decode() if group == "mark" else group
 
@@ -296,6 +243,21 @@ def _fault_in_words(text: bytes, at: int, instance: str) -> str:
 
 def _part_of_word(byte: int) -> bool:
     return chr(byte).isalnum() or chr(byte) in "#+-._"
+
+
+# -------------------------------------------------------------------------------------------------- names
+def with_ascii_names(text: bytes) -> tuple[bytes, str]:
+    r"""The same text with `\X2\` for what is not ASCII in its strings, and a phrase: which code page that was in.
+
+    Some programs escape the bytes of their code page one by one (`\X\8A`), which is for ISO 8859 alone: bytes that are
+    no letters there give them away. The phrase is empty where nothing is amiss; the text is then the same.
+    """
+    end = text.find(b"DATA;")  # the header may be of another program: paths, as the system has them
+    header, phrase = _with_ascii_names(text[: max(0, end)])
+    data, phrase_of_data = _with_ascii_names(text[max(0, end) :])
+    if not phrase and not phrase_of_data:
+        return text, ""
+    return header + data, phrase_of_data or phrase
 
 
 def _with_ascii_names(text: bytes) -> tuple[bytes, str]:
@@ -330,6 +292,15 @@ def _byte(match: re.Match[bytes]) -> bytes:
     return bytes([match.group(2)[3] | 0x80]) if match.group(2) else b"\\"
 
 
+def with_doubled_backslashes(text: bytes) -> bytes:
+    """The same text with backslashes that begin no escape as characters of their strings."""
+
+    def doubled(match: re.Match[bytes]) -> bytes:
+        return _ESCAPE.sub(lambda found: rb"\\" if found.group(1) else found.group(), match.group())
+
+    return _TEXT.sub(doubled, text)
+
+
 def _strings(text: bytes) -> Iterator[bytes]:
     return (found for found in _TEXT.findall(text) if found.startswith(b"'"))
 
@@ -342,6 +313,7 @@ def _escaped(match: re.Match[str]) -> str:
     return rf"\X2\{found.encode('utf-16-be').hex().upper()}\X0" + "\\"
 
 
+# ----------------------------------------------------------------------------------------------- code pages
 def _is_common_japanese(lead: int, trail: int) -> bool:
     return 0x81 <= lead <= 0x83 or 0x87 <= lead <= 0x97
 
@@ -356,6 +328,35 @@ def _is_common_simplified(lead: int, trail: int) -> bool:
 
 def _is_common_traditional(lead: int, trail: int) -> bool:
     return 0xA1 <= lead <= 0xC6
+
+
+def encoding_of(texts: list[bytes]) -> str:
+    """Name, as Python's, of a code page in which all `texts` of one file can be read."""
+    together = b"\n".join(texts)
+    if _can_be(together, "utf-8"):
+        return "utf-8"
+    best, best_share = "", 0.0
+    for name, is_common in _EAST_ASIAN.items():
+        if not _can_be(together, name):
+            continue
+        n_common, n_all = _n_common(together.decode(name), name, is_common)
+        share = n_common / n_all if n_all else 0.0
+        if name == "cp949" and n_all < _FEW:
+            share -= 1e-6
+        if share > best_share:
+            best, best_share = name, share
+    if best_share >= _COMMON_SHARE:
+        return best
+    n_foreign = sum(byte >= 0xC0 for byte in together)
+    n_ascii = sum(chr(byte).isascii() and chr(byte).isalpha() for text in texts if not text.isascii() for byte in text)
+    if n_foreign > n_ascii and _can_be(together, "cp1251"):
+        return "cp1251"
+    return "cp1252" if _can_be(together, "cp1252") else "latin-1"
+
+
+def encoding_title(name: str) -> str:
+    """What `encoding_of`'s answer is called in a message."""
+    return _TITLES[name]
 
 
 def _can_be(text: bytes, encoding: str) -> bool:

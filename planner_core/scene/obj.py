@@ -28,7 +28,7 @@ _AFTER_SLASH = re.compile(rb"/\S*")
 _LARGEST_BYTES = 16 * 2**20
 """Of all libraries together. A material takes some hundred bytes."""
 _MOST_LIBRARIES = 100
-BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 """What some programs begin UTF-8 with; no part of the first line."""
 
 
@@ -60,7 +60,7 @@ def read_obj(path: Path, *, skip_bad_faces: bool) -> RawScene:
     SceneError
         Not an OBJ file, a line that can't be read, or a face that names a missing vertex.
     """
-    contents = path.read_bytes().removeprefix(BYTE_ORDER_MARK)
+    contents = path.read_bytes().removeprefix(_BYTE_ORDER_MARK)
     if b"\0" in contents[:4096]:
         raise SceneError(_not_obj(path, contents))
     lines = _sort_lines(contents)
@@ -281,7 +281,7 @@ def _read(obj: Path, path: Path, library: _Library) -> None:
         return
     library.n_bytes += len(contents)
     figures: dict[bytes, float] = {}
-    for line in contents.removeprefix(BYTE_ORDER_MARK).splitlines():
+    for line in contents.removeprefix(_BYTE_ORDER_MARK).splitlines():
         word, _, rest = line.partition(b"#")[0].replace(b"\t", b" ").strip().partition(b" ")
         if word == b"newmtl":
             figures = {}

@@ -29,7 +29,7 @@ from planner_core.select.problem import CoverProblem
 #: Bits that the quotient of Eq. 9 keeps behind the point, at most.
 _MAX_SHIFT = 20
 #: Keys of the objectives have to stay below this; see `planner_core.paper.genetic.objective`.
-MAX_KEY = 2**62
+_MAX_KEY = 2**62
 STALE = "no improvement"
 EXHAUSTED = "iterations"
 
@@ -59,7 +59,7 @@ class GeneticObjective:
 def objective_of(problem: CoverProblem, settings: GeneticSettings) -> GeneticObjective:
     """The settings' objective on a problem that `check_problem` let through."""
     total = int(problem.ticks.sum())
-    spare_bits = MAX_KEY.bit_length() - 1 - total.bit_length()
+    spare_bits = _MAX_KEY.bit_length() - 1 - total.bit_length()
     return GeneticObjective(
         number=OBJECTIVES.index(settings.objective),
         n_candidates=problem.starts.size - 1,
@@ -83,10 +83,10 @@ def check_problem(problem: CoverProblem) -> None:
             "genetic selection: got no candidates, expected at least one; use a finer grid step or less clearance"
         )
     total = max(float(problem.ticks.sum(dtype=np.float64)), float(problem.required.sum(dtype=np.float64)))
-    if (total + 1) * (n_candidates + 1) >= MAX_KEY:
+    if (total + 1) * (n_candidates + 1) >= _MAX_KEY:
         raise RequirementError(
             f"genetic selection: got {n_candidates} candidates and {total:.3g} ticks of surface in all, expected a "
-            f"product below {MAX_KEY:.3g}; plan fewer floors at a time or use a coarser grid step"
+            f"product below {_MAX_KEY:.3g}; plan fewer floors at a time or use a coarser grid step"
         )
 
 

@@ -68,7 +68,7 @@ class TripodPosition:
 class _Floor:
     """A floor whose cells are tested. value : (K,) uint8, as in `GroundMap`, as far as the plan's own site goes."""
 
-    cells: GroundCells
+    cells: _GroundCells
     value: NDArray[np.uint8]
 
 
@@ -188,7 +188,7 @@ class TripodPositions:
     def _floor(self, index: int) -> _Floor:
         """Return a floor, tested."""
         if index not in self._floors:
-            cells = GroundCells(self._tripods, self._reach, index)
+            cells = _GroundCells(self._tripods, self._reach, index)
             floor = _Floor(cells, np.full(cells.number.size, NOTHING, dtype=np.uint8))
             floor.value[self._footing.nodes(cells.place_m) >= 0] = WALKABLE
             free = np.flatnonzero((floor.value == WALKABLE) & ~self._is_barred(self._site, index, cells.place_m))
@@ -207,7 +207,7 @@ class TripodPositions:
         return local_site(self._survey, Site(keep_out=draft.keep_out, prior=draft.forbidden))
 
 
-class GroundCells:
+class _GroundCells:
     """Cells of floor `index`.
 
     low_m : (2,) low corner of the map. cell_m : width of its cells. shape : (ny, nx). number : (K,) int64, cells that
