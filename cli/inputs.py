@@ -223,7 +223,7 @@ def with_prior(problem: PlanSettings, prior_stations: PriorStations) -> PlanSett
     """
     from planner_core.model import Role
     from planner_core.plan_folder.stations_csv import read_station_list
-    from planner_core.positions.site_reading import check_ids, prior_from
+    from planner_core.requirements.site import check_ids, prior_from
 
     prior = list(problem.site.prior)
     for path, role in (

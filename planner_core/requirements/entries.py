@@ -16,9 +16,9 @@ from planner_core.documents import Entries, ShortEntries, key_of, shown
 from planner_core.errors import RequirementError
 from planner_core.model import NetworkKind, OverlapMeasure, OverlapOf, Scope
 from planner_core.positions.outlines import MOST_CORNERS, checked_outline
-from planner_core.positions.site_reading import SiteEntries
 from planner_core.requirements.deliverables import DELIVERABLES, deliverable_named
 from planner_core.requirements.quantities import angle_rad, coordinate_m, count, length_m, plain_number, share
+from planner_core.requirements.site import SiteEntries
 
 _MOST_NAMES, _MOST_LETTERS = 1000, 200
 _FIGURE = r"([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]+)?"

@@ -1,4 +1,4 @@
-"""What users say of the site, as mappings (YAML, JSON) and station lists, read into a `Site`. Scene frame, metres.
+"""The site as users describe it, mappings (YAML, JSON) and station lists, read into a `Site`. Scene frame, metres.
 
 entrances: [[1.0, 2.0, 0.0]]          # places on the ground: x, y, z
 keep_out: [{name: lab, floor: F0, outline: [[0, 0], [4, 0], [4, 3], [0, 3]]}]

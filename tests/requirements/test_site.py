@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
 from planner_core.model import KeepOut, PriorStation, Role, Site
-from planner_core.positions.site_reading import check_ids, prior_from
 from planner_core.requirements.read import requirements_from
+from planner_core.requirements.site import check_ids, prior_from
 
 FULL = """
 entrances: [[1, 2, 0], [3.5, 2.0, 0.0]]
