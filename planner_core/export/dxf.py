@@ -38,7 +38,7 @@ from planner_core.model import FloatArray, Floor
 from planner_core.network.weak_motion import overlap_share
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.links import STRONG_TIMES
-from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
+from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
 from planner_core.progress import Progress, ProgressEvent
 
 BLOCK = "TLSPLAN-STATION"
@@ -347,18 +347,15 @@ def _draw_links(drawing: _Drawing, stations: tuple[FieldStation, ...]) -> None:
         a, b = at[link.a], at[link.b]
         floor_id = a.floor_id if a.floor_id == b.floor_id else ""
         ends = drawing.at(np.stack([a.position_m, b.position_m]))
+        counts = drawing.plan.counts(link)
         drawn = drawing.space.add_line(
             *ends.tolist(),
-            dxfattribs={"layer": drawing.layer(floor_id, "LINK" if link.counts else "LINK-WEAK")},
+            dxfattribs={"layer": drawing.layer(floor_id, "LINK" if counts else "LINK-WEAK")},
         )
-        if _is_strong(link, least):
+        if counts and link.strength >= STRONG_TIMES * least:
             drawn.dxf.lineweight = 60
         strength = f"{link.strength:.4f}" if math.isfinite(link.strength) else ""
         say(drawn, a=link.a, b=link.b, overlap=f"{overlap_share(link.overlap, 4):.4f}", strength=strength)
-
-
-def _is_strong(link: FieldLink, least: float) -> bool:
-    return link.counts and math.isfinite(link.strength) and link.strength >= STRONG_TIMES * least
 
 
 def _draw_route(drawing: _Drawing, floors: tuple[FieldFloor, ...]) -> None:

@@ -99,7 +99,7 @@ def _features(
                 "to": link.b,
                 "overlap": overlap_share(link.overlap, 4),
                 "strength": _known(link.strength),
-                "counts": link.counts,
+                "counts": plan.counts(link),
             }
             yield feature("LineString", positions(ends), properties)
     for station in stations:

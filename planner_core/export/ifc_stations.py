@@ -307,7 +307,7 @@ def _linked(plan: PlanSource, station: FieldStation) -> str:
     linked = [
         (link.b if link.a == station.id else link.a, link.overlap)
         for link in plan.links
-        if link.counts and station.id in (link.a, link.b)
+        if plan.counts(link) and station.id in (link.a, link.b)
     ]
     return ", ".join(f"{other} {overlap_percent(overlap)} %" for other, overlap in linked) or "none"
 

@@ -31,7 +31,7 @@ from planner_core.export.options import Options
 from planner_core.export.route_lines import RouteLeg, route_remarks, ways_of
 from planner_core.model import FloatArray
 from planner_core.network.weak_motion import overlap_percent
-from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
+from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
 from planner_core.progress import Progress
 
 NAMESPACE = "http://www.opengis.net/kml/2.2"
@@ -83,7 +83,7 @@ def write_kml(plan: PlanSource, path: Path, options: Options, progress: Progress
     kept = {station.id: station for station in stations}
     ways = ways_of(plan)
     _add_route(document, plan, [way for way in ways if way.walkable and {way.from_id, way.to_id} & set(kept)], places)
-    _add_links(document, [link for link in plan.links if link.a in kept and link.b in kept], kept, places)
+    _add_links(document, plan, kept, places)
     of_floors = _add_floors(document, plan, chosen_floors(plan, options), places)
     ElementTree.indent(root, " ")
     path.write_bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
@@ -174,15 +174,16 @@ def _add_route(document: ElementTree.Element, plan: PlanSource, ways: list[Route
 
 
 def _add_links(
-    document: ElementTree.Element, links: list[FieldLink], stations: dict[str, FieldStation], places: _Places
+    document: ElementTree.Element, plan: PlanSource, stations: dict[str, FieldStation], places: _Places
 ) -> None:
+    links = [link for link in plan.links if link.a in stations and link.b in stations]
     if not links:
         return
     folder = _folder(document, "links")
     for link in links:
         strength = f", strength {link.strength:.4f}" if math.isfinite(link.strength) else ""
-        text = f"overlap {overlap_percent(link.overlap)} %{strength}{'' if link.counts else ', does not count'}"
-        placemark = _placemark(folder, f"{link.a}-{link.b}", text, "link" if link.counts else "weak")
+        text = f"overlap {overlap_percent(link.overlap)} %{strength}{'' if plan.counts(link) else ', does not count'}"
+        placemark = _placemark(folder, f"{link.a}-{link.b}", text, "link" if plan.counts(link) else "weak")
         _add_line(placemark, np.stack([stations[link.a].site_m, stations[link.b].site_m]), places)
 
 

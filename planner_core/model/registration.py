@@ -33,6 +33,10 @@ class Link:
     weak_motion: WeakMotion | None = None
     as_set_up: bool = False
 
+    def counts(self, min_overlap: float, min_strength: float) -> bool:
+        """Whether it is good enough to register the scans; one without a strength is judged by its overlap."""
+        return self.as_set_up or (self.overlap >= min_overlap and not self.strength < min_strength)
+
 
 @dataclass(frozen=True)
 class RegistrationNetwork:
@@ -121,5 +125,5 @@ class Registration:
         return tuple(station for network in self.networks for station in network.articulations)
 
     def counts(self, link: Link) -> bool:
-        """Whether a link is good enough; one whose strength was not computed is judged by its overlap."""
-        return link.as_set_up or (link.overlap >= self.threshold and not link.strength < self.min_strength)
+        """Whether a link is good enough, by what is required here; see `Link.counts`."""
+        return link.counts(self.threshold, self.min_strength)

@@ -14,11 +14,10 @@ from types import MappingProxyType
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import FloatArray, Floor, Link, Plan, Role, Station
+from planner_core.model import FloatArray, Floor, Plan, Role, Station
 from planner_core.plan_folder import palette
-from planner_core.plan_folder.drawing import links
 from planner_core.plan_folder.drawing.canvas import Box, Pen
-from planner_core.plan_folder.drawing.links import STRONG_TIMES, StationPoint
+from planner_core.plan_folder.drawing.links import STRONG_TIMES, StationPoint, links_on
 from planner_core.plan_folder.drawing.marks import (
     LINKS,
     ROUTE,
@@ -178,7 +177,8 @@ def write_link_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVie
     spots = {
         station.id: StationPoint(station.floor, station.order, station.position_m[:2]) for station in plan.stations
     }
-    ends, elsewhere = links.links_on(floor.id, spots, [(link.a, link.b, link_class(link, plan)) for link in plan.links])
+    required = plan.settings.requirements
+    ends, elsewhere = links_on(floor.id, spots, plan.links, required.overlap, required.min_strength)
     with canvas.clip(at.box):
         _draw_view(canvas, plan, floor, at, coloured=False)
         draw_links(canvas, [at.on_paper(of_class) for of_class in ends])
@@ -186,18 +186,6 @@ def write_link_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVie
     draw_header(canvas, f"{floor.name}: registration of scans", floor_subtitle(plan, floor), _link_figures(plan, floor))
     draw_footer(canvas, mm_per_m=at.mm_per_m, legend=(), lines=_link_legend(plan))
     canvas.save(path)
-
-
-def link_class(link: Link, plan: Plan) -> int | None:
-    """Class of a link by what is required; None: not worth drawing."""
-    required = plan.settings.requirements
-    return links.link_class(
-        link.overlap,
-        link.strength,
-        as_set_up=link.as_set_up,
-        min_overlap=required.overlap,
-        min_strength=required.min_strength,
-    )
 
 
 def _link_legend(plan: Plan) -> tuple[LegendLine, ...]:
@@ -322,7 +310,10 @@ def _map_figures(plan: Plan, floor_index: int) -> tuple[tuple[str, str], ...]:
 def _link_figures(plan: Plan, floor: Floor) -> tuple[tuple[str, str], ...]:
     """Figures of one floor's stations and the links among them that count."""
     here = {station.id for station in plan.stations if station.floor == floor.id}
-    n_links = sum((link_class(link, plan) or 0) > 0 and {link.a, link.b} <= here for link in plan.links)
+    required = plan.settings.requirements
+    n_links = sum(
+        link.counts(required.overlap, required.min_strength) and {link.a, link.b} <= here for link in plan.links
+    )
     return ((str(len(here)), "stations"), (str(n_links), "links that count"))
 
 

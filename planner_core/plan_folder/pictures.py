@@ -155,8 +155,7 @@ def write_floor_picture(plan: Plan, floor_index: int, path: Path) -> None:
     with canvas.clip(box):
         _draw_marks(canvas, stations, strong_links(plan, stations), eye, box)
     draw_header(canvas, floor.name, floor_subtitle(plan, floor), floor_figures(plan, floor_index))
-    overlap = f"overlap of {100 * plan.settings.requirements.overlap:g} % or more"
-    draw_footer(canvas, legend=coverage_legend(plan), lines=((overlap, Pen(0.5, palette.LINK)),))
+    draw_footer(canvas, legend=coverage_legend(plan), lines=(("registration link", Pen(0.5, palette.LINK)),))
     canvas.save(path)
 
 
@@ -326,10 +325,10 @@ def _add_stations(plotter: Any, stations: list[Station]) -> None:
 
 
 def strong_links(plan: Plan, stations: list[Station]) -> FloatArray:
-    """(N, 2, 3) local: ends of the links among `stations` that overlap as much as required, or as set up."""
+    """(N, 2, 3) local: ends of the links among `stations` that count."""
     at = {station.id: station.position_m for station in stations}
-    required = plan.settings.requirements.overlap
-    enough = [link for link in plan.links if link.as_set_up or link.overlap >= required]
+    required = plan.settings.requirements
+    enough = [link for link in plan.links if link.counts(required.overlap, required.min_strength)]
     ends = [(at[link.a], at[link.b]) for link in enough if link.a in at and link.b in at]
     return np.array(ends).reshape(-1, 2, 3)
 

@@ -13,10 +13,10 @@ import numpy as np
 from planner_core.coordinates.frame import site_frame
 from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import ExportError, PlanFolderError, one_line
-from planner_core.model import FloatArray, Scene, SiteFrame, Survey
+from planner_core.model import FloatArray, Link, Scene, SiteFrame, Survey, WeakMotion
 from planner_core.model.scene import scene_title
 from planner_core.plan_folder.plan_json import read_plan
-from planner_core.plan_folder.plan_model.results import FloorSection, RegistrationSection, StationSection
+from planner_core.plan_folder.plan_model.results import FloorSection, StationSection
 from planner_core.plan_folder.plan_settings import ScenePaths, find_scene, load_options_of, settings_of
 from planner_core.progress import Progress, silent
 
@@ -61,20 +61,6 @@ class FieldFloor:
     bounds: FloatArray
 
 
-@dataclass(frozen=True)
-class FieldLink:
-    """Two stations whose scans overlap. a, b : ids; overlap, strength : see `Link`, strength NaN where not computed."""
-
-    a: str
-    b: str
-    overlap: float
-    strength: float
-    counts: bool = True
-    """It is good enough, by the requirements, to register the scans to each other."""
-    as_set_up: bool = False
-    """See `Link`."""
-
-
 @dataclass(frozen=True, eq=False)
 class PlanSource:
     """What formats are written from.
@@ -88,7 +74,7 @@ class PlanSource:
     frame: SiteFrame
     stations: tuple[FieldStation, ...]
     floors: tuple[FieldFloor, ...]
-    links: tuple[FieldLink, ...]
+    links: tuple[Link, ...]
     title: str
     given_scene: ScenePaths = None
     _made: dict[str, Any] = field(default_factory=dict, repr=False)
@@ -96,6 +82,11 @@ class PlanSource:
     def stations_of(self, floor_id: str) -> tuple[FieldStation, ...]:
         """Stations of one floor, in visiting order."""
         return tuple(station for station in self.stations if station.floor_id == floor_id)
+
+    def counts(self, link: Link) -> bool:
+        """Whether a link is good enough, by what is required, to register the scans to each other."""
+        registration = self.document["registration"]
+        return link.counts(registration["threshold"], registration["min_strength"])
 
     def has_scene(self) -> bool:
         """Whether all scene files are found."""
@@ -171,20 +162,26 @@ def open_plan(folder: Path, *, scene: ScenePaths = None, frame: FrameRequest | N
     # Without its folder; plans of Windows may name that, with backslashes.
     name = plan.scene.file.replace("\\", "/").rpartition("/")[2] or plan_folder.name
     title = scene_title(one_line(name), len(plan.scene.other_files))
-    return PlanSource(plan_folder, document, of_site, stations, floors, _links(plan.registration), title, scene)
+    return PlanSource(
+        plan_folder, document, of_site, stations, floors, links_of(document["registration"]), title, scene
+    )
 
 
 def _floor(row: FloorSection) -> FieldFloor:
     return FieldFloor(row.id, one_line(row.name), row.elevation_m, np.array(row.bounds, dtype=np.float64))
 
 
-def _links(registration: RegistrationSection) -> tuple[FieldLink, ...]:
-    links = []
-    for row in registration.links:
-        strength = math.nan if row.strength is None else row.strength
-        counts = row.as_set_up or (row.overlap >= registration.threshold and not strength < registration.min_strength)
-        links.append(FieldLink(row.a, row.b, row.overlap, strength, counts, row.as_set_up))
-    return tuple(links)
+def links_of(registration: Mapping[str, Any]) -> tuple[Link, ...]:
+    """Return the links of `registration` of plan.json."""
+    return tuple(link_of(row) for row in registration["links"])
+
+
+def link_of(row: Mapping[str, Any]) -> Link:
+    """Return a link of plan.json; its strength is NaN where none was computed."""
+    strength, weak = row["strength"], row.get("weak_motion")  # plans of older versions have none
+    motion = None if weak is None else WeakMotion(weak["kind"], tuple(weak["direction"]))
+    strength = math.nan if strength is None else strength
+    return Link(row["a"], row["b"], row["overlap"], strength, motion, bool(row.get("as_set_up")))
 
 
 def _stations(

@@ -18,8 +18,7 @@ from planner_core.network.network_report import groups_first, weakest_link
 from planner_core.network.weak_motion import motion_words, overlap_percent
 from planner_core.plan_folder.curve_drawing import write_coverage_curve
 from planner_core.plan_folder.drawing.fonts import lacking_letters
-from planner_core.plan_folder.drawing.links import WEAK
-from planner_core.plan_folder.maps import link_class, view_floor, write_floor_map, write_link_map, write_overview
+from planner_core.plan_folder.maps import view_floor, write_floor_map, write_link_map, write_overview
 from planner_core.plan_folder.pictures import write_floor_picture
 from planner_core.plan_folder.report_tables import (
     requirements_table,
@@ -189,7 +188,7 @@ def _not_planned(plan: Plan) -> tuple[str, ...]:
 
 def _registration(plan: Plan) -> str:
     requirements, of = plan.settings.requirements, plan.registration
-    counted = sum((link_class(link, plan) or WEAK) > WEAK for link in plan.links)
+    counted = sum(link.counts(requirements.overlap, requirements.min_strength) for link in plan.links)
     low = ", or as set up" if any(link.as_set_up for link in plan.links) else ""
     state = "all stations connected" if plan.connected else "<b>not all stations connected</b>"
     if of is not None and len(of.networks) > 1:

@@ -56,8 +56,9 @@ def test_site_positions_are_those_of_the_frame(written_plan: Callable[..., Path]
 
 
 def test_links_say_whether_they_count(written_plan: Callable[..., Path]) -> None:
-    links = open_plan(written_plan()).links
-    assert [(link.a, link.b, link.counts) for link in links] == [
+    plan = open_plan(written_plan())
+    links = plan.links
+    assert [(link.a, link.b, plan.counts(link)) for link in links] == [
         ("S001", "S002", False),
         ("S002", "S003", True),
         ("S001", "S003", False),

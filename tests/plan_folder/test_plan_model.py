@@ -54,7 +54,7 @@ def test_plan_of_the_first_version_can_be_planned_again_as_it_was_made(old_folde
 def test_plan_of_the_first_version_is_exported_reviewed_and_listed(old_folder: Path) -> None:
     source = open_plan(old_folder)
     assert [station.id for station in source.stations] == ["S001", "S002"]
-    assert source.links[0].counts
+    assert source.counts(source.links[0])
     assert plan_under_review(old_folder).n_elements == 5
     assert [station.floor for station in read_station_list(old_folder / "plan.json")] == ["F0", "F1"]
 

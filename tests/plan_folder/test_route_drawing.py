@@ -11,10 +11,10 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Leg, Link, Plan, Route, SealedArea, Site
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.canvas import Pen
-from planner_core.plan_folder.drawing.links import StationPoint, links_on
+from planner_core.plan_folder.drawing.links import StationPoint, link_class, links_on
 from planner_core.plan_folder.drawing.marks import LINKS, ROUTE, draw_links
 from planner_core.plan_folder.drawing.png_canvas import PngCanvas
-from planner_core.plan_folder.maps import link_class, view_floor, write_floor_map, write_link_map
+from planner_core.plan_folder.maps import view_floor, write_floor_map, write_link_map
 from planner_core.plan_folder.route_drawing import (
     breaks_on,
     draw_runs,
@@ -120,16 +120,18 @@ def test_links_are_classed_by_what_was_asked_for(plan: Plan) -> None:
         (Link("a", "b", asked.overlap, 0.5 * firm), 0),
         (Link("a", "b", 0.9 * asked.overlap, 40 * firm), 0),
         (Link("a", "b", 0.1 * asked.overlap, 40 * firm), None),
+        (Link("a", "b", 0.1 * asked.overlap, firm, as_set_up=True), 1),
     ]
-    assert [link_class(link, plan) for link, _ in cases] == [kind for _, kind in cases]
+    assert [link_class(link, asked.overlap, firm) for link, _ in cases] == [kind for _, kind in cases]
 
 
 def test_links_are_drawn_between_stations_of_a_floor_and_others_are_named(plan: Plan) -> None:
     links = (Link("S001", "S002", 0.9, 0.5), Link("S002", "S003", 0.4, 0.5))
+    asked = plan.settings.requirements
     spots = {
         station.id: StationPoint(station.floor, station.order, station.position_m[:2]) for station in plan.stations
     }
-    ends, elsewhere = links_on("F0", spots, [(link.a, link.b, link_class(link, plan)) for link in links])
+    ends, elsewhere = links_on("F0", spots, links, asked.overlap, asked.min_strength)
     assert [len(of_class) for of_class in ends] == [0, 0, 1], "S003 is on another floor"
     assert elsewhere == {"S002": (3,)}
     paper, bare = Paper(), Paper()

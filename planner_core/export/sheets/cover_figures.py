@@ -8,9 +8,8 @@ from typing import Any
 
 from planner_core.coverage.percent import not_planned, reached_percent
 from planner_core.export.sheets.figures import area_words, length_words
-from planner_core.export.sheets.floor_view import is_planned, link_class
+from planner_core.export.sheets.floor_view import is_planned
 from planner_core.export.sheets.tables import required_on
-from planner_core.plan_folder.drawing.links import WEAK
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 from planner_core.requirements.wording import overlap_noun
 
@@ -148,7 +147,7 @@ def stations_words(document: Mapping[str, Any]) -> str:
 def network_words(plan: PlanSource) -> str:
     """Say how the stations hang together."""
     of = plan.document["registration"]
-    counted = sum((link_class(plan, link) or WEAK) > WEAK for link in plan.links)
+    counted = sum(map(plan.counts, plan.links))
     required = plan.document["requirements"]
     overlap = overlap_noun(required["overlap_measure"], required["overlap_of"])
     low = ", or as set up" if any(link.as_set_up for link in plan.links) else ""

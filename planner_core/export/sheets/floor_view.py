@@ -17,10 +17,9 @@ from planner_core.export.sheets.building import Building
 from planner_core.export.sheets.route import FloorSegment, Mark, breaks_on, ends_on, sealed_on, ways_on, zones_on
 from planner_core.export.sheets.unseen import FloorVisibility, unseen_surface
 from planner_core.model import BoolArray, FloatArray, Floor, Scene
-from planner_core.plan_folder.drawing import links
-from planner_core.plan_folder.drawing.links import StationPoint
+from planner_core.plan_folder.drawing.links import StationPoint, links_on
 from planner_core.plan_folder.drawing.marks import DrawnZone
-from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
+from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
 from planner_core.positions.outlines import over_polygon
 
 #: Beyond the ground's bounds: outer walls, a way around the house.
@@ -69,18 +68,6 @@ class FloorView:
     """Keep-outs and forbidden positions."""
 
 
-def link_class(plan: PlanSource, link: FieldLink) -> int | None:
-    """`WEAK`, `COUNTS` or `STRONG` by what is required; None: not worth drawing."""
-    required = plan.document["requirements"]
-    return links.link_class(
-        link.overlap,
-        link.strength,
-        as_set_up=link.as_set_up,
-        min_overlap=float(required["overlap"]),
-        min_strength=float(required["min_strength"]),
-    )
-
-
 def is_planned(plan: PlanSource, floor: FieldFloor) -> bool:
     """Whether the plan is of that floor: one that is not required counts as seen, whatever is seen of it."""
     wanted = [str(name).casefold() for name in plan.document["requirements"]["floors"]]
@@ -98,8 +85,9 @@ def view_floor(
         tuple(sealed_on(plan, floor)),
     )
     spots = {each.id: StationPoint(each.floor_id, each.number, each.position_m[:2]) for each in plan.stations}
-    ends_of_links, elsewhere = links.links_on(
-        floor.id, spots, [(link.a, link.b, link_class(plan, link)) for link in plan.links]
+    required = plan.document["requirements"]
+    ends_of_links, elsewhere = links_on(
+        floor.id, spots, plan.links, float(required["overlap"]), float(required["min_strength"])
     )
     places = [station.position_m[None, :2] for station in stations] + [way.points_m for way in ways]
     places += [mark.at_m[None] for mark in (*ends, *sealed)]

@@ -15,12 +15,11 @@ import numpy as np
 from planner_core.coverage.percent import reached_percent
 from planner_core.export.chosen import scanned_before
 from planner_core.export.sheets.figures import area, area_unit, length_words, short_length_words
-from planner_core.export.sheets.floor_view import is_planned, link_class
+from planner_core.export.sheets.floor_view import is_planned
 from planner_core.model import FOOT, FloatArray, LengthUnit, WeakMotion
 from planner_core.model.unseen import reason_in_words
 from planner_core.network.network_report import groups_first
 from planner_core.network.weak_motion import motion_words, overlap_percent
-from planner_core.plan_folder.drawing.links import WEAK
 from planner_core.plan_folder.drawing.marks import rise_words
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
 
@@ -196,7 +195,7 @@ def _links_by_station(plan: PlanSource) -> dict[str, list[tuple[float, int]]]:
     number = {station.id: station.number for station in plan.stations}
     links: dict[str, list[tuple[float, int]]] = {}
     for link in plan.links:
-        if (link_class(plan, link) or WEAK) > WEAK and link.a in number and link.b in number:
+        if plan.counts(link) and link.a in number and link.b in number:
             links.setdefault(link.a, []).append((link.overlap, number[link.b]))
             links.setdefault(link.b, []).append((link.overlap, number[link.a]))
     return links

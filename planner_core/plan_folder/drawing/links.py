@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import FloatArray
+from planner_core.model import FloatArray, Link
 
 WEAK, COUNTS, STRONG = 0, 1, 2
 STRONG_TIMES = 4.0
@@ -26,31 +25,25 @@ class StationPoint:
     at_m: FloatArray
 
 
-def link_class(
-    overlap: float, strength: float, *, as_set_up: bool, min_overlap: float, min_strength: float
-) -> int | None:
-    """`WEAK`, `COUNTS` or `STRONG`; None: not worth drawing. A strength that is NaN is neither weak nor strong.
-
-    as_set_up : it counts below the overlap that is required, see `Link`.
-    """
-    if overlap < _LEAST_SHARE * min_overlap:
-        return None
-    if not as_set_up and (overlap < min_overlap or strength < min_strength):
-        return WEAK
-    return STRONG if not math.isnan(strength) and strength >= STRONG_TIMES * min_strength else COUNTS
+def link_class(link: Link, min_overlap: float, min_strength: float) -> int | None:
+    """`WEAK`, `COUNTS` or `STRONG`; None: not worth drawing. A strength that is NaN is neither weak nor strong."""
+    if link.counts(min_overlap, min_strength):
+        return STRONG if link.strength >= STRONG_TIMES * min_strength else COUNTS
+    return WEAK if link.overlap >= _LEAST_SHARE * min_overlap else None
 
 
 def links_on(
-    floor: str, spots: Mapping[str, StationPoint], links: Iterable[tuple[str, str, int | None]]
+    floor: str, spots: Mapping[str, StationPoint], links: Iterable[Link], min_overlap: float, min_strength: float
 ) -> tuple[tuple[FloatArray, FloatArray, FloatArray], dict[str, tuple[int, ...]]]:
-    """Find what the drawing of a floor shows of links (station, station, class).
+    """Find what the drawing of a floor shows of links.
 
     Returns ends (K, 2, 2) in plan of the links among its stations, by class; and of each of its stations that links to
     stations of other floors, their numbers.
     """
     ends: tuple[list[FloatArray], ...] = ([], [], [])
     elsewhere: dict[str, list[int]] = {}
-    for a, b, kind in links:
+    for link in links:
+        a, b, kind = link.a, link.b, link_class(link, min_overlap, min_strength)
         if kind is None or a not in spots or b not in spots:
             continue
         if spots[a].floor == floor == spots[b].floor:

@@ -280,7 +280,7 @@ def test_same_plan_gives_the_same_bytes_in_another_process(house_folder, drawing
 
 
 def test_overlap_that_falls_short_never_reads_as_what_was_asked(house, tmp_path):
-    links = tuple(replace(link, overlap=0.29996, counts=False) for link in house.links[:3])
+    links = tuple(replace(link, overlap=0.29996) for link in house.links[:3])
     bare = replace(house, links=links, folder=tmp_path)
     write_dxf(bare, tmp_path / "short.dxf", Options(), silent)
     lines = ezdxf.readfile(tmp_path / "short.dxf").modelspace().query('LINE[layer ? ".*LINK-WEAK"]')

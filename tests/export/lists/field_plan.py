@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.model import SiteFrame
-from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
+from planner_core.model import Link, SiteFrame
+from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
 
 ANGLE_RAD = math.radians(30.0)
 ORIGIN_M = (691234.5, 5334567.25, 515.0)
@@ -85,13 +85,17 @@ def field_plan(
     route = {"legs": LEGS if legs is None else legs, "left_out": []}
     return PlanSource(
         folder=Path("nowhere"),
-        document={"route": route, "site": {"settled": [{"id": name, "role": "scanned"} for name in scanned]}},
+        document={
+            "route": route,
+            "site": {"settled": [{"id": name, "role": "scanned"} for name in scanned]},
+            "registration": {"threshold": 0.3, "min_strength": 0.01},
+        },
         frame=frame,
         stations=tuple(station(name, *row, number, frame) for number, (name, row) in enumerate(given.items(), start=1)),
         floors=(
             FieldFloor("F0", "Erdgeschoß", 0.0, np.array([[0.0, 0.0], [10.0, 8.0]])),
             FieldFloor("F1", "Upper floor", 2.8, np.array([[-3.0, 0.0], [10.0, 8.0]])),
         ),
-        links=(FieldLink("S001", "S002", 0.5649, 0.153), FieldLink("S003", "S004", 0.2, math.nan, counts=False)),
+        links=(Link("S001", "S002", 0.5649, 0.153), Link("S003", "S004", 0.2, math.nan)),
         title="house.ifc",
     )

@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.export.sheets.building import Building, read_building
-from planner_core.export.sheets.floor_view import FloorView, link_class, view_floor
+from planner_core.export.sheets.floor_view import FloorView, view_floor
 from planner_core.export.sheets.paper import tiles_of
 from planner_core.export.sheets.scales import sheet_scales
-from planner_core.model import METRE
+from planner_core.model import METRE, Link
 from planner_core.plan_folder.drawing.fonts import fitted, width_mm, wrapped
-from planner_core.plan_folder.drawing.links import COUNTS, STRONG, WEAK
-from planner_core.plan_folder.plan_source import FieldLink, PlanSource
+from planner_core.plan_folder.drawing.links import COUNTS, STRONG, WEAK, link_class
+from planner_core.plan_folder.plan_source import PlanSource
 
 SCALES = sheet_scales(METRE)
 
@@ -33,7 +33,7 @@ def test_links_are_classed_by_what_was_asked(
 ) -> None:
     asked = site_plan.document["requirements"]
     assert (asked["overlap"], asked["min_strength"]) == (0.2, 0.01)
-    assert link_class(site_plan, FieldLink("S001", "S002", overlap, strength)) == expected
+    assert link_class(Link("S001", "S002", overlap, strength), asked["overlap"], asked["min_strength"]) == expected
 
 
 def _view(plan: PlanSource) -> FloorView:
