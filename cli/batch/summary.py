@@ -17,10 +17,11 @@ from typing import Any
 from urllib.parse import quote
 
 from planner_core.errors import PlannerError
+from planner_core.plan_folder import html_parts
 from planner_core.plan_folder.atomic import staged_file
 from planner_core.plan_folder.plan_json import read_plan
 from planner_core.plan_folder.plan_model.given import ScannerSection
-from planner_core.plan_folder.report_tables import table
+from planner_core.plan_folder.plan_tables import Column, Table
 
 from .sites_file import PriceEntries
 
@@ -188,37 +189,31 @@ def _csv(rows: Sequence[Row]) -> str:
 
 # ------------------------------------------------------------------------------------------------ the page
 def _page(root: Path, rows: Sequence[Row], totals: Sequence[Total], prices: PriceEntries | None) -> str:
-    of = {row: index for index, row in enumerate(rows)}
-    failed = [row for row in rows if row.state != PLANNED]
     columns = _columns(prices)
-    header = ("building", "portfolio", *(name for name, _ in columns))
-    body = [
+    names = [name for name, _ in columns]
+    planned = [row for row in rows if row.state == PLANNED]
+    failed = [row for row in rows if row.state != PLANNED]
+    parts = [
         "<h1>Scan plans of a portfolio</h1>",
         f"<p>{_counts(rows)}</p>",
-        "<h2>Totals</h2>",
-        _table(("portfolio", "jobs", "failed", *(name for name, _ in columns)), (
-            (escape(total.name or "(none)"), str(total.jobs), str(total.failed), *(show(total) for _, show in columns))
+        _table("Totals", ("portfolio",), ("jobs", "failed", *names), [
+            (total.name or "(none)", str(total.jobs), str(total.failed), *(show(total) for _, show in columns))
             for total in totals
-        ), 1),
-        "<h2>Buildings</h2>",
-        _table(header, (
-            (_link(row), escape(row.portfolio), *(show(row) for _, show in columns))
-            for row in sorted((row for row in rows if row.state == PLANNED), key=of.__getitem__)
-        ), 2),
+        ]),
+        _table("Buildings", ("building", "portfolio"), names, [
+            (_link(row), row.portfolio, *(show(row) for _, show in columns)) for row in planned
+        ]),
+        *(f"<p>{escape(_called(row))}: {escape(row.message)}</p>" for row in rows if row.plan and row.message),
     ]  # fmt: skip
-    body += [f"<p>{escape(_called(row))}: {escape(row.message)}</p>" for row in rows if row.plan and row.message]
     if failed:
-        body += [
-            "<h2>Without a plan</h2>",
-            _table(("building", "portfolio", "why"), (
-                (escape(_called(row)), escape(row.portfolio), escape(row.message or row.state)) for row in failed
-            ), 9),
-        ]  # fmt: skip
-    return (
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<meta name="viewport" '
-        f'content="width=device-width">\n<title>Scan plans of a portfolio</title>\n<style>{_STYLE}</style>\n</head>\n'
-        "<body>\n" + "\n".join(body) + "\n</body>\n</html>\n"
-    )
+        whys = [(_called(row), row.portfolio, row.message or row.state) for row in failed]
+        parts.append(_table("Without a plan", ("building", "portfolio", "why"), (), whys))
+    return html_parts.page("Scan plans of a portfolio", parts)
+
+
+def _table(title: str, words: Sequence[str], numbers: Sequence[str], rows: Sequence[tuple[str, ...]]) -> str:
+    columns = (*(Column(name, 1) for name in words), *(Column(name, 1, number=True) for name in numbers))
+    return html_parts.rows_of(Table(title, columns, tuple(rows)))
 
 
 def _columns(prices: PriceEntries | None) -> list[tuple[str, Callable[[Row], str]]]:
@@ -233,7 +228,7 @@ def _columns(prices: PriceEntries | None) -> list[tuple[str, Callable[[Row], str
         ("field time", lambda row: hours(row.field_time_s)),
     ]
     if prices is not None:
-        unit = f" {escape(prices.currency)}" if prices.currency else ""
+        unit = f" {prices.currency}" if prices.currency else ""
         columns.append((f"cost{unit}", lambda row: "" if row.cost is None else f"{row.cost:.2f}"))
     return columns
 
@@ -250,7 +245,7 @@ def _called(row: Row) -> str:
 
 
 def _link(row: Row) -> str:
-    return f'<a href="{quote(row.plan)}/report/index.html">{escape(_called(row))}</a>'
+    return html_parts.Html(f'<a href="{quote(row.plan)}/report/index.html">{escape(_called(row))}</a>')
 
 
 def _whole(value: int | None) -> str:
@@ -259,14 +254,3 @@ def _whole(value: int | None) -> str:
 
 def _percent(share: float | None) -> str:
     return "" if share is None else f"{100 * share:.1f}"
-
-
-def _table(header: tuple[str, ...], rows: Iterable[tuple[str, ...]], numbers_from: int) -> str:
-    return f'<div class="wide">{table(header, rows, numbers_from=numbers_from)}</div>'
-
-
-_STYLE = (
-    "body{font:16px/1.5 system-ui,sans-serif;color:#1e2a32;max-width:1200px;margin:2rem auto;padding:0 1rem}"
-    "table{border-collapse:collapse}td,th{padding:.25em .9em .25em 0;text-align:left;border-bottom:1px solid #e3e5e7}"
-    "td.n,th.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}.wide{overflow-x:auto}"
-)

@@ -118,18 +118,12 @@ def coordinates_line(plan: PlanSource, options: Options) -> str:
     return f"{plan.frame.crs_line}{taken_off}"
 
 
-def scanned_before(plan: PlanSource) -> frozenset[str]:
-    """Ids of stations whose scans exist. `FieldStation.fixed` is wider: all stations of a given list are fixed."""
-    prior = plan.document.get("site", {}).get("settled", ())
-    return frozenset(str(row["id"]) for row in prior if row["role"] == "scanned")
-
-
 def description_of(plan: PlanSource, station: FieldStation) -> str:
     """`S001 Ground floor h 1.50`, in feet `h 4.92 ft`; marked where scanned before."""
     unit, height = plan.frame.unit, ""
     if math.isfinite(station.instrument_height_m):
         height = f" h {unit.of(station.instrument_height_m):.2f}{' ft' if unit.is_feet else ''}"
-    return f"{station.id} {station.floor_name}{height}{' scanned' if station.id in scanned_before(plan) else ''}"
+    return f"{station.id} {station.floor_name}{height}{' scanned' if station.id in plan.scanned_before else ''}"
 
 
 def named(names: list[str]) -> str:

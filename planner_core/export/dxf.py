@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.export.chosen import chosen_floors, chosen_stations, scanned_before
+from planner_core.export.chosen import chosen_floors, chosen_stations
 from planner_core.export.covered_area import covered_polygons
 from planner_core.export.dxf_document import (
     STYLE,
@@ -34,7 +34,7 @@ from planner_core.export.route_lines import ways_of
 from planner_core.export.section import floor_outline, floor_section, lines_below
 from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.unseen import unseen_surface
-from planner_core.model import FloatArray, Floor
+from planner_core.model import FloatArray
 from planner_core.network.weak_motion import overlap_share
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.links import STRONG_TIMES
@@ -219,7 +219,7 @@ def _with_habits(layer: DxfLayer, what: str) -> DxfLayer:
 def _draw_building(drawing: _Drawing, building: Building, floor: FieldFloor, options: Options) -> None:
     scene = building.scene
     number = next(i for i, each in enumerate(drawing.plan.floors) if each.id == floor.id)
-    local = _local_floor(building, floor, number)
+    local = building.local_floor(drawing.plan, floor)
     z_m = floor.elevation_m
     top_m = min([local.elevation_m + _WALL_TOP_M, *_above(drawing.plan, floor, scene.offset_m)])
     unseen = unseen_surface(
@@ -247,19 +247,6 @@ def _draw_building(drawing: _Drawing, building: Building, floor: FieldFloor, opt
 def _above(plan: PlanSource, floor: FieldFloor, offset_m: FloatArray) -> tuple[float, ...]:
     """Heights, local, of the grounds above a floor."""
     return tuple(each.elevation_m - float(offset_m[2]) for each in plan.floors if each.elevation_m > floor.elevation_m)
-
-
-def _local_floor(building: Building, floor: FieldFloor, number: int) -> Floor:
-    offset_m = building.scene.offset_m
-    return Floor(
-        id=floor.id,
-        name=floor.name,
-        elevation_m=floor.elevation_m - float(offset_m[2]),
-        ground_area_m2=0.0,
-        ground_triangles=np.flatnonzero(building.ground_of_triangle == number).astype(np.int32),
-        bounds_m=floor.bounds - offset_m[:2],
-        origin="slab",
-    )
 
 
 def _hatch(drawing: _Drawing, triangles_m: FloatArray, over_m: FloatArray, floor: FieldFloor, what: str) -> None:
@@ -328,7 +315,7 @@ def _draw_station(drawing: _Drawing, station: FieldStation) -> None:
             "H_GROUND": f"{drawing.unit.of(station.site_ground_m[2]):.4f}" if known else "not known",
             "H_INSTR": f"{drawing.unit.of(station.instrument_height_m):.4f}" if known else "not known",
             "H_SENSOR": f"{height:.4f}",
-            "STATE": "scanned before" if station.id in scanned_before(drawing.plan) else "planned",
+            "STATE": "scanned before" if station.id in drawing.plan.scanned_before else "planned",
         }
     )
     for attrib in mark.attribs:

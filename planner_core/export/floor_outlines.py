@@ -54,8 +54,7 @@ def outlines_of(plan: PlanSource, floors: Sequence[FieldFloor]) -> tuple[dict[st
     if isinstance(building, str):
         remark = f"floors are the rectangles around their ground: {building.partition(':')[0]}"
         return {floor.id: _rectangle(floor) for floor in floors}, (remark,)
-    numbers = {floor.id: number for number, floor in enumerate(plan.floors)}
-    return {floor.id: _of_ground(building, floor, numbers[floor.id]) for floor in floors}, ()
+    return {floor.id: _of_ground(building, plan, floor) for floor in floors}, ()
 
 
 def _rectangle(floor: FieldFloor) -> FloorOutline:
@@ -63,21 +62,11 @@ def _rectangle(floor: FieldFloor) -> FloorOutline:
     return FloorOutline(((np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]),),), BOUNDS)
 
 
-def _of_ground(building: Building, floor: FieldFloor, number: int) -> FloorOutline:
-    offset_m = building.scene.offset_m
-    ground = np.flatnonzero(building.ground_of_triangle == number).astype(np.int32)
-    local = Floor(
-        id=floor.id,
-        name=floor.name,
-        elevation_m=floor.elevation_m - float(offset_m[2]),
-        ground_area_m2=0.0,
-        ground_triangles=ground,
-        bounds_m=floor.bounds - offset_m[:2],
-        origin="slab",
-    )
+def _of_ground(building: Building, plan: PlanSource, floor: FieldFloor) -> FloorOutline:
+    local = building.local_floor(plan, floor)
     rings = [line.points_m for line in floor_outline(building.scene, local) if line.closed]
     rings = [ring for ring in rings if doubled_area_m2(ring) / 2 > _LEAST_AREA_M2]
-    return FloorOutline(nested(rings), GROUND) if ground.size and rings else _rectangle(floor)
+    return FloorOutline(nested(rings), GROUND) if local.ground_triangles.size and rings else _rectangle(floor)
 
 
 def nested(rings: Sequence[FloatArray]) -> tuple[tuple[FloatArray, ...], ...]:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.export.chosen import chosen_floors, chosen_stations, description_of, scanned_before
+from planner_core.export.chosen import chosen_floors, chosen_stations, description_of
 from planner_core.export.floor_outlines import FloorOutline, outlines_of
 from planner_core.export.geographic import geographic_of
 from planner_core.export.options import Options
@@ -159,7 +159,7 @@ def _station_properties(plan: PlanSource, station: FieldStation) -> dict[str, An
         "ground_height_m": _known(float(station.site_ground_m[2])),
         "instrument_height_m": _known(station.instrument_height_m),
         "sensor_height_m": _known(float(station.site_m[2])),
-        "scanned_before": station.id in scanned_before(plan),
+        "scanned_before": station.id in plan.scanned_before,
         "covered_area_m2": _known(station.covered_area_m2),
         "own_area_m2": _known(station.own_area_m2),
         "description": description_of(plan, station),

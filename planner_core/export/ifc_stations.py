@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import ExportError, MissingPackageError, SceneError
-from planner_core.export.chosen import chosen_floors, chosen_stations, scanned_before
+from planner_core.export.chosen import chosen_floors, chosen_stations
 from planner_core.export.options import Options
 from planner_core.model import US_SURVEY_FOOT, FloatArray, LengthUnit, SiteFrame
 from planner_core.network.weak_motion import overlap_percent
@@ -273,7 +273,7 @@ def _attach(target: _Target, plan: PlanSource, station: FieldStation, proxy: Any
         ("Id", "IfcIdentifier", station.id, None),
         ("Number", "IfcInteger", station.number, None),
         ("Floor", "IfcLabel", station.floor_name, None),
-        ("State", "IfcLabel", "scanned before" if station.id in scanned_before(plan) else "planned", None),
+        ("State", "IfcLabel", "scanned before" if station.id in plan.scanned_before else "planned", None),
         ("CoordinateSystem", "IfcText", plan.frame.in_metres().crs_line, None),
         ("Easting", "IfcLengthMeasure", east_m, target.metre),
         ("Northing", "IfcLengthMeasure", north_m, target.metre),

@@ -21,7 +21,6 @@ from planner_core.export.chosen import (
     chosen_stations,
     description_of,
     require_ground,
-    scanned_before,
     stations_by_floor,
 )
 from planner_core.export.csv_profiles import figure
@@ -139,7 +138,7 @@ def _add_stations(
 ) -> None:
     folder = _folder(document, f"{floor.id} {floor.name}" if floor.id else "no floor of the plan")
     for station in floor.stations:
-        scanned = station.id in scanned_before(plan)
+        scanned = station.id in plan.scanned_before
         style = "scanned" if scanned else "station"
         placemark = _placemark(
             folder, station.id, description_of(plan, station), style, list(_values(plan, station, scanned=scanned))

@@ -20,7 +20,6 @@ from planner_core.export.chosen import (
     chosen_stations,
     description_of,
     has_ground,
-    scanned_before,
     stations_by_floor,
     without_ground_remark,
 )
@@ -119,7 +118,7 @@ def _add_points(root: ElementTree.Element, plan: PlanSource, floor: FloorStation
     what = "ground points, to be set out" if kind == "ground" else "sensors, at instrument height above the ground"
     name = f"{floor.id or 'other'} {kind} points"
     group = _add(root, "CgPoints", {"name": name, "desc": f"{floor.name or 'no floor of the plan'}: {what}"})
-    scanned = scanned_before(plan)
+    scanned = plan.scanned_before
     for station in stations:
         at_m = station.site_ground_m if kind == "ground" else station.site_m
         attributes = {

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.export.chosen import chosen_floors, chosen_stations, has_ground, named, scanned_before
+from planner_core.export.chosen import chosen_floors, chosen_stations, has_ground, named
 from planner_core.export.geographic import geographic_of
 from planner_core.export.geojson import feature
 from planner_core.export.map_sheets import map_sheets
@@ -166,7 +166,7 @@ def _visits(
     """Part stations into those of the walk and the others: scanned before, with no way to them, over unknown ground."""
     route = plan.document.get("route")
     stays = set() if route is None else {str(name) for name in route["left_out"]}
-    scanned = scanned_before(plan)
+    scanned = plan.scanned_before
     on_way = {name for way in ways for name in (way.from_id, way.to_id)}
     goes = [each.id in on_way or not (each.id in scanned or each.id in stays) for each in stations]
     goes = [yes and has_ground(each) for each, yes in zip(stations, goes, strict=True)]
@@ -300,7 +300,7 @@ def _where(mission: _Mission, piece: WayPiece) -> dict[str, Any]:
 def _reason(plan: PlanSource, station: FieldStation) -> str:
     if not has_ground(station):
         return "its instrument height is not known"
-    return "scanned before" if station.id in scanned_before(plan) else "no way leads there"
+    return "scanned before" if station.id in plan.scanned_before else "no way leads there"
 
 
 def _zone(mission: _Mission, row: Mapping[str, Any]) -> dict[str, Any]:

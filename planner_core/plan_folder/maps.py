@@ -5,43 +5,38 @@ Drawn over `section_view` with the marks of sheets; nothing here depends on a sc
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from math import isnan
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import FloatArray, Floor, Plan, Role, Station
+from planner_core.model import FloatArray, Floor, Plan
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.canvas import Box, Pen
-from planner_core.plan_folder.drawing.links import STRONG_TIMES, StationPoint, links_on
-from planner_core.plan_folder.drawing.marks import (
-    LINKS,
-    ROUTE,
-    DrawnZone,
-    Labels,
-    draw_links,
-    draw_stations,
-    draw_words,
-    draw_zones,
-    linked_words,
-    rise_words,
-)
+from planner_core.plan_folder.drawing.links import STRONG_TIMES
+from planner_core.plan_folder.drawing.marks import LINKS, MARK_WORDS, ROUTE, Labels, draw_links, draw_route
 from planner_core.plan_folder.drawing.png_canvas import PngCanvas, pixels, whole_pixels_mm
-from planner_core.plan_folder.route_drawing import (
-    Mark,
+from planner_core.plan_folder.floor_marks import (
+    Ground,
+    OnPaper,
     breaks_on,
-    draw_runs,
+    draw_floor_stations,
+    draw_floor_words,
+    draw_ways,
+    draw_zone_borders,
     ends_on,
-    runs_on,
+    floor_links,
     sealed_hatch_m,
     sealed_on,
     stairs_on,
+    ways_on,
     zones_on,
 )
+from planner_core.plan_folder.plan_source import PlanSource
+from planner_core.plan_folder.plan_words import coverage_words, floor_words, scanner_words, stations_words
 from planner_core.plan_folder.section_view import (
     SectionView,
     camera_at,
@@ -68,7 +63,6 @@ from planner_core.plan_folder.sheet import (
     new_sheet,
     picture_box,
 )
-from planner_core.plan_folder.station_marks import foot_m
 from planner_core.scene.floors import ground_levels, ground_span_m, levels_of
 
 CAPTION_MM = 8.0
@@ -97,10 +91,6 @@ class PlacedView:
         """(..., 2) millimetres of points (..., 2) of the view's plane, which is the plan where it looks down."""
         return np.asarray((plane_m - self.view.window_m[0]) * self.mm_per_m + (self.box.left, self.box.bottom))
 
-    def marks(self, marks: Iterable[Mark]) -> list[Mark]:
-        """Words at places on paper, of those in plan."""
-        return [(self.on_paper(at_m), words) for at_m, words in marks]
-
 
 def view_floor(plan: Plan, floor_index: int, *, engine: ScanEngine) -> SectionView:
     """Look at a floor from above, cut open: what its maps are drawn on."""
@@ -123,33 +113,53 @@ def view_floor(plan: Plan, floor_index: int, *, engine: ScanEngine) -> SectionVi
     return joined_views(views, [corners_m for _, corners_m in levels])
 
 
-def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionView) -> None:
+def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionView, source: PlanSource) -> None:
     """Write the map of one floor: cut open, surfaces in the colours of coverage, route from station to station.
 
     view : of the floor, by `view_floor`.
     """
-    floor = plan.survey.floors[floor_index]
+    floor, of = plan.survey.floors[floor_index], source.floors[floor_index]
     canvas, at = _map_sheet(view)
+    on_paper = _on_paper(plan, at)
+    ways = ways_on(source, of, _ground_of(plan))
     with canvas.clip(at.box):
         _draw_view(canvas, plan, floor, at)
         canvas.lines([at.on_paper(border) for border in _overhead_m(plan, floor)], _OVERHEAD)
-        canvas.lines([at.on_paper(line) for line in sealed_hatch_m(plan, floor_index, _HATCH_MM / at.mm_per_m)], _HATCH)
-        draw_runs(canvas, [at.on_paper(run.points_m[:, :2]) for run in runs_on(plan, floor_index)])
-        zones = [DrawnZone(at.on_paper(zone.outline), zone.words) for zone in zones_on(plan, floor_index)]
-        draw_zones(canvas, [zone.outline for zone in zones])
+        canvas.lines([on_paper(line) for line in sealed_hatch_m(source, of, _HATCH_MM / at.mm_per_m)], _HATCH)
+        draw_ways(canvas, ways, on_paper, cut_height_m(plan, floor) + float(plan.survey.scene.offset_m[2]))
+        zones = draw_zone_borders(canvas, zones_on(source, of), on_paper)
     labels = _labels(canvas, at)
-    _draw_stations(labels, plan, floor, at, joined=plan.route is None)
-    draw_words(
+    _draw_stations(labels, plan, source, floor_index, at, joined=plan.route is None)
+    draw_floor_words(
         labels,
-        stairs=at.marks(stairs_on(plan, floor_index)),
-        ends=at.marks(ends_on(plan, floor)),
-        breaks=at.marks(breaks_on(plan, floor_index)),
-        sealed=at.marks(sealed_on(plan, floor_index)),
+        on_paper,
+        stairs=stairs_on(ways),
+        ends=ends_on(source, of),
+        breaks=breaks_on(source, of),
+        sealed=sealed_on(source, of),
         zones=zones,
     )
-    draw_header(canvas, floor.name, floor_subtitle(plan, floor), _map_figures(plan, floor_index))
+    walked = () if plan.route is None else ((f"{sum(way.length_m for way in ways):.0f} m", "route"),)
+    figures = (*walked, *floor_figures(source, floor.id))
+    draw_header(canvas, floor.name, floor_subtitle(plan, source, floor), figures)
     draw_footer(canvas, mm_per_m=at.mm_per_m, legend=coverage_legend(plan), lines=_route_legend(plan))
     canvas.save(path)
+
+
+def _on_paper(plan: Plan, at: PlacedView) -> OnPaper:
+    """Lead from the scene frame to a map."""
+    offset_m = plan.survey.scene.offset_m[:2]
+    return lambda points_m: at.on_paper(points_m - offset_m)
+
+
+def _ground_of(plan: Plan) -> Ground:
+    scene = plan.survey.scene
+
+    def ground_m(number: int) -> FloatArray:
+        triangles = scene.triangles[plan.survey.floors[number].ground_triangles]
+        return np.asarray(scene.vertices_m[triangles, :2] + scene.offset_m[:2])
+
+    return ground_m
 
 
 def _overhead_m(plan: Plan, floor: Floor) -> list[FloatArray]:
@@ -170,31 +180,26 @@ def _overhead_m(plan: Plan, floor: Floor) -> list[FloatArray]:
     return borders
 
 
-def write_link_map(plan: Plan, floor_index: int, path: Path, *, view: SectionView) -> None:
+def write_link_map(plan: Plan, floor_index: int, path: Path, *, view: SectionView, source: PlanSource) -> None:
     """Write the map of one floor's registration network: what scans hold together by, and how well."""
     floor = plan.survey.floors[floor_index]
     canvas, at = _map_sheet(view)
-    spots = {
-        station.id: StationPoint(station.floor, station.order, station.position_m[:2]) for station in plan.stations
-    }
-    required = plan.settings.requirements
-    ends, elsewhere = links_on(floor.id, spots, plan.links, required.overlap, required.min_strength)
+    ends, elsewhere = floor_links(source, source.floors[floor_index])
+    on_paper = _on_paper(plan, at)
     with canvas.clip(at.box):
         _draw_view(canvas, plan, floor, at, coloured=False)
-        draw_links(canvas, [at.on_paper(of_class) for of_class in ends])
-    _draw_stations(_labels(canvas, at), plan, floor, at, elsewhere=elsewhere)
-    draw_header(canvas, f"{floor.name}: registration of scans", floor_subtitle(plan, floor), _link_figures(plan, floor))
+        draw_links(canvas, [on_paper(of_class) for of_class in ends])
+    _draw_stations(_labels(canvas, at), plan, source, floor_index, at, elsewhere=elsewhere)
+    title = f"{floor.name}: registration of scans"
+    draw_header(canvas, title, floor_subtitle(plan, source, floor), _link_figures(source, floor.id))
     draw_footer(canvas, mm_per_m=at.mm_per_m, legend=(), lines=_link_legend(plan))
     canvas.save(path)
 
 
 def _link_legend(plan: Plan) -> tuple[LegendLine, ...]:
-    weak, enough, strong = LINKS
-    return (
-        (f"{100 * plan.settings.requirements.overlap:g} % overlap or more, strong enough", enough),
-        (f"strength at least {STRONG_TIMES:g} times the minimum", strong),
-        ("too weak to register", weak),
-    )
+    figures = {"overlap": 100 * plan.settings.requirements.overlap, "times": STRONG_TIMES}
+    kinds = ("weak", "counts", "strong")
+    return tuple((MARK_WORDS[kind][0].format(**figures), pen) for kind, pen in zip(kinds, LINKS, strict=True))[::-1]
 
 
 def _labels(canvas: PngCanvas, at: PlacedView) -> Labels:
@@ -208,7 +213,7 @@ def _map_sheet(view: SectionView) -> tuple[PngCanvas, PlacedView]:
     return new_sheet(box.height), PlacedView(view, box)
 
 
-def write_overview(plan: Plan, path: Path, *, engine: ScanEngine) -> None:
+def write_overview(plan: Plan, path: Path, *, engine: ScanEngine, source: PlanSource) -> None:
     """Write the picture of the floors that are drawn, cut open and seen from a corner, the lowest first."""
     floors = drawn_floors(plan)
     windows = [_overview_window_m(plan, plan.survey.floors[index]) for index in floors]
@@ -225,14 +230,14 @@ def write_overview(plan: Plan, path: Path, *, engine: ScanEngine) -> None:
         left_mm = MARGIN_MM + column * (cell_mm + MARGIN_MM)
         at_mm = (whole_pixels_mm(left_mm), whole_pixels_mm(top_mm - CAPTION_MM - height_mm))
         box = Box(*at_mm, whole_pixels_mm(width_mm), height_mm)
-        _draw_overview_cell(canvas, plan, index, engine, window, box)
-    draw_header(canvas, plan.survey.scene.title, _plan_subtitle(plan), _plan_figures(plan))
+        _draw_overview_cell(canvas, plan, source, index, engine, window, box)
+    draw_header(canvas, source.title, _plan_subtitle(source), _plan_figures(source))
     draw_footer(canvas, legend=coverage_legend(plan), lines=_route_legend(plan))
     canvas.save(path)
 
 
 def _draw_overview_cell(
-    canvas: PngCanvas, plan: Plan, index: int, engine: ScanEngine, window_m: FloatArray, box: Box
+    canvas: PngCanvas, plan: Plan, source: PlanSource, index: int, engine: ScanEngine, window_m: FloatArray, box: Box
 ) -> None:
     floor = plan.survey.floors[index]
     view = view_section(
@@ -247,10 +252,14 @@ def _draw_overview_cell(
     at = PlacedView(view, box)
     with canvas.clip(box):
         _draw_view(canvas, plan, floor, at)
-        draw_runs(canvas, [at.on_paper(view.camera.project(run.points_m)) for run in runs_on(plan, index)])
-        _draw_stations(Labels(canvas, box, []), plan, floor, at, joined=plan.route is None)
-    share = f"{100 * plan.coverage_by_floor[index].fraction_of_achievable:.1f} %"
-    words = share if index in plan.survey.planned else "not planned"
+        offset_m = plan.survey.scene.offset_m
+        ways = [
+            at.on_paper(view.camera.project(np.column_stack([way.points_m, way.heights_m]) - offset_m))
+            for way in ways_on(source, source.floors[index], _ground_of(plan))
+        ]
+        draw_route(canvas, ways, ways, [])
+        _draw_stations(Labels(canvas, box, []), plan, source, index, at, joined=plan.route is None)
+    words = floor_words(source.document, floor.id)
     canvas.text((box.left, box.top + 2.5), f"{floor.name}   {words}", 10.4, bold=True)
 
 
@@ -295,79 +304,57 @@ def _depth_edges(view: SectionView) -> np.ndarray:
 
 
 def _route_legend(plan: Plan) -> tuple[LegendLine, ...]:
-    return (("visiting order" if plan.route is None else "route", ROUTE),)
+    return (("visiting order" if plan.route is None else MARK_WORDS["route"][1], ROUTE),)
 
 
-def _map_figures(plan: Plan, floor_index: int) -> tuple[tuple[str, str], ...]:
-    """Figures of one floor, and how far one walks on it."""
-    figures = floor_figures(plan, floor_index)
-    if plan.route is None:
-        return figures
-    walked_m = sum(run.length_m for run in runs_on(plan, floor_index))
-    return ((f"{walked_m:.0f} m", "route"), *figures)
-
-
-def _link_figures(plan: Plan, floor: Floor) -> tuple[tuple[str, str], ...]:
+def _link_figures(source: PlanSource, floor_id: str) -> tuple[tuple[str, str], ...]:
     """Figures of one floor's stations and the links among them that count."""
-    here = {station.id for station in plan.stations if station.floor == floor.id}
-    required = plan.settings.requirements
-    n_links = sum(
-        link.counts(required.overlap, required.min_strength) and {link.a, link.b} <= here for link in plan.links
-    )
+    here = {station.id for station in source.stations_of(floor_id)}
+    n_links = sum(source.counts(link) and {link.a, link.b} <= here for link in source.links)
     return ((str(len(here)), "stations"), (str(n_links), "links that count"))
 
 
 def _draw_stations(
     labels: Labels,
     plan: Plan,
-    floor: Floor,
+    source: PlanSource,
+    floor_index: int,
     at: PlacedView,
     *,
     joined: bool = False,
     elsewhere: Mapping[str, tuple[int, ...]] = MappingProxyType({}),
 ) -> None:
-    """Draw numbered discs, hollow ones of scanned stations, and words where they link to others of `elsewhere`.
-
-    joined : straight lines join them in visiting order.
-    """
-    stations = sorted((s for s in plan.stations if s.floor == floor.id), key=lambda station: station.order)
+    """Draw the stations of a floor. joined : straight lines join them in visiting order."""
+    floor = source.floors[floor_index]
+    stations = source.stations_of(floor.id)
     if not stations:
         return
-    spots = at.on_paper(at.view.camera.project(np.array([foot_m(station) for station in stations])))
+    # Where the height of the instrument is not known, the sensor stands for the ground below it.
+    feet_m = [np.where(np.isnan(station.ground_m), station.position_m, station.ground_m) for station in stations]
+    spots = at.on_paper(at.view.camera.project(np.array(feet_m) - plan.survey.scene.offset_m))
     if joined:
         labels.canvas.lines([spots], ROUTE)
-    numbers = [station.order for station in stations]
-    rises = _rises(plan, floor, stations)
-    words = [
-        "  ".join(filter(None, (rise, linked_words(elsewhere.get(station.id, ())))))
-        for rise, station in zip(rises, stations, strict=True)
-    ]
-    before = {station.id for station in plan.settings.site.prior if station.role == Role.SCANNED}
-    scanned = [station.id in before for station in stations]
-    draw_stations(labels, spots, numbers, words, scanned=scanned, mm_per_m=at.mm_per_m)
-
-
-def _rises(plan: Plan, floor: Floor, stations: Sequence[Station]) -> list[str]:
-    """What stands at the markers of stations on another level; nothing where all of the floor slopes."""
-    low_m, high_m = ground_span_m(plan.survey.scene, floor)
-    if low_m < high_m:
-        return [""] * len(stations)
-    return [
-        "" if isnan(station.instrument_height_m) else rise_words(float(foot_m(station)[2]) - floor.elevation_m)
-        for station in stations
-    ]
-
-
-def _plan_subtitle(plan: Plan) -> str:
-    scanner = plan.settings.scanner
-    return f"{scanner.title}, range {scanner.range_max_m:g} m   ·   coverage of the scannable area by floor"
-
-
-def _plan_figures(plan: Plan) -> tuple[tuple[str, str], ...]:
-    coverage = plan.coverage
-    route = ((f"{plan.route.length_m:.0f} m", "route"),) if plan.route is not None else ()
-    return (
-        *route,
-        (str(len(plan.stations)), "stations"),
-        (f"{100 * coverage.fraction_of_achievable:.1f} %", f"of {coverage.achievable_area_m2:.0f} m² scannable"),
+    low_m, high_m = ground_span_m(plan.survey.scene, plan.survey.floors[floor_index])
+    draw_floor_stations(
+        labels,
+        floor,
+        stations,
+        spots,
+        scanned=source.scanned_before,
+        elsewhere=elsewhere,
+        unit=source.frame.unit,
+        mm_per_m=at.mm_per_m,
+        slopes=low_m < high_m,
     )
+
+
+def _plan_subtitle(source: PlanSource) -> str:
+    return f"{scanner_words(source.document)}   ·   coverage of the scannable area by floor"
+
+
+def _plan_figures(source: PlanSource) -> tuple[tuple[str, str], ...]:
+    document = source.document
+    number, _, stations = stations_words(len(source.stations)).partition(" ")
+    percent, _, of_what = coverage_words(document).partition(" % ")
+    route = () if document["route"] is None else ((f"{document['route']['length_m']:.0f} m", "route"),)
+    return (*route, (number, stations), (f"{percent} %", of_what.partition(" from ")[0]))

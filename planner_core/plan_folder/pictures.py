@@ -25,6 +25,7 @@ from planner_core.plan_folder.drawing.canvas import PAPER, Box, Canvas, Pen
 from planner_core.plan_folder.drawing.marks import Labels, draw_stations
 from planner_core.plan_folder.drawing.png_canvas import pixels
 from planner_core.plan_folder.offscreen import offscreen_plotter
+from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.section_view import (
     BELOW_GROUND_M,
     camera_at,
@@ -137,7 +138,7 @@ def picture_cut_m(plan: Plan, floor: Floor) -> float:
     return min([ground_m + CUT_HEIGHT_M, *(0.4 * ground_m + 0.6 * z for z in above)])
 
 
-def write_floor_picture(plan: Plan, floor_index: int, path: Path) -> None:
+def write_floor_picture(plan: Plan, floor_index: int, path: Path, *, source: PlanSource) -> None:
     """Write the coverage picture of one floor.
 
     Raises
@@ -154,7 +155,7 @@ def write_floor_picture(plan: Plan, floor_index: int, path: Path) -> None:
     canvas.raster((255 * rgb).astype(np.uint8), box.left, box.bottom)
     with canvas.clip(box):
         _draw_marks(canvas, stations, strong_links(plan, stations), eye, box)
-    draw_header(canvas, floor.name, floor_subtitle(plan, floor), floor_figures(plan, floor_index))
+    draw_header(canvas, floor.name, floor_subtitle(plan, source, floor), floor_figures(source, floor.id))
     draw_footer(canvas, legend=coverage_legend(plan), lines=(("registration link", Pen(0.5, palette.LINK)),))
     canvas.save(path)
 

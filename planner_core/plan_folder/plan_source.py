@@ -13,10 +13,10 @@ import numpy as np
 from planner_core.coordinates.frame import site_frame
 from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import ExportError, PlanFolderError, one_line
-from planner_core.model import FloatArray, Link, Scene, SiteFrame, Survey, WeakMotion
+from planner_core.model import FloatArray, Link, Plan, Scene, SiteFrame, Survey, WeakMotion
 from planner_core.model.scene import scene_title
-from planner_core.plan_folder.plan_json import read_plan
-from planner_core.plan_folder.plan_model.results import FloorSection, StationSection
+from planner_core.plan_folder.plan_json import plan_document, read_plan
+from planner_core.plan_folder.plan_model.document import PlanDocument
 from planner_core.plan_folder.plan_settings import ScenePaths, find_scene, load_options_of, settings_of
 from planner_core.progress import Progress, silent
 
@@ -88,6 +88,12 @@ class PlanSource:
         registration = self.document["registration"]
         return link.counts(registration["threshold"], registration["min_strength"])
 
+    @property
+    def scanned_before(self) -> frozenset[str]:
+        """Ids of stations whose scans exist. `FieldStation.fixed` is wider: all stations of a given list are fixed."""
+        prior = self.document.get("site", {}).get("settled", ())
+        return frozenset(str(row["id"]) for row in prior if row["role"] == "scanned")
+
     def has_scene(self) -> bool:
         """Whether all scene files are found."""
         try:
@@ -153,22 +159,32 @@ def open_plan(folder: Path, *, scene: ScenePaths = None, frame: FrameRequest | N
     CoordinatesError
         The coordinates given can't be used.
     """
-    plan = read_plan(folder)
-    document = plan.model_dump(mode="json", by_alias=True)
-    plan_folder = folder if folder.is_dir() else folder.parent
-    of_site = site_frame(document, frame or FrameRequest())
-    floors = tuple(_floor(row) for row in plan.floors)
-    stations = _stations(plan.stations, floors, of_site)
-    # Without its folder; plans of Windows may name that, with backslashes.
-    name = plan.scene.file.replace("\\", "/").rpartition("/")[2] or plan_folder.name
-    title = scene_title(one_line(name), len(plan.scene.other_files))
-    return PlanSource(
-        plan_folder, document, of_site, stations, floors, links_of(document["registration"]), title, scene
+    document = read_plan(folder).model_dump(mode="json", by_alias=True)
+    return _source(document, folder if folder.is_dir() else folder.parent, frame or FrameRequest(), scene)
+
+
+def source_of(plan: Plan) -> PlanSource:
+    """Return a plan in memory as its folder will be read; what is wrong with its coordinates is a warning."""
+    document = PlanDocument.model_validate(plan_document(plan)).model_dump(mode="json", by_alias=True)
+    return _source(document, Path(), None, None)
+
+
+def _source(
+    document: dict[str, Any], folder: Path, request: FrameRequest | None, given_scene: ScenePaths
+) -> PlanSource:
+    frame = site_frame(document, request)
+    floors = tuple(
+        FieldFloor(row["id"], one_line(row["name"]), row["elevation_m"], np.array(row["bounds"], dtype=np.float64))
+        for row in document["floors"]
     )
-
-
-def _floor(row: FloorSection) -> FieldFloor:
-    return FieldFloor(row.id, one_line(row.name), row.elevation_m, np.array(row.bounds, dtype=np.float64))
+    names = {floor.id: floor.name for floor in floors}
+    in_order = sorted(document["stations"], key=lambda row: row["order"])
+    stations = tuple(_station(row, names, frame, number) for number, row in enumerate(in_order, start=1))
+    # Without its folder; plans of Windows may name that, with backslashes.
+    name = document["scene"]["file"].replace("\\", "/").rpartition("/")[2] or folder.name
+    title = scene_title(one_line(name), len(document["scene"]["other_files"]))
+    links = links_of(document["registration"])
+    return PlanSource(folder, document, frame, stations, floors, links, title, given_scene)
 
 
 def links_of(registration: Mapping[str, Any]) -> tuple[Link, ...]:
@@ -184,30 +200,22 @@ def link_of(row: Mapping[str, Any]) -> Link:
     return Link(row["a"], row["b"], row["overlap"], strength, motion, bool(row.get("as_set_up")))
 
 
-def _stations(
-    rows: tuple[StationSection, ...], floors: tuple[FieldFloor, ...], frame: SiteFrame
-) -> tuple[FieldStation, ...]:
-    names = {floor.id: floor.name for floor in floors}
-    in_order = sorted(rows, key=lambda row: row.order)
-    return tuple(_station(row, names, frame, number) for number, row in enumerate(in_order, start=1))
-
-
-def _station(row: StationSection, floor_names: Mapping[str, str], frame: SiteFrame, number: int) -> FieldStation:
-    position_m = np.array(row.position, dtype=np.float64)
-    height_m = math.nan if row.instrument_height_m is None else row.instrument_height_m
+def _station(row: Mapping[str, Any], floor_names: Mapping[str, str], frame: SiteFrame, number: int) -> FieldStation:
+    position_m = np.array(row["position"], dtype=np.float64)
+    height_m = math.nan if row["instrument_height_m"] is None else row["instrument_height_m"]
     ground_m = position_m - np.array([0.0, 0.0, height_m])
     return FieldStation(
-        id=row.id,
+        id=row["id"],
         number=number,
-        floor_id=row.floor,
-        floor_name=floor_names.get(row.floor, row.floor),
-        order=row.order,
+        floor_id=row["floor"],
+        floor_name=floor_names.get(row["floor"], row["floor"]),
+        order=row["order"],
         position_m=position_m,
         ground_m=ground_m,
         instrument_height_m=height_m,
         site_m=frame.to_site(position_m),
         site_ground_m=frame.to_site(ground_m),
-        fixed=row.fixed,
-        own_area_m2=row.own_area_m2,
-        covered_area_m2=row.covered_area_m2,
+        fixed=row["fixed"],
+        own_area_m2=row["own_area_m2"],
+        covered_area_m2=row["covered_area_m2"],
     )

@@ -6,13 +6,22 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner_core.coverage.percent import not_as_required_m2
 from planner_core.model import Floor, Plan
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.canvas import QUIET, Box, Canvas, Colour, Pen
 from planner_core.plan_folder.drawing.fonts import fitted, width_mm
 from planner_core.plan_folder.drawing.marks import corners, draw_axes, draw_scale_bar
 from planner_core.plan_folder.drawing.png_canvas import PngCanvas, whole_pixels_mm
+from planner_core.plan_folder.plan_source import PlanSource
+from planner_core.plan_folder.plan_words import (
+    NOT_PLANNED,
+    area_words,
+    floor_coverage,
+    floor_percent,
+    missed_on,
+    scanner_words,
+    stations_words,
+)
 from planner_core.scene.floors import ground_span_m
 
 WIDTH_MM = 1600 / 144 * 25.4
@@ -65,14 +74,13 @@ def draw_header(canvas: PngCanvas, title: str, subtitle: str, figures: tuple[tup
     canvas.text((MARGIN_MM, lower), fitted(subtitle, 8.7, right - MARGIN_MM), 8.7, colour=QUIET)
 
 
-def floor_subtitle(plan: Plan, floor: Floor) -> str:
+def floor_subtitle(plan: Plan, source: PlanSource, floor: Floor) -> str:
     """Say which floor of which model this is, and for which scanner."""
     low_m, high_m = (z_m + float(plan.survey.scene.offset_m[2]) for z_m in ground_span_m(plan.survey.scene, floor))
     at = f"at {low_m:.2f} m" if low_m == high_m else f"from {low_m:.1f} to {high_m:.1f} m"
-    scanner = plan.settings.scanner
     return (
         f"{plan.survey.scene.title}   ·   {floor.id}   ·   ground {at}, "
-        f"{floor.ground_area_m2:.0f} m²   ·   {scanner.title}, range {scanner.range_max_m:g} m"
+        f"{floor.ground_area_m2:.0f} m²   ·   {scanner_words(source.document)}"
     )
 
 
@@ -86,23 +94,19 @@ def drawn_floors(plan: Plan) -> tuple[int, ...]:
     )
 
 
-def floor_figures(plan: Plan, floor_index: int) -> tuple[tuple[str, str], ...]:
+def floor_figures(source: PlanSource, floor_id: str) -> tuple[tuple[str, str], ...]:
     """Figures of one floor for `draw_header`: stations and coverage."""
-    coverage = plan.coverage_by_floor[floor_index]
-    n_stations = sum(station.floor == plan.survey.floors[floor_index].id for station in plan.stations)
-    stations = (str(n_stations), "stations" if n_stations != 1 else "station")
-    if floor_index not in plan.survey.planned:
-        return (stations, ("not planned", "this floor"))
-    if coverage.achievable_area_m2 <= 0:
-        return (stations, ("none", "of it scannable"))
-    label = f"of {coverage.achievable_area_m2:.0f} m² scannable"
-    by_reason: dict[str, float] = {}
-    for each in () if plan.why is None else plan.why.unseen:
-        if each.floor == plan.survey.floors[floor_index].id:
-            by_reason[each.reason] = by_reason.get(each.reason, 0.0) + each.area_m2
-    if missed_m2 := not_as_required_m2(by_reason, coverage.achievable_area_m2):
-        label += f"; {missed_m2:.0f} m² not as required"
-    return (stations, (f"{100 * coverage.fraction_of_achievable:.1f} %", label))
+    document, unit = source.document, source.frame.unit
+    number, _, stations = stations_words(len(source.stations_of(floor_id))).partition(" ")
+    percent, figures = floor_percent(document, floor_id), floor_coverage(document, floor_id)
+    if percent in ("", NOT_PLANNED) or figures is None:
+        return ((number, stations), (NOT_PLANNED, "this floor"))
+    if percent == "none":
+        return ((number, stations), ("none", "of it scannable"))
+    label = f"of {area_words(unit, figures['achievable_area_m2'])} scannable"
+    if missed_m2 := missed_on(document, floor_id):
+        label += f"; {area_words(unit, missed_m2)} not as required"
+    return ((number, stations), (f"{percent} %", label))
 
 
 def draw_footer(

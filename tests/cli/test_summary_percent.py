@@ -8,62 +8,10 @@ from tlsplan import summary
 USUAL = {"overlap_measure": "smaller-share", "overlap_of": "all-seen"}
 
 
-def network(*overlaps: float | None, strength: float | None = None) -> dict[str, Any]:
-    """A plan's registration: a network a figure, whose weakest link overlaps so much; None for a single station.
-
-    strength : of the first network's, each further one's a tenth of the one before; None: not known.
-    """
-    return {
-        "requirements": dict(USUAL),
-        "registration": {
-            "threshold": 0.295,
-            "min_strength": 0.0,
-            "links": [],
-            "networks": [
-                {
-                    "bottleneck": None
-                    if overlap is None
-                    else {
-                        "a": f"A{k}",
-                        "b": f"B{k}",
-                        "overlap": overlap,
-                        "strength": strength and strength / 10**k,
-                    }
-                }
-                for k, overlap in enumerate(overlaps)
-            ],
-        },
-    }
-
-
-@pytest.mark.parametrize(("overlap", "shown"), [(0.29499, "29.4 %"), (0.2999999, "29.9 %"), (0.3, "30.0 %")])
-def test_overlap_of_the_weakest_link_is_rounded_down_beside_the_threshold_as_asked(overlap: float, shown: str) -> None:
-    assert summary._registration(network(overlap)) == (
-        f"0 links of at least 29.5 % overlap; all stations are connected; weakest: A0 to B0, {shown}"
-    )
-
-
-def test_overlap_that_is_not_the_usual_one_is_named() -> None:
-    told = network(0.42)
-    told["requirements"] = {"overlap_measure": "jaccard", "overlap_of": "seen-as-required"}
-    assert "of at least 29.5 % Jaccard overlap of what is seen as required; all" in summary._registration(told)
-
-
-def test_weakest_link_is_that_of_all_networks() -> None:
-    assert summary._registration(network(0.42, 0.31, None)).endswith("3 unconnected groups; weakest: A1 to B1, 31.0 %")
-
-
-def test_weakest_link_is_the_one_nearest_to_what_is_required() -> None:
-    told = network(0.31, 0.42, strength=0.2)
-    assert summary._registration(told).endswith("2 unconnected groups; weakest: A0 to B0, 31.0 %, strength 0.200")
-    told["registration"]["min_strength"] = 0.0195
-    assert summary._registration(told).endswith("2 unconnected groups; weakest: A1 to B1, 42.0 %, strength 0.020")
-
-
 def document(reached: float) -> dict[str, Any]:
     figures = {"fraction_of_achievable": reached, "achievable_area_m2": 10.0}
     return {
-        **network(None),
+        "registration": {"threshold": 0.3, "min_strength": 0.0, "connected": True, "links": [], "networks": []},
         "scanner": {"title": "T", "range_max_m": 5.0, "n_azimuths": 10, "n_channels": 10},
         "settings": {"scan_mode": "beams"},
         "stations": [],

@@ -15,6 +15,7 @@ from planner_core.model import Plan
 from planner_core.plan_folder import atomic
 from planner_core.plan_folder.folder import check_output, write_plan_folder
 from planner_core.plan_folder.plan_json import read_plan_json
+from planner_core.plan_folder.plan_source import source_of
 from planner_core.plan_folder.report import report_files, report_page, write_report
 from planner_core.plan_folder.sheet import floor_figures
 from planner_core.plan_folder.stations_csv import read_station_list
@@ -243,14 +244,16 @@ def test_floors_that_are_not_planned_have_neither_maps_nor_figures(
     plan: Plan, engine: ScanEngine, tmp_path: Path
 ) -> None:
     survey = dataclasses.replace(plan.survey, planned=(0,))
+    required = dataclasses.replace(plan.settings.requirements, floors=("F0",))
+    plan = dataclasses.replace(plan, settings=dataclasses.replace(plan.settings, requirements=required))
     below = dataclasses.replace(plan, survey=survey, stations=plan.stations[:2])
     made = list(write_report(below, tmp_path / "below", engine=engine))
     assert made == list(report_files(below))
     assert [name for name in made if "F1" in name] == []
     page = (tmp_path / "below" / "index.html").read_text(encoding="utf-8")
-    assert "F1.png" not in page and "0 stations, not planned" in page
+    assert "F1.png" not in page and ">not planned<" in page
     # A station that was given on another floor has its map, without a share of what nobody asked for.
     given = dataclasses.replace(plan, survey=survey)
     assert {"map_F1.png", "links_F1.png", "picture_F1.png"} <= set(report_files(given))
-    assert floor_figures(given, 1) == (("1", "station"), ("not planned", "this floor"))
-    assert "1 stations, not planned" in report_page(given)
+    assert floor_figures(source_of(given), "F1") == (("1", "station"), ("not planned", "this floor"))
+    assert '>1</td><td class="n" data-name="Seen, %">not planned<' in report_page(given)

@@ -27,11 +27,12 @@ from planner_core.model import (
     UnseenSurface,
     Why,
 )
-from planner_core.plan_folder import maps, palette
+from planner_core.plan_folder import floor_marks, maps, palette
 from planner_core.plan_folder.drawing.marks import nice_length_m, spread_apart
+from planner_core.plan_folder.floor_marks import zones_on
 from planner_core.plan_folder.maps import view_rgb
-from planner_core.plan_folder.report import report_page, unseen_csv
-from planner_core.plan_folder.route_drawing import zones_on
+from planner_core.plan_folder.plan_source import source_of
+from planner_core.plan_folder.report import report_page
 from planner_core.plan_folder.section_view import (
     SectionView,
     camera_at,
@@ -45,6 +46,7 @@ from planner_core.plan_folder.section_view import (
     view_section,
 )
 from planner_core.plan_folder.sheet import coverage_legend, floor_figures
+from planner_core.plan_folder.unseen_csv import unseen_csv
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.floors import ground_levels
@@ -172,7 +174,7 @@ def test_camera_shows_a_point_where_it_projects_to(azimuth: float, elevation: fl
     np.testing.assert_allclose(camera.on_plane(seen[:, 0], seen[:, 1], 3.0), points, atol=1e-9)
 
 
-def test_zones_of_a_map_lie_in_the_local_frame_on_their_floors(plan: Plan) -> None:
+def test_zones_of_a_map_lie_on_their_floors(plan: Plan) -> None:
     x, y, z = (plan.stations[0].position_m + plan.survey.scene.offset_m).tolist()
     corners = ((x, y), (x + 1.0, y), (x, y + 1.0))
     first, last = plan.survey.floors[0], plan.survey.floors[-1]
@@ -181,12 +183,13 @@ def test_zones_of_a_map_lie_in_the_local_frame_on_their_floors(plan: Plan) -> No
         prior=(PriorStation("", (x, y, z), Role.FORBIDDEN, first.name, radius_m=0.4),),
     )
     told = dataclasses.replace(plan, settings=dataclasses.replace(plan.settings, site=site))
-    found = list(zones_on(told, 0))
+    source = source_of(told)
+    found = zones_on(source, source.floors[0])
     assert [zone.words for zone in found] == ["keep-out: store", "keep-out", "no station"]
-    np.testing.assert_allclose(found[0].outline[0], plan.stations[0].position_m[:2], atol=1e-6)
+    np.testing.assert_allclose(found[0].outline[0], (x, y), atol=1e-6)
     np.testing.assert_allclose(found[0].outline[0], found[0].outline[-1])
-    np.testing.assert_allclose(np.linalg.norm(found[2].outline - plan.stations[0].position_m[:2], axis=1), 0.4)
-    assert [zone.words for zone in zones_on(told, len(plan.survey.floors) - 1)] == ["access area", "keep-out"]
+    np.testing.assert_allclose(np.linalg.norm(found[2].outline - (x, y), axis=1), 0.4)
+    assert [zone.words for zone in zones_on(source, source.floors[-1])] == ["access area", "keep-out"]
 
 
 @settings(deadline=None, max_examples=40)
@@ -233,7 +236,7 @@ class Page(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.loads += [value or "" for key, value in attrs if key in ("src", "href")]
-        if tag not in ("meta", "img"):
+        if tag not in ("meta", "img", "wbr"):
             self.open.append(tag)
 
     def handle_endtag(self, tag: str) -> None:
@@ -308,8 +311,8 @@ def _is_top(scene: Scene, first: int) -> np.ndarray:
 def test_a_floor_without_anything_scannable_has_no_percentage(plan: Plan) -> None:
     first, *others = plan.coverage_by_floor
     empty = dataclasses.replace(first, achievable_area_m2=0.0)
-    assert floor_figures(plan, 0)[1][0].endswith(" %")
-    assert floor_figures(dataclasses.replace(plan, coverage_by_floor=(empty, *others)), 0)[1] == (
+    assert floor_figures(source_of(plan), "F0")[1][0].endswith(" %")
+    assert floor_figures(source_of(dataclasses.replace(plan, coverage_by_floor=(empty, *others))), "F0")[1] == (
         "none",
         "of it scannable",
     )
@@ -317,9 +320,10 @@ def test_a_floor_without_anything_scannable_has_no_percentage(plan: Plan) -> Non
 
 def test_report_names_rooms_that_nobody_enters_beside_the_coverage(plan: Plan) -> None:
     room = SealedArea(floor=0, area_m2=12.4, inside_m=np.zeros(3), strips_m=np.zeros((0, 2, 2)))
-    words = '<br><span class="alarm">Not planned: 12 m² of floor that can&#x27;t be reached on foot, in one area</span>'
-    assert words in report_page(dataclasses.replace(plan, sealed=(room,)), pictures=False)
-    assert "alarm" not in report_page(dataclasses.replace(plan, sealed=()), pictures=False).split("</style>")[1]
+    page = report_page(dataclasses.replace(plan, sealed=(room,)), pictures=False).replace("\xa0", " ")
+    assert '<tr class="alarm"><th scope="row">Left out</th>' in page
+    assert "Not planned: 12 m² of floor that can&#x27;t be reached on foot, in one area</td>" in page
+    assert "Left out" not in report_page(dataclasses.replace(plan, sealed=()), pictures=False)
 
 
 @pytest.mark.parametrize(("rise_m", "words"), [(2.8, ["ground +2.80 m"]), (0.3, [""])])
@@ -327,11 +331,11 @@ def test_station_on_a_mezzanine_has_its_height_at_the_marker_of_the_map(
     plan: Plan, view: SectionView, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rise_m: float, words: list[str]
 ) -> None:
     shown: list[str] = []
-    monkeypatch.setattr(maps, "draw_stations", lambda labels, spots, numbers, told, **_: shown.extend(told))
+    monkeypatch.setattr(floor_marks, "draw_stations", lambda labels, spots, numbers, told, **_: shown.extend(told))
     first = plan.stations[0]
     raised = dataclasses.replace(first, position_m=first.position_m + np.array([0.0, 0.0, rise_m]))
     alone = dataclasses.replace(plan, stations=(raised,), links=(), route=None)
-    maps.write_floor_map(alone, 0, tmp_path / "map.png", view=view)
+    maps.write_floor_map(alone, 0, tmp_path / "map.png", view=view, source=source_of(alone))
     assert shown == words
 
 
@@ -340,7 +344,7 @@ def test_headline_of_a_map_names_what_is_not_scanned_as_required(plan: Plan) -> 
     unseen = tuple(UnseenSurface(0, -1, floor, reason, area, 1, ()) for reason, area, floor in reasons)
     why = Why((), (), unseen, np.zeros(plan.survey.patches.n_patches, dtype=np.uint8), (0.0,) * len(REASONS))
     small = dataclasses.replace(plan, why=why, coverage_by_floor=(Coverage(40.0, 140.0, 39.0),) * 2)
-    labels = [floor_figures(small, index)[1] for index in (0, 1)]
+    labels = [floor_figures(source_of(small), floor)[1] for floor in ("F0", "F1")]
     assert labels == [
         ("97.5 %", "of 40 m² scannable; 6 m² not as required"),
         ("97.5 %", "of 40 m² scannable"),

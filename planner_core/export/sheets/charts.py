@@ -1,4 +1,4 @@
-"""The charts of sheets: what each further station adds, and how surface is seen. PlanSource, Building -> drawings.
+"""The histograms of sheets: how surface is seen. PlanSource, Building -> drawings.
 
 Histograms are weighted by area: a bar is the share of the seen surface that is seen from that far, that obliquely, or
 with points that far apart.
@@ -16,6 +16,7 @@ from planner_core.model import FOOT, FloatArray
 from planner_core.plan_folder.drawing import plot
 from planner_core.plan_folder.drawing.canvas import PAPER, QUIET, Box, Canvas, Colour, Pen
 from planner_core.plan_folder.drawing.fonts import width_mm
+from planner_core.plan_folder.drawing.marks import corners
 from planner_core.plan_folder.plan_source import PlanSource
 
 _BAR: Colour = (0.55, 0.70, 0.80)
@@ -113,7 +114,7 @@ def draw_histogram(canvas: Canvas, made: Histogram, box: Box) -> None:
     room, to_x, to_y = plot.draw_plot(canvas, made.title, box, x_axis, y_axis)
     for low, high, share in zip(made.edges[:-1], made.edges[1:], made.shares, strict=True):
         if share > 0:
-            bar = _bar(to_x(low), to_x(high), room.bottom, to_y(100 * share))
+            bar = corners(Box(to_x(low), room.bottom, to_x(high) - to_x(low), to_y(100 * share) - room.bottom))
             canvas.area([bar], _BAR)
             canvas.lines([bar], _BAR_EDGE, closed=True)
     lines = [f"median {made.median:.3g}{made.unit}, 95 % at most {made.at_95:.3g}{made.unit}"]
@@ -132,23 +133,5 @@ def _boxed(canvas: Canvas, at: tuple[float, float], words: str, room: Box) -> No
     width = width_mm(words, plot.SIZE_PT) + 1.6
     left = at[0] - width - 0.6 if at[0] + width > room.right else at[0] + 0.6
     box = Box(left, at[1] - 1.0, width, 3.2)
-    canvas.area([_bar(box.left, box.right, box.bottom, box.top)], PAPER)
+    canvas.area([corners(box)], PAPER)
     canvas.text((left + 0.8, at[1]), words, plot.SIZE_PT, colour=plot.REQUIRED.colour)
-
-
-def draw_curve(canvas: Canvas, plan: PlanSource, box: Box) -> None:
-    """Draw covered share against number of stations, the most useful first where the plan has their order."""
-    why = plan.document.get("why")
-    steps = [] if why is None else why["curve"]
-    number = {station.id: station.number for station in plan.stations}
-    plot.draw_curve(
-        canvas,
-        box,
-        [step["fraction_of_achievable"] for step in steps] or list(plan.document.get("coverage_curve", ())),
-        [str(number.get(step["station"], step["station"])) for step in steps],
-        required=float(plan.document["requirements"]["coverage"]),
-    )
-
-
-def _bar(left: float, right: float, bottom: float, top: float) -> FloatArray:
-    return np.array([(left, bottom), (right, bottom), (right, top), (left, top)])

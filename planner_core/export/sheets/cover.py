@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from planner_core.export.sheets.cover_figures import LEFT_OUT, WHOLE_PLAN, cover_figures, part_words
 from planner_core.export.sheets.paper import Sheet
-from planner_core.export.sheets.tables import warnings_of
 from planner_core.plan_folder.drawing.canvas import ALARM, INK, QUIET, RULE, Box, Canvas, Pen
 from planner_core.plan_folder.drawing.fonts import fitted, wrapped
 from planner_core.plan_folder.drawing.marks import corners
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
+from planner_core.plan_folder.plan_words import LEFT_OUT, WHOLE_PLAN, part_words, plan_figures, warnings_of
 
 SUBTITLE = "Plan of the laser scans: stations, drawings to scale, registration, coverage"
 OVERVIEW = "report/overview.png"
@@ -82,6 +82,32 @@ def draw_cover(
         )
         canvas.text((beside.left, foot_mm - 3.2), fitted(picture_words(part), 6.6, beside.width), 6.6, colour=QUIET)
         _draw_index(canvas, index, Box(beside.left, body.bottom, beside.width, foot_mm - body.bottom - 8))
+
+
+def cover_figures(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> list[tuple[str, str]]:
+    """Figures of the plan, or of some floors, and which north the drawings show."""
+    return [*plan_figures(plan, part), ("North", north_words(plan))]
+
+
+def north_words(plan: PlanSource) -> str:
+    """Say which north the drawings show, where it comes from, and how they are turned to it."""
+    frame = plan.frame
+    turned = _turned(frame.grid_north_rad)
+    if not frame.is_scene:
+        kind = "grid north" if frame.crs else "axis N of the site's coordinates"
+        return f"arrow N on the drawings: {kind}, {turned}"
+    if frame.true_north_rad is None:
+        return "not known; drawings are aligned with x and y of the scene"
+    text = f"true north as in the {plan.document['scene']['format'].upper()} file"
+    return f"{text}, {turned}; coordinates are not rotated to it"
+
+
+def _turned(north_rad: float) -> str:
+    """Say how far north is from up on the drawings."""
+    degrees = round(math.degrees(north_rad), 1)
+    if degrees == 0:
+        return "up on the sheet"
+    return f"{abs(degrees):.1f}° {'clockwise' if degrees > 0 else 'counter-clockwise'} from up"
 
 
 def picture_words(part: Sequence[FieldFloor]) -> str:

@@ -11,7 +11,6 @@ import numpy as np
 from planner_core.export.sheets.floor_view import FloorView
 from planner_core.export.sheets.page_frame import draw_band
 from planner_core.export.sheets.paper import Tile
-from planner_core.export.sheets.route import Mark
 from planner_core.export.sheets.site_grid import draw_grid
 from planner_core.model import FloatArray, LengthUnit
 from planner_core.plan_folder.drawing.canvas import PAPER, Box, Canvas, Pen
@@ -28,21 +27,18 @@ from planner_core.plan_folder.drawing.marks import (
     MISSED_WALL_RIM,
     OUT_OF_REACH,
     WALL_FILL,
-    DrawnZone,
     Labels,
     corners,
     draw_links,
-    draw_route,
-    draw_stations,
-    draw_words,
-    draw_zones,
-    linked_words,
-    rise_words,
+)
+from planner_core.plan_folder.floor_marks import (
+    draw_floor_stations,
+    draw_floor_words,
+    draw_ways,
+    draw_zone_borders,
+    stairs_on,
 )
 from planner_core.plan_folder.plan_source import PlanSource
-
-#: Up to so many stations on a sheet, ids that are not their numbers are written beside them.
-_MAX_IDS = 60
 
 
 @dataclass(frozen=True)
@@ -70,15 +66,22 @@ def draw_floor(
         _draw_ground(canvas, view, tile)
         _draw_building(canvas, view, tile)
         draw_links(canvas, [tile.on_paper(ends) for ends in view.links])
-        _draw_route(canvas, view, tile)
-        zones = [DrawnZone(tile.on_paper(zone.outline), zone.words) for zone in view.zones]
-        draw_zones(canvas, [zone.outline for zone in zones])
+        draw_ways(canvas, view.ways, tile.on_paper, view.floor.elevation_m + view.cut_m)
+        zones = draw_zone_borders(canvas, view.zones, tile.on_paper)
     others = list(_edges(tile, neighbours))
     names = draw_grid(canvas, plan.frame, tile, view.floor.elevation_m, taken=[edge for edge, _ in others])
     labels = Labels(canvas, box, [*names, *(edge for edge, _ in others)])
     with canvas.clip(box):
         _draw_stations(view, tile, labels, plan.frame.unit)
-        _draw_words(view, tile, labels, zones)
+        draw_floor_words(
+            labels,
+            tile.on_paper,
+            stairs=stairs_on(view.ways),
+            ends=view.ends,
+            breaks=view.breaks,
+            sealed=view.sealed,
+            zones=zones,
+        )
     for edge, words in others:
         _draw_neighbour(canvas, edge, words)
     draw_band(
@@ -130,66 +133,21 @@ def _near(triangles: FloatArray, tile: Tile) -> FloatArray:
     return np.asarray(triangles[near])
 
 
-def _draw_route(canvas: Canvas, view: FloorView, tile: Tile) -> None:
-    low: list[FloatArray] = []
-    high: list[FloatArray] = []
-    for way in view.ways:
-        parts = way.parted_at(view.floor.elevation_m + view.cut_m)
-        low += [tile.on_paper(part) for part in parts[0]]
-        high += [tile.on_paper(part) for part in parts[1]]
-    draw_route(canvas, [tile.on_paper(way.points_m) for way in view.ways], low, high)
-
-
 def _draw_stations(view: FloorView, tile: Tile, labels: Labels, unit: LengthUnit) -> None:
     low_m, high_m = tile.window_m
     shown = [s for s in view.stations if ((s.position_m[:2] >= low_m) & (s.position_m[:2] <= high_m)).all()]
     if not shown:
         return
-    words = [
-        "  ".join(
-            part
-            for part in (
-                "" if len(shown) > _MAX_IDS or _is_number(station.id, station.number) else station.id,
-                rise_words(float(station.ground_m[2]) - view.floor.elevation_m, unit),
-                linked_words(view.elsewhere.get(station.id, ())),
-            )
-            if part
-        )
-        for station in shown
-    ]
-    draw_stations(
+    spots = tile.on_paper(np.array([station.position_m[:2] for station in shown]))
+    draw_floor_stations(
         labels,
-        tile.on_paper(np.array([station.position_m[:2] for station in shown])),
-        [station.number for station in shown],
-        words,
-        scanned=[station.id in view.scanned for station in shown],
+        view.floor,
+        shown,
+        spots,
+        scanned=view.scanned,
+        elsewhere=view.elsewhere,
+        unit=unit,
         mm_per_m=tile.mm_per_m,
-    )
-
-
-def _is_number(name: str, number: int) -> bool:
-    """Whether an id adds nothing to the number in the disc."""
-    digits = name.lstrip("S")
-    return digits.isdecimal() and int(digits) == number
-
-
-def _draw_words(view: FloorView, tile: Tile, labels: Labels, zones: Sequence[DrawnZone]) -> None:
-    def placed(marks: Sequence[Mark]) -> list[tuple[FloatArray, str]]:
-        return [(tile.on_paper(mark.at_m), mark.words) for mark in marks]
-
-    stairs = [
-        Mark(at_m, words)
-        for way in view.ways
-        for words, at_m in ((way.arrives, way.points_m[0]), (way.leaves, way.points_m[-1]))
-        if words
-    ]
-    draw_words(
-        labels,
-        stairs=placed(stairs),
-        ends=placed(view.ends),
-        breaks=placed(view.breaks),
-        sealed=placed(view.sealed),
-        zones=zones,
     )
 
 

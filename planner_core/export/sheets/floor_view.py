@@ -10,16 +10,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.export.chosen import scanned_before
 from planner_core.export.floor_outlines import solid_rings
 from planner_core.export.section import CUT_HEIGHT_M, SectionLine, floor_section, lines_below
 from planner_core.export.sheets.building import Building
-from planner_core.export.sheets.route import FloorSegment, Mark, breaks_on, ends_on, sealed_on, ways_on, zones_on
 from planner_core.export.sheets.unseen import FloorVisibility, unseen_surface
 from planner_core.model import BoolArray, FloatArray, Floor, Scene
-from planner_core.plan_folder.drawing.links import StationPoint, links_on
 from planner_core.plan_folder.drawing.marks import DrawnZone
+from planner_core.plan_folder.floor_marks import (
+    FloorSegment,
+    Mark,
+    breaks_on,
+    ends_on,
+    floor_links,
+    sealed_on,
+    ways_on,
+    zones_on,
+)
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
+from planner_core.plan_folder.plan_words import planned_floors
 from planner_core.positions.outlines import over_polygon
 
 #: Beyond the ground's bounds: outer walls, a way around the house.
@@ -68,27 +76,17 @@ class FloorView:
     """Keep-outs and forbidden positions."""
 
 
-def is_planned(plan: PlanSource, floor: FieldFloor) -> bool:
-    """Whether the plan is of that floor: one that is not required counts as seen, whatever is seen of it."""
-    wanted = [str(name).casefold() for name in plan.document["requirements"]["floors"]]
-    return not wanted or floor.id.casefold() in wanted or floor.name.casefold() in wanted
-
-
 def view_floor(
     plan: PlanSource, floor: FieldFloor, building: Building | None, *, cut_m: float = CUT_HEIGHT_M
 ) -> FloorView:
     """Gather what the drawing of a floor shows; without a building no walls and no surface."""
     stations = plan.stations_of(floor.id)
     ways, ends, sealed = (
-        tuple(ways_on(plan, floor, building)),
+        tuple(ways_on(plan, floor, None if building is None else building.ground_m)),
         tuple(ends_on(plan, floor)),
         tuple(sealed_on(plan, floor)),
     )
-    spots = {each.id: StationPoint(each.floor_id, each.number, each.position_m[:2]) for each in plan.stations}
-    required = plan.document["requirements"]
-    ends_of_links, elsewhere = links_on(
-        floor.id, spots, plan.links, float(required["overlap"]), float(required["min_strength"])
-    )
+    ends_of_links, elsewhere = floor_links(plan, floor)
     places = [station.position_m[None, :2] for station in stations] + [way.points_m for way in ways]
     places += [mark.at_m[None] for mark in (*ends, *sealed)]
     view = FloorView(
@@ -101,7 +99,7 @@ def view_floor(
         sealed=sealed,
         links=ends_of_links,
         elsewhere=elsewhere,
-        scanned=scanned_before(plan) & {station.id for station in stations},
+        scanned=plan.scanned_before & {station.id for station in stations},
         zones=tuple(zones_on(plan, floor)),
     )
     if building is None:
@@ -130,7 +128,7 @@ def _with_building(plan: PlanSource, view: FloorView, building: Building, trodde
     scene, floor = building.scene, view.floor
     number = next(index for index, each in enumerate(plan.floors) if each.id == floor.id)
     cut_m = view.cut_m
-    local = _local_floor(floor, building, number)
+    local = building.local_floor(plan, floor)
     limits_m = floor.bounds + np.array([[-_AROUND_M], [_AROUND_M]])
     limits_m = np.stack([np.minimum(limits_m[0], view.window_m[0]), np.maximum(limits_m[1], view.window_m[1])])
     section = [line for line in floor_section(scene, local, cut_m) if _touches(line, limits_m)]
@@ -140,7 +138,7 @@ def _with_building(plan: PlanSource, view: FloorView, building: Building, trodde
     seen_m = [np.clip(line.points_m, *limits_m) for line in section if line.kind in _SOLID]
     height_m = local.elevation_m + np.array([0.0, _storey_m(plan, floor)])
     surface = unseen_surface(building, number, height_m=height_m, window_m=limits_m - offset_m)
-    if not is_planned(plan, floor):
+    if floor.id not in planned_floors(plan.document):
         surface = FloorVisibility(*(np.zeros((0, *shape)) for shape in ((3, 2), (3, 2), (3, 2), (2, 2))))
     standing = [line for line in floor_section(scene, local, _STANDING_M) if _touches(line, limits_m)]
     return replace(
@@ -166,15 +164,6 @@ def _storey_m(plan: PlanSource, floor: FieldFloor) -> float:
     """Height up to which surface belongs to a floor."""
     above = [each.elevation_m - floor.elevation_m for each in plan.floors]
     return min([_STOREY_M, *(height for height in above if height >= _LEAST_STOREY_M)])
-
-
-def _local_floor(floor: FieldFloor, building: Building, number: int) -> Floor:
-    offset_m = building.scene.offset_m
-    ground = np.flatnonzero(building.ground_of_triangle == number).astype(np.int32)
-    area_m2 = float(building.patches.triangle_area_m2[ground].sum())
-    bounds_m = floor.bounds - offset_m[:2]
-    elevation_m = floor.elevation_m - float(offset_m[2])
-    return Floor(floor.id, floor.name, elevation_m, area_m2, ground, bounds_m, "surface")
 
 
 def _touches(line: SectionLine, limits_m: FloatArray) -> bool:

@@ -10,17 +10,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner_core.coverage.percent import reached_percent
-from planner_core.export.sheets.figures import area_words, cut_words
-from planner_core.export.sheets.floor_view import FloorView, is_planned
+from planner_core.export.sheets.floor_view import FloorView
 from planner_core.export.sheets.paper import Tile
 from planner_core.export.sheets.scales import scale_name
-from planner_core.export.sheets.tables import required_on
 from planner_core.model import SiteFrame
 from planner_core.plan_folder.drawing.canvas import INK, PAPER, QUIET, Box, Canvas, Pen
 from planner_core.plan_folder.drawing.fonts import fitted, width_mm, wrapped
 from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings
-from planner_core.plan_folder.drawing.links import COUNTS, STRONG, WEAK
+from planner_core.plan_folder.drawing.links import COUNTS, STRONG, STRONG_TIMES, WEAK
 from planner_core.plan_folder.drawing.marks import (
     CUT,
     DISC_MM,
@@ -28,6 +25,7 @@ from planner_core.plan_folder.drawing.marks import (
     HATCH_OUT_OF_REACH,
     KEEP_OUT,
     LINKS,
+    MARK_WORDS,
     MISSED_GROUND,
     MISSED_WALL,
     OUT_OF_REACH,
@@ -41,6 +39,7 @@ from planner_core.plan_folder.drawing.marks import (
     draw_scale_bar,
 )
 from planner_core.plan_folder.plan_source import PlanSource
+from planner_core.plan_folder.plan_words import NOT_PLANNED, cut_words, floor_words, stations_words
 
 _FRAME = Pen(0.5)
 _LINE = Pen(0.25)
@@ -87,8 +86,12 @@ def _draw_legend(canvas: Canvas, plan: PlanSource, view: FloorView, box: Box) ->
         entries.append("keep-out")
     if view.surface is not None:
         entries += ["missed ground", "out of reach", "missed wall", "wall", "below"]
-    cut = cut_words(plan.frame.unit, view.cut_m)
-    legend = {entry: tuple(words.format(cut=cut) for words in _LEGEND[entry]) for entry in entries}
+    figures = {
+        "cut": cut_words(plan.frame.unit, view.cut_m),
+        "overlap": 100 * plan.document["requirements"]["overlap"],
+        "times": STRONG_TIMES,
+    }
+    legend = {entry: tuple(words.format(**figures) for words in MARK_WORDS[entry]) for entry in entries}
     n_columns = 2 if len(entries) > 5 else 1
     n_rows = -(-len(entries) // n_columns)
     width, height = (box.width - 3) / n_columns, (box.height - 2) / max(n_rows, 5)
@@ -98,23 +101,6 @@ def _draw_legend(canvas: Canvas, plan: PlanSource, view: FloorView, box: Box) ->
         _draw_sample(canvas, entry, Box(left, middle - 1.7, 11, 3.4))
         words = next((words for words in legend[entry] if width_mm(words, 6.4) <= width - 13), legend[entry][-1])
         canvas.text((left + 12.5, middle - 0.9), fitted(words, 6.4, width - 13), 6.4)
-
-
-#: In many words, and in few where there is little room.
-_LEGEND = {
-    "station": ("station and its number on the route", "station"),
-    "scanned": ("station that was scanned before", "scanned before"),
-    "route": ("route from station to station", "route"),
-    "strong": ("strong link", "strong link"),
-    "counts": ("registration link", "link"),
-    "weak": ("overlap too weak to register", "overlap too weak"),
-    "keep-out": ("keep-out or access area", "keep-out"),
-    "missed ground": ("floor that the plan leaves unseen", "floor left unseen"),
-    "out of reach": ("floor that no position sees", "floor not visible"),
-    "missed wall": ("wall that the plan leaves unseen", "wall left unseen"),
-    "wall": ("cut {cut} above the floor", "cut at {cut}"),
-    "below": ("objects below the cut", "below the cut"),
-}
 
 
 def _draw_sample(canvas: Canvas, entry: str, box: Box) -> None:
@@ -240,8 +226,10 @@ def _draw_title(
     room, left = right.left - box.left - 4, box.left + 2
     canvas.text((left, box.top - 5.2), fitted(plan.title, 9.5, room, bold=True), 9.5, bold=True)
     canvas.text((left, box.top - 10.6), fitted(view.floor.name, 9.5, room), 9.5)
-    n_stations = len(view.stations)
-    lines = [f"{n_stations} station{'' if n_stations == 1 else 's'}{_reached(plan, view)}"]
+    seen = floor_words(plan.document, view.floor.id, plan.frame.unit)
+    lines = [f"{stations_words(len(view.stations))}; seen: {seen}"]
+    if seen in ("", NOT_PLANNED):
+        lines = [stations_words(len(view.stations)) + (seen and "; this floor is not planned")]
     ground_m = float(plan.frame.to_site(np.array([*view.window_m.mean(axis=0), view.floor.elevation_m]))[2])
     lines.append(f"Ground at H {plan.frame.unit.text(ground_m, 2)}")
     if not plan.document["registration"]["connected"]:
@@ -251,13 +239,3 @@ def _draw_title(
         lines.append("Without walls: see the remarks")
     for place, line in enumerate(lines[:6]):
         canvas.text((left, box.top - 15.6 - 3.5 * place), fitted(line, 6.4, room), 6.4)
-
-
-def _reached(plan: PlanSource, view: FloorView) -> str:
-    if not is_planned(plan, view.floor):
-        return "; this floor is not planned"
-    found = [each for each in plan.document["coverage"]["floors"] if each["floor"] == view.floor.id]
-    if not found:
-        return ""
-    share = reached_percent(float(found[0]["fraction_of_achievable"]), required_on(plan, view.floor))
-    return f"; seen: {share} % of {area_words(plan.frame.unit, float(found[0]['achievable_area_m2']))}"

@@ -11,16 +11,18 @@ from planner_core.errors import RequirementError
 from planner_core.export.chosen import chosen_floors, chosen_stations
 from planner_core.export.options import Options
 from planner_core.export.sheets.building import Building, read_building
-from planner_core.export.sheets.charts import Histogram, draw_curve, draw_histogram, histograms_of
+from planner_core.export.sheets.charts import Histogram, draw_histogram, histograms_of
 from planner_core.export.sheets.cover import MAX_WARNINGS, draw_cover, draw_frame, text_room
-from planner_core.export.sheets.cover_figures import WHOLE_PLAN
-from planner_core.export.sheets.figures import cut_words
 from planner_core.export.sheets.floor_page import Neighbour, draw_floor, is_empty
-from planner_core.export.sheets.floor_view import FloorView, is_planned, view_floor
+from planner_core.export.sheets.floor_view import FloorView, view_floor
 from planner_core.export.sheets.paper import Sheet, Tile, sheet_of, text_sheet, tiles_of
 from planner_core.export.sheets.scales import sheet_scales
 from planner_core.export.sheets.table_layout import TablePiece, draw_piece, paginated
-from planner_core.export.sheets.tables import (
+from planner_core.plan_folder.curve_drawing import draw_curve
+from planner_core.plan_folder.drawing.canvas import Box, Canvas
+from planner_core.plan_folder.drawing.fonts import lacking_letters
+from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
+from planner_core.plan_folder.plan_tables import (
     Column,
     Table,
     floors_table,
@@ -28,12 +30,9 @@ from planner_core.export.sheets.tables import (
     networks_table,
     requirements_table,
     stations_table,
-    unseen_table,
-    warnings_of,
+    unseen_tables,
 )
-from planner_core.plan_folder.drawing.canvas import Box, Canvas
-from planner_core.plan_folder.drawing.fonts import lacking_letters
-from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
+from planner_core.plan_folder.plan_words import WHOLE_PLAN, cut_words, planned_floors, warnings_of
 
 #: Draws a sheet, of that number of so many.
 Draw = Callable[[Canvas, int, int], None]
@@ -105,7 +104,7 @@ def gather(plan: PlanSource, options: Options) -> Contents:
         _nowhere(plan, options),
         floors_table(plan, part),
         *(_whole(table, part) for table in (requirements_table(plan), networks_table(plan), gaps_table(plan))),
-        unseen_table(plan, part),
+        *unseen_tables(plan, part),
     )
     return Contents(
         plan=plan,
@@ -145,7 +144,7 @@ def _cut_lower(plan: PlanSource, floors: Sequence[FloorSheets], options: Options
 
 def _worth_a_sheet(plan: PlanSource, floor: FieldFloor, options: Options) -> bool:
     """Floors that are not required, here or of the plan, have none."""
-    return bool(options.floors) or is_planned(plan, floor) or bool(plan.stations_of(floor.id))
+    return bool(options.floors) or floor.id in planned_floors(plan.document) or bool(plan.stations_of(floor.id))
 
 
 def _nowhere(plan: PlanSource, options: Options) -> Table | None:

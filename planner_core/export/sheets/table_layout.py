@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.export.sheets.tables import Column, Table
 from planner_core.plan_folder.drawing.canvas import INK, QUIET, RULE, Box, Canvas, Pen
 from planner_core.plan_folder.drawing.fonts import wrapped
+from planner_core.plan_folder.plan_tables import Column, Table
 
 SIZE_PT = 7.2
 _HEAD_PT = 6.4

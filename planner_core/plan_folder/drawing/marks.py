@@ -190,6 +190,23 @@ def _draw_dots(
         labels.put(spot, note, size_pt=5.6, above=wide)
 
 
+#: What marks are, in words: many, and few where there is little room.
+MARK_WORDS = {
+    "station": ("station and its number on the route", "station"),
+    "scanned": ("station that was scanned before", "scanned before"),
+    "route": ("route from station to station", "route"),
+    "strong": ("strong link: {times:g} times the strength required", "strong link"),
+    "counts": ("registration link: {overlap:g} % overlap or more", "registration link"),
+    "weak": ("overlap too weak to register", "overlap too weak"),
+    "keep-out": ("keep-out or access area", "keep-out"),
+    "missed ground": ("floor that the plan leaves unseen", "floor left unseen"),
+    "out of reach": ("floor that no position sees", "floor not visible"),
+    "missed wall": ("wall that the plan leaves unseen", "wall left unseen"),
+    "wall": ("cut {cut} above the floor", "cut at {cut}"),
+    "below": ("objects below the cut", "below the cut"),
+}
+
+
 def linked_words(numbers: Sequence[int]) -> str:
     """Name the stations of other floors that one links to."""
     more = f" +{len(numbers) - 3}" if len(numbers) > 3 else ""
@@ -205,10 +222,6 @@ def rise_words(rise_m: float, unit: LengthUnit = METRE) -> str:
     if not abs(rise_m) >= RISE_SHOWN_M:
         return ""
     return f"ground {unit.of(rise_m):+.2f} {unit.symbol}"
-
-
-Words = Sequence[tuple[FloatArray, str]]
-"""Places (2,) in millimetres, and what is written there."""
 
 
 _PLACE_IN_FILE = re.compile(r"^site\.\w+\[\d+\]$")
@@ -238,25 +251,6 @@ def draw_zones(canvas: Canvas, outlines: Sequence[FloatArray]) -> None:
     """Draw the borders of zones, on paper: a light line under the dashes keeps them apart from walls."""
     canvas.lines(list(outlines), Pen(3 * KEEP_OUT.width_mm, PAPER))
     canvas.lines(list(outlines), KEEP_OUT)
-
-
-def draw_words(
-    labels: Labels, *, stairs: Words, ends: Words, breaks: Words, sealed: Words, zones: Sequence[DrawnZone] = ()
-) -> None:
-    """Write where the route changes floors, where it begins and ends, where it breaks off, where nobody gets in, and
-    what zones are. zones : on paper.
-    """
-    for at, words in stairs:
-        labels.canvas.area([at + 1.05 * np.array([(-1, 0), (0, -1), (1, 0), (0, 1)])], INK)
-        labels.put(at, words)
-    for at, words in (*ends, *breaks):
-        labels.put(at, words)
-    for at, _ in ends:
-        labels.canvas.area([at + 1.2 * np.array([(-1, -0.7), (1, -0.7), (0, 1)])], INK)
-    for at, words in sealed:
-        labels.put(at, words, apart=0.0)
-    for zone in zones:
-        labels.put(zone.outline[:-1].mean(axis=0), zone.words, apart=0.0)
 
 
 def draw_scale_bar(

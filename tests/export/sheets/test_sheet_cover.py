@@ -11,10 +11,10 @@ import pypdf
 import pytest
 
 from planner_core.coordinates.request import FrameRequest
-from planner_core.export.sheets.cover_figures import cover_figures, north_words, time_words
-from planner_core.export.sheets.tables import warnings_of
+from planner_core.export.sheets.cover import cover_figures, north_words
 from planner_core.model import SiteFrame
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
+from planner_core.plan_folder.plan_words import time_words, warnings_of
 
 ORIGIN_M = (691_000.0, 5_334_000.0, 512.0)
 
@@ -72,7 +72,7 @@ def test_cover_of_one_floor_says_so_and_has_its_figures(site_plan: PlanSource, p
     assert "Only Level 2: 1 of 2 floors" in cover
     (floor,) = [each for each in site_plan.document["coverage"]["floors"] if each["floor"] == "F1"]
     share, area_m2 = 100 * floor["fraction_of_achievable"], floor["achievable_area_m2"]
-    assert f"{share:.1f} % of {area_m2:.0f} m² scannable" in cover
+    assert f"{share:.1f} % of {area_m2:.0f} m²; required: " in cover
     whole = site_plan.document["coverage"]
     assert f"{100 * whole['fraction_of_achievable']:.1f} % of {whole['achievable_area_m2']:.0f} m²" not in cover
     assert "2 here; whole plan: 6" in cover
@@ -163,10 +163,13 @@ def test_cover_says_grid_north_where_there_is_a_grid(site_sheets: Any) -> None:
 
 
 def test_links_are_counted_by_the_overlap_that_the_plan_names(scene_plan: PlanSource) -> None:
-    assert re.search(r"\d links of at least \d+ % overlap$", dict(cover_figures(scene_plan))["Registration"])
+    assert re.search(
+        r"\d links of at least \d+ % overlap; 3 unconnected groups, of 2, 2, 2 stations; weakest: ",
+        dict(cover_figures(scene_plan))["Registration"],
+    )
     asked = scene_plan.document["requirements"] | {"overlap_measure": "jaccard", "overlap_of": "seen-as-required"}
     named = replace(scene_plan, document={**scene_plan.document, "requirements": asked})
-    assert dict(cover_figures(named))["Registration"].endswith(" % Jaccard overlap of what is seen as required")
+    assert dict(cover_figures(named))["Registration"].find(" % Jaccard overlap of what is seen as required; ") > 0
 
 
 def test_cover_names_rooms_that_nobody_enters_in_red(scene_plan: PlanSource) -> None:

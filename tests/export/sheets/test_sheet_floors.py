@@ -12,9 +12,9 @@ import pytest
 
 from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.floor_view import view_floor
-from planner_core.export.sheets.route import zones_on
 from planner_core.model import FOOT
 from planner_core.plan_folder.drawing.marks import rise_words
+from planner_core.plan_folder.floor_marks import zones_on
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.scene.patches import patch_triangles
 

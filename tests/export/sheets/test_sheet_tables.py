@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from planner_core.coverage.percent import reached_percent
-from planner_core.export.sheets.tables import floors_table, networks_table, required_on
 from planner_core.plan_folder.plan_source import PlanSource
+from planner_core.plan_folder.plan_tables import floors_table, networks_table
+from planner_core.plan_folder.plan_words import required_on
 
 ORIGIN_M, ROTATION_RAD = (691_000.0, 5_334_000.0, 512.0), 0.35
 
@@ -151,4 +152,4 @@ def test_a_floors_requirement_is_its_own_where_the_client_wrote_it_by_its_id(edi
 
     plan = edited(by_id)
     asked = plan.document["requirements"]["coverage"]
-    assert [required_on(plan, floor) for floor in plan.floors] == [asked, 0.85]
+    assert [required_on(plan.document, floor.id) for floor in plan.floors] == [asked, 0.85]

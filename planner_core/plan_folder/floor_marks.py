@@ -1,36 +1,58 @@
-"""The walk on one floor, out of plan.json: ways, where stairs lead to, what can't be walked, start and end.
+"""What maps and sheets mark on a floor: the route, stations, stairs, entrances, rooms out of reach, zones.
 
-Plan coordinates, scene frame, metres.
+PlanSource -> lines and words in plan, scene frame, metres; whoever draws places them on paper.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 from typing import Any
 
 import numpy as np
 
-from planner_core.export.sheets.building import Building
-from planner_core.export.sheets.figures import area_words
-from planner_core.model import BoolArray, FloatArray
-from planner_core.plan_folder.drawing.marks import DrawnZone, forbidden_zone, zone_words
-from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
+from planner_core.model import BoolArray, FloatArray, LengthUnit
+from planner_core.plan_folder.drawing.canvas import INK, Canvas
+from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings
+from planner_core.plan_folder.drawing.links import StationPoint, links_on
+from planner_core.plan_folder.drawing.marks import (
+    DrawnZone,
+    Labels,
+    draw_route,
+    draw_stations,
+    draw_zones,
+    forbidden_zone,
+    linked_words,
+    rise_words,
+    zone_words,
+)
+from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
+from planner_core.plan_folder.plan_words import area_words
+
+Ground = Callable[[int], FloatArray]
+"""Triangles (K, 3, 2) of the ground of the floor of that number, scene frame."""
+OnPaper = Callable[[FloatArray], FloatArray]
+"""Leads from the scene frame in plan, (..., 2) metres, to millimetres on paper."""
 
 #: Ground this much below a floor's is still that floor's: steps, ramps, rounding.
 _BELOW_M = 0.3
-#: An upper floor's ground is searched where the walk is not this much below it: nobody walks under it there.
+#: An upper floor's ground is searched where the route is not this much below it: nobody walks under it there.
 _CLIMB_M = 1.0
 #: A forbidden position this much below a floor is on it.
 _ON_GROUND_M = 0.3
 #: How exactly: a fifth of a millimetre on paper at 1:50.
 _STEP_M = 0.01
+#: An entrance this near to the start of the route is the start.
+_SAME_PLACE_M = 1.0
+#: Up to so many stations on a drawing, ids that are not their numbers are written beside them.
+_MAX_IDS = 60
 
 
 @dataclass(frozen=True, eq=False)
 class FloorSegment:
-    """A stretch of the walk on one floor. points_m : (M, 2). heights_m : (M,). Scene frame.
+    """A stretch of the route on one floor. points_m : (M, 2). heights_m : (M,). Scene frame.
 
     arrives, leaves : what to say where it goes over from or to another floor.
     """
@@ -39,6 +61,11 @@ class FloorSegment:
     heights_m: FloatArray
     arrives: str = ""
     leaves: str = ""
+
+    @property
+    def length_m(self) -> float:
+        """In space."""
+        return float(np.linalg.norm(np.diff(np.column_stack([self.points_m, self.heights_m]), axis=0), axis=1).sum())
 
     def parted_at(self, height_m: float) -> tuple[list[FloatArray], list[FloatArray]]:
         """Lines (K, 2) of what of it is up to a height, and of what is above."""
@@ -64,10 +91,10 @@ class Mark:
     words: str
 
 
-def ways_on(plan: PlanSource, floor: FieldFloor, building: Building | None = None) -> list[FloorSegment]:
-    """Stretches of the walk on a floor, in the order of the walk.
+def ways_on(plan: PlanSource, floor: FieldFloor, ground: Ground | None = None) -> list[FloorSegment]:
+    """Stretches of the route on a floor, in the order of the route.
 
-    building : gives where the upper floor's ground begins; without it a way changes floors at one of its corners.
+    ground : gives where the upper floor's ground begins; without it a way changes floors at one of its corners.
     """
     route = plan.document.get("route")
     number = {each.id: index for index, each in enumerate(plan.floors)}
@@ -80,7 +107,7 @@ def ways_on(plan: PlanSource, floor: FieldFloor, building: Building | None = Non
         floors = _floor_of_pieces(plan, points_m, leg["floors"]).tolist()
         # Stairs that end at a station are of the floor below, though the station is not.
         chain = [floor_of.get(leg["from"], floors[0]), *floors, floor_of.get(leg["to"], floors[-1])]
-        stretches = _stretches(plan, points_m, chain, building)
+        stretches = _stretches(plan, points_m, chain, ground)
         for place, (here, part_m) in enumerate(stretches):
             if here == number[floor.id] and len(part_m) > 1:
                 before = stretches[place - 1][0] if place else here
@@ -92,7 +119,7 @@ def ways_on(plan: PlanSource, floor: FieldFloor, building: Building | None = Non
 
 
 def _stretches(
-    plan: PlanSource, points_m: FloatArray, chain: list[int], building: Building | None
+    plan: PlanSource, points_m: FloatArray, chain: list[int], ground: Ground | None
 ) -> list[tuple[int, FloatArray]]:
     """Cut a leg (M, 3) into stretches of one floor each, (K, 3); K is 1 where one has no length.
 
@@ -103,7 +130,7 @@ def _stretches(
     cuts_m, last_m = [0.0], 0.0
     for place, corner in enumerate(corners):
         until_m = float(along_m[corners[place + 1]] if place + 1 < len(corners) else along_m[-1])
-        found_m = _crossing_m(plan, points_m, along_m, (last_m, until_m), (chain[corner], chain[corner + 1]), building)
+        found_m = _crossing_m(plan, points_m, along_m, (last_m, until_m), (chain[corner], chain[corner + 1]), ground)
         cuts_m.append(float(along_m[corner]) if found_m is None else found_m)
         last_m = max(cuts_m[-1], float(along_m[corner]))
     cuts_m.append(float(along_m[-1]))
@@ -131,13 +158,13 @@ def _crossing_m(
     along_m: FloatArray,
     within_m: tuple[float, float],
     floors: tuple[int, int],
-    building: Building | None,
+    ground: Ground | None,
 ) -> float | None:
     """Find how far along a leg the upper of two floors begins, or ends; None where its ground is not met.
 
     The leg is straight between its corners and stairs are not: its heights alone are half a metre of way off.
     """
-    if building is None:
+    if ground is None:
         return None
     lower, upper = sorted(floors, key=lambda index: plan.floors[index].elevation_m)
     top_m = plan.floors[upper].elevation_m
@@ -145,20 +172,18 @@ def _crossing_m(
     at_m = np.linspace(*within_m, max(2, math.ceil((within_m[1] - within_m[0]) / _STEP_M) + 1))
     places_m = _at(points_m, along_m, at_m)
     high = places_m[:, 2] > least_m
-    high[high] = _is_over(building, upper, places_m[high, :2])
+    high[high] = _is_over(ground(upper), places_m[high, :2])
     met = np.flatnonzero(high)
     if not met.size:
         return None
     return float(at_m[met[0] if floors[1] == upper else met[-1]])
 
 
-def _is_over(building: Building, floor: int, places_m: FloatArray) -> BoolArray:
-    """(N,) bool: places (N, 2), scene frame, over the ground of a floor."""
+def _is_over(corners_m: FloatArray, places_m: FloatArray) -> BoolArray:
+    """(N,) bool: places (N, 2) over triangles (K, 3, 2)."""
     over = np.zeros(len(places_m), dtype=np.bool_)
     if not len(places_m):
         return over
-    scene = building.scene
-    corners_m = scene.vertices_m[scene.triangles[building.ground_of_triangle == floor], :2] + scene.offset_m[:2]
     low_m, high_m = places_m.min(axis=0), places_m.max(axis=0)
     near = (corners_m.max(axis=1) >= low_m) & (corners_m.min(axis=1) <= high_m)
     for corner_m in corners_m[near.all(axis=1)]:
@@ -193,7 +218,7 @@ def _stairs(plan: PlanSource, sense: str, station: str | None, floor: int) -> st
 
 
 def breaks_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
-    """Say where the walk goes on from stations that no path inside leads from."""
+    """Say where the route goes on from stations that no path inside leads from."""
     route = plan.document.get("route")
     at = {station.id: station for station in plan.stations}
     marks = []
@@ -208,16 +233,15 @@ def breaks_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
 
 
 def ends_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
-    """Return where the walk begins and ends, where these are places of their own."""
-    route = plan.document.get("route")
-    if route is None:
-        return []
-    marks = []
-    for key, words in (("start", "start and end" if route["returns"] else "start"), ("end", "end")):
-        place = route[key]
-        if place is not None and (key == "start" or not route["returns"]) and _is_on(plan, floor, float(place[2])):
-            marks.append(Mark(np.array(place[:2], dtype=np.float64), words))
-    return marks
+    """Return where the route begins and ends, where these are places of their own, and further entrances."""
+    route = plan.document.get("route") or {"start": None, "end": None, "returns": False}
+    places = [(route["start"], "start and end" if route["returns"] else "start")]
+    places += [] if route["returns"] else [(route["end"], "end")]
+    ends = [(np.array(place, dtype=np.float64), words) for place, words in places if place is not None]
+    doors = [np.array(place, dtype=np.float64) for place in plan.document.get("site", {}).get("entrances", ())]
+    doors = [at_m for at_m in doors if all(np.hypot(*(at_m - end_m)[:2]) > _SAME_PLACE_M for end_m, _ in ends)]
+    marks = [*((at_m, "entrance") for at_m in doors), *ends]
+    return [Mark(at_m[:2], words) for at_m, words in marks if _is_on(plan, floor, float(at_m[2]))]
 
 
 def sealed_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
@@ -257,3 +281,120 @@ def _is_on(plan: PlanSource, floor: FieldFloor, height_m: float) -> bool:
     """Whether ground of that height is nearest to this floor's."""
     nearest = min(plan.floors, key=lambda each: abs(each.elevation_m - height_m))
     return nearest.id == floor.id
+
+
+def stairs_on(ways: Iterable[FloorSegment]) -> list[Mark]:
+    """Say where ways go over from and to other floors."""
+    return [
+        Mark(at_m, words)
+        for way in ways
+        for words, at_m in ((way.arrives, way.points_m[0]), (way.leaves, way.points_m[-1]))
+        if words
+    ]
+
+
+def sealed_hatch_m(plan: PlanSource, floor: FieldFloor, step_m: float) -> list[FloatArray]:
+    """(2, 2) lines that hatch the rooms of a floor that nobody can walk into, `step_m` apart."""
+    family = Family(step_m, np.pi / 4)
+    corners_m = [
+        np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+        for area in plan.document.get("sealed", ())
+        if area["floor"] == floor.id
+        for (x0, y0), (x1, y1) in area["rectangles"]
+    ]
+    return list(spans_of_rings([corners_m], family).lines(family))
+
+
+def floor_links(
+    plan: PlanSource, floor: FieldFloor
+) -> tuple[tuple[FloatArray, FloatArray, FloatArray], dict[str, tuple[int, ...]]]:
+    """Links among stations of a floor, and numbers of stations of others that each links to; see `links_on`."""
+    spots = {each.id: StationPoint(each.floor_id, each.number, each.position_m[:2]) for each in plan.stations}
+    required = plan.document["requirements"]
+    return links_on(floor.id, spots, plan.links, float(required["overlap"]), float(required["min_strength"]))
+
+
+# -------------------------------------------------------------------------------------------------- on paper
+def draw_ways(canvas: Canvas, ways: Iterable[FloorSegment], on_paper: OnPaper, cut_at_m: float) -> None:
+    """Draw stretches of the route, dashed where they climb above the cut, which is at a height of the scene frame."""
+    low: list[FloatArray] = []
+    high: list[FloatArray] = []
+    for way in ways:
+        parts = way.parted_at(cut_at_m)
+        low += [on_paper(part) for part in parts[0]]
+        high += [on_paper(part) for part in parts[1]]
+    draw_route(canvas, [on_paper(way.points_m) for way in ways], low, high)
+
+
+def draw_zone_borders(canvas: Canvas, zones: Iterable[DrawnZone], on_paper: OnPaper) -> list[DrawnZone]:
+    """Draw borders of zones, and return the zones on paper."""
+    placed = [DrawnZone(on_paper(zone.outline), zone.words) for zone in zones]
+    draw_zones(canvas, [zone.outline for zone in placed])
+    return placed
+
+
+def draw_floor_stations(
+    labels: Labels,
+    floor: FieldFloor,
+    stations: Sequence[FieldStation],
+    spots: FloatArray,
+    *,
+    scanned: frozenset[str],
+    elsewhere: Mapping[str, tuple[int, ...]],
+    unit: LengthUnit,
+    mm_per_m: float,
+    slopes: bool = False,
+) -> None:
+    """Draw numbered discs at spots (N, 2), and beside them ids, heights and links to other floors.
+
+    slopes : the whole floor does, so that heights say nothing.
+    """
+    words = [
+        "  ".join(
+            part
+            for part in (
+                "" if len(stations) > _MAX_IDS or _is_number(station.id, station.number) else station.id,
+                "" if slopes else rise_words(float(station.ground_m[2]) - floor.elevation_m, unit),
+                linked_words(elsewhere.get(station.id, ())),
+            )
+            if part
+        )
+        for station in stations
+    ]
+    numbers, before = [station.number for station in stations], [station.id in scanned for station in stations]
+    draw_stations(labels, spots, numbers, words, scanned=before, mm_per_m=mm_per_m)
+
+
+def _is_number(name: str, number: int) -> bool:
+    """Whether an id adds nothing to the number in the disc."""
+    digits = name.lstrip("S")
+    return digits.isdecimal() and int(digits) == number
+
+
+def draw_floor_words(
+    labels: Labels,
+    on_paper: OnPaper,
+    *,
+    stairs: Iterable[Mark],
+    ends: Sequence[Mark],
+    breaks: Iterable[Mark],
+    sealed: Iterable[Mark],
+    zones: Iterable[DrawnZone],
+) -> None:
+    """Write where the route changes floors, begins, ends and breaks off, where nobody gets in, and what zones are.
+
+    zones : on paper.
+    """
+    canvas = labels.canvas
+    for mark in stairs:
+        at = on_paper(mark.at_m)
+        canvas.area([at + 1.05 * np.array([(-1, 0), (0, -1), (1, 0), (0, 1)])], INK)
+        labels.put(at, mark.words)
+    for mark in (*ends, *breaks):
+        labels.put(on_paper(mark.at_m), mark.words)
+    for mark in ends:
+        canvas.area([on_paper(mark.at_m) + 1.2 * np.array([(-1, -0.7), (1, -0.7), (0, 1)])], INK)
+    for mark in sealed:
+        labels.put(on_paper(mark.at_m), mark.words, apart=0.0)
+    for zone in zones:
+        labels.put(zone.outline[:-1].mean(axis=0), zone.words, apart=0.0)

@@ -14,16 +14,19 @@ from planner_core.plan_folder.drawing.canvas import Pen
 from planner_core.plan_folder.drawing.links import StationPoint, link_class, links_on
 from planner_core.plan_folder.drawing.marks import LINKS, ROUTE, draw_links
 from planner_core.plan_folder.drawing.png_canvas import PngCanvas
-from planner_core.plan_folder.maps import view_floor, write_floor_map, write_link_map
-from planner_core.plan_folder.route_drawing import (
+from planner_core.plan_folder.floor_marks import (
+    Ground,
+    OnPaper,
     breaks_on,
-    draw_runs,
+    draw_ways,
     ends_on,
-    runs_on,
     sealed_hatch_m,
     sealed_on,
     stairs_on,
+    ways_on,
 )
+from planner_core.plan_folder.maps import view_floor, write_floor_map, write_link_map
+from planner_core.plan_folder.plan_source import source_of
 
 MM_PER_M = 20.0
 SIZE_M = (16.0, 5.0)
@@ -69,19 +72,33 @@ class Paper:
         return bool((np.abs(some - np.array(colour)).max(axis=2) < 0.03).any())
 
 
-def test_runs_are_the_stretches_of_the_walk_on_each_floor(walked: Plan) -> None:
-    below, above = runs_on(walked, 0), runs_on(walked, 1)
-    assert [(run.before, run.after) for run in below] == [(None, None), (None, None), (None, 1)]
-    assert [(run.before, run.after, run.leg_ends) for run in above] == [(0, None, (1, 2))]
+def ground_of(plan: Plan) -> Ground:
+    floors, scene = plan.survey.floors, plan.survey.scene
+    return lambda number: (
+        scene.vertices_m[scene.triangles[floors[number].ground_triangles]][:, :, :2] + scene.offset_m[:2]
+    )
+
+
+def on_paper(plan: Plan) -> OnPaper:
+    return lambda points_m: MM_PER_M * (points_m - plan.survey.scene.offset_m[:2])
+
+
+def test_ways_are_the_stretches_of_the_walk_on_each_floor(walked: Plan) -> None:
+    source = source_of(walked)
+    below, above = (ways_on(source, floor, ground_of(walked)) for floor in source.floors)
+    assert [(way.arrives, way.leaves) for way in below] == [("", ""), ("", ""), ("", "to 3, Obergeschoß")]
+    assert [(way.arrives, way.leaves) for way in above] == [("from 2, Erdgeschoss", "")]
     assert walked.route is not None
-    assert sum(run.length_m for run in (*below, *above)) == pytest.approx(walked.route.length_m)
-    assert runs_on(dataclasses.replace(walked, route=None), 0) == []
+    assert sum(way.length_m for way in (*below, *above)) == pytest.approx(walked.route.length_m)
+    assert ways_on(source_of(dataclasses.replace(walked, route=None)), source.floors[0]) == []
 
 
 def test_walk_is_drawn_along_its_legs_on_its_own_floor_only(walked: Plan) -> None:
+    source = source_of(walked)
     below, above = Paper(), Paper()
-    for floor, paper in enumerate((below, above)):
-        draw_runs(paper.canvas, [MM_PER_M * run.points_m[:, :2] for run in runs_on(walked, floor)])
+    for floor, paper in zip(source.floors, (below, above), strict=True):
+        ways = ways_on(source, floor, ground_of(walked))
+        draw_ways(paper.canvas, ways, on_paper(walked), floor.elevation_m + 1.2)
     for x_m, y_m in ((1.0, 2.0), (3.5, 2.0), (5.0, 2.1), (6.0, 2.7)):
         assert below.near(x_m, y_m, ROUTE.colour), (x_m, y_m)
         assert not above.near(x_m, y_m, ROUTE.colour), (x_m, y_m)
@@ -93,17 +110,21 @@ def test_texts_name_stairs_breaks_start_and_further_entrances(walked: Plan) -> N
     offset_m = walked.survey.scene.offset_m
     doors = tuple(tuple(float(v) for v in np.array(at) + offset_m) for at in ((0.6, 2.0, 0.0), (7.5, 2.0, 0.0)))
     walked = dataclasses.replace(walked, settings=dataclasses.replace(walked.settings, site=Site(entrances_m=doors)))
-    texts = []
-    for index, floor in enumerate(walked.survey.floors):
-        marks = (stairs_on(walked, index), breaks_on(walked, index), ends_on(walked, floor), sealed_on(walked, index))
-        texts.append(sorted(words for each in marks for _, words in each))
+    source, texts = source_of(walked), []
+    for floor in source.floors:
+        marks = (
+            stairs_on(ways_on(source, floor)), breaks_on(source, floor), ends_on(source, floor),
+            sealed_on(source, floor),
+        )  # fmt: skip
+        texts.append(sorted(mark.words for each in marks for mark in each))
     assert texts[0] == ["entrance", "from 3, no path inside", "start and end", "to 3, Obergeschoß"]
     assert texts[1] == ["from 2, Erdgeschoss", "not reachable, 1 m²", "then 1, no path inside"]
 
 
 def test_sealed_rooms_are_hatched_and_nothing_else_is(walked: Plan) -> None:
-    paper = Paper()
-    paper.canvas.lines([MM_PER_M * line for line in sealed_hatch_m(walked, 1, 0.1)], Pen(0.3, palette.INK))
+    paper, source = Paper(), source_of(walked)
+    lines = [on_paper(walked)(line) for line in sealed_hatch_m(source, source.floors[1], 0.1)]
+    paper.canvas.lines(lines, Pen(0.3, palette.INK))
     for x_m, y_m in ((1.2, 2.6), (1.8, 2.6), (1.2, 3.4), (1.8, 3.4)):
         assert paper.near(x_m, y_m, palette.INK, within_m=0.12), (x_m, y_m)
     for x_m, y_m in ((0.8, 2.7), (2.25, 3.35), (1.5, 2.3), (1.5, 3.75)):
@@ -145,7 +166,7 @@ def test_maps_show_the_walk_on_one_and_links_on_the_other(walked: Plan, engine: 
     view = view_floor(walked, 0, engine=engine)
     share = {}
     for write, name in ((write_floor_map, "walk.png"), (write_link_map, "links.png")):
-        write(walked, 0, tmp_path / name, view=view)
+        write(walked, 0, tmp_path / name, view=view, source=source_of(walked))
         pixels = Oiio.ImageBuf(str(tmp_path / name)).get_pixels(Oiio.FLOAT)[:, :, :3]
         assert pixels.shape[1] == 1600
         assert 300 < pixels.shape[0] < 2000

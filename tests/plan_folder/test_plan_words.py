@@ -1,0 +1,91 @@
+"""Sentences of summary, report and sheets: bounds, registration; shares that fall short never read as enough."""
+
+import re
+from fractions import Fraction
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner_core.plan_folder.plan_words import bound_words, registration_words
+
+
+def printed_percent(bound: float) -> str:
+    text = bound_words({"objective": "most coverage", "bound": bound})
+    return re.fullmatch(r", no plan with so many covers more than ([\d.]+) %", text)[1]
+
+
+@given(st.integers(0, 10**9))
+def test_bound_on_coverage_is_never_printed_lower_than_it_is(billionths):
+    shown = Fraction(printed_percent(billionths / 10**9))
+    exact = Fraction(billionths, 10**7)
+    assert exact <= shown < exact + Fraction(1, 10)
+
+
+@pytest.mark.parametrize(("bound", "shown"), [(0.9412, "94.2"), (0.942, "94.2"), (0.951, "95.1"), (1.0, "100.0")])
+def test_bound_on_coverage_has_one_digit_more_only_where_it_is_needed(bound, shown):
+    assert printed_percent(bound) == shown
+
+
+USUAL = {"overlap_measure": "smaller-share", "overlap_of": "all-seen"}
+
+
+def network(*overlaps: float | None, strength: float | None = None) -> dict[str, Any]:
+    """A plan's registration: a network a figure, whose weakest link overlaps so much; None for a single station.
+
+    strength : of the first network's, each further one's a tenth of the one before; None: not known.
+    """
+    return {
+        "requirements": dict(USUAL),
+        "registration": {
+            "threshold": 0.295,
+            "min_strength": 0.0,
+            "connected": len(overlaps) < 2,
+            "links": [],
+            "networks": [
+                {
+                    "stations": [f"A{k}"] if overlap is None else [f"A{k}", f"B{k}"],
+                    "bottleneck": None
+                    if overlap is None
+                    else {
+                        "a": f"A{k}",
+                        "b": f"B{k}",
+                        "overlap": overlap,
+                        "strength": strength and strength / 10**k,
+                    },
+                }
+                for k, overlap in enumerate(overlaps)
+            ],
+        },
+    }
+
+
+@pytest.mark.parametrize(("overlap", "shown"), [(0.29499, "29.4 %"), (0.2999999, "29.9 %"), (0.3, "30.0 %")])
+def test_overlap_of_the_weakest_link_is_rounded_down_beside_the_threshold_as_asked(overlap: float, shown: str) -> None:
+    assert registration_words(network(overlap)) == (
+        f"0 links of at least 29.5 % overlap; all stations are connected; weakest: A0 to B0, {shown}"
+    )
+
+
+def test_overlap_that_is_not_the_usual_one_is_named() -> None:
+    told = network(0.42)
+    told["requirements"] = {"overlap_measure": "jaccard", "overlap_of": "seen-as-required"}
+    assert "of at least 29.5 % Jaccard overlap of what is seen as required; all" in registration_words(told)
+
+
+def test_weakest_link_is_that_of_all_networks() -> None:
+    assert registration_words(network(0.42, 0.31, None)).endswith(
+        "3 unconnected groups, of 2, 2, 1 stations; weakest: A1 to B1, 31.0 %"
+    )
+
+
+def test_weakest_link_is_the_one_nearest_to_what_is_required() -> None:
+    told = network(0.31, 0.42, strength=0.2)
+    assert registration_words(told).endswith(
+        "2 unconnected groups, of 2, 2 stations; weakest: A0 to B0, 31.0 %, strength 0.200"
+    )
+    told["registration"]["min_strength"] = 0.0195
+    assert registration_words(told).endswith(
+        "2 unconnected groups, of 2, 2 stations; weakest: A1 to B1, 42.0 %, strength 0.020"
+    )
