@@ -16,7 +16,6 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.export.chosen import chosen_floors, chosen_stations
-from planner_core.export.covered_area import covered_polygons
 from planner_core.export.dxf_document import (
     STYLE,
     DxfLayer,
@@ -27,17 +26,19 @@ from planner_core.export.dxf_document import (
     say,
     write_document,
 )
-from planner_core.export.dxf_sheets import PAPERS_MM, add_sheet
+from planner_core.export.dxf_sheets import add_sheet
 from planner_core.export.floor_outlines import solid_rings
 from planner_core.export.options import Options
+from planner_core.export.polylines import covered_polygons
 from planner_core.export.route_lines import ways_of
 from planner_core.export.section import floor_outline, floor_section, lines_below
 from planner_core.export.sheets.building import Building, read_building
+from planner_core.export.sheets.paper import PAPERS
 from planner_core.export.sheets.unseen import unseen_surface
 from planner_core.model import FloatArray
 from planner_core.network.weak_motion import overlap_share
 from planner_core.plan_folder import palette
-from planner_core.plan_folder.drawing.links import STRONG_TIMES
+from planner_core.plan_folder.drawing.marks import STRONG_TIMES
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
 from planner_core.progress import Progress, ProgressEvent
 
@@ -132,8 +133,8 @@ def write_dxf(plan: PlanSource, path: Path, options: Options, progress: Progress
 
 
 def _check(options: Options) -> None:
-    if options.paper not in PAPERS_MM:
-        raise RequirementError(f"paper: got {options.paper!r}, expected one of {', '.join(PAPERS_MM)}")
+    if options.paper not in PAPERS:
+        raise RequirementError(f"paper: got {options.paper!r}, expected one of {', '.join(PAPERS)}")
     if not 0 < options.cut_m < math.inf:
         raise RequirementError(f"cut: got {options.cut_m:g} m above the ground, expected more than 0; e.g. 1.2")
 

@@ -7,13 +7,11 @@ from typing import Any
 import numpy as np
 
 from planner_core.export.dxf_document import STYLE, DxfLayer, add_layer, layer_part
-from planner_core.export.sheets.scales import drawing_scales, scale_name
+from planner_core.export.sheets.paper import PAPERS, drawing_scales, scale_name
 from planner_core.model import METRE, FloatArray, LengthUnit
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 
-#: Landscape, mm.
-PAPERS_MM = {"A4": (297.0, 210.0), "A3": (420.0, 297.0)}
 TITLE_LAYER = "SHEET-TITLE"
 _MARGIN_MM = 10.0
 #: Height of the strip with the title.
@@ -23,8 +21,8 @@ _AROUND_M = 1.0
 
 
 def add_sheet(document: Any, plan: PlanSource, floor: FieldFloor, *, paper: str, hidden: list[str]) -> None:
-    """Add a layout with one viewport to a document. paper : of `PAPERS_MM`. hidden : layers that it does not show."""
-    width_mm, height_mm = PAPERS_MM[paper]
+    """Add a layout with one viewport to a document. paper : of `PAPERS`. hidden : layers that it does not show."""
+    height_mm, width_mm = PAPERS[paper]
     add_layer(document, DxfLayer(TITLE_LAYER, "titles of sheets", palette.INK, 7))
     layout = _layout(document, floor)
     layout.page_setup(size=(width_mm, height_mm), margins=(0, 0, 0, 0), units="mm", scale=(1, 1))

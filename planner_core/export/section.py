@@ -17,10 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.export.covered_area import covered_polygons, distances_m
 from planner_core.export.polylines import (
     chains,
     corners,
+    covered_polygons,
+    distances_m,
     distinct_edges,
     doubled_area_m2,
     loose_nodes,

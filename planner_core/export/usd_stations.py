@@ -22,11 +22,11 @@ from planner_core.plan_folder.sdf_authoring import (
     define,
     new_layer,
     put,
+    put_site,
     put_transform,
     set_stage_metadata,
 )
-from planner_core.plan_folder.station_marks import prim_names_of_ids
-from planner_core.plan_folder.usd_site import put_site
+from planner_core.plan_folder.usd_names import prim_names_of_ids
 from planner_core.plan_folder.usd_stations import FARTHEST_M, author_camera, author_tripod
 from planner_core.progress import Progress, ProgressEvent
 

@@ -13,8 +13,7 @@ from pathlib import Path
 from planner_core.errors import ExportError
 from planner_core.export.options import Options
 from planner_core.plan_folder.plan_source import PlanSource
-from planner_core.plan_folder.sdf_authoring import Sdf, Tf
-from planner_core.plan_folder.usd_site import put_site
+from planner_core.plan_folder.sdf_authoring import Sdf, Tf, put_site
 from planner_core.progress import Progress, ProgressEvent
 
 ROOT = "plan.usda"

@@ -14,7 +14,7 @@ from pathlib import Path
 from planner_core.errors import OutputExistsError
 from planner_core.operating_system import sync
 from planner_core.plan_folder.plan_json import read_plan
-from planner_core.plan_folder.station_marks import prim_names_of_ids
+from planner_core.plan_folder.usd_names import prim_names_of_ids
 
 #: Named here and not where they are written: who reads a folder need not load USD.
 STAGE_FILES = (

@@ -16,14 +16,15 @@ import numpy as np
 from planner_core.model import BoolArray, FloatArray, LengthUnit
 from planner_core.plan_folder.drawing.canvas import INK, Canvas
 from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings
-from planner_core.plan_folder.drawing.links import StationPoint, links_on
 from planner_core.plan_folder.drawing.marks import (
+    WEAK,
     DrawnZone,
     Labels,
     draw_route,
     draw_stations,
     draw_zones,
     forbidden_zone,
+    link_class,
     linked_words,
     rise_words,
     zone_words,
@@ -308,10 +309,25 @@ def sealed_hatch_m(plan: PlanSource, floor: FieldFloor, step_m: float) -> list[F
 def floor_links(
     plan: PlanSource, floor: FieldFloor
 ) -> tuple[tuple[FloatArray, FloatArray, FloatArray], dict[str, tuple[int, ...]]]:
-    """Links among stations of a floor, and numbers of stations of others that each links to; see `links_on`."""
-    spots = {each.id: StationPoint(each.floor_id, each.number, each.position_m[:2]) for each in plan.stations}
-    required = plan.document["requirements"]
-    return links_on(floor.id, spots, plan.links, float(required["overlap"]), float(required["min_strength"]))
+    """Return ends (K, 2, 2) of the links among stations of a floor, by class; and of each of its stations that links to
+    stations of other floors, their numbers.
+    """
+    at, required = {station.id: station for station in plan.stations}, plan.document["requirements"]
+    ends: tuple[list[FloatArray], ...] = ([], [], [])
+    elsewhere: dict[str, list[int]] = {}
+    for link in plan.links:
+        kind = link_class(link, float(required["overlap"]), float(required["min_strength"]))
+        if kind is None or link.a not in at or link.b not in at:
+            continue
+        pair = at[link.a], at[link.b]
+        here = [station.floor_id == floor.id for station in pair]
+        if all(here):
+            ends[kind].append(np.stack([station.position_m[:2] for station in pair]))
+        elif any(here) and kind > WEAK:
+            inside, outside = pair if here[0] else pair[::-1]
+            elsewhere.setdefault(inside.id, []).append(outside.number)
+    weak, counting, strong = (np.array(part).reshape(-1, 2, 2) for part in ends)
+    return (weak, counting, strong), {name: tuple(sorted(numbers)) for name, numbers in elsewhere.items()}
 
 
 # -------------------------------------------------------------------------------------------------- on paper

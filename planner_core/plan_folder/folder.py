@@ -23,9 +23,9 @@ from planner_core.plan_folder.folder_lock import locked_folder
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.report import report_files, write_report
 from planner_core.plan_folder.scans import write_scan
-from planner_core.plan_folder.station_marks import station_prim_names
 from planner_core.plan_folder.stations_csv import stations_csv
 from planner_core.plan_folder.usd_clouds import cloud_layer
+from planner_core.plan_folder.usd_names import station_prim_names
 from planner_core.plan_folder.usd_stage import empty_review, write_heatmaps, write_layer, write_stage
 from planner_core.plan_folder.viewer_files import cloud_bytes, patches_bytes
 from planner_core.plan_folder.viewer_layers import LayerFigures, layer_file_names, layer_files, layers_of

@@ -16,8 +16,15 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import FloatArray, Floor, Plan
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.canvas import Box, Pen
-from planner_core.plan_folder.drawing.links import STRONG_TIMES
-from planner_core.plan_folder.drawing.marks import LINKS, MARK_WORDS, ROUTE, Labels, draw_links, draw_route
+from planner_core.plan_folder.drawing.marks import (
+    LINKS,
+    MARK_WORDS,
+    ROUTE,
+    STRONG_TIMES,
+    Labels,
+    draw_links,
+    draw_route,
+)
 from planner_core.plan_folder.drawing.png_canvas import PngCanvas, pixels, whole_pixels_mm
 from planner_core.plan_folder.floor_marks import (
     Ground,

@@ -41,7 +41,7 @@ from planner_core.plan_folder.sheet import (
     new_sheet,
     picture_box,
 )
-from planner_core.plan_folder.station_marks import foot_m
+from planner_core.plan_folder.tripod import foot_m
 from planner_core.scene.floors import ground_span_m
 from planner_core.scene.patches import patch_triangles
 

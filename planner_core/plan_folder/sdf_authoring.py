@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import MissingPackageError
-from planner_core.model import FloatArray
+from planner_core.model import FloatArray, SiteFrame
 
 try:
     from pxr import Gf, Sdf, Tf, Vt
@@ -26,6 +26,8 @@ Layer = Any
 PrimSpec = Any
 
 TYPES = Sdf.ValueTypeNames
+SITE_KEY = "tlsplan"
+"""Of the site's coordinates in a layer's customLayerData; what is under it is in docs/formats/stage.md."""
 
 
 def new_layer() -> Layer:
@@ -38,6 +40,22 @@ def set_stage_metadata(layer: Layer, default_prim: str) -> None:
     layer.defaultPrim = default_prim
     layer.pseudoRoot.SetInfo("metersPerUnit", 1.0)
     layer.pseudoRoot.SetInfo("upAxis", "Z")
+
+
+def put_site(layer: Layer, frame: SiteFrame) -> None:
+    """Name the site's coordinates in a layer; what else its customLayerData holds stays."""
+    layer.customLayerData = {**dict(layer.customLayerData), SITE_KEY: site_data(frame)}
+
+
+def site_data(frame: SiteFrame) -> dict[str, str]:
+    """Coordinates in words, the systems' names for programs, and the 4 x 4 matrix from scene coordinates, by rows."""
+    rows = [value for row in frame.matrix.tolist() for value in row]
+    return {
+        "coordinates": frame.crs_line,
+        "crs": frame.crs,
+        "verticalCrs": frame.vertical_crs,
+        "sceneToSite": " ".join(repr(float(value)) for value in rows),
+    }
 
 
 def define(layer: Layer, path: str, type_name: str, *, kind: str = "") -> PrimSpec:

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from planner_core.model import FloatArray, Int32Array
+from planner_core.model import FloatArray, Int32Array, Station
 
 HEAD_RADIUS_M = 0.1
 HEAD_HEIGHT_M = 0.3
@@ -23,6 +23,13 @@ _FOOT_RADIUS_M = 0.45
 _FOOT_SHARE = 0.35
 _LEG_M = 0.03
 _N_SIDES = 12
+
+
+def foot_m(station: Station) -> FloatArray:
+    """(3,) float64, local: the ground below the sensor; the sensor itself where its height is unknown (NaN)."""
+    position_m = station.position_m.astype(np.float64).copy()
+    position_m[2] -= np.nan_to_num(station.instrument_height_m)
+    return position_m
 
 
 def tripod(height_m: float) -> tuple[FloatArray, Int32Array]:

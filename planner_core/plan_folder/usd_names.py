@@ -1,4 +1,4 @@
-"""Where every element of the scene stands in the USD stage: Survey -> one `MeshPlace` an element that has triangles.
+"""Names in the USD stage: of stations, there and on disk, and where every element that has triangles stands.
 
 Files, where there are several, then storeys by elevation, at most 400 siblings a parent (browsers' readers recurse over
 siblings), names that USD accepts and that stay unique whatever the source called its elements.
@@ -7,11 +7,12 @@ siblings), names that USD accepts and that stay unique whatever the source calle
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import Int32Array, Scene
+from planner_core.model import Int32Array, Scene, Station
 
 MAX_SIBLINGS = 400
 """Thousands of siblings overflowed the stack of the browser's crate reader; 400 did not."""
@@ -35,6 +36,26 @@ def prim_name(text: str) -> str:
     """`text` as a USD identifier of ASCII letters, digits and `_`; may be empty. Not unique: add a suffix."""
     cleaned = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")[:MAX_NAME_LENGTH].rstrip("_")
     return f"_{cleaned}" if cleaned[:1].isdigit() else cleaned
+
+
+def station_prim_names(stations: Sequence[Station]) -> tuple[str, ...]:
+    """Prim and file names, unique also where letters' case does not count; `S001` stays `S001`."""
+    return prim_names_of_ids([station.id for station in stations])
+
+
+def prim_names_of_ids(ids: Sequence[str]) -> tuple[str, ...]:
+    """`station_prim_names` of stations with these ids."""
+    names: list[str] = []
+    used: set[str] = set()
+    for index, station_id in enumerate(ids):
+        name = prim_name(station_id) or "Station"
+        if name != station_id or name.lower() in used:
+            name = f"{name}_{index}"
+        while name.lower() in used:
+            name = f"{name}_"
+        used.add(name.lower())
+        names.append(name)
+    return tuple(names)
 
 
 def storey_prim_name(storey: int) -> str:

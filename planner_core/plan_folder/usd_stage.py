@@ -11,14 +11,12 @@ from pathlib import Path
 from planner_core.errors import PlanFolderError
 from planner_core.model import Plan, SiteFrame
 from planner_core.plan_folder.carry_over import HEATMAPS_FILE, STAGE_FILES
-from planner_core.plan_folder.face_results import FaceResults
+from planner_core.plan_folder.face_results import FaceResults, author_results
 from planner_core.plan_folder.plan_json import site_frame_of
-from planner_core.plan_folder.sdf_authoring import Layer, Sdf, Tf, new_layer, set_stage_metadata
+from planner_core.plan_folder.sdf_authoring import Layer, Sdf, Tf, new_layer, put_site, set_stage_metadata
 from planner_core.plan_folder.usd_building import author_building
 from planner_core.plan_folder.usd_heatmaps import heatmaps_layer
 from planner_core.plan_folder.usd_names import mesh_places
-from planner_core.plan_folder.usd_results import author_results
-from planner_core.plan_folder.usd_site import put_site
 from planner_core.plan_folder.usd_stations import author_stations
 
 DOCUMENTATION = (

@@ -24,8 +24,8 @@ from planner_core.plan_folder.sdf_authoring import (
     set_stage_metadata,
     vec3f_array,
 )
-from planner_core.plan_folder.station_marks import foot_m, station_prim_names
-from planner_core.plan_folder.tripod import tripod
+from planner_core.plan_folder.tripod import foot_m, tripod
+from planner_core.plan_folder.usd_names import station_prim_names
 from planner_core.plan_folder.viewer_files import range_step_m
 from planner_core.scanner.template import azimuth_step_rad, first_azimuths_rad, preview_template
 

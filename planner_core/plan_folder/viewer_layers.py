@@ -20,7 +20,7 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import REASONS, FloatArray, Int32Array, Loss, Plan, Scanner
 from planner_core.model.unseen import OUT_OF_SCOPE
 from planner_core.plan_folder.plan_model.given import LimitsSection
-from planner_core.plan_folder.station_marks import station_prim_names
+from planner_core.plan_folder.usd_names import station_prim_names
 from planner_core.plan_folder.viewer_files import NONE
 
 SCHEMA = "tlsplan/layers/1"

@@ -6,7 +6,7 @@ import dataclasses
 
 from planner_core.errors import ReviewError
 from planner_core.model.review import PlanUnderReview, Review, ReviewedStation, StationEdit, check_id
-from planner_core.plan_folder.station_marks import prim_names_of_ids
+from planner_core.plan_folder.usd_names import prim_names_of_ids
 from planner_core.review.changes import (
     AS_NOW,
     AddStation,

@@ -30,7 +30,7 @@ from planner_core.model.review import (
 )
 from planner_core.model.site import GroundPick, Point
 from planner_core.plan_folder.sdf_authoring import Layer, Tf
-from planner_core.plan_folder.station_marks import prim_names_of_ids
+from planner_core.plan_folder.usd_names import prim_names_of_ids
 from planner_core.review import usd
 from planner_core.review.rules import rounded_height_m, rounded_m
 

@@ -42,7 +42,7 @@ from planner_core.plan_folder.sdf_authoring import (
     put_transform,
     vec3f_array,
 )
-from planner_core.plan_folder.station_marks import prim_names_of_ids
+from planner_core.plan_folder.usd_names import prim_names_of_ids
 from planner_core.plan_folder.usd_stage import empty_review
 from planner_core.plan_folder.usd_stations import MARKER_RADIUS_M
 from planner_core.review import usd

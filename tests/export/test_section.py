@@ -7,8 +7,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner_core.export.covered_area import covered_polygons
-from planner_core.export.polylines import corners
+from planner_core.export.polylines import corners, covered_polygons
 from planner_core.export.section import KINDS, SectionLine, floor_outline, floor_section, kind_of, lines_below
 from planner_core.model import Element, Floor, Optics, Scene
 from planner_core.scene.build import scene_from_arrays

@@ -11,8 +11,7 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Leg, Link, Plan, Route, SealedArea, Site
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.canvas import Pen
-from planner_core.plan_folder.drawing.links import StationPoint, link_class, links_on
-from planner_core.plan_folder.drawing.marks import LINKS, ROUTE, draw_links
+from planner_core.plan_folder.drawing.marks import LINKS, ROUTE, draw_links, link_class
 from planner_core.plan_folder.drawing.png_canvas import PngCanvas
 from planner_core.plan_folder.floor_marks import (
     Ground,
@@ -20,6 +19,7 @@ from planner_core.plan_folder.floor_marks import (
     breaks_on,
     draw_ways,
     ends_on,
+    floor_links,
     sealed_hatch_m,
     sealed_on,
     stairs_on,
@@ -148,15 +148,12 @@ def test_links_are_classed_by_what_was_asked_for(plan: Plan) -> None:
 
 def test_links_are_drawn_between_stations_of_a_floor_and_others_are_named(plan: Plan) -> None:
     links = (Link("S001", "S002", 0.9, 0.5), Link("S002", "S003", 0.4, 0.5))
-    asked = plan.settings.requirements
-    spots = {
-        station.id: StationPoint(station.floor, station.order, station.position_m[:2]) for station in plan.stations
-    }
-    ends, elsewhere = links_on("F0", spots, links, asked.overlap, asked.min_strength)
+    source = source_of(dataclasses.replace(plan, links=links))
+    ends, elsewhere = floor_links(source, source.floors[0])
     assert [len(of_class) for of_class in ends] == [0, 0, 1], "S003 is on another floor"
     assert elsewhere == {"S002": (3,)}
     paper, bare = Paper(), Paper()
-    draw_links(paper.canvas, [MM_PER_M * of_class for of_class in ends])
+    draw_links(paper.canvas, [on_paper(plan)(of_class) for of_class in ends])
     draw_links(bare.canvas, [np.zeros((0, 2, 2))] * 3)
     assert paper.near(4.0, 2.1, LINKS[2].colour, within_m=0.1)
     assert not bare.near(4.0, 2.1, LINKS[2].colour, within_m=0.1)

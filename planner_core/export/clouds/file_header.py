@@ -9,7 +9,7 @@ from planner_core.coordinates.crs import metric_crs
 from planner_core.export.clouds.points import Clouds
 from planner_core.model import FloatArray, SiteFrame
 from planner_core.plan_folder.plan_source import FieldStation
-from planner_core.plan_folder.station_marks import prim_names_of_ids
+from planner_core.plan_folder.usd_names import prim_names_of_ids
 
 #: Of ids that are names alone: made by `uuid5` from this and a text, so that the same cloud has the same id.
 _NAMESPACE = uuid.UUID("5c0d3c4e-7a58-5d2a-9a52-0f1e6a3f8b11")

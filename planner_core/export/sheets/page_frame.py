@@ -11,14 +11,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from planner_core.export.sheets.floor_view import FloorView
-from planner_core.export.sheets.paper import Tile
-from planner_core.export.sheets.scales import scale_name
+from planner_core.export.sheets.paper import Tile, scale_name
 from planner_core.model import SiteFrame
 from planner_core.plan_folder.drawing.canvas import INK, PAPER, QUIET, Box, Canvas, Pen
 from planner_core.plan_folder.drawing.fonts import fitted, width_mm, wrapped
 from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings
-from planner_core.plan_folder.drawing.links import COUNTS, STRONG, STRONG_TIMES, WEAK
 from planner_core.plan_folder.drawing.marks import (
+    COUNTS,
     CUT,
     DISC_MM,
     HATCH_MISSED,
@@ -31,7 +30,10 @@ from planner_core.plan_folder.drawing.marks import (
     OUT_OF_REACH,
     ROUTE,
     STATION_FILL,
+    STRONG,
+    STRONG_TIMES,
     WALL_FILL,
+    WEAK,
     arrow_head,
     corners,
     draw_axes,

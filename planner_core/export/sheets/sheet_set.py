@@ -15,8 +15,7 @@ from planner_core.export.sheets.charts import Histogram, draw_histogram, histogr
 from planner_core.export.sheets.cover import MAX_WARNINGS, draw_cover, draw_frame, text_room
 from planner_core.export.sheets.floor_page import Neighbour, draw_floor, is_empty
 from planner_core.export.sheets.floor_view import FloorView, view_floor
-from planner_core.export.sheets.paper import Sheet, Tile, sheet_of, text_sheet, tiles_of
-from planner_core.export.sheets.scales import sheet_scales
+from planner_core.export.sheets.paper import Sheet, Tile, sheet_of, sheet_scales, text_sheet, tiles_of
 from planner_core.export.sheets.table_layout import TablePiece, draw_piece, paginated
 from planner_core.plan_folder.curve_drawing import draw_curve
 from planner_core.plan_folder.drawing.canvas import Box, Canvas

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import METRE, FloatArray, LengthUnit
+from planner_core.model import METRE, FloatArray, LengthUnit, Link
 from planner_core.plan_folder.drawing.canvas import INK, PAPER, Box, Canvas, Colour, Pen
 from planner_core.plan_folder.drawing.fonts import width_mm
-from planner_core.plan_folder.drawing.links import WEAK
 
 WALL_FILL: Colour = (0.40, 0.42, 0.44)
 STATION_FILL: Colour = (0.05, 0.14, 0.20)
@@ -31,7 +30,12 @@ ROUTE_ABOVE = Pen(0.5, ROUTE.colour, (1.7, 0.8))
 """Where it climbs higher than the walls are cut: the stairs are not drawn there."""
 ROUTE_RIM = Pen(1.2, PAPER, round=True)
 LEADER = Pen(0.25)
-#: By class of link: `WEAK`, `COUNTS`, `STRONG`.
+WEAK, COUNTS, STRONG = 0, 1, 2
+STRONG_TIMES = 4.0
+"""A link this many times as strong as required is drawn as strong."""
+#: Links of less than this share of the required overlap are not drawn: they would hide the others.
+_LEAST_SHARE = 0.5
+#: By class of link.
 LINKS = (
     Pen(0.28, (0.42, 0.43, 0.45), (0.6, 1.1)),
     Pen(0.42, (0.76, 0.42, 0.0), (3.4, 1.3)),
@@ -75,6 +79,13 @@ def draw_route(canvas: Canvas, ways: list[FloatArray], low: list[FloatArray], hi
             head = arrow_head(way, ARROW_MM)
             canvas.lines([head], Pen(0.5, PAPER), closed=True)
             canvas.area([head], ROUTE.colour)
+
+
+def link_class(link: Link, min_overlap: float, min_strength: float) -> int | None:
+    """`WEAK`, `COUNTS` or `STRONG`; None: not worth drawing. A strength that is NaN is neither weak nor strong."""
+    if link.counts(min_overlap, min_strength):
+        return STRONG if link.strength >= STRONG_TIMES * min_strength else COUNTS
+    return WEAK if link.overlap >= _LEAST_SHARE * min_overlap else None
 
 
 def draw_links(canvas: Canvas, ends: Sequence[FloatArray]) -> None:

@@ -18,7 +18,7 @@ from planner_core.export.dxf_document import APP
 from planner_core.export.dxf_sheets import scale_for
 from planner_core.export.options import Options
 from planner_core.export.sheets.building import read_building
-from planner_core.export.sheets.scales import drawing_scales
+from planner_core.export.sheets.paper import drawing_scales
 from planner_core.export.sheets.unseen import unseen_surface
 from planner_core.model import METRE
 from planner_core.plan_folder.plan_source import PlanSource, open_plan

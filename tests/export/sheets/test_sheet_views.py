@@ -11,11 +11,10 @@ from hypothesis import strategies as st
 
 from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.floor_view import FloorView, view_floor
-from planner_core.export.sheets.paper import tiles_of
-from planner_core.export.sheets.scales import sheet_scales
+from planner_core.export.sheets.paper import sheet_scales, tiles_of
 from planner_core.model import METRE, Link
 from planner_core.plan_folder.drawing.fonts import fitted, width_mm, wrapped
-from planner_core.plan_folder.drawing.links import COUNTS, STRONG, WEAK, link_class
+from planner_core.plan_folder.drawing.marks import COUNTS, STRONG, WEAK, link_class
 from planner_core.plan_folder.plan_source import PlanSource
 
 SCALES = sheet_scales(METRE)

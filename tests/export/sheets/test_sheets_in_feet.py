@@ -10,7 +10,7 @@ from dataclasses import replace
 import pytest
 from sheet_reading import Pdf
 
-from planner_core.export.sheets.scales import drawing_scales, scale_name, sheet_scales
+from planner_core.export.sheets.paper import drawing_scales, scale_name, sheet_scales
 from planner_core.model import FOOT, METRE, US_SURVEY_FOOT
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.plan_words import area_words, cut_words, length_words, short_length_words

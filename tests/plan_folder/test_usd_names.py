@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner_core.model import Station
-from planner_core.plan_folder.station_marks import foot_m, station_prim_names
+from planner_core.plan_folder.tripod import foot_m
+from planner_core.plan_folder.usd_names import station_prim_names
 
 CONFUSABLE = ["A", "a", "A_1", "a_1", "A_", "1", "_1", "Ä"]
 STATION = Station("S001", "F0", 1, np.array([1.0, 2.0, 4.5]), 1.5)
