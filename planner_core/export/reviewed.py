@@ -120,9 +120,6 @@ def reviewed_source(plan: PlanSource, stations: Sequence[ReviewedStation], edite
 def _placed(
     plan: PlanSource, station: ReviewedStation, floor_name: str, number: int, before: FieldStation | None
 ) -> FieldStation:
-    position_m = np.array(station.position_m, dtype=np.float64)
-    height_m = math.nan if station.instrument_height_m is None else station.instrument_height_m
-    ground_m = position_m - np.array([0.0, 0.0, height_m])
     covered_m2 = math.nan if before is None or station.moved else before.covered_area_m2
     return FieldStation(
         id=station.id,
@@ -130,11 +127,9 @@ def _placed(
         floor_id=station.floor,
         floor_name=floor_name,
         order=number,
-        position_m=position_m,
-        ground_m=ground_m,
-        instrument_height_m=height_m,
-        site_m=plan.frame.to_site(position_m),
-        site_ground_m=plan.frame.to_site(ground_m),
+        position_m=np.array(station.position_m, dtype=np.float64),
+        instrument_height_m=math.nan if station.instrument_height_m is None else station.instrument_height_m,
+        frame=plan.frame,
         fixed=station.fixed,
         own_area_m2=math.nan,
         covered_area_m2=covered_m2,

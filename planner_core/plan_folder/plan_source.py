@@ -23,7 +23,7 @@ from planner_core.progress import Progress, silent
 
 @dataclass(frozen=True, eq=False)
 class FieldStation:
-    """A station. Positions are (3,) float64, metres: `..._m` in the scene frame, `site_..._m` in the site's.
+    """A station. Positions are (3,) float64, metres: `site_...` in the site's `frame`, the others in the scene's.
 
     The sensor is `instrument_height_m` above the ground point, straight up. NaN where the height is not known, as of
     given stations; the ground point's height is then NaN, too.
@@ -38,16 +38,28 @@ class FieldStation:
     """As plan.json has it; lists of stations give `number`."""
     position_m: FloatArray
     """Of the sensor."""
-    ground_m: FloatArray
     instrument_height_m: float
-    site_m: FloatArray
-    """Of the sensor."""
-    site_ground_m: FloatArray
+    frame: SiteFrame
     fixed: bool
     """It was scanned before, or given."""
     own_area_m2: float
     covered_area_m2: float
     note: str = ""
+
+    @property
+    def ground_m(self) -> FloatArray:
+        """Below the sensor."""
+        return np.asarray(self.position_m - np.array([0.0, 0.0, self.instrument_height_m]))
+
+    @property
+    def site_m(self) -> FloatArray:
+        """Of the sensor."""
+        return self.frame.to_site(self.position_m)
+
+    @property
+    def site_ground_m(self) -> FloatArray:
+        """Below the sensor."""
+        return self.frame.to_site(self.ground_m)
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,20 +213,15 @@ def link_of(row: Mapping[str, Any]) -> Link:
 
 
 def _station(row: Mapping[str, Any], floor_names: Mapping[str, str], frame: SiteFrame, number: int) -> FieldStation:
-    position_m = np.array(row["position"], dtype=np.float64)
-    height_m = math.nan if row["instrument_height_m"] is None else row["instrument_height_m"]
-    ground_m = position_m - np.array([0.0, 0.0, height_m])
     return FieldStation(
         id=row["id"],
         number=number,
         floor_id=row["floor"],
         floor_name=floor_names.get(row["floor"], row["floor"]),
         order=row["order"],
-        position_m=position_m,
-        ground_m=ground_m,
-        instrument_height_m=height_m,
-        site_m=frame.to_site(position_m),
-        site_ground_m=frame.to_site(ground_m),
+        position_m=np.array(row["position"], dtype=np.float64),
+        instrument_height_m=math.nan if row["instrument_height_m"] is None else row["instrument_height_m"],
+        frame=frame,
         fixed=row["fixed"],
         own_area_m2=row["own_area_m2"],
         covered_area_m2=row["covered_area_m2"],

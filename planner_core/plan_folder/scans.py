@@ -6,6 +6,7 @@ written.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -81,7 +82,8 @@ def _shaded(range_m: Float32Array, cosine: Float32Array, range_max_m: float) -> 
     return np.asarray(np.rint(255 * rgb), dtype=np.uint8)
 
 
-def _open_image_io() -> Any:
+def open_image_io() -> Any:
+    """Return OpenImageIO; raises MissingPackageError where it is missing."""
     try:
         import OpenImageIO
     except ImportError as error:
@@ -93,36 +95,46 @@ def _open_image_io() -> Any:
 
 def _write_exr(survey: Survey, station: Station, scan: ScanBatch, path: Path) -> None:
     """Two parts: `returns` (float range and cosIncidence), `surfaces` (uint32 triangle and patch)."""
-    io = _open_image_io()
-    n_rows, n_columns = survey.template.shape
-    returns = io.ImageSpec(n_columns, n_rows, 2, io.FLOAT)
-    returns.channelnames = ("range", "cosIncidence")
-    surfaces = io.ImageSpec(n_columns, n_rows, 2, io.UINT32)
-    surfaces.channelnames = ("triangle", "patch")
-    for spec, name in ((returns, "returns"), (surfaces, "surfaces")):
-        spec.attribute("oiio:subimagename", name)
-        spec.attribute("compression", "zip")
-        spec.attribute("DateTime", "")  # without it OpenImageIO writes the time of day
-        for key, value in _pose(survey, station).items():
-            spec.attribute(f"tlsplan:{key}", value)
+    io = open_image_io()
+    returns, surfaces = exr_parts(survey.template.shape, ("range", "cosIncidence"), _pose(survey, station))
     ids = np.stack([scan.triangle[0], scan.patch[0]], axis=-1).astype(np.int32).view(np.uint32)
     values = np.stack([scan.range_m[0], scan.cos_incidence[0]], axis=-1)
     out = io.ImageOutput.create(str(path))
     done = out.open(str(path), (returns, surfaces)) and out.write_image(np.ascontiguousarray(values))
     done = done and out.open(str(path), surfaces, "AppendSubimage") and out.write_image(np.ascontiguousarray(ids))
-    _finish(out, done, path)
+    finish(out, done, path)
 
 
 def _write_png(survey: Survey, station: Station, scan: ScanBatch, path: Path) -> None:
     del station  # a picture to look at, no carrier of figures
-    io = _open_image_io()
-    rgb = preview_rgb(scan, survey.template.range_max_m)
-    spec = io.ImageSpec(rgb.shape[1], rgb.shape[0], 3, io.UINT8)
+    write_rgb(preview_rgb(scan, survey.template.range_max_m), path)
+
+
+def exr_parts(shape: tuple[int, int], returns: tuple[str, ...], header: Mapping[str, str]) -> tuple[Any, Any]:
+    """Return the specifications of both parts, floats `returns` and uint32 `surfaces`, of an EXR of (rows, columns)."""
+    io, parts = open_image_io(), []
+    for name, channels, kind in (("returns", returns, io.FLOAT), ("surfaces", ("triangle", "patch"), io.UINT32)):
+        spec = io.ImageSpec(shape[1], shape[0], len(channels), kind)
+        spec.channelnames = channels
+        spec.attribute("oiio:subimagename", name)
+        spec.attribute("compression", "zip")
+        spec.attribute("DateTime", "")  # without it OpenImageIO writes the time of day
+        for key, value in header.items():
+            spec.attribute(f"tlsplan:{key}", value)
+        parts.append(spec)
+    return parts[0], parts[1]
+
+
+def write_rgb(rgb: UInt8Array, path: Path) -> None:
+    """Write (rows, columns, 3) sRGB as a PNG."""
+    io = open_image_io()
     out = io.ImageOutput.create(str(path))
-    _finish(out, out.open(str(path), spec) and out.write_image(rgb), path)
+    spec = io.ImageSpec(rgb.shape[1], rgb.shape[0], 3, io.UINT8)
+    finish(out, out.open(str(path), spec) and out.write_image(rgb), path)
 
 
-def _finish(out: Any, done: bool, path: Path) -> None:
+def finish(out: Any, done: bool, path: Path) -> None:
+    """Close an image; raises where it was not written."""
     closed = out.close()
     if not (done and closed):
         raise not_written(path, out.geterror() or "OpenImageIO could not write")

@@ -18,9 +18,7 @@ from planner_core.plan_folder.plan_source import FieldStation
 
 
 def planned(name: str, x: float, y: float = 0.0, height_m: float = 1.5) -> FieldStation:
-    at = np.array([x, y, 1.5])
-    ground = at - np.array([0.0, 0.0, height_m])
-    return FieldStation(name, 1, "F0", "Ground", 1, at, ground, height_m, at, ground, False, 1.0, 1.0)
+    return FieldStation(name, 1, "F0", "Ground", 1, np.array([x, y, 1.5]), height_m, SiteFrame(), False, 1.0, 1.0)
 
 
 def listed(name: str, x: float, y: float = 0.0, z: float = 1.5) -> ListedStation:

@@ -97,7 +97,7 @@ def test_interrupted_scan_file_leaves_nothing(
         begun.extend(path.name for path in tmp_path.iterdir())
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("planner_core.plan_folder.scans._finish", stop)
+    monkeypatch.setattr("planner_core.plan_folder.scans.finish", stop)
     with pytest.raises(KeyboardInterrupt):
         write_scan(plan.survey, station, scan, tmp_path / "S001.exr")
     assert any(name.startswith(".S001.partial-") for name in begun)

@@ -11,20 +11,25 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.errors import MissingPackageError
 from planner_core.export.clouds.each_station import write_each
 from planner_core.export.clouds.file_header import facts, facts_of, numbers
 from planner_core.export.clouds.points import Clouds, ScanBlock, open_clouds
 from planner_core.export.options import Options
 from planner_core.model import Float32Array, ScanBatch, UInt8Array
-from planner_core.operating_system import not_written
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
-from planner_core.plan_folder.scans import PREVIEW_MIN_HEIGHT, PREVIEW_WIDTH, preview_rgb
+from planner_core.plan_folder.scans import (
+    PREVIEW_MIN_HEIGHT,
+    PREVIEW_WIDTH,
+    exr_parts,
+    finish,
+    open_image_io,
+    preview_rgb,
+    write_rgb,
+)
 from planner_core.progress import Progress
 from planner_core.scanner.template import azimuth_step_rad, first_azimuths_rad
 
 _RETURNS = ("range", "cosIncidence", "intensity")
-_SURFACES = ("triangle", "patch")
 _MOST_ROWS = 1500
 """Of a preview."""
 _FAR = 0.99
@@ -61,16 +66,6 @@ def write_images(clouds: Clouds, station: FieldStation, path: Path, *, exr: bool
         preview.write(path.with_name(f"{path.name}.png"))
 
 
-def _image_io() -> Any:
-    try:
-        import OpenImageIO
-    except ImportError as error:
-        raise MissingPackageError(
-            f"range images as EXR need the package OpenImageIO ({error}): pip install openimageio"
-        ) from error
-    return OpenImageIO
-
-
 class _Preview:
     """Some of the beams of a scan, for a picture of it."""
 
@@ -102,18 +97,14 @@ class _Preview:
         return preview_rgb(ScanBatch(range_m, nothing, nothing, cosine), self._far_m(range_m))
 
     def write(self, path: Path) -> None:
-        io, rgb = _image_io(), self.rgb()
-        spec = io.ImageSpec(rgb.shape[1], rgb.shape[0], 3, io.UINT8)
-        out = io.ImageOutput.create(str(path))
-        _closed(out, out.open(str(path), spec) and out.write_image(rgb), path)
+        write_rgb(self.rgb(), path)
 
 
 def _write_exr(clouds: Clouds, station: FieldStation, path: Path, preview: _Preview) -> None:
     """Two parts, `returns` and `surfaces`: a file holds one after the other, so the second waits on disk."""
-    io = _image_io()
-    returns, surfaces = _specs(io, clouds, station)
+    returns, surfaces = exr_parts(clouds.template.shape, _RETURNS, _header(clouds, station))
     waiting = path.with_suffix(".surfaces")
-    out = io.ImageOutput.create(str(path))
+    out = open_image_io().ImageOutput.create(str(path))
     done = out.open(str(path), (returns, surfaces))
     try:
         with waiting.open("w+b") as spool:
@@ -130,7 +121,7 @@ def _write_exr(clouds: Clouds, station: FieldStation, path: Path, preview: _Prev
         raise
     finally:
         waiting.unlink(missing_ok=True)
-    _closed(out, done, path)
+    finish(out, done, path)
 
 
 def _values(block: ScanBlock) -> Float32Array:
@@ -156,10 +147,9 @@ def _write_rows(out: Any, first_row: int, values: np.ndarray) -> bool:
     return bool(out.write_scanlines(first_row, first_row + values.shape[0], 0, np.ascontiguousarray(values)))
 
 
-def _specs(io: Any, clouds: Clouds, station: FieldStation) -> tuple[Any, Any]:
-    n_rows, n_columns = clouds.template.shape
+def _header(clouds: Clouds, station: FieldStation) -> dict[str, str]:
     template = clouds.template
-    header = {
+    return {
         **facts(clouds),
         **facts_of(station),
         "sceneToSite": numbers(clouds.frame.matrix.ravel(), 9),
@@ -171,20 +161,3 @@ def _specs(io: Any, clouds: Clouds, station: FieldStation) -> tuple[Any, Any]:
         "azimuths": numbers(first_azimuths_rad(template), 9),
         "elevations": numbers(template.elevation_rad, 9),
     }
-    parts = []
-    for name, channels, kind in (("returns", _RETURNS, io.FLOAT), ("surfaces", _SURFACES, io.UINT32)):
-        spec = io.ImageSpec(n_columns, n_rows, len(channels), kind)
-        spec.channelnames = channels
-        spec.attribute("oiio:subimagename", name)
-        spec.attribute("compression", "zip")
-        spec.attribute("DateTime", "")  # without it OpenImageIO writes the time of day
-        for key, value in header.items():
-            spec.attribute(f"tlsplan:{key}", value)
-        parts.append(spec)
-    return parts[0], parts[1]
-
-
-def _closed(out: Any, done: bool, path: Path) -> None:
-    closed = out.close()
-    if not (done and closed):
-        raise not_written(path, out.geterror() or "OpenImageIO could not write")

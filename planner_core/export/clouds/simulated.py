@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import ExportError, PlannerError, RequirementError
 from planner_core.export.clouds.each_station import WriteStation, one_file, write_each
@@ -132,19 +130,15 @@ def _passes(formats: Sequence[str]) -> tuple[WriteStation, ...]:
 
 
 def _in_scene(station: Station, survey: Survey) -> FieldStation:
-    position_m = station.position_m + survey.scene.offset_m
-    ground_m = position_m - np.array([0.0, 0.0, station.instrument_height_m])
     return FieldStation(
         id=station.id,
         number=station.order,
         floor_id=station.floor,
         floor_name=next((floor.name for floor in survey.floors if floor.id == station.floor), ""),
         order=station.order,
-        position_m=position_m,
-        ground_m=ground_m,
+        position_m=station.position_m + survey.scene.offset_m,
         instrument_height_m=station.instrument_height_m,
-        site_m=position_m,
-        site_ground_m=ground_m,
+        frame=SiteFrame(),
         fixed=station.fixed,
         own_area_m2=station.own_area_m2,
         covered_area_m2=station.covered_area_m2,

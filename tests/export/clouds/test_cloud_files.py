@@ -443,7 +443,8 @@ def test_las_files_of_one_site_have_one_offset(source: PlanSource, files: dict[s
 def test_las_refuses_stations_farther_apart_than_it_can_hold(source: PlanSource, tmp_path: Path) -> None:
     from planner_core.errors import ExportError
 
-    far = replace(source.stations[1], site_m=source.stations[1].site_m + np.array([500_000.0, 0, 0]))
+    east_m = source.stations[1].site_m + np.array([500_000.0, 0, 0])
+    far = replace(source.stations[1], position_m=source.frame.to_scene(east_m))
     spread = replace(source, stations=(source.stations[0], far))
     with pytest.raises(ExportError, match="reach over 5000"):
         write(spread, tmp_path, "las")
@@ -451,8 +452,7 @@ def test_las_refuses_stations_farther_apart_than_it_can_hold(source: PlanSource,
 
 
 def test_a_station_of_unknown_height_tells_no_ground(source: PlanSource, tmp_path: Path) -> None:
-    nan = np.array([1.0, 2.0, np.nan])
-    given = replace(source.stations[0], instrument_height_m=np.nan, ground_m=nan, site_ground_m=nan)
+    given = replace(source.stations[0], instrument_height_m=np.nan)
     one = replace(source, stations=(given,))
     options = Options(max_points=100)
     for name in (*TOGETHER, "exr"):

@@ -36,11 +36,7 @@ def house_in_new_york(house: PlanSource) -> PlanSource:
 
 
 def in_frame(plan: PlanSource, frame: SiteFrame) -> PlanSource:
-    stations = tuple(
-        replace(each, site_m=frame.to_site(each.position_m), site_ground_m=frame.to_site(each.ground_m))
-        for each in plan.stations
-    )
-    return replace(plan, frame=frame, stations=stations)
+    return replace(plan, frame=frame, stations=tuple(replace(each, frame=frame) for each in plan.stations))
 
 
 def by_hand_ft(position_m: np.ndarray) -> np.ndarray:

@@ -54,20 +54,15 @@ def on_site(x: float, y: float, z: float) -> tuple[float, float, float]:
 def station(
     name: str, floor: str, x: float, y: float, z: float, height: float, _: bool, number: int, frame: SiteFrame
 ) -> FieldStation:
-    ground, position = np.array([x, y, z]), np.array([x, y, z + (0.0 if math.isnan(height) else height)])
-    if math.isnan(height):
-        ground[2] = math.nan
     return FieldStation(
         id=name,
         number=number,
         floor_id=floor,
         floor_name={"F0": "Erdgeschoß", "F1": "Upper floor"}.get(floor, floor),
         order=number,
-        position_m=position,
-        ground_m=ground,
+        position_m=np.array([x, y, z + (0.0 if math.isnan(height) else height)]),
         instrument_height_m=height,
-        site_m=frame.to_site(position),
-        site_ground_m=frame.to_site(ground),
+        frame=frame,
         fixed=True,  # of scanned and of given ones: it tells nothing
         own_area_m2=3.5,
         covered_area_m2=44.25,

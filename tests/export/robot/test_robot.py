@@ -134,7 +134,7 @@ def moved(plan: PlanSource, places: dict[str, tuple[float, float, float]]) -> Pl
     """The plan with stations elsewhere, and a walk from each straight to the next."""
     ground = {**{name: STATIONS[name] for name in ("S1", "S2", "S3", "S4")}, **places}
     stations = tuple(
-        replace(each, ground_m=np.array(ground[each.id]), position_m=np.add(ground[each.id], [0, 0, HEIGHT_M]))
+        replace(each, position_m=np.add(ground[each.id], [0, 0, HEIGHT_M]))
         for each in plan.stations
         if each.id in ground
     )
@@ -306,10 +306,7 @@ def test_scanned_stations_off_the_walk_are_not_visited(house_plan: PlanSource, m
 
 def test_a_station_of_unknown_height_is_not_visited(house_plan: PlanSource, mission: Mission) -> None:
     stations = tuple(
-        replace(each, instrument_height_m=math.nan, ground_m=each.ground_m * [1, 1, math.nan])
-        if each.id == "S2"
-        else each
-        for each in house_plan.stations
+        replace(each, instrument_height_m=math.nan) if each.id == "S2" else each for each in house_plan.stations
     )
     document = document_of(mission(replace(house_plan, stations=stations))[0])
     assert [point["id"] for point in document["waypoints"]] == ["S1", "S3", "S4"]

@@ -291,7 +291,7 @@ def test_station_on_another_level_has_its_height_at_the_marker_and_in_the_list(
 ) -> None:
     up = np.array([0.0, 0.0, rise_m])
     first, *others = scene_plan.stations
-    moved = replace(first, position_m=first.position_m + up, ground_m=first.ground_m + up)
+    moved = replace(first, position_m=first.position_m + up)
     page = html_of(replace(scene_plan, stations=(moved, *others)))
     assert page.count("ground +") + page.count("ground -") == (0 if words is None else 2)
     read = unescape(page).replace("\xa0", " ")
