@@ -1,8 +1,9 @@
-"""Which stations and floors a format writes, and what people read about each of them."""
+"""Which floors, stations and ways a format writes, and what people read about each of them."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Container
 from dataclasses import dataclass
 
 import numpy as np
@@ -130,3 +131,59 @@ def named(names: list[str]) -> str:
     """Join names for a message: the first few, and how many more there are."""
     more = f" and {len(names) - _MAX_NAMED} more" if len(names) > _MAX_NAMED else ""
     return ", ".join(names[:_MAX_NAMED]) + more
+
+
+# -------------------------------------------------------------------------------------------------- the route
+@dataclass(frozen=True, eq=False)
+class RouteLeg:
+    """A leg of the walk. from_id, to_id : stations; empty for where the walk begins and ends.
+
+    points_m : (M, 3) float64, its corners; M is 0 where no way inside the model leads there. length_m : NaN there.
+    floors : ids of those it passes, in their order.
+    """
+
+    from_id: str
+    to_id: str
+    points_m: FloatArray
+    length_m: float
+    floors: tuple[str, ...]
+
+    @property
+    def walkable(self) -> bool:
+        """Whether there is a way."""
+        return bool(self.points_m.shape[0] >= 2)
+
+    @property
+    def title(self) -> str:
+        """`S001 to S002`."""
+        return f"{self.from_id or 'start'} to {self.to_id or 'end'}"
+
+
+def ways_of(plan: PlanSource) -> tuple[RouteLeg, ...]:
+    """Return the legs of the route in their order; none where no route was planned."""
+    route = plan.document["route"]
+    if route is None:
+        return ()
+    return tuple(
+        RouteLeg(
+            from_id=leg["from"] or "",
+            to_id=leg["to"] or "",
+            points_m=np.array(leg["points"], dtype=np.float64).reshape(-1, 3),
+            length_m=math.nan if leg["length_m"] is None else leg["length_m"],
+            floors=tuple(leg["floors"]),
+        )
+        for leg in route["legs"]
+    )
+
+
+def route_remarks(ways: tuple[RouteLeg, ...]) -> tuple[str, ...]:
+    """Say what of the walk is missing, a line each."""
+    if not ways:
+        return ("the plan has no route, so none is written",)
+    broken = [way.title for way in ways if not way.walkable]
+    return (f"no path inside the model leads from {', '.join(broken)}",) if broken else ()
+
+
+def ways_to(ways: tuple[RouteLeg, ...], stations: Container[str]) -> list[RouteLeg]:
+    """Legs that there is a way along, and that lead from or to one of some stations."""
+    return [way for way in ways if way.walkable and (way.from_id in stations or way.to_id in stations)]

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.export.chosen import chosen_floors, chosen_stations
+from planner_core.export.chosen import chosen_floors, chosen_stations, ways_of
 from planner_core.export.dxf_document import (
     STYLE,
     DxfLayer,
@@ -30,7 +30,6 @@ from planner_core.export.dxf_sheets import add_sheet
 from planner_core.export.floor_outlines import solid_rings
 from planner_core.export.options import Options
 from planner_core.export.polylines import covered_polygons
-from planner_core.export.route_lines import ways_of
 from planner_core.export.section import floor_outline, floor_section, lines_below
 from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.paper import PAPERS

@@ -16,11 +16,18 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.export.chosen import chosen_floors, chosen_stations, description_of
+from planner_core.export.chosen import (
+    RouteLeg,
+    chosen_floors,
+    chosen_stations,
+    description_of,
+    route_remarks,
+    ways_of,
+    ways_to,
+)
 from planner_core.export.floor_outlines import FloorOutline, outlines_of
 from planner_core.export.geographic import geographic_of
 from planner_core.export.options import Options
-from planner_core.export.route_lines import RouteLeg, route_remarks, ways_of
 from planner_core.model import FloatArray, SiteFrame
 from planner_core.network.weak_motion import overlap_share
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
@@ -86,9 +93,8 @@ def _features(
     at = {station.id: station for station in stations}
     for floor in chosen_floors(plan, options):
         yield _floor_feature(plan, floor, positions, outlines[floor.id])
-    for way in ways_of(plan):
-        if way.walkable and {way.from_id, way.to_id} & set(at):
-            yield _route_feature(plan, way, positions)
+    for way in ways_to(ways_of(plan), at):
+        yield _route_feature(plan, way, positions)
     for link in plan.links:
         if link.a in at and link.b in at:
             ends = np.stack([at[link.a].site_m, at[link.b].site_m])

@@ -17,17 +17,20 @@ import numpy as np
 from planner_core.errors import RequirementError
 from planner_core.export.chosen import (
     FloorStations,
+    RouteLeg,
     chosen_floors,
     chosen_stations,
     description_of,
     require_ground,
+    route_remarks,
     stations_by_floor,
+    ways_of,
+    ways_to,
 )
 from planner_core.export.csv_profiles import figure
 from planner_core.export.floor_outlines import GROUND, outlines_of
 from planner_core.export.geographic import DECIMALS, Geographic, geographic_of
 from planner_core.export.options import Options
-from planner_core.export.route_lines import RouteLeg, route_remarks, ways_of
 from planner_core.model import FloatArray
 from planner_core.network.weak_motion import overlap_percent
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
@@ -81,7 +84,7 @@ def write_kml(plan: PlanSource, path: Path, options: Options, progress: Progress
         _add_stations(document, plan, floor, places, options)
     kept = {station.id: station for station in stations}
     ways = ways_of(plan)
-    _add_route(document, plan, [way for way in ways if way.walkable and {way.from_id, way.to_id} & set(kept)], places)
+    _add_route(document, plan, ways_to(ways, kept), places)
     _add_links(document, plan, kept, places)
     of_floors = _add_floors(document, plan, chosen_floors(plan, options), places)
     ElementTree.indent(root, " ")

@@ -17,15 +17,18 @@ from xml.etree import ElementTree
 
 from planner_core.export.chosen import (
     FloorStations,
+    RouteLeg,
     chosen_stations,
     description_of,
     has_ground,
+    route_remarks,
     stations_by_floor,
+    ways_of,
+    ways_to,
     without_ground_remark,
 )
 from planner_core.export.csv_profiles import figure
 from planner_core.export.options import Options
-from planner_core.export.route_lines import RouteLeg, route_remarks, ways_of
 from planner_core.model import US_SURVEY_FOOT, FloatArray, SiteFrame
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.progress import Progress
@@ -76,7 +79,7 @@ def write_landxml(plan: PlanSource, path: Path, options: Options, progress: Prog
         _add_points(root, plan, floor, kind="ground")
         _add_points(root, plan, floor, kind="sensor")
     kept = {station.id for station in stations}
-    _add_route(root, plan.frame, [way for way in ways if way.walkable and {way.from_id, way.to_id} & kept])
+    _add_route(root, plan.frame, ways_to(ways, kept))
     ElementTree.indent(root, " ")
     path.write_bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
     return (*without_ground_remark(stations, "it has a sensor only"), *route_remarks(ways))

@@ -18,14 +18,22 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.export.chosen import chosen_floors, chosen_stations, has_ground, named
+from planner_core.export.chosen import (
+    RouteLeg,
+    chosen_floors,
+    chosen_stations,
+    has_ground,
+    named,
+    route_remarks,
+    ways_of,
+    ways_to,
+)
 from planner_core.export.geographic import geographic_of
 from planner_core.export.geojson import feature
 from planner_core.export.map_sheets import map_sheets
 from planner_core.export.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap, entered, occupancy_maps, write_map
 from planner_core.export.options import Options
 from planner_core.export.robot_ways import MappedGround, RobotWay, WayPiece, robot_ways
-from planner_core.export.route_lines import RouteLeg, route_remarks, ways_of
 from planner_core.model import FloatArray, PlanSettings, Survey
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.positions.local_site import LocalSite, local_site
@@ -127,8 +135,7 @@ def _mission(plan: PlanSource, options: Options, progress: Progress) -> tuple[_M
     chosen = {floor.id for floor in chosen_floors(plan, options)}
     floors = frozenset(index for index, floor in enumerate(survey.floors) if floor.id in chosen)
     all_ways, ids = ways_of(plan), {station.id for station in stations}
-    legs = tuple(way for way in all_ways if way.walkable and {way.from_id, way.to_id} & ids)
-    ways, of_ways = robot_ways(ground, legs, survey.scene.offset_m)
+    ways, of_ways = robot_ways(ground, tuple(ways_to(all_ways, ids)), survey.scene.offset_m)
     visited, left_out = _visits(plan, stations, all_ways)
     index_of = {floor.id: index for index, floor in enumerate(survey.floors)}
     stands = {

@@ -7,8 +7,8 @@ of the ground (`floor_outline`), and what lies below the cut as seen from above 
                                |wall|           |wall|          one element that share an end become one polyline
       ground ==================+====+===========+====+====
 
-Ends of segments are crossings of the plane with triangle edges, worked out from the lower to the upper vertex: the two
-triangles of an edge get the same bits, so segments join without any tolerance wherever the mesh does.
+Both triangles of an edge get the same bits from `plane_crossings`, so segments join without any tolerance wherever the
+mesh does.
 """
 
 from __future__ import annotations
@@ -29,15 +29,11 @@ from planner_core.export.polylines import (
     split_at,
 )
 from planner_core.model import BoolArray, Element, FloatArray, Floor, Int64Array, Optics, Scene
+from planner_core.plan_folder.section_view import BELOW_GROUND_M, CUT_HEIGHT_M, plane_crossings
 from planner_core.scene.floors import ground_levels
-
-CUT_HEIGHT_M = 1.2
-"""Above the ground: through doors and windows, above tables. What architects cut floor plans at."""
 
 #: What lies nearer to the ground is its covering, and no thing on it.
 _LEAST_RISE_M = 0.02
-#: Steps down to here belong to this floor's picture, as in `planner_core.plan_folder.section_view`.
-_BELOW_GROUND_M = 0.5
 #: Surfaces steeper than this are sides: their upper edges are those of what they carry.
 _MOST_SLOPE_RAD = np.deg2rad(60.0)
 
@@ -132,7 +128,7 @@ def floor_section(scene: Scene, floor: Floor, cut_m: float = CUT_HEIGHT_M) -> tu
     """
     found = []
     for ground_m, _ in (levels := ground_levels(scene, floor)):
-        segments_m, triangle = _crossings(scene, ground_m + cut_m)
+        segments_m, triangle = plane_crossings(scene, ground_m + cut_m)
         glass = np.zeros(len(triangle), dtype=np.bool_)
         if scene.optics_of_triangle is not None:
             glass = scene.optics_of_triangle[triangle] == Optics.PASSES
@@ -205,25 +201,6 @@ def _of_their_levels(
 
 
 # ------------------------------------------------------------------------------------------- from the mesh
-def _crossings(scene: Scene, z_m: float) -> tuple[FloatArray, Int64Array]:
-    """Segments (K, 2, 2), local, in which triangles cross the plane z = z_m, and the triangle of each (K,)."""
-    above = scene.vertices_m[:, 2][scene.triangles] > z_m
-    triangle = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
-    corners_m, above = scene.vertices_m[scene.triangles[triangle]], above[triangle]
-    segments_m = np.zeros((len(triangle), 2, 2))
-    found = np.zeros(len(triangle), dtype=np.int64)
-    for edge in range(3):
-        a, b = edge, (edge + 1) % 3
-        crosses = np.flatnonzero(above[:, a] != above[:, b])
-        up = above[crosses, b][:, None]
-        low_m = np.where(up, corners_m[crosses, a], corners_m[crosses, b])
-        high_m = np.where(up, corners_m[crosses, b], corners_m[crosses, a])
-        share = (z_m - low_m[:, 2]) / (high_m[:, 2] - low_m[:, 2])
-        segments_m[crosses, found[crosses]] = (low_m + share[:, None] * (high_m - low_m))[:, :2]
-        found[crosses] += 1  # exactly two of the three edges cross
-    return segments_m, triangle
-
-
 def _level_faces(scene: Scene, floor: Floor, ground_m: float, cut_m: float) -> tuple[FloatArray, Int64Array]:
     """Corners (K, 3, 3), local, of level faces of things between ground at a height and the cut, and their triangles.
 
@@ -235,7 +212,7 @@ def _level_faces(scene: Scene, floor: Floor, ground_m: float, cut_m: float) -> t
     inside = below_cut & (z_m.min(axis=1) >= ground_m) & (z_m.mean(axis=1) > ground_m + _LEAST_RISE_M)
     # Through the hole in the slab one sees the flight that leads down; the slab hides all else.
     stairs = np.array([kind_of(element) == "stair" for element in scene.elements], dtype=np.bool_)
-    leads_down = stairs[scene.element_of_triangle] & (z_m.min(axis=1) >= ground_m - _BELOW_GROUND_M)
+    leads_down = stairs[scene.element_of_triangle] & (z_m.min(axis=1) >= ground_m - BELOW_GROUND_M)
     inside |= below_cut & leads_down
     inside[floor.ground_triangles] = False
     triangle = np.flatnonzero(inside)

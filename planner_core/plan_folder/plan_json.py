@@ -7,7 +7,6 @@ same bytes once the keys `DROPPABLE_KEYS` are taken out.
 from __future__ import annotations
 
 import json
-import math
 import os
 import platform
 from dataclasses import replace
@@ -57,8 +56,7 @@ from planner_core.plan_folder.plan_model.results import (
     LossSection,
     NetworkSection,
 )
-from planner_core.plan_folder.route_json import route_document, sealed_document
-from planner_core.plan_folder.why_json import why_document
+from planner_core.plan_folder.results_json import rounded, route_document, sealed_document, why_document
 from planner_core.requirements.goals import obstacles_of, required_of
 from planner_core.scene.file_formats import is_scene_file
 from planner_core.scene.load import LoadOptions
@@ -93,7 +91,7 @@ def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
         "stations": _stations(plan),
         "scope": _scope(plan),
         "coverage": _coverage(plan),
-        "coverage_curve": [_number(value, 9) for value in plan.coverage_curve],
+        "coverage_curve": [rounded(value, 9) for value in plan.coverage_curve],
         "optimality": _optimality(plan),
         "registration": _registration(plan),
         "route": route_document(plan),
@@ -105,7 +103,7 @@ def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
         "warnings": list(plan.warnings),
         "device": plan.engine,
         "versions": _versions(),
-        "timings_s": {stage: _number(plan.timings_s[stage], 3) for stage in sorted(plan.timings_s)},
+        "timings_s": {stage: rounded(plan.timings_s[stage], 3) for stage in sorted(plan.timings_s)},
     }
 
 
@@ -169,13 +167,6 @@ def read_plan_json(path: Path) -> dict[str, Any]:
     return read_plan(path).model_dump(mode="json", by_alias=True)
 
 
-def _number(value: float, digits: int = 6) -> float | None:
-    """Round to `digits` (micrometres for lengths), so that a file shows no more than is meant; NaN and inf: None."""
-    if not math.isfinite(value):
-        return None
-    return round(float(value), digits) + 0.0  # + 0.0 turns -0.0 into 0.0
-
-
 def _source(scene: Scene, folder: Path | None) -> dict[str, Any] | None:
     """The ways from the plan folder to the scene files; None for scenes from memory, and across Windows' drives."""
     files = [source.path for source in scene.sources]
@@ -194,24 +185,18 @@ def _source(scene: Scene, folder: Path | None) -> dict[str, Any] | None:
 def _scene(scene: Scene) -> dict[str, Any]:
     report = scene.report
     return {
-        "file": scene.source.path.name,
-        "sha256": scene.source.sha256,
-        "format": scene.source.format,
-        "schema": scene.source.schema,
-        "units": scene.source.unit_name,
-        "metres_per_unit": scene.source.metres_per_unit,
-        "up_axis": scene.source.up_axis,
+        **_file(scene.source),
         "glass": scene.source.glass,
         "doors": scene.source.doors,
-        "load_options": LoadOptionsSection.to_document(_load_options(scene.source)),
-        "other_files": [_file(source) for source in scene.further_sources],
+        **_options_section(scene.source),
+        "other_files": [{**_file(source), **_options_section(source)} for source in scene.further_sources],
         "n_doors_open": report.n_doors_open,
-        "offset": [_number(value) for value in scene.offset_m],
+        "offset": [rounded(value) for value in scene.offset_m],
         "georeference": _georeference(scene),
         "n_elements": len(scene.elements),
         "n_triangles": scene.n_triangles,
-        "glass_area_m2": _number(report.glass_area_m2),
-        "mirror_area_m2": _number(report.mirror_area_m2),
+        "glass_area_m2": rounded(report.glass_area_m2),
+        "mirror_area_m2": rounded(report.mirror_area_m2),
         "n_triangles_passing": _n_of(scene, Optics.PASSES),
         "n_triangles_stopping": _n_of(scene, Optics.STOPS),
         "repairs": {
@@ -236,8 +221,11 @@ def _file(source: SceneSource) -> dict[str, Any]:
         "units": source.unit_name,
         "metres_per_unit": source.metres_per_unit,
         "up_axis": source.up_axis,
-        "load_options": LoadOptionsSection.to_document(_load_options(source)),
     }
+
+
+def _options_section(source: SceneSource) -> dict[str, Any]:
+    return {"load_options": LoadOptionsSection.to_document(_load_options(source))}
 
 
 def _load_options(source: SceneSource) -> LoadOptions:
@@ -305,9 +293,9 @@ def _floor(floor: Floor, plan: Plan) -> dict[str, Any]:
     return {
         "id": floor.id,
         "name": floor.name,
-        "elevation_m": _number(floor.elevation_m + offset_m[2]),
-        "ground_area_m2": _number(floor.ground_area_m2),
-        "bounds": [[_number(value) for value in corner] for corner in floor.bounds_m + offset_m[:2]],
+        "elevation_m": rounded(floor.elevation_m + offset_m[2]),
+        "ground_area_m2": rounded(floor.ground_area_m2),
+        "bounds": [[rounded(value) for value in corner] for corner in floor.bounds_m + offset_m[:2]],
         "origin": floor.origin,
         "n_stations": sum(station.floor == floor.id for station in plan.stations),
     }
@@ -318,11 +306,11 @@ def _station(station: Station, scene: Scene) -> dict[str, Any]:
         "id": station.id,
         "floor": station.floor,
         "order": station.order,
-        "position": [_number(value) for value in station.position_m + scene.offset_m],
-        "instrument_height_m": _number(station.instrument_height_m),
+        "position": [rounded(value) for value in station.position_m + scene.offset_m],
+        "instrument_height_m": rounded(station.instrument_height_m),
         "fixed": station.fixed,
-        "covered_area_m2": _number(station.covered_area_m2),
-        "own_area_m2": _number(station.own_area_m2),
+        "covered_area_m2": rounded(station.covered_area_m2),
+        "own_area_m2": rounded(station.own_area_m2),
     }
 
 
@@ -338,7 +326,7 @@ def _losses(losses: tuple[Loss, ...], plan: Plan) -> dict[str, Any]:
     # What several requirements would lose counts once.
     lost = np.unique(np.concatenate([loss.patch for loss in losses]))
     return {
-        "lost_area_m2": _number(float(plan.survey.patches.area_m2[lost].sum())),
+        "lost_area_m2": rounded(float(plan.survey.patches.area_m2[lost].sum())),
         "losses": [LossSection.to_document(loss) for loss in losses if loss.patch.size],
     }
 
@@ -351,13 +339,13 @@ def _scope(plan: Plan) -> dict[str, Any]:
     outside = ~np.any([inside, *obstacles.values()], axis=0)
     return {
         "kind": Scope.ALL if survey.scope is None else survey.scope.kind,
-        "in_scope_area_m2": _number(float(area_m2[inside].sum())),
-        "out_of_scope_area_m2": _number(float(area_m2[outside].sum())),
+        "in_scope_area_m2": rounded(float(area_m2[inside].sum())),
+        "out_of_scope_area_m2": rounded(float(area_m2[outside].sum())),
         "obstacles": [
-            {"name": name, "area_m2": _number(float(area_m2[patches].sum()))} for name, patches in obstacles.items()
+            {"name": name, "area_m2": rounded(float(area_m2[patches].sum()))} for name, patches in obstacles.items()
         ],
         "left_out": [
-            {"name": name, "area_m2": _number(area)}
+            {"name": name, "area_m2": rounded(area)}
             for name, area in zip(survey.scene.source.leave_out, survey.scene.report.left_out_m2, strict=False)
         ],
     }
@@ -366,7 +354,7 @@ def _scope(plan: Plan) -> dict[str, Any]:
 def _coverage(plan: Plan) -> dict[str, Any]:
     floors = zip(plan.survey.floors, plan.coverage_by_floor, strict=True)
     return {
-        "max_patch_area_m2": _number(plan.survey.patches.max_area_m2, 9),
+        "max_patch_area_m2": rounded(plan.survey.patches.max_area_m2, 9),
         **CoverageFigures.to_document(plan.coverage),
         "floors": [{"floor": floor.id, **CoverageFigures.to_document(coverage)} for floor, coverage in floors],
     }
@@ -384,13 +372,13 @@ def _optimality(plan: Plan) -> dict[str, Any]:
         "objective": _OBJECTIVES[plan.settings.objective],
         "stations": n_stations,
         "lower_bound": bound,
-        "gap": _number((n_stations - plan.lower_bound) / n_stations, 9) if comparable else None,
+        "gap": rounded((n_stations - plan.lower_bound) / n_stations, 9) if comparable else None,
         "proven": comparable and bound == n_stations,
         "why_stopped": plan.why_stopped,
         "n_candidates_bounded": plan.n_candidates if plan.n_bounded is None else plan.n_bounded,
         "greedy_stations": plan.n_greedy,
-        "value": None if plan.objective_value is None else _number(plan.objective_value, 9),
-        "bound": None if plan.objective_bound is None else _number(plan.objective_bound, 9),
+        "value": None if plan.objective_value is None else rounded(plan.objective_value, 9),
+        "bound": None if plan.objective_bound is None else rounded(plan.objective_bound, 9),
     }
 
 
@@ -407,8 +395,8 @@ def _unseen(part: UnseenElement, scene: Scene) -> dict[str, Any]:
         "kind": element.kind,
         "source_id": element.source_id,
         "floor": part.floor,
-        "unseen_area_m2": _number(part.unseen_area_m2),
-        "achievable_area_m2": _number(part.achievable_area_m2),
+        "unseen_area_m2": rounded(part.unseen_area_m2),
+        "achievable_area_m2": rounded(part.achievable_area_m2),
     }
 
 

@@ -75,7 +75,7 @@ def write_report(plan: Plan, folder: Path, *, engine: ScanEngine, pictures: bool
     if plan.why is not None:
         (folder / "unseen_surfaces.csv").write_text(unseen_surfaces_csv(plan, plan.why), encoding="utf-8")
         yield "unseen_surfaces.csv"
-    page = _page(plan, source, pictures=pictures, without_pictures=missing)
+    page = report_page(plan, source, pictures=pictures, without_pictures=missing)
     (folder / "index.html").write_text(page, encoding="utf-8")
     yield "index.html"
 
@@ -104,16 +104,15 @@ def _write_pictures(plan: Plan, source: PlanSource, folder: Path, engine: ScanEn
     return missing
 
 
-def report_page(plan: Plan, *, pictures: bool = True, without_pictures: str = "") -> str:
+def report_page(
+    plan: Plan, source: PlanSource | None = None, *, pictures: bool = True, without_pictures: str = ""
+) -> str:
     """Return the text of index.html.
 
-    pictures : whether the page shows pictures at all.
+    source : of the plan; None: it is made. pictures : whether the page shows pictures at all.
     without_pictures : why there are no coverage pictures; empty where they are there.
     """
-    return _page(plan, source_of(plan), pictures=pictures, without_pictures=without_pictures)
-
-
-def _page(plan: Plan, source: PlanSource, *, pictures: bool, without_pictures: str) -> str:
+    source = source or source_of(plan)
     warnings = [
         *warnings_of(source),
         *(letter_warnings(plan) if pictures else ()),

@@ -27,6 +27,7 @@ from planner_core.model import (
     Int32Array,
     Int64Array,
     Plan,
+    Scene,
     Survey,
     UInt8Array,
 )
@@ -351,16 +352,28 @@ def view_lines_m(survey: Survey, view: SectionView) -> FloatArray:
 
 def _section(survey: Survey, cut_m: float) -> tuple[FloatArray, Int32Array]:
     """Section lines (K, 2, 3) and the element of each (K,)."""
-    corners = survey.scene.vertices_m[survey.scene.triangles]
-    above = corners[:, :, 2] > cut_m
-    cut = above.any(axis=1) & ~above.all(axis=1)
-    corners, element = corners[cut], survey.scene.element_of_triangle[cut]
-    ends = np.full((len(corners), 3, 3), np.nan)
+    segments_m, triangle = plane_crossings(survey.scene, cut_m)
+    heights_m = np.full((len(segments_m), 2, 1), cut_m)
+    return np.concatenate([segments_m, heights_m], axis=2), survey.scene.element_of_triangle[triangle]
+
+
+def plane_crossings(scene: Scene, z_m: float) -> tuple[FloatArray, Int64Array]:
+    """Segments (K, 2, 2), local, in which triangles cross the plane z = z_m, and the triangle of each (K,).
+
+    Ends are worked out from the lower to the upper vertex of an edge, so that its two triangles get the same bits.
+    """
+    above = scene.vertices_m[:, 2][scene.triangles] > z_m
+    triangle = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
+    corners_m, above = scene.vertices_m[scene.triangles[triangle]], above[triangle]
+    segments_m = np.zeros((len(triangle), 2, 2))
+    found = np.zeros(len(triangle), dtype=np.int64)
     for edge in range(3):
-        a, b = corners[:, edge], corners[:, (edge + 1) % 3]
-        crosses = (a[:, 2] > cut_m) != (b[:, 2] > cut_m)
-        share = (cut_m - a[crosses, 2]) / (b[crosses, 2] - a[crosses, 2])
-        ends[crosses, edge] = a[crosses] + share[:, None] * (b[crosses] - a[crosses])
-    # Exactly two of the three edges cross; the stable sort brings these two to the front.
-    order = np.argsort(np.isnan(ends[:, :, 0]), axis=1, kind="stable")[:, :2]
-    return np.take_along_axis(ends, order[:, :, None], axis=1), element
+        a, b = edge, (edge + 1) % 3
+        crosses = np.flatnonzero(above[:, a] != above[:, b])
+        up = above[crosses, b][:, None]
+        low_m = np.where(up, corners_m[crosses, a], corners_m[crosses, b])
+        high_m = np.where(up, corners_m[crosses, b], corners_m[crosses, a])
+        share = (z_m - low_m[:, 2]) / (high_m[:, 2] - low_m[:, 2])
+        segments_m[crosses, found[crosses]] = (low_m + share[:, None] * (high_m - low_m))[:, :2]
+        found[crosses] += 1  # exactly two of the three edges cross
+    return segments_m, triangle

@@ -25,7 +25,7 @@ from planner_core.plan_folder.plan_model.results import (
     RouteSection,
     StationSection,
 )
-from planner_core.plan_folder.route_json import route_document
+from planner_core.plan_folder.results_json import route_document
 from planner_core.plan_folder.viewer_files import range_step_m
 from planner_core.planning.live.live_plan import CloudWindow, DraftFigures, LivePlan, RouteResult
 from planner_core.planning.live.preview import Preview

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.export.floor_outlines import solid_rings
-from planner_core.export.section import CUT_HEIGHT_M, SectionLine, floor_section, lines_below
+from planner_core.export.section import SectionLine, floor_section, lines_below
 from planner_core.export.sheets.building import Building
 from planner_core.export.sheets.unseen import FloorVisibility, unseen_surface
 from planner_core.model import BoolArray, FloatArray, Floor, Scene
@@ -28,6 +28,7 @@ from planner_core.plan_folder.floor_marks import (
 )
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
 from planner_core.plan_folder.plan_words import planned_floors
+from planner_core.plan_folder.section_view import CUT_HEIGHT_M
 from planner_core.positions.outlines import over_polygon
 
 #: Beyond the ground's bounds: outer walls, a way around the house.

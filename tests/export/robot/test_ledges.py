@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from planner_core.export.chosen import RouteLeg
 from planner_core.export.map_sheets import map_sheets
 from planner_core.export.occupancy import FREE, OCCUPIED, UNKNOWN, occupancy_maps
 from planner_core.export.robot_ways import MappedGround, WayPiece, robot_ways
-from planner_core.export.route_lines import RouteLeg
 from planner_core.model import Floor, Survey
 from planner_core.positions.free_space import FreeSpace
 from planner_core.positions.local_site import Mover

@@ -11,7 +11,7 @@ import pytest
 
 from planner_core.model import FieldTime, Plan, SealedArea
 from planner_core.plan_folder.plan_json import plan_text
-from planner_core.plan_folder.route_json import sealed_document
+from planner_core.plan_folder.results_json import sealed_document
 from planner_core.positions.free_space import free_space
 from planner_core.positions.local_site import Ends
 from planner_core.positions.reach import reachability
