@@ -55,7 +55,7 @@ _MAX_IDS = 60
 class FloorSegment:
     """A stretch of the route on one floor. points_m : (M, 2). heights_m : (M,). Scene frame.
 
-    arrives, leaves : what to say where it goes over from or to another floor.
+    arrives, leaves : words where it goes over from or to another floor.
     """
 
     points_m: FloatArray
@@ -219,7 +219,7 @@ def _stairs(plan: PlanSource, sense: str, station: str | None, floor: int) -> st
 
 
 def breaks_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
-    """Say where the route goes on from stations that no path inside leads from."""
+    """Return stations that no path inside leads from, and the next of the route."""
     route = plan.document.get("route")
     at = {station.id: station for station in plan.stations}
     marks = []
@@ -285,7 +285,7 @@ def _is_on(plan: PlanSource, floor: FieldFloor, height_m: float) -> bool:
 
 
 def stairs_on(ways: Iterable[FloorSegment]) -> list[Mark]:
-    """Say where ways go over from and to other floors."""
+    """Return where ways go over from and to other floors."""
     return [
         Mark(at_m, words)
         for way in ways
@@ -363,7 +363,7 @@ def draw_floor_stations(
 ) -> None:
     """Draw numbered discs at spots (N, 2), and beside them ids, heights and links to other floors.
 
-    slopes : the whole floor does, so that heights say nothing.
+    slopes : the whole floor does, so that heights are left out.
     """
     words = [
         "  ".join(

@@ -86,7 +86,7 @@ def warnings(lines: Sequence[str]) -> str:
 def rows_of(table: Table) -> str:
     """A table under its heading; its head is repeated on every page when printed."""
     kinds = ["".join(f" {mark}" for mark, on in (("n", c.number), ("b", c.bold)) if on) for c in table.columns]
-    # On phones every row is a block, and its cells say themselves what they are.
+    # On phones every row is a block, and its cells have the names of their columns.
     names = [f' data-name="{escape(unbroken(column.title))}"' for column in table.columns]
 
     def cells(tag: str, row: Sequence[str], more: Sequence[str]) -> str:

@@ -259,7 +259,7 @@ def _notes(plan: PlanSource, station: FieldStation) -> Iterator[str]:
 
 
 def networks_table(plan: PlanSource) -> Table | None:
-    """Networks of scans and what holds them together; None where there is nothing to say: one station, or none."""
+    """Networks of scans and what holds them together; None of one station, or none."""
     networks = plan.document["registration"]["networks"]
     if len(plan.stations) < 2:
         return None

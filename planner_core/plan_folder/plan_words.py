@@ -252,7 +252,7 @@ def missed_on(document: Document, floor_id: str) -> float:
 
 
 def part_words(plan: PlanSource, part: Sequence[FieldFloor]) -> str:
-    """Say which floors of how many the sheets are of; nothing where they are of the whole plan."""
+    """Name the floors that the sheets are of, and of how many; nothing where they are of the whole plan."""
     if not part:
         return ""
     return f"Only {', '.join(floor.name for floor in part)}: {len(part)} of {len(plan.floors)} floors"

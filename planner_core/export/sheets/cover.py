@@ -90,7 +90,7 @@ def cover_figures(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> list[tup
 
 
 def north_words(plan: PlanSource) -> str:
-    """Say which north the drawings show, where it comes from, and how they are turned to it."""
+    """Return which north the drawings show, where it comes from, and how they are turned to it."""
     frame = plan.frame
     turned = _turned(frame.grid_north_rad)
     if not frame.is_scene:
@@ -103,7 +103,7 @@ def north_words(plan: PlanSource) -> str:
 
 
 def _turned(north_rad: float) -> str:
-    """Say how far north is from up on the drawings."""
+    """Return how far north is from up on the drawings."""
     degrees = round(math.degrees(north_rad), 1)
     if degrees == 0:
         return "up on the sheet"

@@ -98,7 +98,7 @@ def test_tables_of_one_floor_leave_out_others(site_plan: PlanSource, pdf_of: Cal
     lines = "\n".join(pdf_of(site_plan, floors=("F1",)).texts).splitlines()
     assert "F1" in lines and "S005" in lines
     assert not {"S001", "S002", "S003", "S004"} & set(lines)
-    place = lines.index("What stays unseen")
+    place = lines.index("Largest unseen surfaces")
     assert "F0" not in lines[place:]
 
 
