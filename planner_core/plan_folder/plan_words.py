@@ -197,6 +197,15 @@ def limits_words(required: Document, seen_from: int, unit: LengthUnit) -> str:
     return words + (f", from {seen_from} stations" if seen_from > 1 else "")
 
 
+def north_words(plan: PlanSource) -> str:
+    """Which north drawings show, and how it is known; empty where it is not."""
+    frame = plan.frame
+    if not frame.is_scene:
+        return "grid north" if frame.crs else "axis N of the site's coordinates"
+    known = frame.true_north_rad is not None
+    return f"true north as in the {plan.document['scene']['format'].upper()} file" if known else ""
+
+
 # ---------------------------------------------------------------------------------------------------- floors
 def planned_floors(document: Document) -> list[str]:
     """Ids of the floors that the plan is of: one that is not required counts as seen, whatever is seen of it."""

@@ -2,13 +2,19 @@
 
 import re
 from fractions import Fraction
+from html import unescape
+from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tlsplan.summary import show
 
-from planner_core.plan_folder.plan_words import bound_words, registration_words
+from planner_core.model import Plan
+from planner_core.plan_folder.plan_source import open_plan, source_of
+from planner_core.plan_folder.plan_tables import stations_tables
+from planner_core.plan_folder.plan_words import bound_words, coverage_words, plan_figures, registration_words
 
 
 def printed_percent(bound: float) -> str:
@@ -89,3 +95,20 @@ def test_weakest_link_is_the_one_nearest_to_what_is_required() -> None:
     assert registration_words(told).endswith(
         "2 unconnected groups, of 2, 2 stations; weakest: A1 to B1, 42.0 %, strength 0.020"
     )
+
+
+def test_summary_report_and_sheets_have_the_same_sentences(
+    plan: Plan, plan_folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    written = open_plan(plan_folder)
+    figures = plan_figures(written)
+    assert plan_figures(source_of(plan)) == figures
+    page = unescape((plan_folder / "report" / "index.html").read_text()).replace("\xa0", " ").replace("<wbr>", "")
+    assert all(f">{value}</td>" in page for _, value in figures)
+    cells = [cell for table in stations_tables(written) for row in table.rows for cell in row]
+    assert cells and all(f">{cell}</td>" in page for cell in cells)
+    show(written.document)
+    printed = capsys.readouterr().out
+    for sentence in (coverage_words(written.document), registration_words(written.document)):
+        assert sentence.replace("m²", "m2") in printed
+        assert any(sentence in value for _, value in figures)

@@ -13,7 +13,14 @@ from planner_core.plan_folder.drawing.canvas import ALARM, INK, QUIET, RULE, Box
 from planner_core.plan_folder.drawing.fonts import fitted, wrapped
 from planner_core.plan_folder.drawing.marks import corners
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
-from planner_core.plan_folder.plan_words import LEFT_OUT, WHOLE_PLAN, part_words, plan_figures, warnings_of
+from planner_core.plan_folder.plan_words import (
+    LEFT_OUT,
+    WHOLE_PLAN,
+    north_words,
+    part_words,
+    plan_figures,
+    warnings_of,
+)
 
 SUBTITLE = "Plan of the laser scans: stations, drawings to scale, registration, coverage"
 OVERVIEW = "report/overview.png"
@@ -86,20 +93,17 @@ def draw_cover(
 
 def cover_figures(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> list[tuple[str, str]]:
     """Figures of the plan, or of some floors, and which north the drawings show."""
-    return [*plan_figures(plan, part), ("North", north_words(plan))]
+    return [*plan_figures(plan, part), ("North", north_line(plan))]
 
 
-def north_words(plan: PlanSource) -> str:
+def north_line(plan: PlanSource) -> str:
     """Return which north the drawings show, where it comes from, and how they are turned to it."""
-    frame = plan.frame
-    turned = _turned(frame.grid_north_rad)
-    if not frame.is_scene:
-        kind = "grid north" if frame.crs else "axis N of the site's coordinates"
-        return f"arrow N on the drawings: {kind}, {turned}"
-    if frame.true_north_rad is None:
+    kind, turned = north_words(plan), _turned(plan.frame.grid_north_rad)
+    if not kind:
         return "not known; drawings are aligned with x and y of the scene"
-    text = f"true north as in the {plan.document['scene']['format'].upper()} file"
-    return f"{text}, {turned}; coordinates are not rotated to it"
+    if plan.frame.is_scene:
+        return f"{kind}, {turned}; coordinates are not rotated to it"
+    return f"arrow N on the drawings: {kind}, {turned}"
 
 
 def _turned(north_rad: float) -> str:

@@ -41,7 +41,7 @@ from planner_core.plan_folder.drawing.marks import (
     draw_scale_bar,
 )
 from planner_core.plan_folder.plan_source import PlanSource
-from planner_core.plan_folder.plan_words import NOT_PLANNED, cut_words, floor_words, stations_words
+from planner_core.plan_folder.plan_words import NOT_PLANNED, cut_words, floor_words, north_words, stations_words
 
 _FRAME = Pen(0.5)
 _LINE = Pen(0.25)
@@ -148,18 +148,9 @@ def _draw_north_or_axes(canvas: Canvas, plan: PlanSource, box: Box) -> None:
         draw_axes(canvas, (box.left + (7 if _has_two_arrows(frame) else 12), box.top - 10.5))
         if frame.true_north_rad is not None:
             _draw_north(canvas, frame.true_north_rad, (box.left + 24.3, box.top - 10.0), size=0.55, kind="true")
-    words = fitted(_north_words(plan), 5.8, box.width - 2)
+    words = f"{'' if frame.is_scene else 'N: '}{north_words(plan) or 'x, y of the scene; north not known'}"
+    words = fitted(words, 5.8, box.width - 2)
     canvas.text((box.left + box.width / 2, box.bottom + 13.4), words, 5.8, align="middle", colour=QUIET)
-
-
-def _north_words(plan: PlanSource) -> str:
-    """Say which north the arrow points to and how that is known, in few words."""
-    frame = plan.frame
-    if not frame.is_scene:
-        return "N: grid north" if frame.crs else "N: axis N of the site's coordinates"
-    if frame.true_north_rad is None:
-        return "x, y of the scene; north not known"
-    return f"true north: as in the {plan.document['scene']['format'].upper()} file"
 
 
 def _draw_scale(canvas: Canvas, plan: PlanSource, tile: Tile, box: Box) -> None:

@@ -11,7 +11,7 @@ import pypdf
 import pytest
 
 from planner_core.coordinates.request import FrameRequest
-from planner_core.export.sheets.cover import cover_figures, north_words
+from planner_core.export.sheets.cover import cover_figures, north_line
 from planner_core.model import SiteFrame
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.plan_folder.plan_words import time_words, warnings_of
@@ -148,7 +148,7 @@ def test_sheets_of_one_title_are_one_line_of_the_index(
     ],
 )
 def test_cover_says_which_north_and_where_it_comes_from(scene_plan: PlanSource, frame: SiteFrame, told: str) -> None:
-    assert north_words(replace(scene_plan, frame=frame)).startswith(told)
+    assert north_line(replace(scene_plan, frame=frame)).startswith(told)
 
 
 def test_cover_says_where_the_scene_file_puts_the_site(scene_plan: PlanSource) -> None:

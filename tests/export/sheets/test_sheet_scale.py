@@ -190,7 +190,7 @@ def test_axes_in_scene_coordinates_are_those_of_the_listed_coordinates(
     (kind,) = [mark for mark in words if mark.text == "true"]
     assert abs(kind.middle[0] - north.middle[0]) < 0.3 and 1.5 < abs(kind.middle[1] - north.middle[1]) < 3.5
     assert np.hypot(*(kind.middle - arrow[0].middle)) > np.hypot(*(north.middle - arrow[0].middle)) - 1.0
-    assert any(mark.text == "true north: as in the OBJ file" for mark in words)
+    assert any(mark.text == "true north as in the OBJ file" for mark in words)
 
 
 def test_floor_that_fits_on_no_sheet_is_laid_out_on_several(
