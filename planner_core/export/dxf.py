@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.errors import RequirementError
 from planner_core.export.chosen import chosen_floors, chosen_stations, ways_of
 from planner_core.export.dxf_document import (
     STYLE,
@@ -32,7 +31,7 @@ from planner_core.export.options import Options
 from planner_core.export.polylines import covered_polygons
 from planner_core.export.section import floor_outline, floor_section, lines_below
 from planner_core.export.sheets.building import Building, read_building
-from planner_core.export.sheets.paper import PAPERS
+from planner_core.export.sheets.paper import check_sheet
 from planner_core.export.sheets.unseen import unseen_surface
 from planner_core.model import FloatArray
 from planner_core.network.weak_motion import overlap_share
@@ -106,7 +105,7 @@ def write_dxf(plan: PlanSource, path: Path, options: Options, progress: Progress
     ExportError
         The plan folder's stage can't be read.
     """
-    _check(options)
+    check_sheet(options.paper, options.cut_m)
     floors, stations = chosen_floors(plan, options), chosen_stations(plan, options)
     drawing = _Drawing(plan, new_document(plan.frame.unit))
     drawing.add_layers(floors)
@@ -123,19 +122,12 @@ def write_dxf(plan: PlanSource, path: Path, options: Options, progress: Progress
         _draw_station(drawing, station)
     remarks += place_on_earth(drawing.document, plan.frame, drawing.middle())
     for floor in floors:
-        add_sheet(drawing.document, plan, floor, paper=options.paper, hidden=drawing.layers_of_others(floor))
+        add_sheet(drawing.document, plan, floor, paper=options.paper.upper(), hidden=drawing.layers_of_others(floor))
     drawing.document.header.custom_vars.append("Plan", plan.title)
     drawing.show_all()
     write_document(drawing.document, path, name=plan.title)
     progress(ProgressEvent("dxf", len(floors), len(floors)))
     return tuple(remarks)
-
-
-def _check(options: Options) -> None:
-    if options.paper not in PAPERS:
-        raise RequirementError(f"paper: got {options.paper!r}, expected one of {', '.join(PAPERS)}")
-    if not 0 < options.cut_m < math.inf:
-        raise RequirementError(f"cut: got {options.cut_m:g} m above the ground, expected more than 0; e.g. 1.2")
 
 
 @dataclass(eq=False)

@@ -101,6 +101,13 @@ def sheet_of(paper: str, *, upright: bool) -> Sheet:
     return Sheet(paper.upper(), *((short, long) if upright else (long, short)))
 
 
+def check_sheet(paper: str, cut_m: float) -> None:
+    """Refuse a paper that there is none of, and a height to cut walls at that is none; raises RequirementError."""
+    sheet_of(paper, upright=False)
+    if not 0.0 < cut_m < math.inf:
+        raise RequirementError(f"cut: got {cut_m:g} m, expected a height above the floor; e.g. 1.2")
+
+
 def text_sheet(paper: str) -> tuple[Sheet, float]:
     """Return the sheet that pages without drawings are laid out on, and how many times as large it is printed.
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
-from planner_core.errors import RequirementError
 from planner_core.export.chosen import chosen_floors, chosen_stations
 from planner_core.export.options import Options
 from planner_core.export.sheets.building import Building, read_building
@@ -15,7 +13,7 @@ from planner_core.export.sheets.charts import Histogram, draw_histogram, histogr
 from planner_core.export.sheets.cover import MAX_WARNINGS, draw_cover, draw_frame, text_room
 from planner_core.export.sheets.floor_page import Neighbour, draw_floor, is_empty
 from planner_core.export.sheets.floor_view import FloorView, view_floor
-from planner_core.export.sheets.paper import Sheet, Tile, sheet_of, sheet_scales, text_sheet, tiles_of
+from planner_core.export.sheets.paper import Sheet, Tile, check_sheet, sheet_scales, text_sheet, tiles_of
 from planner_core.export.sheets.table_layout import TablePiece, draw_piece, paginated
 from planner_core.plan_folder.curve_drawing import draw_curve
 from planner_core.plan_folder.drawing.canvas import Box, Canvas
@@ -82,9 +80,7 @@ def gather(plan: PlanSource, options: Options) -> Contents:
     MissingPackageError
         reportlab or matplotlib is missing.
     """
-    sheet_of(options.paper, upright=False)
-    if not 0.0 < options.cut_m < math.inf:
-        raise RequirementError(f"cut: got {options.cut_m:g} m, expected a height above the floor; e.g. 1.2")
+    check_sheet(options.paper, options.cut_m)
     wanted = [floor for floor in chosen_floors(plan, options) if _worth_a_sheet(plan, floor, options)]
     building = read_building(plan.folder)
     remarks = [building] if isinstance(building, str) else []

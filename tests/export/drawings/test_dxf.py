@@ -199,9 +199,9 @@ def test_one_floor_alone_has_only_its_layers(house, tmp_path):
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (Options(paper="A0"), "paper: got 'A0', expected one of A4, A3"),
-        (Options(cut_m=0.0), "cut: got 0 m above the ground, expected more than 0; e.g. 1.2"),
-        (Options(cut_m=math.nan), "cut: got nan m above the ground, expected more than 0; e.g. 1.2"),
+        (Options(paper="A0"), "paper: got 'A0', expected one of A4, A3; e.g. A3"),
+        (Options(cut_m=0.0), "cut: got 0 m, expected a height above the floor; e.g. 1.2"),
+        (Options(cut_m=math.nan), "cut: got nan m, expected a height above the floor; e.g. 1.2"),
     ],
 )
 def test_options_that_make_no_sense_are_refused_before_anything_is_written(options, told, house, tmp_path):
