@@ -14,7 +14,7 @@ from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Candidates, PlanSettings, Survey
-from planner_core.plan_folder.plan_json import _number
+from planner_core.plan_folder.results_json import rounded
 from planner_core.positions.admissibility import RefusalTally
 from planner_core.positions.candidates import (
     N_DIRECTIONS,
@@ -118,7 +118,7 @@ def test_a_place_is_the_same_once_plan_json_has_kept_it(place_m, offset_m):
     for digits in (6, SET_UP_DIGITS):
         local_m = as_written_m(np.array(place_m), digits)
         scene_m = local_m + np.array(offset_m, dtype=np.float64)
-        kept = json.loads(json.dumps([_number(float(value)) for value in scene_m]))
+        kept = json.loads(json.dumps([rounded(float(value)) for value in scene_m]))
         back_m = local_of_written_m(kept, np.array(offset_m, dtype=np.float64))
         assert back_m.tobytes() == local_m.tobytes()
 

@@ -12,7 +12,8 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, FloatArray, PlanSettings, Requirements, ScanBy, Scene
 from planner_core.network.links import overlap_links, surface_of_patches
 from planner_core.network.pair_overlap import SharedSurface
