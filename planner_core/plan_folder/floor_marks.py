@@ -30,7 +30,7 @@ from planner_core.plan_folder.drawing.marks import (
     zone_words,
 )
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
-from planner_core.plan_folder.plan_words import area_words
+from planner_core.plan_folder.plan_words import area_words, length_words
 
 Ground = Callable[[int], FloatArray]
 """Triangles (K, 3, 2) of the ground of the floor of that number, scene frame."""
@@ -45,6 +45,8 @@ _CLIMB_M = 1.0
 _ON_GROUND_M = 0.3
 #: How exactly: a fifth of a millimetre on paper at 1:50.
 _STEP_M = 0.01
+#: Targets hang about this high above the ground.
+_HAND_M = 1.3
 #: An entrance this near to the start of the route is the start.
 _SAME_PLACE_M = 1.0
 #: Up to so many stations on a drawing, ids that are not their numbers are written beside them.
@@ -245,6 +247,32 @@ def ends_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
     return [Mark(at_m[:2], words) for at_m, words in marks if _is_on(plan, floor, float(at_m[2]))]
 
 
+def targets_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
+    """Return places for targets between stations that do not register, with their heights above the floor."""
+    number = {station.id: station.number for station in plan.stations}
+    marks = []
+    for gap in _gaps_to_close(plan.document["registration"]):
+        ends = "/".join(str(number.get(gap["best"][end], gap["best"][end])) for end in ("a", "b"))
+        for x, y, z in gap["targets"]:
+            if _is_on(plan, floor, z - _HAND_M):
+                height = length_words(plan.frame.unit, z - floor.elevation_m, 1)
+                marks.append(Mark(np.array([x, y]), f"target {ends}, {height} up"))
+    return marks
+
+
+def _gaps_to_close(registration: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Gaps with places for targets that make one network of as many as can be, of most overlap: Kruskal's tree."""
+    gaps = registration.get("gaps", ())
+    network = list(range(1 + max((max(gap["networks"]) for gap in gaps), default=0)))
+    closed = []
+    for gap in sorted(gaps, key=lambda gap: -float(gap["best"]["overlap"])):
+        one, other = (network[number] for number in gap["networks"])
+        if one != other and gap.get("targets"):
+            network = [one if of == other else of for of in network]
+            closed.append(gap)
+    return closed
+
+
 def sealed_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
     """Return rooms of a floor that nobody can walk into."""
     return [
@@ -394,10 +422,12 @@ def draw_floor_words(
     stairs: Iterable[Mark],
     ends: Sequence[Mark],
     breaks: Iterable[Mark],
+    targets: Iterable[Mark],
     sealed: Iterable[Mark],
     zones: Iterable[DrawnZone],
 ) -> None:
-    """Write where the route changes floors, begins, ends and breaks off, where nobody gets in, and what zones are.
+    """Write where the route changes floors, begins, ends and breaks off, where targets help and nobody gets in, and
+    what zones are.
 
     zones : on paper.
     """
@@ -410,6 +440,10 @@ def draw_floor_words(
         labels.put(on_paper(mark.at_m), mark.words)
     for mark in ends:
         canvas.area([on_paper(mark.at_m) + 1.2 * np.array([(-1, -0.7), (1, -0.7), (0, 1)])], INK)
+    for mark in targets:
+        at = on_paper(mark.at_m)
+        canvas.area([at + 0.75 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])], INK)
+        labels.put(at, mark.words)
     for mark in sealed:
         labels.put(on_paper(mark.at_m), mark.words, apart=0.0)
     for zone in zones:

@@ -39,6 +39,7 @@ from planner_core.plan_folder.floor_marks import (
     sealed_hatch_m,
     sealed_on,
     stairs_on,
+    targets_on,
     ways_on,
     zones_on,
 )
@@ -143,6 +144,7 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVi
         stairs=stairs_on(ways),
         ends=ends_on(source, of),
         breaks=breaks_on(source, of),
+        targets=targets_on(source, of),
         sealed=sealed_on(source, of),
         zones=zones,
     )

@@ -301,10 +301,16 @@ def gaps_table(plan: PlanSource) -> Table | None:
             f"{gap['networks'][0] + 1} and {gap['networks'][1] + 1}",
             _pair(gap["best"], number),
             overlap_percent(gap["best"]["overlap"]),
+            "; ".join(_place(plan, place) for place in gap.get("targets", ())) or "none found",
         )
         for gap in gaps[:_MAX_NETWORKS]
     )
-    columns = (Column("Groups", 30), Column("Best link, by number", 30), Column("Overlap, %", 20, number=True))
+    columns = (
+        Column("Groups", 24),
+        Column("Best link, by number", 28),
+        Column("Overlap, %", 18, number=True),
+        Column("Places for targets that both stations see", 110),
+    )
     note = "Unconnected groups need targets, an open door or another station between them."
     note += f" {len(gaps) - len(rows)} more: see plan.json." if len(gaps) > len(rows) else ""
     return Table("Between unconnected groups", columns, rows, note)

@@ -23,6 +23,7 @@ from planner_core.plan_folder.floor_marks import (
     sealed_hatch_m,
     sealed_on,
     stairs_on,
+    targets_on,
     ways_on,
 )
 from planner_core.plan_folder.maps import view_floor, write_floor_map, write_link_map
@@ -129,6 +130,27 @@ def test_sealed_rooms_are_hatched_and_nothing_else_is(walked: Plan) -> None:
         assert paper.near(x_m, y_m, palette.INK, within_m=0.12), (x_m, y_m)
     for x_m, y_m in ((0.8, 2.7), (2.25, 3.35), (1.5, 2.3), (1.5, 3.75)):
         assert not paper.near(x_m, y_m, palette.INK, within_m=0.12), (x_m, y_m)
+
+
+def test_targets_are_marked_on_their_floor_for_the_gaps_that_make_one_network(plan: Plan) -> None:
+    source = source_of(plan)
+    first, second, third = (station.id for station in plan.stations[:3])
+    low_m, high_m = (floor.elevation_m for floor in source.floors[:2])
+
+    def gap(networks: list[int], a: str, b: str, overlap: float, *places: list[float]) -> dict[str, object]:
+        return {"networks": networks, "best": {"a": a, "b": b, "overlap": overlap}, "targets": list(places)}
+
+    gaps = [
+        gap([0, 1], first, second, 0.1, [9.0, 9.0, low_m + 1.0]),  # what the two others join needs no third
+        gap([0, 2], first, third, 0.28, [1.0, 2.0, low_m + 0.6], [4.0, 2.0, high_m + 1.5]),
+        gap([1, 2], second, third, 0.2, [2.0, 3.0, low_m + 2.25]),
+    ]
+    registration = {**source.document["registration"], "networks": [{}, {}, {}], "gaps": gaps}
+    apart = dataclasses.replace(source, document={**source.document, "registration": registration})
+    ground, upper = ([(*mark.at_m, mark.words) for mark in targets_on(apart, floor)] for floor in source.floors[:2])
+    assert ground == [(1.0, 2.0, "target 1/3, 0.6 m up"), (2.0, 3.0, "target 2/3, 2.2 m up")]
+    assert upper == [(4.0, 2.0, "target 1/3, 1.5 m up")]
+    assert targets_on(source, source.floors[0]) == []
 
 
 def test_links_are_classed_by_what_was_asked_for(plan: Plan) -> None:

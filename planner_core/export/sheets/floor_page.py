@@ -79,6 +79,7 @@ def draw_floor(
             stairs=stairs_on(view.ways),
             ends=view.ends,
             breaks=view.breaks,
+            targets=view.targets,
             sealed=view.sealed,
             zones=zones,
         )

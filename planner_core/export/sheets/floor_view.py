@@ -23,6 +23,7 @@ from planner_core.plan_folder.floor_marks import (
     ends_on,
     floor_links,
     sealed_on,
+    targets_on,
     ways_on,
     zones_on,
 )
@@ -59,6 +60,7 @@ class FloorView:
     ways: tuple[FloorSegment, ...]
     ends: tuple[Mark, ...]
     breaks: tuple[Mark, ...]
+    targets: tuple[Mark, ...]
     sealed: tuple[Mark, ...]
     links: tuple[FloatArray, FloatArray, FloatArray]
     elsewhere: dict[str, tuple[int, ...]]
@@ -97,6 +99,7 @@ def view_floor(
         ways=ways,
         ends=ends,
         breaks=tuple(breaks_on(plan, floor)),
+        targets=tuple(targets_on(plan, floor)),
         sealed=sealed,
         links=ends_of_links,
         elsewhere=elsewhere,
