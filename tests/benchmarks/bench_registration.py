@@ -65,6 +65,8 @@ SCENES: dict[str, Path | None] = {
     "schependomlaan": CORPUS / "ifc-schependomlaan-kalkzandsteen-archicad18.ifc",
 }
 PAIRS_A_SCENE, PAIRS_A_ROUND = 1000, 60
+#: Fewer rows make no rule that could be tested on scenes it has not seen.
+ENOUGH_FOR_RULES = 5000
 #: Starts that are off by at most so much: metres, degrees. Tracked: the instrument follows itself between set-ups.
 STARTS = {"tracked": (0.03, 0.5), "manual": (0.15, 3.0)}
 GLOBAL = {"level": True, "none": False}
@@ -175,6 +177,8 @@ def write_page(page: Path) -> None:
     put(page, "extent", [f"{rows.scene.size} pairs of {n_scenes} scenes; {n_global} of them without a start, too."])
     put(page, "shares", shares_table(rows, list(STARTS), list(METHODS)))
     put(page, "shares without a start", shares_table(rows, list(GLOBAL), list(METHODS)))
+    if rows.scene.size < ENOUGH_FOR_RULES:
+        return
     put(page, "rules", rules_table(rows, list(STARTS), list(METHODS)))
     lines: list[str] = []
     for start in STARTS:
