@@ -228,9 +228,9 @@ test('a coverage reads the same in headline, curve, floors, the bar of the edite
   const headline = (await viewer.page.getByTestId('coverage').textContent())!;
   expect(bar).toContain(`Coverage${headline}`);
   expect(curve).toContain(`${plan.stations.length} stations, ${headline}`);
-  // The report rounds as the viewer does: "95.3 % of 431 m² scannable".
-  const report = readFileSync(join(planFolder, 'report', 'index.html'), 'utf8');
-  expect(report).toContain(`${headline} of ${plan.coverage.achievable_area_m2.toFixed(0)} m² scannable`);
+  // The report rounds as the viewer does: "95.3 % of the 431 m² scannable".
+  const report = readFileSync(join(planFolder, 'report', 'index.html'), 'utf8').replaceAll('\u00a0', ' ');
+  expect(report).toContain(`${headline} of the ${plan.coverage.achievable_area_m2.toFixed(0)} m² scannable`);
   const rows = viewer.page.getByTestId('requirements').locator('tr');
   expect(await rows.filter({ hasText: 'Whole building' }).textContent()).toContain(headline);
   for (const { id, name } of plan.floors) {
@@ -242,8 +242,13 @@ test('a coverage reads the same in headline, curve, floors, the bar of the edite
 test.each([
   ['a phone', 390, 780],
   ['a desk at 200 %', 640, 400],
+  ['a tablet', 1024, 768],
+  ['a desk', 1440, 900],
 ])('on %s the picture has room, and nothing of the bar is cut off', async (name, width, height) => {
   await openEdit({ width, height });
+  // More words than of the plan as it was made: what each figure lost, and the groups that it fell into.
+  await viewer.changeAs('Ben', { kind: 'remove_station', station: second.id });
+  await expect.poll(() => viewer.page.getByTestId('totals').textContent()).toContain('−1');
   const scene = (await viewer.page.locator('.scene').boundingBox())!;
   expect(scene.height).toBeGreaterThan(200);
   const cut = await viewer.page.locator('.draft-bar, .draft-bar *').evaluateAll((all) =>

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import FloatArray, Optics, Scene
+from planner_core.model import FloatArray, Int64Array, Optics, Scene
 
 STEP_RAD = np.deg2rad(0.25)
 """Between beams: 4.4 cm at 10 m, about the finest voxel that clouds are registered with."""
@@ -44,7 +44,7 @@ def scan(engine: ScanEngine, scene: Scene, origin_m: FloatArray, random: np.rand
     pose[:3, :3] = _about((0.0, 0.0, 1.0), heading)
     pose[:3, 3] = origin_m
     out = beams @ pose[:3, :3].T
-    range_m, normal = _first_returns(engine, scene, origin_m, out)
+    range_m, triangle = _first_returns(engine, scene, origin_m, out)
     # What the edge of the beam meets: a ray beside its middle, evenly spread over its section.
     radius = np.sqrt(random.random(out.shape[0])) * (BEAM_DIAMETER_M / 2 + range_m * BEAM_DIVERGENCE_RAD / 2)
     beside, _ = _first_returns(engine, scene, origin_m, _deflected(out, radius / range_m, random))
@@ -52,7 +52,7 @@ def scan(engine: ScanEngine, scene: Scene, origin_m: FloatArray, random: np.rand
     mixed = np.abs(beside - range_m) < MIXED_WITHIN_M
     nearer = np.fmin(beside, range_m)
     measured = np.where(mixed, weight * range_m + (1.0 - weight) * beside, nearer)
-    cosine = np.abs(np.einsum("ij,ij->i", normal, out))
+    cosine = np.abs(np.einsum("ij,ij->i", _normals(scene, triangle), out))
     world = origin_m + measured[:, None] * out
     bend = BEND_M * np.sin(world / BEND_OVER_M + np.arange(3)).sum(axis=1)
     measured = measured + bend / np.maximum(cosine, 0.2)
@@ -85,8 +85,8 @@ def _beams(random: np.random.Generator) -> FloatArray:
 
 def _first_returns(
     engine: ScanEngine, scene: Scene, origin_m: FloatArray, out: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Ranges (N,), NaN where nothing returns, and normals (N, 3) of what is met."""
+) -> tuple[FloatArray, Int64Array]:
+    """Ranges (N,), NaN where nothing returns, and triangles (N,) that are met."""
     usable = np.isfinite(out).all(axis=1)
     rays = np.where(usable[:, None], out, [0.0, 0.0, 1.0])
     hits = engine.cast_rays(
@@ -95,17 +95,29 @@ def _first_returns(
     range_m = np.where(usable, hits.range_m.astype(np.float64), np.nan)
     if scene.optics_of_triangle is not None:
         range_m[(hits.triangle >= 0) & (scene.optics_of_triangle[hits.triangle] == Optics.STOPS)] = np.nan
-    corners = scene.vertices_m[scene.triangles[np.maximum(hits.triangle, 0)]].astype(np.float64)
+    return range_m, np.maximum(hits.triangle, 0).astype(np.int64)
+
+
+def _normals(scene: Scene, triangle: Int64Array) -> FloatArray:
+    """(N, 3) of triangles (N,)."""
+    met, place = np.unique(triangle, return_inverse=True)
+    corners = scene.vertices_m[scene.triangles[met]].astype(np.float64)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return range_m, normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    return np.asarray(normal[place])
 
 
 def _deflected(out: FloatArray, angle_rad: FloatArray, random: np.random.Generator) -> FloatArray:
     """Directions turned by small angles, each towards a side drawn at random."""
-    side = np.cross(out, random.standard_normal(out.shape))
-    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-12)
-    turned = out + np.tan(angle_rad)[:, None] * side
-    return np.asarray(turned / np.linalg.norm(turned, axis=1, keepdims=True))
+    side = random.standard_normal(out.shape)
+    side -= np.einsum("ij,ij->i", side, out)[:, None] * out
+    side *= (np.tan(angle_rad) / np.maximum(_lengths(side), 1e-12))[:, None]
+    turned = out + side
+    return turned / _lengths(turned)[:, None]
+
+
+def _lengths(vectors: FloatArray) -> FloatArray:
+    return np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
 
 
 def _about(axis: tuple[float, float, float], angle_rad: float) -> FloatArray:

@@ -22,7 +22,8 @@ REACHES_M = {"tracked": (0.1, 0.08, 0.05), "manual": (0.5, 0.25, 0.1), "found": 
 """Greatest distance of matched points at each voxel, by how far off a start may be: 0.15 m and 3 degrees are 0.4 m at
 5 m. Found: by features."""
 _MOST_POINTS = (2000, 4000, 8000)
-"""Of a source at each voxel, drawn at random."""
+"""Of a source at each voxel, drawn at random; of these a pair takes those that have a neighbour."""
+_MOST_MATCHED = 4000
 _NORMALS_AGREE = 0.7
 _ROUNDS = (15, 10, 10)
 _LEAST_PAIRS = 12
@@ -41,8 +42,7 @@ class Prepared:
     cloud: Cloud
     levels: tuple[tuple[Any, cKDTree, Any], ...]
     """All points and their tree, and those that are matched as a source."""
-    gicp: tuple[tuple[small_gicp.PointCloud, small_gicp.KdTree, small_gicp.PointCloud], ...]
-    """All points and their tree, and those that are matched as a source."""
+    gicp: tuple[tuple[small_gicp.PointCloud, small_gicp.KdTree], ...]
     coarse: FloatArray
 
 
@@ -57,15 +57,17 @@ def prepare(cloud: Cloud, random: np.random.Generator) -> Prepared:
         n = len(points.points)
         few = points.select_by_index(random.choice(n, min(n, most), replace=False))
         levels.append((points, cKDTree(np.asarray(points.points)), few))
-        gicp.append(_for_gicp(points, few, voxel_m))
+        gicp.append(small_gicp.preprocess_points(np.asarray(points.points), voxel_m / 100, 20, 1))
     coarse = np.asarray(whole.voxel_down_sample(GLOBAL_VOXEL_M / 2).points)
     return Prepared(cloud, tuple(levels), tuple(gicp), coarse)
 
 
-def _for_gicp(points: Any, few: Any, voxel_m: float) -> tuple[Any, Any, Any]:
-    target, tree = small_gicp.preprocess_points(np.asarray(points.points), voxel_m / 100, 20, 1)
-    source, _ = small_gicp.preprocess_points(np.asarray(few.points), voxel_m / 100, 10, 1)
-    return target, tree, source
+def _near(few: Any, tree: cKDTree, pose: FloatArray, reach_m: float) -> list[int]:
+    """Points of a source that a target's may come to match: others cost time, and are dropped at last."""
+    at_m = np.asarray(few.points) @ pose[:3, :3].T + pose[:3, 3]
+    away_m, _ = tree.query(at_m, distance_upper_bound=2.0 * reach_m)
+    near = np.flatnonzero(np.isfinite(away_m))
+    return list(near[:_MOST_MATCHED])
 
 
 def point_to_plane(target: Prepared, source: Prepared, start: FloatArray, kind: str) -> FloatArray:
@@ -76,6 +78,7 @@ def point_to_plane(target: Prepared, source: Prepared, start: FloatArray, kind: 
         estimate = o3d.pipelines.registration.TransformationEstimationPointToPlane(
             o3d.pipelines.registration.TukeyLoss(k=reach_m / 2)
         )
+        few = few.select_by_index(_near(few, tree, pose, reach_m))
         of_target, of_source = np.asarray(points.normals), np.asarray(few.normals)
         for _ in range(rounds):
             here = o3d.geometry.PointCloud(few).transform(pose)
@@ -98,11 +101,15 @@ def point_to_plane(target: Prepared, source: Prepared, start: FloatArray, kind: 
 def generalised(target: Prepared, source: Prepared, start: FloatArray, kind: str) -> FloatArray:
     """Multi-scale generalised ICP of small_gicp."""
     pose = start.copy()
-    levels = zip(target.gicp, source.gicp, REACHES_M[kind], _ROUNDS, strict=True)
-    for (points, tree, _), (_, _, few), reach_m, rounds in levels:
+    levels = zip(target.levels, target.gicp, source.levels, REACHES_M[kind], _ROUNDS, strict=True)
+    for (_, of_points, _), (points, tree), (_, _, few), reach_m, rounds in levels:
+        near = np.asarray(few.points)[_near(few, of_points, pose, reach_m)]
+        if len(near) < _LEAST_PAIRS:
+            return pose
+        matched, _ = small_gicp.preprocess_points(near, VOXELS_M[-1] / 100, 10, 1)
         found = small_gicp.align(
             points,
-            few,
+            matched,
             tree,
             pose,
             registration_type="GICP",

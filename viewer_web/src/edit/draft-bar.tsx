@@ -35,6 +35,7 @@ export function DraftBar({ store }: { store: Store }) {
       class={isStale(store) ? 'draft-bar draft-bar-stale' : 'draft-bar'}
       aria-label={t('Edited plan')}
       data-testid="draft-bar"
+      ref={keepsHeight}
       {...measured(editing)}
     >
       {isEdited ? (
@@ -46,6 +47,15 @@ export function DraftBar({ store }: { store: Store }) {
       {canEdit(store) && <UndoButtons store={store} />}
     </section>
   );
+}
+
+/** As high as it once was at this width: where a line came and went, the building would jump under the pointer. */
+function keepsHeight(bar: HTMLElement | null): void {
+  if (bar === null) return;
+  const width = `${bar.clientWidth}`;
+  if (bar.dataset.width !== width) bar.style.minHeight = '';
+  bar.dataset.width = width;
+  bar.style.minHeight = `${bar.offsetHeight}px`;
 }
 
 /** For the record of tests: how long previews took so far, in milliseconds. */
@@ -101,7 +111,7 @@ function TotalsList({ totals, planned, isLive }: { totals: Totals | null; planne
   const connectivity = totals.nNetworks === 1 ? t('connected') : t('{n} unconnected groups', { n: totals.nNetworks });
   return (
     <dl data-testid="totals">
-      {/* What may be wrong comes first: the strip is one line high, and the rest of it scrolls. */}
+      {/* What may be wrong comes first. */}
       <Met totals={totals} />
       <div class={totals.lacksNetwork ? 'change-down' : ''}>
         <dt>{t('Links')}</dt>
