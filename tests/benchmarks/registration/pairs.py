@@ -25,7 +25,7 @@ from planner_core.requirements.goals import goals_of
 from planner_core.requirements.observe_candidates import observe_candidates
 from planner_core.scanner.load_scanner import load_scanner
 
-N_STATIONS = 56
+N_STATIONS = 64
 LEAST_OVERLAP, LEAST_COMMON_M2 = 0.02, 0.3
 OVERLAPS = (0.02, 0.05, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.4, 0.6, 1.01)
 """Pairs are drawn from each of these bins alike, as far as there are any."""
