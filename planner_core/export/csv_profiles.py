@@ -254,7 +254,7 @@ def _teller(plan: PlanSource, profile: CsvProfile, options: Options) -> Callable
             }[letter]
             return _plain(text, profile)
         if letter == "O":
-            return str(station.number)
+            return str(station.order)
         value = {
             "E": at[0],
             "X": at[0],

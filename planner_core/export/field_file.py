@@ -23,7 +23,7 @@ from planner_core.export.section import floor_section
 from planner_core.export.sheets.building import read_building
 from planner_core.model import FloatArray, Floor
 from planner_core.model.review import ReviewedStation
-from planner_core.plan_folder.plan_source import PlanSource
+from planner_core.plan_folder.plan_source import PlanSource, station_numbers
 from planner_core.progress import Progress, ProgressEvent
 from planner_core.review.stations import reviewed_stations
 from planner_core.review.store import ReviewStore
@@ -82,18 +82,18 @@ def _site(plan: PlanSource) -> dict[str, Any] | None:
 
 
 def _stations(plan: PlanSource, reviewed: tuple[ReviewedStation, ...]) -> list[dict[str, Any]]:
-    """Stations still to be scanned as reviewers left them, in the plan's order of visits; added ones last."""
-    number = {station.id: station.number for station in plan.stations}
-    found = sorted((each for each in reviewed if not each.fixed), key=lambda each: number.get(each.id, len(number) + 1))
+    """Stations still to be scanned as reviewers left them, in the order of visits."""
+    numbers = station_numbers([each.id for each in reviewed])
     return [
         {
             "id": each.id,
-            "number": number.get(each.id),
+            "number": number,
             "floor": each.floor,
             "position": [round(value, 4) for value in each.position_m],
             "instrument_height_m": each.instrument_height_m,
         }
-        for each in found
+        for each, number in zip(reviewed, numbers, strict=True)
+        if not each.fixed
     ]
 
 

@@ -159,7 +159,7 @@ def _station_properties(plan: PlanSource, station: FieldStation) -> dict[str, An
     return {
         "kind": "station",
         "id": station.id,
-        "order": station.number,
+        "order": station.order,
         "floor": station.floor_id,
         "floor_name": station.floor_name,
         "ground_height_m": _known(float(station.site_ground_m[2])),

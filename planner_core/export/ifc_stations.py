@@ -242,7 +242,7 @@ def _add_stations(
             "IfcBuildingElementProxy",
             f"station/{station.id}",
             Name=station.id,
-            Description=f"Station {station.number} on the route",
+            Description=f"Station {station.order} on the route",
             ObjectType=OBJECT_TYPE,
             ObjectPlacement=target.placement(station.position_m, where.ObjectPlacement),
             Representation=target.shape(station.instrument_height_m, body),

@@ -152,7 +152,7 @@ def _add_stations(
 
 
 def _values(plan: PlanSource, station: FieldStation, *, scanned: bool) -> Iterator[tuple[str, str]]:
-    yield "order", str(station.number)
+    yield "order", str(station.order)
     yield "floor", station.floor_id
     unit = plan.frame.unit
     yield f"ground_height_{unit.symbol}", figure(unit.of(float(station.site_ground_m[2])))

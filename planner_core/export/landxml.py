@@ -142,7 +142,7 @@ def _add_points(root: ElementTree.Element, plan: PlanSource, floor: FloorStation
 
 def _properties(frame: SiteFrame, station: FieldStation, *, scanned: bool) -> Iterator[tuple[str, str]]:
     yield "floor", station.floor_name
-    yield "order", str(station.number)
+    yield "order", str(station.order)
     unit = frame.unit
     yield f"instrument_height_{unit.symbol}", figure(unit.of(station.instrument_height_m))
     yield f"ground_height_{unit.symbol}", figure(unit.of(float(station.site_ground_m[2])))

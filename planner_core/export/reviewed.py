@@ -24,7 +24,7 @@ from planner_core.model import Plan
 from planner_core.model.review import PlanUnderReview, Review, ReviewedStation, StationEdit
 from planner_core.plan_folder.plan_model.given import SiteSection
 from planner_core.plan_folder.plan_settings import ScenePaths, settings_of
-from planner_core.plan_folder.plan_source import FieldStation, PlanSource, open_plan
+from planner_core.plan_folder.plan_source import FieldStation, PlanSource, open_plan, station_numbers
 from planner_core.progress import Progress, silent
 from planner_core.review.replan import site_with_areas
 from planner_core.review.stations import reviewed_stations
@@ -102,23 +102,23 @@ def reviewed_source(plan: PlanSource, stations: Sequence[ReviewedStation], edite
     Parameters
     ----------
     stations
-        As reviewed. Those of the plan keep its visiting order; added ones come last.
+        As reviewed, in visiting order.
     edited
         Ids of those that are not what and where they were.
     """
     before = {station.id: station for station in plan.stations}
-    in_order = sorted(stations, key=lambda each: before[each.id].number if each.id in before else math.inf)
     names = {floor.id: floor.name for floor in plan.floors}
+    numbers = station_numbers([station.id for station in stations])
     placed = tuple(
-        _placed(plan, station, names.get(station.floor, station.floor), number, before.get(station.id))
-        for number, station in enumerate(in_order, start=1)
+        _placed(plan, station, names.get(station.floor, station.floor), number, order, before.get(station.id))
+        for order, (station, number) in enumerate(zip(stations, numbers, strict=True), start=1)
     )
     links = tuple(link for link in plan.links if not {link.a, link.b} & set(edited))
     return replace(plan, stations=placed, links=links, _made={})
 
 
 def _placed(
-    plan: PlanSource, station: ReviewedStation, floor_name: str, number: int, before: FieldStation | None
+    plan: PlanSource, station: ReviewedStation, floor_name: str, number: int, order: int, before: FieldStation | None
 ) -> FieldStation:
     covered_m2 = math.nan if before is None or station.moved else before.covered_area_m2
     return FieldStation(
@@ -126,7 +126,7 @@ def _placed(
         number=number,
         floor_id=station.floor,
         floor_name=floor_name,
-        order=number,
+        order=order,
         position_m=np.array(station.position_m, dtype=np.float64),
         instrument_height_m=math.nan if station.instrument_height_m is None else station.instrument_height_m,
         frame=plan.frame,

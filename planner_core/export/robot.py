@@ -249,7 +249,7 @@ def _waypoint(mission: _Mission, station: FieldStation) -> dict[str, Any]:
     crew, stand = mission.settings.crew, mission.stands[station.id]
     return {
         "id": station.id,
-        "order": station.number,
+        "order": station.order,
         "floor": station.floor_id,
         "map": mission.map_name(stand.sheet),
         "cell": stand.cell,

@@ -154,7 +154,9 @@ def write_floor_picture(plan: Plan, floor_index: int, path: Path, *, source: Pla
     # Bytes, as matplotlib would make them itself after half a dozen copies of the floats.
     canvas.raster((255 * rgb).astype(np.uint8), box.left, box.bottom)
     with canvas.clip(box):
-        _draw_marks(canvas, stations, strong_links(plan, stations), eye, box)
+        number = {station.id: station.number for station in source.stations}
+        numbers = [number[station.id] for station in stations]
+        _draw_marks(canvas, stations, numbers, strong_links(plan, stations), eye, box)
     draw_header(canvas, floor.name, floor_subtitle(plan, source, floor), floor_figures(source, floor.id))
     draw_footer(canvas, legend=coverage_legend(plan), lines=(("registration link", Pen(0.5, palette.LINK)),))
     canvas.save(path)
@@ -365,7 +367,9 @@ def averaged(drawn: UInt8Array) -> FloatArray:
     return levels
 
 
-def _draw_marks(canvas: Canvas, stations: list[Station], links_m: FloatArray, eye: Eye, box: Box) -> None:
+def _draw_marks(
+    canvas: Canvas, stations: list[Station], numbers: list[int], links_m: FloatArray, eye: Eye, box: Box
+) -> None:
     """Numbers of the stations; poles and links once more as thin lines that show through walls."""
 
     def on_paper(points_m: FloatArray) -> FloatArray:
@@ -378,4 +382,4 @@ def _draw_marks(canvas: Canvas, stations: list[Station], links_m: FloatArray, ey
     poles_m = np.stack([np.array([foot_m(station) for station in stations]), sensors_m], axis=1)
     for lines_m, pen in ((poles_m, _HIDDEN_POLE), (links_m, _HIDDEN_LINK)):
         canvas.lines(list(on_paper(lines_m.reshape(-1, 3)).reshape(-1, 2, 2)), pen)
-    draw_stations(Labels(canvas, box, []), on_paper(sensors_m), [station.order for station in stations])
+    draw_stations(Labels(canvas, box, []), on_paper(sensors_m), numbers)

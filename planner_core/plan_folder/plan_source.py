@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -31,11 +32,11 @@ class FieldStation:
 
     id: str
     number: int
-    """Place in the walk, from 1."""
+    """Its own, whatever the order of visits: see `station_numbers`."""
     floor_id: str
     floor_name: str
     order: int
-    """As plan.json has it; lists of stations give `number`."""
+    """Place in the walk, from 1."""
     position_m: FloatArray
     """Of the sensor."""
     instrument_height_m: float
@@ -190,8 +191,14 @@ def _source(
         for row in document["floors"]
     )
     names = {floor.id: floor.name for floor in floors}
-    in_order = sorted(document["stations"], key=lambda row: row["order"])
-    stations = tuple(_station(row, names, frame, number) for number, row in enumerate(in_order, start=1))
+    # A list of stations that was evaluated keeps its own order in plan.json, and is walked through in the route's.
+    place = {name: order for order, name in enumerate((document.get("route") or {"order": ()})["order"])}
+    in_order = sorted(document["stations"], key=lambda row: (place.get(row["id"], len(place)), row["order"]))
+    numbers = station_numbers([row["id"] for row in in_order])
+    stations = tuple(
+        _station(row, names, frame, number, order)
+        for order, (row, number) in enumerate(zip(in_order, numbers, strict=True), start=1)
+    )
     # Without its folder; plans of Windows may name that, with backslashes.
     name = document["scene"]["file"].replace("\\", "/").rpartition("/")[2] or folder.name
     title = scene_title(one_line(name), len(document["scene"]["other_files"]))
@@ -212,13 +219,22 @@ def link_of(row: Mapping[str, Any]) -> Link:
     return Link(row["a"], row["b"], row["overlap"], strength, motion, bool(row.get("as_set_up")))
 
 
-def _station(row: Mapping[str, Any], floor_names: Mapping[str, str], frame: SiteFrame, number: int) -> FieldStation:
+def station_numbers(ids: Sequence[str]) -> tuple[int, ...]:
+    """Numbers of stations on marks and in tables: 4 for `S004`; their places where ids are no such numbers."""
+    found = [re.fullmatch("S0*([0-9]{1,4})", name) for name in ids]
+    numbers = tuple(int(match[1]) for match in found if match)
+    return numbers if len(set(numbers)) == len(ids) else tuple(range(1, len(ids) + 1))
+
+
+def _station(
+    row: Mapping[str, Any], floor_names: Mapping[str, str], frame: SiteFrame, number: int, order: int
+) -> FieldStation:
     return FieldStation(
         id=row["id"],
         number=number,
         floor_id=row["floor"],
         floor_name=floor_names.get(row["floor"], row["floor"]),
-        order=row["order"],
+        order=order,
         position_m=np.array(row["position"], dtype=np.float64),
         instrument_height_m=math.nan if row["instrument_height_m"] is None else row["instrument_height_m"],
         frame=frame,

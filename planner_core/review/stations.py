@@ -6,14 +6,34 @@ from planner_core.model.review import PlanUnderReview, Review, ReviewedStation, 
 
 
 def reviewed_stations(plan: PlanUnderReview, review: Review) -> tuple[ReviewedStation, ...]:
-    """Return the plan's stations in its order, without those taken out, then the added ones by id."""
-    planned = [
+    """Return the plan's stations in the order of visits, without those taken out.
+
+    Added ones come behind the nearest, by id.
+    """
+    found = [
         reviewed_station(station.id, station, edit)
         for station in plan.stations
         if (edit := review.stations.get(station.id)) is None or not edit.removed
     ]
-    added = [reviewed_station(name, None, edit) for name, edit in sorted(review.stations.items()) if edit.added]
-    return (*planned, *added)
+    for name, edit in sorted(review.stations.items()):
+        if edit.added:
+            added = reviewed_station(name, None, edit)
+            found.insert(_place_in_visits(found, added), added)
+    return tuple(found)
+
+
+def _place_in_visits(stations: list[ReviewedStation], added: ReviewedStation) -> int:
+    """Behind the station of its floor that is nearest in plan, the first of equals; last where its floor has none.
+
+    The viewer's `draftStations` has the same rule.
+    """
+    x, y, _ = added.position_m
+    away = [
+        ((each.position_m[0] - x) ** 2 + (each.position_m[1] - y) ** 2, place)
+        for place, each in enumerate(stations)
+        if each.floor == added.floor
+    ]
+    return min(away)[1] + 1 if away else len(stations)
 
 
 def reviewed_station(name: str, planned: ReviewedStation | None, edit: StationEdit | None) -> ReviewedStation:

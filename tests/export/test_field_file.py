@@ -41,9 +41,10 @@ def test_stations_are_those_of_the_review_and_the_file_knows_its_revision(box_fo
     assert (document["schema"], document["plan_sha256"], document["revision"]) == (SCHEMA, sha256, 1)
     told = {each["id"]: each for each in document["stations"]}
     assert told[station["id"]]["position"] == pytest.approx([x + 0.1, y, z], abs=1e-4)
-    assert (
-        list(told)[-1] not in {each["id"] for each in plan["stations"]} and document["stations"][-1]["number"] is None
-    )
+    planned = [each["id"] for each in plan["stations"]]
+    added = next(name for name in told if name not in planned)
+    assert list(told) == [planned[0], added, *planned[1:]]
+    assert [each["number"] for each in document["stations"]] == [int(name.lstrip("S0")) for name in told]
     assert len(remarks) == 1 and "walls" in remarks[0]  # this folder has no stage
     store.commit(1, [RemoveStation(station["id"])], "Ada")
     assert station["id"] not in {each["id"] for each in written(folder, tmp_path / "b.html")[1]["stations"]}

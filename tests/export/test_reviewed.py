@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import csv
 import io
+import json
+import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -30,6 +33,8 @@ from planner_core.review.changes import (
     SetVerdict,
 )
 from planner_core.review.store import ReviewStore
+
+from .conftest import by_hand
 
 
 def change(folder: Path, *changes: Change) -> None:
@@ -59,7 +64,7 @@ def test_stations_of_the_list_are_those_of_the_review(box_folder: Path) -> None:
     added = AddStation((x + 0.5, y + 0.5, z), planned[0]["floor"], 1.5, station="N1")
     change(folder, MoveStation(first, (x + 0.25, y, z)), added)
     after, remarks = exported(folder)
-    assert [row["name"] for row in after] == [*(row["name"] for row in before), "N1"]
+    assert [row["name"] for row in after] == [first, "N1", *(row["name"] for row in before[1:])]
     east = {row["name"]: float(row["easting_m"]) for row in after}
     north = {row["name"]: float(row["northing_m"]) for row in after}
     was = {row["name"]: (float(row["easting_m"]), float(row["northing_m"])) for row in before}
@@ -70,6 +75,32 @@ def test_stations_of_the_list_are_those_of_the_review(box_folder: Path) -> None:
     assert first in said and "N1" in said
     change(folder, RemoveStation("N1"))
     assert "N1" not in {row["name"] for row in exported(folder)[0]}
+
+
+def test_all_that_is_handed_over_has_the_same_stations_in_the_same_order_by_the_same_numbers(
+    written_plan: Callable[..., Path], tmp_path: Path
+) -> None:
+    import ifcopenshell
+    from ifcopenshell.util.element import get_psets
+
+    planned = by_hand()["stations"]
+    folder = written_plan(stations=[{**each, "instrument_height_m": 1.5} for each in planned])
+    change(folder, AddStation((2.5, 3.0, 4.3), "F1", 1.5), RemoveStation("S001"))
+    rows, _ = exported(folder)
+    assert [(row["name"], row["order"]) for row in rows] == [("S002", "1"), ("S004", "2"), ("S003", "3")]
+    export_plan("field", folder, tmp_path / "field.html")
+    field = re.search(
+        r'<script id="plan" type="application/json">(.*?)</script>', (tmp_path / "field.html").read_text()
+    )
+    assert field is not None
+    # S003 is scanned already.
+    stations = json.loads(field[1])["stations"]
+    assert [(each["id"], each["number"]) for each in stations] == [("S002", 2), ("S004", 4)]
+    export_reviewed("ifc", folder, tmp_path / "stations.ifc")
+    model = ifcopenshell.open(str(tmp_path / "stations.ifc"))
+    marks = model.by_type("IfcBuildingElementProxy")
+    found = {next(iter(get_psets(mark).values()))["Id"]: (mark.Description, mark.Tag) for mark in marks}
+    assert found == {f"S00{n}": (f"Station {order} on the route", str(n)) for order, n in ((1, 2), (2, 4), (3, 3))}
 
 
 def test_links_and_areas_of_edited_stations_are_left_out_of_ifc(box_folder: Path, tmp_path: Path) -> None:

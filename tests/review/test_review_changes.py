@@ -80,11 +80,16 @@ def test_a_raised_station_stays_over_its_spot(plan: PlanUnderReview) -> None:
     assert raised.position_m == pytest.approx((X + 1.0, Y + 2.0, Z + 1.9), abs=1e-6)
 
 
-def test_stations_taken_out_are_gone_and_added_ones_come_last_with_free_ids(plan: PlanUnderReview) -> None:
+def test_stations_taken_out_are_gone_and_added_ones_come_behind_the_nearest_with_free_ids(
+    plan: PlanUnderReview,
+) -> None:
     review = after(c.RemoveStation("S001"), c.AddStation(HERE, "F1", 1.6), c.AddStation(HERE, "F0"))
     stations = reviewed_stations(plan, review)
-    assert [station.id for station in stations] == ["S002", "S003", "S 04", "S004", "S005"]
+    # S004 is alone on its floor, S005 nearest to the last of its own.
+    assert [station.id for station in stations] == ["S002", "S003", "S 04", "S005", "S004"]
     assert [station.added for station in stations] == [False, False, False, True, True]
+    between = after(c.AddStation((X + 2.2, Y + 2.1, Z + 1.6), "F0"), review=review)
+    assert [station.id for station in reviewed_stations(plan, between)][:3] == ["S002", "S006", "S003"]
 
 
 def test_the_id_of_a_removed_station_is_not_given_to_another_one() -> None:

@@ -1,12 +1,13 @@
 /** The field view in a real browser: ticks that stay on the device, no network, stations at one position. */
 import { beforeEach, expect, inject, test } from 'vitest';
+import { draftStations } from '../src/edit/draft.ts';
 import { routeStops } from '../src/field/route.ts';
 import { type ViewerPage, viewerPages } from './browser.ts';
 import { PlanFiles } from './plan-files.ts';
 
 const address = inject('address');
 const { plan } = new PlanFiles(inject('planFolder'));
-const stops = routeStops(plan);
+const stops = routeStops(plan, draftStations(plan, null));
 
 const openPage = viewerPages({ width: 768, height: 1024, hasTouch: true });
 let viewer: ViewerPage;
@@ -35,6 +36,21 @@ test('ticks stay on the device, work without a network, and can be taken back', 
   await viewer.page.context().setOffline(false);
   // The page notes that events could not be had meanwhile.
   viewer.faults.splice(0);
+});
+
+test('stations are those of the review, by their own numbers', async () => {
+  const [first, second, third] = stops;
+  const [x, y, z] = first.positionM;
+  await viewer.changeAs('Ben', { kind: 'remove_station', station: second.stationId });
+  await viewer.changeAs('Ben', { kind: 'add_station', position_m: [x + 0.3, y, z], floor: first.floorId });
+  const rows = viewer.page.locator('.field-stop');
+  const ids = [first.stationId, `S0${stops.length + 1}`, third.stationId];
+  await expect.poll(async () => (await rows.locator('.field-stop-name').allTextContents())[1]).toContain(ids[1]);
+  const shown = await rows.evaluateAll((all) => all.map((row) => row.textContent?.match(/^(\d+)(S\d+)/)?.slice(1)));
+  expect(shown.slice(0, 3)).toEqual(ids.map((id) => [`${Number(id.slice(1))}`, id]));
+  expect(shown).toHaveLength(stops.length);
+  await viewer.page.getByText('ways to and from these are not known').waitFor();
+  await viewer.screenshot('field-4-reviewed');
 });
 
 test('any station can be looked up, and the whole plan is a tap away', async () => {

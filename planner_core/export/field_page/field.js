@@ -116,7 +116,7 @@ function card(station) {
   };
   return make('section', { 'aria-label': 'Station' },
     make('div', { class: 'next' },
-      make('div', { class: 'number', 'aria-hidden': 'true' }, String(station.number ?? '+')),
+      make('div', { class: 'number', 'aria-hidden': 'true' }, String(station.number)),
       make('div', {}, make('h1', { id: 'station' }, station.id),
         make('p', {}, `${floor ? floor.name : ''}${height === null ? '' : ` · sensor ${metres(height)} high`}`),
         make('p', { class: 'quiet', id: 'place' }, placeWords(station)),
@@ -159,7 +159,7 @@ function map(floor, station) {
     picture.append(make('g', { onclick: () => { if (!isPlacing) { chosen = each; draw(); } } },
       make('circle', { class: `dot ${look}`, cx: x, cy: -y, r: each === station ? 1.25 * size : size, 'stroke-width': size / 6 }),
       make('text', { class: `dot-text ${look ? `${look}-text` : ''}`, x, y: -y, 'font-size': 1.05 * size },
-        String(each.number ?? '+'))));
+        String(each.number))));
   }
   picture.addEventListener('click', (event) => {
     if (!isPlacing) return;
@@ -174,7 +174,7 @@ function list() {
   return [make('h2', {}, 'Stations'), make('ol', {}, ...plan.stations.map((station) =>
     make('li', {}, make('button', { type: 'button', 'aria-current': station === chosen ? 'true' : false,
       onclick: () => { chosen = station; isPlacing = false; draw(); scrollTo(0, 0); } },
-      make('strong', {}, String(station.number ?? '+')), make('span', {}, station.id), make('span', {}, wordsOf(station))))))];
+      make('strong', {}, String(station.number)), make('span', {}, station.id), make('span', {}, wordsOf(station))))))];
 }
 function result() {
   return [make('h2', {}, 'Result'),

@@ -203,7 +203,7 @@ def _draw_dots(
 
 #: What marks are, in words: many, and few where there is little room.
 MARK_WORDS = {
-    "station": ("station and its number on the route", "station"),
+    "station": ("station and its number", "station"),
     "scanned": ("station that was scanned before", "scanned before"),
     "route": ("route from station to station", "route"),
     "strong": ("strong link: {times:g} times the strength required", "strong link"),

@@ -161,6 +161,7 @@ export class DraftFollower {
       return {
         id: t('best {n}', { n: i + 1 }),
         floorId: floorAt(floors, positionM[2]),
+        number: i + 1,
         order: i + 1,
         positionM,
         marks: ['added'] as const,

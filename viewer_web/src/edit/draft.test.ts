@@ -32,11 +32,14 @@ test('a review moves, adds, removes and locks', () => {
       S010: edit({ position_m: [1000, 2000, 1.3], floor: 'F0', instrument_height_m: 1.3, added: true }),
     }),
   );
-  expect(stations.map(({ id, order, isRemoved, isLocked }) => [id, order, isRemoved, isLocked])).toEqual([
-    ['S001', 1, false, false],
-    ['S002', 2, true, false],
-    ['S003', 3, false, true],
-    ['S010', 4, false, false],
+  // The added one comes behind the nearest of its floor, and no number changes because another station is gone.
+  expect(
+    stations.map(({ id, order, number, isRemoved, isLocked }) => [id, order, number, isRemoved, isLocked]),
+  ).toEqual([
+    ['S001', 1, 1, false, false],
+    ['S010', 2, 10, false, false],
+    ['S002', 0, 0, true, false],
+    ['S003', 3, 3, false, true],
   ]);
   expect(stations[0].movedFromM).toEqual([1001, 2000, 1.3]);
   expect(editsInWords(countEdits(stations))).toBe('1 moved, 1 added, 1 removed');

@@ -4,11 +4,14 @@ import type { Point, Review } from '../api/documents.ts';
 import { t } from '../language/language.ts';
 import type { PlanJson } from '../load/plan-json.ts';
 import type { ShownStation, StationMark } from '../stations/shown.ts';
+import { stationNumbers } from '../stations/station-numbers.ts';
 
 export interface DraftStation {
   readonly id: string;
   readonly floorId: string;
-  /** In the order of the plan's route; added stations come after it. */
+  /** As it is marked. */
+  readonly number: number;
+  /** Place in the walk, from 1; 0: removed. */
   readonly order: number;
   readonly positionM: Point;
   /** Null: the plan does not know it. */
@@ -25,17 +28,19 @@ export interface DraftStation {
 /** A review says positions to so many metres; nearer is the same place. */
 const SAME_PLACE_M = 1e-6;
 
-/** Stations in the plan's order, then added ones by id; removed ones are among them. */
+/** Stations in the order of visits; removed ones are among them. */
 export function draftStations(plan: PlanJson, review: Review | null): DraftStation[] {
   const edits = review?.stations ?? {};
-  const planned = plan.stations.map((station): DraftStation => {
+  const place = new Map(plan.route?.order.map((id, i) => [id, i]));
+  const placeOf = (id: string): number => place.get(id) ?? place.size;
+  const inOrder = [...plan.stations].sort((a, b) => placeOf(a.id) - placeOf(b.id) || a.order - b.order);
+  const found = inOrder.map((station): Unnumbered => {
     const edit = edits[station.id];
     const positionM = edit?.position_m ?? station.position;
     const isMoved = positionM.some((value, i) => Math.abs(value - station.position[i]) > SAME_PLACE_M);
     return {
       id: station.id,
       floorId: edit?.floor ?? station.floor,
-      order: station.order,
       positionM,
       instrumentHeightM: edit?.instrument_height_m ?? station.instrument_height_m,
       isFixed: station.fixed,
@@ -47,12 +52,11 @@ export function draftStations(plan: PlanJson, review: Review | null): DraftStati
   });
   const added = Object.entries(edits)
     .filter(([, edit]) => edit.added && edit.position_m !== null)
-    .sort(([a], [b]) => a.localeCompare(b))
+    .sort(([a], [b]) => (a < b ? -1 : 1))
     .map(
-      ([id, edit], i): DraftStation => ({
+      ([id, edit]): Unnumbered => ({
         id,
         floorId: edit.floor ?? '',
-        order: plan.stations.length + i + 1,
         positionM: edit.position_m as Point,
         instrumentHeightM: edit.instrument_height_m,
         isFixed: false,
@@ -62,7 +66,33 @@ export function draftStations(plan: PlanJson, review: Review | null): DraftStati
         movedFromM: null,
       }),
     );
-  return [...planned, ...added];
+  for (const one of added) found.splice(placeInVisits(found, one), 0, one);
+  return numbered(found);
+}
+
+type Unnumbered = Omit<DraftStation, 'number' | 'order'>;
+
+/**
+ * Behind the station of its floor that is nearest in plan, the first of equals; last where its floor has none. Exports have the
+ * same rule: `planner_core/review/stations.py`.
+ */
+function placeInVisits(stations: readonly Unnumbered[], added: Unnumbered): number {
+  let [least, place] = [Number.POSITIVE_INFINITY, stations.length];
+  for (const [i, { floorId, positionM, isRemoved }] of stations.entries()) {
+    const [dx, dy] = [positionM[0] - added.positionM[0], positionM[1] - added.positionM[1]];
+    const away = dx * dx + dy * dy;
+    if (!isRemoved && floorId === added.floorId && away < least) [least, place] = [away, i + 1];
+  }
+  return place;
+}
+
+function numbered(stations: readonly Unnumbered[]): DraftStation[] {
+  const numbers = stationNumbers(stations.filter(({ isRemoved }) => !isRemoved).map(({ id }) => id));
+  let order = 0;
+  return stations.map((station) => {
+    if (!station.isRemoved) order += 1;
+    return { ...station, number: numbers.get(station.id) ?? 0, order: station.isRemoved ? 0 : order };
+  });
 }
 
 function settledAs(plan: PlanJson, role: string): Set<string> {
@@ -106,6 +136,7 @@ export function shownInDraft(
     .map((station) => ({
       id: station.id,
       floorId: station.floorId,
+      number: station.number,
       order: station.order,
       positionM: localOf(station.positionM, offsetM),
       marks: marksOf(station),

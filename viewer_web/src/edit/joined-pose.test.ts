@@ -6,6 +6,7 @@ import { joinedPose } from './joined-pose.ts';
 const BEFORE: DraftStation = {
   id: 'S001',
   floorId: 'F0',
+  number: 1,
   order: 1,
   positionM: [10, 20, 3.5],
   instrumentHeightM: 1.5,

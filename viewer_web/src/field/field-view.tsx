@@ -17,7 +17,8 @@ interface FieldViewProps {
 }
 
 export function FieldView({ store, loaded }: FieldViewProps) {
-  const stops = useMemo(() => routeStops(loaded.plan), [loaded]);
+  const stations = stationsOf(store);
+  const stops = useMemo(() => routeStops(loaded.plan, stations), [loaded, store.reviewClient?.review.value]);
   const key = useMemo(() => tickKey(loaded.plan, window.location.pathname), [loaded]);
   const [done, setDone] = useState(() => readTicks(window.localStorage, key));
   const [picked, setPicked] = useState<string | null>(null);
@@ -51,8 +52,8 @@ export function FieldView({ store, loaded }: FieldViewProps) {
         </button>
       </header>
       <progress class="field-progress" value={nDone} max={Math.max(1, stops.length)} aria-label={t('Stations done')} />
-      {hasEdits(stationsOf(store)) && (
-        <p class="field-note">{t('Stations were edited in the review: this is the route of the original plan.')}</p>
+      {hasEdits(stations) && (
+        <p class="field-note">{t('Stations as edited in the review; ways to and from these are not known.')}</p>
       )}
       {next === null ? <AllDone n={stops.length} /> : <NextStop stop={next} stops={stops} done={done} onTick={tick} />}
       <FloorMap
@@ -95,7 +96,7 @@ function NextStop({ stop, stops, done, onTick }: NextStopProps) {
   return (
     <section class="field-next" aria-live="polite" aria-label={t('Next station')}>
       <div class="field-number" data-testid="field-number" aria-hidden="true">
-        {stop.order}
+        {stop.number}
       </div>
       <div>
         <h1 data-testid="field-station">{stop.stationId}</h1>
@@ -141,7 +142,7 @@ function StopList({ stops, done, next, onTick, onPick }: StopListProps) {
           </label>
           <button type="button" onClick={() => onPick(stop.stationId)}>
             <span class="dot" aria-hidden="true">
-              {stop.order}
+              {stop.number}
             </span>
             <span class="field-stop-name">
               {stop.stationId}

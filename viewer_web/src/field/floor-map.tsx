@@ -108,7 +108,7 @@ function Dot({ stack, next, done, radius, onPress }: DotProps) {
       {stack.length > 1 && <circle class="map-stack" cx={x} cy={y} r={1.28 * size} />}
       <circle cx={x} cy={y} r={size} />
       <text x={x} y={y} font-size={1.05 * radius} text-anchor="middle" dominant-baseline="central">
-        {areDone ? '✓' : shown.order}
+        {areDone ? '✓' : shown.number}
       </text>
       {stack.length > 1 && (
         <g class="map-count">
@@ -127,7 +127,7 @@ const shownPlace = ([{ positionM }]: Stack): [number, number] => [positionM[0], 
 function nameOf(stack: Stack, done: ReadonlySet<string>): string {
   const names = stack.map(({ stationId }) => (done.has(stationId) ? t('{id}, done', { id: stationId }) : stationId));
   return stack.length === 1
-    ? t('{order}, station {id}', { order: stack[0].order, id: names[0] })
+    ? t('{number}, station {id}', { number: stack[0].number, id: names[0] })
     : t('{n} stations here: {names}', { n: stack.length, names: names.join('; ') });
 }
 
@@ -152,7 +152,7 @@ function StackList({ stack, done, onPick, onClose }: StackListProps) {
         {stack.map((stop) => (
           <li key={stop.stationId}>
             <button type="button" onClick={() => onPick(stop)}>
-              <span class="dot">{stop.order}</span>
+              <span class="dot">{stop.number}</span>
               <span>{stop.stationId}</span>
               <span class="muted">
                 {t('sensor at {height}', { height: heightWords(stop.heightM) })}

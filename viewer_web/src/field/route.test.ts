@@ -1,5 +1,8 @@
 import { expect, test } from 'vitest';
+import type { StationEdit } from '../api/documents.ts';
+import { draftStations } from '../edit/draft.ts';
 import type { PlanJson } from '../load/plan-json.ts';
+import { EMPTY_REVIEW } from '../testing/fake-review-server.ts';
 import { smallPlan } from '../testing/small-plan.ts';
 import { nextStop, routeStops, wayLeft, wayTo } from './route.ts';
 import { readTicks, tickKey, writeTicks } from './ticks.ts';
@@ -29,8 +32,20 @@ function walked(start: boolean): PlanJson {
   return { ...smallPlan(), route };
 }
 
+const edit = (changes: Partial<StationEdit>): StationEdit => ({
+  position_m: null,
+  floor: null,
+  instrument_height_m: null,
+  added: false,
+  removed: false,
+  locked: null,
+  ...changes,
+});
+const stopsOf = (plan: PlanJson, stations: Record<string, StationEdit> = {}) =>
+  routeStops(plan, draftStations(plan, { ...EMPTY_REVIEW, stations }));
+
 test('stops come in the order of the walk, each with the way to it', () => {
-  const stops = routeStops(walked(true));
+  const stops = stopsOf(walked(true));
   expect(stops.map(({ stationId, wayM }) => [stationId, wayM])).toEqual([
     ['S001', 3],
     ['S003', 4],
@@ -40,7 +55,7 @@ test('stops come in the order of the walk, each with the way to it', () => {
 });
 
 test('a plan without a walk is visited in its order, and ways are not known', () => {
-  const stops = routeStops(smallPlan());
+  const stops = stopsOf(smallPlan());
   expect(stops.map(({ stationId }) => stationId)).toEqual(['S001', 'S002', 'S003']);
   expect(wayTo(stops[1], stops, new Set(['S001']))).toBeNull();
   expect(wayLeft(stops, new Set())).toBe(0);
@@ -48,12 +63,12 @@ test('a plan without a walk is visited in its order, and ways are not known', ()
 
 test('stations that the walk leaves out come last', () => {
   const plan = walked(true);
-  const stops = routeStops({ ...plan, route: { ...plan.route!, order: ['S002', 'S003'], left_out: ['S001'] } });
+  const stops = stopsOf({ ...plan, route: { ...plan.route!, order: ['S002', 'S003'], left_out: ['S001'] } });
   expect(stops.map(({ stationId }) => stationId)).toEqual(['S002', 'S003', 'S001']);
 });
 
 test('the way to the next stop begins where the last scan was', () => {
-  const stops = routeStops(walked(true));
+  const stops = stopsOf(walked(true));
   const to = (done: string[]) => {
     const next = nextStop(stops, new Set(done));
     return next && [next.stationId, wayTo(next, stops, new Set(done))];
@@ -66,8 +81,22 @@ test('the way to the next stop begins where the last scan was', () => {
   expect([[], ['S001'], ['S001', 'S003', 'S002']].map((done) => wayLeft(stops, new Set(done)))).toEqual([13, 10, 0]);
 });
 
+test('stops are those of the review, and ways to and from edited ones are not known', () => {
+  const stops = stopsOf(walked(true), {
+    S003: edit({ removed: true }),
+    S004: edit({ position_m: [1001, 2001, 1.3], floor: 'F0', instrument_height_m: 1.3, added: true }),
+  });
+  expect(stops.map(({ stationId, wayM }) => [stationId, wayM])).toEqual([
+    ['S001', 3],
+    ['S004', null],
+    ['S002', null],
+  ]);
+  const [moved] = stopsOf(walked(true), { S001: edit({ position_m: [1002, 2001, 1.3], floor: 'F0' }) });
+  expect([moved.positionM, moved.wayM]).toEqual([[1002, 2001, 1.3], null]);
+});
+
 test('from nowhere the way is not known', () => {
-  const stops = routeStops(walked(false));
+  const stops = stopsOf(walked(false));
   expect(wayTo(stops[0], stops, new Set())).toBeNull();
   expect(wayTo(stops[2], stops, new Set(['S001']))).toBe(10);
 });

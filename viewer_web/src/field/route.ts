@@ -1,40 +1,38 @@
 /** The route of the day: stop after stop, how far to the next, and which are done. */
+import type { DraftStation } from '../edit/draft.ts';
 import type { PlanJson } from '../load/plan-json.ts';
 
 export interface Stop {
   readonly stationId: string;
-  /** As it is numbered on the maps. */
-  readonly order: number;
+  /** As it is marked. */
+  readonly number: number;
   readonly floorId: string;
   readonly floorName: string;
   /** Of the sensor; null: not known. */
   readonly heightM: number | null;
   /** Scene frame. */
   readonly positionM: readonly [number, number, number];
-  /** The way from the stop before, or from where the route starts; null: not known, or no way inside the model. */
+  /** The way from the stop before, or from where the route starts; null: no way inside the model, or not known, as where an end was edited. */
   readonly wayM: number | null;
   /** Corners of that way on the ground, scene frame. */
   readonly way: readonly (readonly [number, number, number])[];
 }
 
-/** The stations in route order; those that can't be walked to come last. */
-export function routeStops(plan: PlanJson): Stop[] {
-  const { route, stations } = plan;
-  const byId = new Map(stations.map((station) => [station.id, station]));
-  const planned = [...stations].sort((a, b) => a.order - b.order).map(({ id }) => id);
-  const inRoute = route?.order.filter((id) => byId.has(id)) ?? [];
-  const ids = [...inRoute, ...planned.filter((id) => !inRoute.includes(id))];
-  return ids.map((id, i): Stop => {
-    const station = byId.get(id)!;
-    const before = i === 0 ? null : ids[i - 1];
-    const leg = route?.legs.find(({ from, to }) => to === id && from === before);
+/** The stations in the order of visits, as the review has them. */
+export function routeStops(plan: PlanJson, stations: readonly DraftStation[]): Stop[] {
+  const kept = stations.filter(({ isRemoved }) => !isRemoved);
+  const edited = new Set(kept.filter(({ isAdded, movedFromM }) => isAdded || movedFromM !== null).map(({ id }) => id));
+  return kept.map((station, i): Stop => {
+    const before = i === 0 ? null : kept[i - 1].id;
+    const isEdited = edited.has(station.id) || (before !== null && edited.has(before));
+    const leg = isEdited ? undefined : plan.route?.legs.find(({ from, to }) => to === station.id && from === before);
     return {
-      stationId: id,
-      order: station.order,
-      floorId: station.floor,
-      floorName: plan.floors.find((floor) => floor.id === station.floor)?.name ?? station.floor,
-      heightM: station.instrument_height_m,
-      positionM: station.position,
+      stationId: station.id,
+      number: station.number,
+      floorId: station.floorId,
+      floorName: plan.floors.find(({ id }) => id === station.floorId)?.name ?? station.floorId,
+      heightM: station.instrumentHeightM,
+      positionM: station.positionM,
       wayM: leg?.length_m ?? null,
       way: leg?.points ?? [],
     };

@@ -4,7 +4,7 @@ import { shownOf, stacksOf } from './stacks.ts';
 
 const stop = (order: number, x: number, y: number, z = 1.5): Stop => ({
   stationId: `S00${order}`,
-  order,
+  number: order,
   floorId: 'F0',
   floorName: 'Ground floor',
   heightM: z,
@@ -16,7 +16,7 @@ const stop = (order: number, x: number, y: number, z = 1.5): Stop => ({
 test('stations at one spot at several heights are one stack, others stand alone', () => {
   const stops = [stop(1, 0, 0), stop(2, 3, 0), stop(3, 0, 0, 1.9), stop(4, 0.2, 0.1, 2.3), stop(5, 0.6, 0)];
   const stacks = stacksOf(stops, 0.5);
-  expect(stacks.map((stack) => stack.map(({ order }) => order))).toEqual([[1, 3, 4], [2], [5]]);
+  expect(stacks.map((stack) => stack.map(({ number }) => number))).toEqual([[1, 3, 4], [2], [5]]);
 });
 
 test('stacks stand further apart than they reach, so that none hides another', () => {
@@ -32,7 +32,7 @@ test('stacks stand further apart than they reach, so that none hides another', (
 
 test('a stack shows the next of the walk, else what is still to do', () => {
   const stack = [stop(1, 0, 0), stop(3, 0, 0), stop(4, 0, 0)];
-  const shown = (next: Stop | null, ...done: string[]): number => shownOf(stack, next, new Set(done)).order;
+  const shown = (next: Stop | null, ...done: string[]): number => shownOf(stack, next, new Set(done)).number;
   expect(shown(stack[2])).toBe(4);
   expect(shown(stop(9, 5, 5), 'S001')).toBe(3);
   expect(shown(null, 'S001', 'S003', 'S004')).toBe(1);

@@ -3,7 +3,7 @@ import type { ShownStation } from '../stations/shown.ts';
 
 export interface GraphPlace {
   readonly id: string;
-  readonly order: number;
+  readonly number: number;
   readonly x: number;
   readonly y: number;
 }
@@ -51,9 +51,9 @@ export function layOut(
     const onFloor = stations.filter((station) => station.floorId === floorId);
     if (onFloor.length === 0) continue;
     floors.push({ id: floorId, y: top });
-    const placed = onFloor.map(({ id, order, positionM }) => ({
+    const placed = onFloor.map(({ id, number, positionM }) => ({
       id,
-      order,
+      number,
       x: MARGIN + across(positionM),
       y: top + NAME + MARGIN + down(positionM),
     }));

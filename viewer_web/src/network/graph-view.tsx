@@ -49,7 +49,7 @@ export function Graph({ store, report, width }: GraphProps) {
           kind={report.bridges.has(link) ? 'bridge' : 'link'}
         />
       ))}
-      {[...layout.places.values()].map(({ id, order, x, y }) => (
+      {[...layout.places.values()].map(({ id, number, x, y }) => (
         // biome-ignore lint/a11y/noStaticElementInteractions: the list of stations does the same by keyboard
         <g
           key={id}
@@ -63,7 +63,7 @@ export function Graph({ store, report, width }: GraphProps) {
           {report.articulations.has(id) && <circle class="graph-ring" r={RADIUS + 3} />}
           <circle r={RADIUS} />
           <text y="3.5" text-anchor="middle">
-            {order}
+            {number}
           </text>
         </g>
       ))}

@@ -41,7 +41,7 @@ export function Matrix({ store, counting, width: widthPx = SHEET_PX, hasFigures 
   const place = new Map(stations.map(({ id }, i) => [id, i]));
   const linkAt = new Map(store.shownLinks.value.map((link) => [keyOf(place, link.a, link.b), link]));
   const width = hasFigures ? Math.max(widthPx, (n + 1) * FIGURES_PX) : widthPx;
-  const nFigures = Math.max(1, ...stations.map(({ order }) => String(order).length));
+  const nFigures = Math.max(1, ...stations.map(({ number }) => String(number).length));
   const rims = rimOf(n, width, nFigures);
   const rim = rims.width;
   const at = (cell: Cell): Pair => [stations[cell.row].id, stations[cell.column].id];
@@ -96,11 +96,11 @@ export function Matrix({ store, counting, width: widthPx = SHEET_PX, hasFigures 
         {stations.map(({ id }, i) => (
           <rect key={id} class="matrix-diagonal" x={i} y={i} width="1" height="1" />
         ))}
-        {stations.map(({ id, order }, i) => (
+        {stations.map(({ id, number }, i) => (
           <Numbers
             key={id}
             rim={rims}
-            order={order}
+            number={number}
             row={rims.isNumbered(i, cursor?.row) ? i : null}
             column={rims.isNumbered(i, cursor?.column) ? i : null}
           />
@@ -178,7 +178,7 @@ function CellFigure({ x, y, on, words }: { x: number; y: number; on: string; wor
 
 interface NumbersProps {
   readonly rim: Rim;
-  readonly order: number;
+  readonly number: number;
   /** Where it stands at the rim beside and above; null: not there. */
   readonly row: number | null;
   readonly column: number | null;
@@ -186,14 +186,14 @@ interface NumbersProps {
 }
 
 /** A station's number beside its row, and on end above its column. */
-function Numbers({ rim, order, row, column, isPointed = false }: NumbersProps) {
+function Numbers({ rim, number, row, column, isPointed = false }: NumbersProps) {
   const name = isPointed ? 'matrix-number matrix-number-pointed' : 'matrix-number';
   const y = -rim.gap;
   return (
     <>
       {row !== null && (
         <text class={name} font-size={rim.fontSize} x={-rim.gap} y={row + 0.5} text-anchor="end">
-          {order}
+          {number}
         </text>
       )}
       {column !== null && (
@@ -205,7 +205,7 @@ function Numbers({ rim, order, row, column, isPointed = false }: NumbersProps) {
           transform={`rotate(-90 ${column + 0.5} ${y})`}
           text-anchor="start"
         >
-          {order}
+          {number}
         </text>
       )}
     </>
@@ -222,8 +222,8 @@ interface PointedProps {
 function Pointed({ rim, cursor: { row, column }, stations }: PointedProps) {
   return (
     <>
-      <Numbers rim={rim} order={stations[row].order} row={row} column={null} isPointed={true} />
-      <Numbers rim={rim} order={stations[column].order} row={null} column={column} isPointed={true} />
+      <Numbers rim={rim} number={stations[row].number} row={row} column={null} isPointed={true} />
+      <Numbers rim={rim} number={stations[column].number} row={null} column={column} isPointed={true} />
       <rect class="matrix-cursor" x={column} y={row} width="1" height="1" />
     </>
   );

@@ -140,6 +140,7 @@ test.each([...Array(40).keys()])(
 
 const station = (order: number, floorId: string, x: number, y: number): ShownStation => ({
   id: `S${order}`,
+  number: order,
   order,
   floorId,
   positionM: [x, y, 1.5],

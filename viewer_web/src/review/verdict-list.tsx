@@ -27,7 +27,7 @@ export function VerdictList({ store, reviewClient, review }: VerdictListProps) {
   return (
     <Section title={t('Stations')} aside={t('{accepted} accepted, {rejected} rejected, {open} open', counts)}>
       <ul class="verdicts" aria-label={t('Verdicts')}>
-        {stations.map(({ id, order }) => (
+        {stations.map(({ id, number }) => (
           <li key={id} class="verdict">
             <button
               type="button"
@@ -35,7 +35,7 @@ export function VerdictList({ store, reviewClient, review }: VerdictListProps) {
               onClick={() => store.chooseStation(id)}
             >
               <span class="dot" aria-hidden="true">
-                {order}
+                {number}
               </span>
               <span>
                 {id}

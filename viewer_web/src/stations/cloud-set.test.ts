@@ -148,7 +148,14 @@ test('a cloud that is missing is told, and another choice shows again', async ()
 
 test('a station of the draft alone has the cloud that the live side gives', async () => {
   const { store } = setUp();
-  const added = { id: 'N1', floorId: 'F0', order: 9, positionM: [1, 1, 1] as const, marks: ['added' as const] };
+  const added = {
+    id: 'N1',
+    floorId: 'F0',
+    number: 9,
+    order: 9,
+    positionM: [1, 1, 1] as const,
+    marks: ['added' as const],
+  };
   store.draft.value = { stations: [...store.shownStations.value, added], links: [] };
   store.stationSource.value = {
     seen: async () => null,

@@ -8,6 +8,7 @@ const SPREAD = { width: 100, height: 80, isWhole: false };
 const shown = (id: string, floorId: string): ShownStation => ({
   id,
   floorId,
+  number: 1,
   order: 1,
   positionM: [0, 0, 0],
   marks: [],

@@ -9,6 +9,7 @@ import { type Box, besidePanels, coverByPanels, panelsOver } from './beside-pane
 import { coveredAmong, isSameCovered } from './covered.ts';
 import { crowdedMarkers } from './crowding.ts';
 import { clickStation } from './select.ts';
+import type { ShownStation } from './shown.ts';
 import { NOWHERE, type Offset, Spreader } from './spreading.ts';
 
 export function Markers({ store, view }: { store: Store; view: PlanView }) {
@@ -60,18 +61,25 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
           ]
             .join(' ')
             .trim()}
-          aria-label={t('{order}, station {id}', { order: station.order, id: station.id })}
+          aria-label={nameOf(station, store.showRoute.value)}
           aria-pressed={isChosen(station.id)}
           data-station={station.id}
           ref={(button) => keep(buttons.current, station.id, button)}
           onPointerDown={(event) => view.pointer.down(event, station.id, gripOf(event, station.id))}
           onClick={(event) => clickStation(store, station.id, event)}
         >
-          {station.order}
+          {station.number}
+          {store.showRoute.value && <i class="marker-order">{station.order}</i>}
         </button>
       ))}
     </div>
   );
+}
+
+/** With what is written on it: who speaks to the page reads it from there. */
+function nameOf({ number, id, order }: ShownStation, hasOrder: boolean): string {
+  const name = t('{number}, station {id}', { number, id });
+  return hasOrder ? t('{station}, {order} on the route', { station: name, order }) : name;
 }
 
 function tellCovered(

@@ -1,6 +1,7 @@
 /** Stations as the 3D side and the lists show them: the plan's, or those of a draft. */
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import type { PlanStation, StationLoss } from '../load/plan-json.ts';
+import { stationNumbers } from './station-numbers.ts';
 
 /** What a draft changed about a station. */
 export type StationMark = 'moved' | 'added' | 'removed' | 'locked';
@@ -13,6 +14,9 @@ export interface StationWorth extends Readonly<Pick<PlanStation, 'covered_area_m
 export interface ShownStation {
   readonly id: string;
   readonly floorId: string;
+  /** As it is marked. */
+  readonly number: number;
+  /** Place in the walk, from 1. */
   readonly order: number;
   /** The sensor's origin, local frame, metres. */
   readonly positionM: readonly [number, number, number];
@@ -23,9 +27,11 @@ export interface ShownStation {
 
 export function shownStationsOf(loaded: LoadedPlan | null): readonly ShownStation[] {
   if (loaded === null) return [];
+  const numbers = stationNumbers(loaded.stage.stations.map(({ id }) => id));
   return loaded.stage.stations.map(({ id, floorId, order, positionM }) => ({
     id,
     floorId,
+    number: numbers.get(id)!,
     order,
     positionM,
     marks: [],

@@ -39,7 +39,8 @@ interface StationProps {
 
 export function StationCard({ store, view }: { store: Store; view: PlanView | null }) {
   const plan = store.loaded.value?.plan;
-  const station = stationsOf(store).find(({ id }) => id === store.stationId.value);
+  const stations = stationsOf(store);
+  const station = stations.find(({ id }) => id === store.stationId.value);
   if (plan === undefined || station === undefined || station.isRemoved) return null;
   const floor = plan.floors.find(({ id }) => id === station.floorId);
   return (
@@ -47,7 +48,8 @@ export function StationCard({ store, view }: { store: Store; view: PlanView | nu
       title={t('Station {id}', { id: station.id })}
       subtitle={[
         floor?.name ?? station.floorId,
-        station.isAdded ? t('added') : t('{n} of {all}', { n: station.order, all: plan.stations.length }),
+        t('{n} of {all}', { n: station.order, all: stations.filter(({ isRemoved }) => !isRemoved).length }),
+        ...(station.isAdded ? [t('added')] : []),
         ...(station.isFixed ? [t('scanned')] : []),
         ...(station.movedFromM === null ? [] : [t('moved')]),
       ].join(' · ')}

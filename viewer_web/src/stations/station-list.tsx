@@ -79,7 +79,7 @@ function Row({ store, row: { station, seenM2, lostM2, nLinks } }: { store: Store
         onClick={(event) => clickStation(store, station.id, event, true)}
       >
         <span class="dot" aria-hidden="true">
-          {station.order}
+          {station.number}
         </span>
         <span class="row-name">{station.id}</span>
         <span>{area(seenM2)}</span>

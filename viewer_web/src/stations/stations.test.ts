@@ -99,6 +99,7 @@ test('twenty stations have twenty colours, neighbours far apart', () => {
 
 const shown = (id: string, order: number): ShownStation => ({
   id,
+  number: order,
   order,
   floorId: 'F0',
   positionM: [0, 0, 0],

@@ -7,8 +7,8 @@ export const FIELD = {
   '· {length} to walk': '· noch {length} zu gehen',
   'Full plan': 'Ganzer Plan',
   'Stations done': 'Erledigte Standpunkte',
-  'Stations were edited in the review: this is the route of the original plan.':
-    'Standpunkte wurden in der Prüfung bearbeitet: Dies ist die Route des ursprünglichen Plans.',
+  'Stations as edited in the review; ways to and from these are not known.':
+    'Standpunkte wie in der Prüfung bearbeitet; Wege zu und von diesen sind nicht bekannt.',
   'All done': 'Alles erledigt',
   '{stations} scanned.': '{stations} gescannt.',
   'Start here': 'Hier beginnen',
