@@ -60,6 +60,7 @@ def write_field_file(plan: PlanSource, path: Path, options: Options, progress: P
             for i, floor in enumerate(plan.floors)
         ],
         "site": _site(plan),
+        "clearance_m": plan.document["settings"]["clearance_m"],
         "groups": [list(network["stations"]) for network in plan.document["registration"]["networks"]],
         "stations": _stations(plan, reviewed_stations(under, review)),
     }

@@ -6,6 +6,9 @@ const key = `tlsplan-field ${plan.plan_sha256} ${plan.revision}`;
 const LABELS = { done: 'Done', skipped: 'Skipped' };
 let keeps = true;
 let isPlacing = false;
+let isNear = false;
+/** What became of the last tap; empty: nothing to say. */
+let placed = '';
 let saved = '';
 const kept = read();
 let chosen = next();
@@ -48,6 +51,51 @@ function make(tag, attributes, ...inside) {
   }
   one.append(...inside.filter((each) => each !== null));
   return one;
+}
+/** Nearest to a tap, (x, y), where a tripod stands: as far off walls as the plan keeps; null: nowhere within a metre. */
+function tripodPlace([x, y], floor, room) {
+  let best = null;
+  let least = 1;
+  for (let i = -20; i <= 20; i++) {
+    for (let j = -20; j <= 20; j++) {
+      const at = [x + i / 20, y + j / 20];
+      const away = Math.hypot(i, j) / 20;
+      if (away < least && isOn(floor, at) && !isIn(floor, at) && roomAt(floor, at) >= room) [best, least] = [at, away];
+    }
+  }
+  return best;
+}
+const isOn = ({ bounds: [[x0, y0], [x1, y1]] }, [x, y]) => x >= x0 && x <= x1 && y >= y0 && y <= y1;
+/** Within what the cut goes through, by even and odd crossings to the right. */
+function isIn(floor, [x, y]) {
+  let n = 0;
+  for (const [x1, y1, x2, y2] of segments(floor)) {
+    if (y1 > y !== y2 > y && x < x1 + ((y - y1) / (y2 - y1)) * (x2 - x1)) n += 1;
+  }
+  return n % 2 === 1;
+}
+/** Distance to the nearest of what is drawn. */
+function roomAt(floor, [x, y]) {
+  let least = Infinity;
+  for (const [x1, y1, x2, y2] of segments(floor)) {
+    const [dx, dy] = [x2 - x1, y2 - y1];
+    const along = Math.min(1, Math.max(0, ((x - x1) * dx + (y - y1) * dy) / (dx * dx + dy * dy || 1)));
+    least = Math.min(least, Math.hypot(x - x1 - along * dx, y - y1 - along * dy));
+  }
+  return least;
+}
+/** Whether a wall is between two places. */
+function isBehindWall(floor, [ax, ay], [bx, by]) {
+  const side = (px, py, qx, qy, x, y) => (qx - px) * (y - py) - (qy - py) * (x - px) > 0;
+  return segments(floor).some(([x1, y1, x2, y2]) =>
+    side(ax, ay, bx, by, x1, y1) !== side(ax, ay, bx, by, x2, y2) &&
+    side(x1, y1, x2, y2, ax, ay) !== side(x1, y1, x2, y2, bx, by));
+}
+/** [x1, y1, x2, y2] of all lines of a floor's map. */
+function segments(floor) {
+  floor.segments ??= floor.walls.flatMap((flat) =>
+    Array.from({ length: Math.max(0, flat.length / 2 - 1) }, (_, i) => flat.slice(2 * i, 2 * i + 4)));
+  return floor.segments;
 }
 const metres = (value) => `${value.toFixed(2)} m`;
 /** E, N, H of a place of the scene, in the site's unit; null: its coordinates are not known. */
@@ -110,6 +158,7 @@ function card(station) {
   const setState = (to) => () => {
     change(station.id, { state: state === to ? null : to });
     isPlacing = false;
+    placed = '';
     if (state !== to) chosen = next();
     draw();
     scrollTo(0, 0);
@@ -122,14 +171,16 @@ function card(station) {
         make('p', { class: 'quiet', id: 'place' }, placeWords(station)),
         group === null ? null : make('p', { class: 'quiet', id: 'group' }, group))),
     make('div', { class: 'acts' }, act('done', 'Done', setState('done'), state === 'done'),
-      act('moved', awayOf(station) > 0 ? 'Moved' : 'Move', () => { isPlacing = !isPlacing; draw(); },
+      act('moved', awayOf(station) > 0 ? 'Moved' : 'Move', () => { isPlacing = !isPlacing; placed = ''; draw(); },
         isPlacing || awayOf(station) > 0),
       act('skipped', 'Skip', setState('skipped'), state === 'skipped')),
-    isPlacing ? make('p', { class: 'warn', role: 'status' }, 'Tap the map where it stands.') : null,
+    isPlacing || placed ? make('p', { class: 'warn', id: 'placed', role: 'status' }, placed || 'Tap the map where it stands.') : null,
     awayOf(station) > 0 ? make('p', {}, `Moved by ${metres(awayOf(station))}. `,
-      make('button', { type: 'button', id: 'act-back', onclick: () => { change(station.id, { moved_to: null }); draw(); } },
+      make('button', { type: 'button', id: 'act-back', onclick: () => { change(station.id, { moved_to: null }); placed = ''; draw(); } },
         'Back to the plan')) : null,
     floor ? map(floor, station) : null,
+    floor ? make('button', { type: 'button', id: 'act-near', 'aria-pressed': String(isNear),
+      onclick: () => { isNear = !isNear; draw(); } }, isNear ? 'Whole floor' : 'Zoom in') : null,
     make('label', {}, 'Note', make('textarea', { id: 'note', rows: 2, maxlength: 2000,
       oninput: (event) => { change(station.id, { note: event.target.value }); } }, note)),
     make('label', { class: 'tick' }, make('input', { type: 'checkbox', id: 'photo', checked: photo,
@@ -139,8 +190,11 @@ function map(floor, station) {
   const here = plan.stations.filter(({ floor: id }) => id === floor.id);
   const [[x0, y0], [x1, y1]] = floor.bounds;
   const margin = 0.6;
-  const size = Math.max(x1 - x0, y1 - y0) / 26;
-  const box = [x0 - margin, -y1 - margin, x1 - x0 + 2 * margin, y1 - y0 + 2 * margin];
+  const zoom = isNear ? 3 : 1;
+  const size = Math.max(x1 - x0, y1 - y0) / (isNear ? 55 : 26);
+  const [width, height] = [(x1 - x0 + 2 * margin) / zoom, (y1 - y0 + 2 * margin) / zoom];
+  const [cx, cy] = isNear ? standsAt(station) : [(x0 + x1) / 2, (y0 + y1) / 2];
+  const box = [cx - width / 2, -cy - height / 2, width, height];
   const lines = floor.walls.map((flat) => {
     let path = 'M';
     for (let i = 0; i < flat.length; i += 2) path += `${i ? 'L' : ''}${flat[i]},${(-flat[i + 1]).toFixed(2)}`;
@@ -156,7 +210,7 @@ function map(floor, station) {
   for (const each of [...here.filter((one) => one !== station), station]) {
     const [x, y] = of(each.id).moved_to || each.position;
     const look = each === station ? 'now' : of(each.id).state || '';
-    picture.append(make('g', { onclick: () => { if (!isPlacing) { chosen = each; draw(); } } },
+    picture.append(make('g', { onclick: () => { if (!isPlacing) { chosen = each; placed = ''; draw(); } } },
       make('circle', { class: `dot ${look}`, cx: x, cy: -y, r: each === station ? 1.25 * size : size, 'stroke-width': size / 6 }),
       make('text', { class: `dot-text ${look ? `${look}-text` : ''}`, x, y: -y, 'font-size': 1.05 * size },
         String(each.number))));
@@ -164,16 +218,33 @@ function map(floor, station) {
   picture.addEventListener('click', (event) => {
     if (!isPlacing) return;
     const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(picture.getScreenCTM().inverse());
-    change(station.id, { moved_to: [Math.round(100 * at.x) / 100, Math.round(-100 * at.y) / 100] });
-    isPlacing = false;
+    place(station, floor, [at.x, -at.y]);
     draw();
   });
   return picture;
 }
+/** Takes a station to a tap, or as near to it as a tripod stands. */
+function place(station, floor, tap) {
+  // Never stricter than the plan was: it may have a station in a narrow door.
+  const room = Math.min(plan.clearance_m, roomAt(floor, station.position) - 0.01);
+  const at = tripodPlace(tap, floor, Math.max(room, 0));
+  if (at === null) {
+    placed = `No tripod stands there: walls are nearer than ${metres(room)}, or it is off this floor. Tap elsewhere.`;
+    return;
+  }
+  const moved = at.map((value) => Math.round(100 * value) / 100);
+  const aside = Math.hypot(moved[0] - tap[0], moved[1] - tap[1]);
+  placed = [
+    aside > 0.02 && `Set ${metres(aside)} beside the tap, where a tripod stands.`,
+    isBehindWall(floor, station.position, moved) && 'A wall is between here and where it was planned: is this the right room?',
+  ].filter(Boolean).join(' ');
+  change(station.id, { moved_to: moved });
+  isPlacing = false;
+}
 function list() {
   return [make('h2', {}, 'Stations'), make('ol', {}, ...plan.stations.map((station) =>
     make('li', {}, make('button', { type: 'button', 'aria-current': station === chosen ? 'true' : false,
-      onclick: () => { chosen = station; isPlacing = false; draw(); scrollTo(0, 0); } },
+      onclick: () => { chosen = station; isPlacing = false; placed = ''; draw(); scrollTo(0, 0); } },
       make('strong', {}, String(station.number)), make('span', {}, station.id), make('span', {}, wordsOf(station))))))];
 }
 function result() {

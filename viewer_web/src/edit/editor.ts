@@ -1,6 +1,5 @@
 /** The editor: everything that changes the review with the pointer, and what it draws. Lives as long as the 3D view. */
 import { computed, effect } from '@preact/signals';
-import type { GroundHead } from '../api/documents.ts';
 import type { ReviewClient } from '../api/review-client.ts';
 import { sliceOfFloor } from '../floors/cut.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
@@ -13,7 +12,7 @@ import { AreaTools } from './area-tools.ts';
 import { type Arrow, Arrows } from './arrows.ts';
 import { localOf } from './draft.ts';
 import { DraftFollower } from './draft-follower.ts';
-import { GroundMap } from './ground-map.ts';
+import { fetchGround, type GroundMap } from './ground-map.ts';
 import { GroundOverlay } from './ground-overlay.ts';
 import { isLive, toolInHand } from './readiness.ts';
 import { floorAt, reviewAreas } from './review-areas.ts';
@@ -77,9 +76,7 @@ export class Editor {
     const key = `${floorId} ${JSON.stringify([review?.zones, review?.forbidden])}`;
     let ground = this.grounds.get(key);
     if (ground === undefined) {
-      ground = this.reviewClient.client
-        .framed<GroundHead>(`live/ground/${encodeURIComponent(floorId)}`)
-        .then(({ head, body }) => new GroundMap(head, new Uint8Array(body)));
+      ground = fetchGround(this.reviewClient.client, floorId);
       ground.catch(() => this.grounds.delete(key));
       this.grounds.set(key, ground);
     }

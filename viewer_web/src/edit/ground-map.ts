@@ -5,6 +5,7 @@
  * keeps a dragged station out of walls while it is under way.
  */
 
+import type { ApiClient } from '../api/client.ts';
 import type { GroundHead } from '../api/documents.ts';
 import { t } from '../language/language.ts';
 
@@ -97,6 +98,12 @@ export class GroundMap {
   private isInside(column: number, row: number): boolean {
     return column >= 0 && row >= 0 && column < this.head.width && row < this.head.height;
   }
+}
+
+/** As the review leaves it; where the live side computes. */
+export async function fetchGround(client: ApiClient, floorId: string): Promise<GroundMap> {
+  const { head, body } = await client.framed<GroundHead>(`live/ground/${encodeURIComponent(floorId)}`);
+  return new GroundMap(head, new Uint8Array(body));
 }
 
 const clamp = (value: number, low: number, high: number): number => Math.min(high, Math.max(low, value));

@@ -1,7 +1,7 @@
 import { expect, test } from 'vitest';
 import { draftStations } from '../edit/draft.ts';
 import { smallPlan } from '../testing/small-plan.ts';
-import { changesOfField, FIELD_SCHEMA, readFieldResult } from './field-result.ts';
+import { changesOfField, FIELD_SCHEMA, movesOfField, readFieldResult } from './field-result.ts';
 
 const stations = draftStations(smallPlan(), null);
 const [a, b, c] = stations;
@@ -51,6 +51,15 @@ test('the same file makes comments of the same ids, which a review takes once', 
     );
   expect(ids()).toEqual(ids());
   for (const id of ids()) expect(id).toMatch(/^[A-Za-z][A-Za-z0-9_]{0,31}$/);
+});
+
+test('a move that is rejected is a comment alone', () => {
+  const [x, y] = a.positionM;
+  const result = readFieldResult(file({ ...nothing, id: a.id, moved_to: [x + 1, y] }));
+  expect(movesOfField(result, stations)).toEqual([{ station: a, to: [x + 1, y], awayM: 1 }]);
+  const changes = changesOfField(result, stations, new Set([a.id]));
+  expect(changes.map(({ kind }) => kind)).toEqual(['add_comment', 'add_comment']);
+  expect(changes[0]).toMatchObject({ text: expect.stringContaining('set up 1.00 m away to x') });
 });
 
 test('a station that is locked stays, and where it stood is told', () => {

@@ -72,27 +72,48 @@ function readStation(told: unknown): FieldStation {
 const damaged = (where: string): Error =>
   new Error(t('The field result is damaged at {where}. Save it from the phone again.', { where }));
 
+/** A station that stood elsewhere on site, and may be moved there. */
+export interface FieldMove {
+  readonly station: DraftStation;
+  readonly to: readonly [number, number];
+  readonly awayM: number;
+}
+
+export function movesOfField(result: FieldResult, stations: readonly DraftStation[]): FieldMove[] {
+  return result.stations.flatMap(({ id, movedTo }): FieldMove[] => {
+    const station = stations.find((one) => one.id === id);
+    if (station === undefined || movedTo === null || !canMove(station)) return [];
+    return [{ station, to: movedTo, awayM: awayOf(movedTo, station) }];
+  });
+}
+
+const awayOf = ([x, y]: readonly [number, number], { positionM }: DraftStation): number =>
+  Math.hypot(x - positionM[0], y - positionM[1]);
+
 /**
  * The changes that take a result into the review: moved stations are moved, what was said of a station is a comment on it, and how far the
  * crew came is a comment on the plan. Ids of the comments follow from the file: taken in twice, it is a conflict and not two of each.
  */
-export function changesOfField(result: FieldResult, stations: readonly DraftStation[]): Change[] {
+export function changesOfField(
+  result: FieldResult,
+  stations: readonly DraftStation[],
+  rejected: ReadonlySet<string> = new Set(),
+): Change[] {
   const byId = new Map(stations.map((station) => [station.id, station]));
   const unknown = result.stations.filter(({ id }) => !byId.has(id)).map(({ id }) => id);
   if (unknown.length > 0)
     throw new Error(
       t('The field result names {stations}, which the review does not have.', { stations: unknown.join(', ') }),
     );
-  const moved = result.stations.filter(({ id, movedTo }) => movedTo !== null && canMove(byId.get(id)!));
+  const moved = movesOfField(result, stations).filter(({ station }) => !rejected.has(station.id));
+  const isMoved = new Set(moved.map(({ station }) => station.id));
   const stamp = Number(result.savedAt.replace(/\D/g, '')).toString(36);
   const told = result.stations.flatMap((station, n): Change[] => {
-    const text = wordsOf(station, byId.get(station.id)!, result.name);
+    const text = wordsOf(station, byId.get(station.id)!, { isMoved: isMoved.has(station.id), name: result.name });
     return text === null ? [] : [{ kind: 'add_comment', id: `F${stamp}_${n + 1}`, text, target: station.id }];
   });
   return [
-    ...moved.map(({ id, movedTo }): Change => {
-      const { positionM, instrumentHeightM, floorId } = byId.get(id)!;
-      const [x, y] = movedTo!;
+    ...moved.map(({ station: { id, positionM, instrumentHeightM, floorId }, to: [x, y] }): Change => {
       const position_m: Point = [x, y, positionM[2]];
       return { kind: 'move_station', station: id, position_m, instrument_height_m: instrumentHeightM, floor: floorId };
     }),
@@ -104,12 +125,16 @@ export function changesOfField(result: FieldResult, stations: readonly DraftStat
 const canMove = ({ isLocked, isFixed, isRemoved }: DraftStation): boolean => !isLocked && !isFixed && !isRemoved;
 
 /** What is to be known of a station beyond that it is done; null: nothing. */
-function wordsOf({ state, movedTo, note, photo }: FieldStation, station: DraftStation, name: string): string | null {
-  const away = movedTo === null ? 0 : Math.hypot(movedTo[0] - station.positionM[0], movedTo[1] - station.positionM[1]);
+function wordsOf(
+  { state, movedTo, note, photo }: FieldStation,
+  station: DraftStation,
+  { isMoved, name }: { readonly isMoved: boolean; readonly name: string },
+): string | null {
+  const away = movedTo === null ? 0 : awayOf(movedTo, station);
   const parts = [
     state === 'skipped' && t('skipped'),
     movedTo !== null &&
-      (canMove(station)
+      (isMoved
         ? t('set up {length} away', { length: lengthWords(away) })
         : t('set up {length} away to x {x}, y {y}, and not moved here', {
             length: lengthWords(away),

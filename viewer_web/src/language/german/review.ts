@@ -56,6 +56,12 @@ export const REVIEW = {
   'take in a field result': 'ein Feldergebnis übernehmen',
   'Field result': 'Feldergebnis',
   'What the crew saved from the field file': 'Was der Messtrupp aus der Felddatei gespeichert hat',
+  'Moved on site: tick what is to be moved in the plan':
+    'Vor Ort versetzt: ankreuzen, was im Plan versetzt werden soll',
+  'Move {id} in the plan': '{id} im Plan versetzen',
+  '{id}: x, y {from} to {to}, {length} away': '{id}: x, y {from} nach {to}, {length} entfernt',
+  'No tripod stands there: walls or furniture are too near.': 'Dort steht kein Stativ: Wände oder Möbel sind zu nah.',
+  'Take in the result': 'Ergebnis übernehmen',
   'The file is no JSON, expected what the field file saves. Choose another file.':
     'Die Datei ist kein JSON; erwartet wird, was die Felddatei speichert. Wählen Sie eine andere Datei.',
   'The file is no {schema}, expected what the field file saves. Choose another file.':
