@@ -191,9 +191,7 @@ def _source(
         for row in document["floors"]
     )
     names = {floor.id: floor.name for floor in floors}
-    # A list of stations that was evaluated keeps its own order in plan.json, and is walked through in the route's.
-    place = {name: order for order, name in enumerate((document.get("route") or {"order": ()})["order"])}
-    in_order = sorted(document["stations"], key=lambda row: (place.get(row["id"], len(place)), row["order"]))
+    in_order = sorted(document["stations"], key=lambda row: row["order"])
     numbers = station_numbers([row["id"] for row in in_order])
     stations = tuple(
         _station(row, names, frame, number, order)

@@ -29,11 +29,18 @@ def test_stations_come_in_walking_order_with_their_floors(written_plan: Callable
     assert plan.title == "house.ifc"
 
 
-def test_the_walk_numbers_stations_whatever_they_are_called(written_plan: Callable[..., Path]) -> None:
+@pytest.mark.parametrize(
+    ("names", "numbers"),
+    [(("S003", "S001", "S002"), [3, 1, 2]), (("hall", "S001", "S002"), [1, 2, 3]), (("S01", "S001", "S2"), [1, 2, 3])],
+)
+def test_stations_come_in_the_order_of_the_walk_and_have_the_numbers_of_their_names(
+    written_plan: Callable[..., Path], names: tuple[str, ...], numbers: list[int]
+) -> None:
     rows = json.loads((written_plan() / "plan.json").read_text())["stations"]
-    orders = {"S001": 9, "S002": 10, "S003": 2}
-    plan = open_plan(written_plan(stations=[{**row, "order": orders[row["id"]]} for row in rows]))
-    assert [(station.id, station.number) for station in plan.stations] == [("S003", 1), ("S001", 2), ("S002", 3)]
+    walked = [{**row, "id": name, "order": order} for row, name, order in zip(rows, names, (2, 9, 10), strict=True)]
+    plan = open_plan(written_plan(stations=walked[::-1]))
+    assert [station.id for station in plan.stations] == list(names)
+    assert [(station.number, station.order) for station in plan.stations] == list(zip(numbers, (1, 2, 3), strict=True))
 
 
 def test_ground_point_height_and_sensor_are_told_apart(written_plan: Callable[..., Path]) -> None:

@@ -31,9 +31,7 @@ const SAME_PLACE_M = 1e-6;
 /** Stations in the order of visits; removed ones are among them. */
 export function draftStations(plan: PlanJson, review: Review | null): DraftStation[] {
   const edits = review?.stations ?? {};
-  const place = new Map(plan.route?.order.map((id, i) => [id, i]));
-  const placeOf = (id: string): number => place.get(id) ?? place.size;
-  const inOrder = [...plan.stations].sort((a, b) => placeOf(a.id) - placeOf(b.id) || a.order - b.order);
+  const inOrder = [...plan.stations].sort((a, b) => a.order - b.order);
   const found = inOrder.map((station): Unnumbered => {
     const edit = edits[station.id];
     const positionM = edit?.position_m ?? station.position;
