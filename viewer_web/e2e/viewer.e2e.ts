@@ -1,5 +1,7 @@
 /** The viewer in a real browser, on a real plan from the real server. */
 import { beforeEach, expect, inject, test } from 'vitest';
+import { rgbOf } from '../src/heat/colors.ts';
+import { deltaE2000 } from '../src/testing/delta-e.ts';
 import { type ViewerPage, viewerPages } from './browser.ts';
 import { PlanFiles } from './plan-files.ts';
 
@@ -100,6 +102,41 @@ test('the colour of ground is what the patch under the pointer is', async () => 
     }
   }
   expect(nGround).toBeGreaterThan(8);
+  expect(found.size).toBeGreaterThan(2);
+});
+
+/** Classes of the legend by what the card of a surface gives as `Seen from`. */
+const CLASS_OF: Record<string, string> = {
+  'no station': 'unseen',
+  '1 station': '1',
+  '2 stations': '2',
+  '3 stations': '3',
+  'not scannable': 'not scannable',
+};
+
+test('the colour of walls and furniture is nearest to that of its own class in the legend', async () => {
+  await viewer.open(`#floor=${floorsLowestFirst[0].id}`);
+  const swatches = await viewer.page
+    .getByTestId('legend')
+    .locator('li')
+    .evaluateAll((all) => all.map((one) => [one.textContent, one.querySelector('rect')!.getAttribute('fill')!]));
+  const pixels = await viewer.canvasPixels();
+  await viewer.screenshot('11-classes');
+  const found = new Set<string>();
+  for (let i = 0; i < 6; i++) {
+    for (let j = 0; j < 6; j++) {
+      const [x, y] = [474 + 48 * i, 200 + 60 * j];
+      if (!pixels.isEvenAround(x, y)) continue;
+      const shown = await pickAt(x + 0.5, y + 0.5);
+      if (shown === null || shown['Walkable floor'] !== undefined || shown['Seen from'] === 'cut section') continue;
+      const distances = swatches.map(([label, hex]) => [deltaE2000(pixels.at(x, y), rgbOf(hex)), label] as const);
+      const nearest = distances.reduce((best, one) => (one[0] < best[0] ? one : best));
+      const own = CLASS_OF[shown['Seen from']] ?? '4+';
+      expect(nearest, `${own} at ${x}, ${y}: ${pixels.at(x, y)}`).toEqual([expect.any(Number), own]);
+      expect(nearest[0], `${own} at ${x}, ${y}: ${pixels.at(x, y)}`).toBeLessThan(4);
+      found.add(own);
+    }
+  }
   expect(found.size).toBeGreaterThan(2);
 });
 

@@ -20,7 +20,7 @@ export function differenceLayer(other: string, isAsMade: boolean, isOfSomeFloors
     classes: [
       { value: DIFFERENCE.gained, label: isAsMade ? t('gained') : t('seen only in this plan'), color: '#2b8a9b' },
       { value: DIFFERENCE.lost, label: isAsMade ? t('lost') : t('seen only in {other}', { other }), color: '#c2453a' },
-      { value: DIFFERENCE.both, label: t('seen in both'), color: { light: '#dfe5e6', dark: '#8c979c' } },
+      { value: DIFFERENCE.both, label: t('seen in both'), color: { light: '#d4e7e3', dark: '#8c979c' } },
       { value: DIFFERENCE.none, label: t('seen in neither'), color: '#e8b23a' },
       ...(isOfSomeFloors ? [notCompared] : []),
       { value: NOT_ACHIEVABLE, label: t('not scannable'), color: { light: '#c6cacc', dark: '#6d757a' } },

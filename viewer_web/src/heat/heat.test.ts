@@ -1,7 +1,10 @@
 import { expect, test } from 'vitest';
+import { differenceLayer } from '../compare/difference.ts';
 import type { StageElement, StageTriangles } from '../load/stage.ts';
+import { CLASS_SHADING } from '../scene/building-materials.ts';
+import { deltaE2000, deltaE2000OfLab } from '../testing/delta-e.ts';
 import { runPython } from '../testing/python.ts';
-import { classColors, layerColors, rampColors } from './colors.ts';
+import { classColors, layerColors, rampColors, rgbOf, themed } from './colors.ts';
 import { coverageOf } from './element-coverage.ts';
 import {
   type ClassLayer,
@@ -64,6 +67,40 @@ test('dark pages have another grey and the same colours of what is seen', () => 
   const [light, dark] = [classColors(TIMES_SEEN_LAYER, false), classColors(TIMES_SEEN_LAYER, true)];
   expect(rgb(dark, 1)).toEqual(rgb(light, 1));
   expect(rgb(dark, NOT_ACHIEVABLE)).not.toEqual(rgb(light, NOT_ACHIEVABLE));
+});
+
+const reasonsOfPlanner = (): string[] =>
+  JSON.parse(
+    runPython('-c', 'import json; from planner_core.model.unseen import REASONS; print(json.dumps(REASONS))'),
+  ) as string[];
+
+test('the darkest face of a class is far nearer to its own colour than to any other of the legend', () => {
+  const layers = [...layersOf([], reasonsOfPlanner(), []), differenceLayer('B', true, true)] as ClassLayer[];
+  for (const { id, classes } of layers) {
+    for (const isDark of [false, true]) {
+      for (const { label, color } of classes) {
+        const own = rgbOf(themed(color, isDark));
+        const [r, g, b] = own.map((channel) => channel * (1 - CLASS_SHADING));
+        const others = classes
+          .map((other) => rgbOf(themed(other.color, isDark)))
+          .filter((rgb) => `${rgb}` !== `${own}`);
+        const nearest = Math.min(...others.map((rgb) => deltaE2000([r, g, b], rgb)));
+        expect(deltaE2000([r, g, b], own), `${id}, ${label}, dark ${isDark}`).toBeLessThan(0.67 * nearest);
+      }
+    }
+  }
+});
+
+test.each([
+  [[50, 2.6772, -79.7751], [50, 0, -82.7485], 2.0425],
+  [[50, 2.49, -0.001], [50, -2.49, 0.0009], 7.1792],
+  [[50, -1, 2], [50, 0, 0], 2.3669],
+  [[60.2574, -34.0099, 36.2677], [60.4626, -34.1751, 39.4387], 1.2644],
+  [[22.7233, 20.0904, -46.694], [23.0331, 14.973, -42.5619], 2.0373],
+  [[2.0776, 0.0795, -1.135], [0.9033, -0.0636, -0.5514], 0.9082],
+] as const)('differences of colours are those that Sharma, Wu and Dalal list: %j, %j', (one, other, expected) => {
+  expect(deltaE2000OfLab(one, other)).toBeCloseTo(expected, 4);
+  expect(deltaE2000OfLab(other, one)).toBeCloseTo(expected, 4);
 });
 
 test('ramps get darker all the way from good to bad', () => {
@@ -205,8 +242,7 @@ test('the coverage of an element is that of its own patches', () => {
 });
 
 test('reasons that the viewer words otherwise are reasons of the planner', () => {
-  const script = 'import json; from planner_core.model.unseen import REASONS; print(json.dumps(REASONS))';
-  const reasons = JSON.parse(runPython('-c', script)) as string[];
+  const reasons = reasonsOfPlanner();
   expect(Object.keys(REASON_WORDS).filter((reason) => !reasons.includes(reason))).toEqual([]);
   expect([reasonInWords('no admissible spot'), reasonInWords('too sparse')]).toEqual([
     'no valid tripod position',

@@ -6,6 +6,11 @@ import { PATCH_CODE_GLSL } from '../load/patch-rule.ts';
 import { CUT_GLSL } from '../section/cut-uniforms.ts';
 import { TEXTURE_WIDTH } from './patch-values.ts';
 
+/** How much darker than level faces others are at most: bare ones, and those that have a colour of the legend. */
+const BARE_SHADING = 0.36;
+/** Hardly: lines show the form there, and shaded as bare ones are, walls seen by two stations look like seen by three. */
+export const CLASS_SHADING = 0.06;
+
 const SURFACE_VERTEX = /* glsl */ `
 uniform highp sampler2D triangleShape;   // squared edges 01, 12, 20; depth + 64 * (is ground) + 128 * (body side + 1)
 uniform highp isampler2D triangleNumbers; // first patch, element
@@ -58,9 +63,10 @@ vec3 rampColor(float value, ivec2 texel) {
   float t = clamp((value - rampLow) / (rampHigh - rampLow), 0.0, 1.0);
   return classColor(int(t * 255.0 + 0.5));
 }
+bool isBare() { return !hasMarks && (paintMode == 0 || fade > 0.0); }
 vec3 surfaceColor() {
   vec3 bare = (vNumbers.w & 1) == 1 ? groundColor : plainColor;
-  if (!hasMarks && (paintMode == 0 || fade > 0.0)) return bare;
+  if (isBare()) return bare;
   int patchId = vNumbers.x + int(patchCode(vWeights, vEdges, vNumbers.z));
   ivec2 texel = ivec2(patchId % ${TEXTURE_WIDTH}, patchId / ${TEXTURE_WIDTH});
   if (hasMarks) return texelFetch(patchMarks, texel, 0).r == 0u ? mix(bare, plainColor, 0.6) : markColor;
@@ -80,7 +86,7 @@ void main() {
     fragColor = vec4(markColor, 0.3);
     return;
   }
-  float light = 0.74 + 0.26 * normal.z - 0.10 * normal.x + 0.02 * normal.y;
+  float shade = max(0.0, 0.72 - 0.72 * normal.z + 0.28 * normal.x - 0.06 * normal.y); // 0 level ... 1 across x
   int bodySide = (vNumbers.w >> 1) - 1;
   bool isSection = bodySide != 0 && (bodySide > 0) == isBack;
   vec3 color;
@@ -89,7 +95,7 @@ void main() {
   } else {
     color = surfaceColor();
     if (vNumbers.y == pickedElement) color = mix(color, pickedColor, 0.45);
-    color *= light;
+    color *= 1.0 - shade * (isBare() || hasMarks ? ${BARE_SHADING} : ${CLASS_SHADING});
   }
   fragColor = vec4(mix(color, backgroundColor, fade), 1.0);
 }

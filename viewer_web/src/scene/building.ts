@@ -45,6 +45,9 @@ export type Paint =
       readonly none: number;
     };
 
+/** Of lines: they show the form where colours of the legend hide it, without blackening a model of many small parts. */
+const LINE_OPACITY = { clear: 0.7, faded: 0.3 } as const;
+
 export class Building {
   readonly group = new Group();
   private readonly surfaces: readonly Chunk[];
@@ -59,7 +62,11 @@ export class Building {
   private readonly uniforms;
   /** What a section takes away; others that draw with the building share it. */
   readonly cut: CutUniforms = cutUniforms();
-  private readonly lineUniforms = { ...this.cut, lineColor: { value: new Color() }, opacity: { value: 0.5 } };
+  private readonly lineUniforms = {
+    ...this.cut,
+    lineColor: { value: new Color() },
+    opacity: { value: LINE_OPACITY.clear as number },
+  };
   private materials: ShaderMaterial[] = [];
   /** Of each slice: the marked patches once more, seen through what hides them. */
   private ghosts: Mesh[] = [];
@@ -143,7 +150,7 @@ export class Building {
   /** Step back behind a cloud. */
   setFaded(isFaded: boolean): void {
     this.uniforms.fade.value = isFaded ? 0.25 : 0;
-    this.lineUniforms.opacity.value = isFaded ? 0.3 : 0.5;
+    this.lineUniforms.opacity.value = isFaded ? LINE_OPACITY.faded : LINE_OPACITY.clear;
   }
 
   setTimesSeen(timesSeen: Uint8Array): void {
