@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.coverage.observations import Observations, observations_in_batches
+from planner_core.coverage.observations import Observations, observations_in_batches, observations_meeting
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import REASONS, FloatArray, Int32Array, Loss, Plan, Scanner
+from planner_core.model import REASONS, FloatArray, Int32Array, Loss, Plan, PointLimits, Scanner
 from planner_core.model.unseen import OUT_OF_SCOPE
 from planner_core.plan_folder.plan_model.given import LimitsSection
 from planner_core.plan_folder.usd_names import station_prim_names
@@ -116,11 +116,15 @@ def _figures(observations: Observations, layer: str) -> FloatArray | None:
     return None if observations.noise_m is None else observations.noise_m.astype(np.float64)
 
 
-def seen_bytes(patch: Int32Array, n_patches: int) -> bytes:
-    """One bit a patch, the first in the lowest bit of the first byte: 1 for those of `patch`."""
-    seen = np.zeros(n_patches, dtype=np.bool_)
-    seen[patch] = True
-    return np.packbits(seen, bitorder="little").tobytes()
+def seen_bytes(seen: Int32Array, met: Int32Array, n_patches: int) -> bytes:
+    """One bit a patch, the first in the lowest bit of the first byte: 1 for those of `seen`, then anew for those of
+    `met`, on which the station meets what is required of all; once where `met` is `seen`, as without limits.
+    """
+    rows = (seen,) if met is seen else (seen, met)
+    bits = np.zeros((len(rows), n_patches), dtype=np.bool_)
+    for row, patch in zip(bits, rows, strict=True):
+        row[patch] = True
+    return np.packbits(bits, axis=1, bitorder="little").tobytes()
 
 
 def lost_bytes(losses: Sequence[Loss]) -> bytes:
@@ -152,10 +156,12 @@ def layer_files(plan: Plan, engine: ScanEngine, figures: LayerFigures | None = N
     """
     layers, n_patches = layers_of(plan.settings.scanner), plan.survey.patches.n_patches
     figures = figures or LayerFigures(layers, n_patches)
-    names = iter(station_prim_names(plan.stations))
+    names, limits = iter(station_prim_names(plan.stations)), plan.settings.requirements.asked
     for observations in _observations_of_stations(plan, engine):
         figures.add(observations)
-        yield f"viewer/seen/{next(names)}.bits", seen_bytes(observations.patch, n_patches)
+        seen = observations.patch
+        met = seen if limits == PointLimits() else seen[observations_meeting(observations, limits)]
+        yield f"viewer/seen/{next(names)}.bits", seen_bytes(seen, met, n_patches)
     yield from _lost_by_station(plan).items()
     for layer in layers:
         yield f"viewer/{layer.file}", layer.quantised(figures.of(layer)).astype("<u2").tobytes()

@@ -153,12 +153,16 @@ def test_bits_of_a_station_are_the_patches_that_its_scan_has_returns_on(
 
 
 @given(st.data())
-def test_patches_seen_are_read_back_from_their_bits(data: st.DataObject) -> None:
+def test_patches_seen_and_met_are_read_back_from_their_bits(data: st.DataObject) -> None:
     n_patches = data.draw(st.integers(1, 70))
-    patch = np.array(sorted(data.draw(st.sets(st.integers(0, n_patches - 1)))), dtype=np.int32)
-    content = seen_bytes(patch, n_patches)
-    assert len(content) == -(-n_patches // 8)
-    assert [p for p in range(8 * len(content)) if content[p // 8] >> (p % 8) & 1] == patch.tolist()
+    patches = st.sets(st.integers(0, n_patches - 1)).map(lambda drawn: np.array(sorted(drawn), dtype=np.int32))
+    seen, met = data.draw(patches), data.draw(patches)
+    n_bytes = -(-n_patches // 8)
+    content = seen_bytes(seen, met, n_patches)
+    assert len(content) == 2 * n_bytes
+    for row, patch in ((content[:n_bytes], seen), (content[n_bytes:], met)):
+        assert [p for p in range(8 * n_bytes) if row[p // 8] >> (p % 8) & 1] == patch.tolist()
+    assert seen_bytes(seen, seen, n_patches) == content[:n_bytes]
 
 
 def test_layers_by_samples_are_those_of_the_metrics_over_all_stations(noisy: Plan) -> None:

@@ -63,13 +63,15 @@ def test_reason_layer_adds_up_to_the_areas_of_the_plan(plan: Plan, files: dict[s
     assert np.count_nonzero(by_reason) > 1
 
 
-def test_bits_hold_what_a_station_sees_at_all_not_only_what_meets_the_limits(
+def test_bits_hold_what_a_station_sees_at_all_and_then_what_meets_the_limits_as_often_as_it_is_counted(
     plan: Plan, engine: ScanEngine, files: dict[str, bytes]
 ) -> None:
     positions_m = np.stack([station.position_m for station in plan.stations])
     seen = engine.visible_patches(plan.survey.template, positions_m)
-    packed = [np.frombuffer(files[f"viewer/seen/{s.id}.bits"], dtype=np.uint8) for s in plan.stations]
-    bits = [np.flatnonzero(np.unpackbits(row, bitorder="little")) for row in packed]
-    for row, patch in enumerate(bits):
-        np.testing.assert_array_equal(patch, seen.row(row))
-    assert sum(patch.size for patch in bits) > plan.times_seen.sum() > 0
+    packed = np.stack([np.frombuffer(files[f"viewer/seen/{s.id}.bits"], dtype=np.uint8) for s in plan.stations])
+    bits = np.unpackbits(packed.reshape(len(plan.stations), 2, -1), axis=2, bitorder="little")
+    for row, patch in enumerate(bits[:, 0]):
+        np.testing.assert_array_equal(np.flatnonzero(patch), seen.row(row))
+    met = bits[:, 1].sum(axis=0)[: plan.times_seen.size]
+    np.testing.assert_array_equal(met, plan.times_seen)
+    assert bits[:, 0].sum() > met.sum() > 0

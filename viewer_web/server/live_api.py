@@ -157,7 +157,7 @@ def _add_files(router: APIRouter, drafts: _DraftAnswers) -> None:
         summary="Surface seen by a station",
     )
     def seen(request: Request, station: str) -> Response:
-        """A bit a patch, the lowest of a byte first, as viewer/seen."""
+        """As viewer/seen: a bit a patch, the lowest of a byte first; with limits, another row within them."""
         return drafts.cached(
             request,
             f"seen {station}",

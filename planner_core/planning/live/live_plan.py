@@ -20,7 +20,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import BeamTemplate, CurveStep, FieldTime, Plan, PlanSettings, Route, Survey, UInt8Array
 from planner_core.network.links import least_listed_overlap
 from planner_core.plan_folder.viewer_files import cloud_bytes
-from planner_core.plan_folder.viewer_layers import UInt16Array, layers_of, lost_bytes
+from planner_core.plan_folder.viewer_layers import UInt16Array, layers_of, lost_bytes, seen_bytes
 from planner_core.planning.live.draft import Draft, DraftStation, Place, local_place
 from planner_core.planning.live.figures import links_as_scanned, plan_of, registration_of
 from planner_core.planning.live.layers import TIMES_SEEN, layer_named, times_seen_bytes
@@ -261,10 +261,9 @@ class LivePlan:
         return painted.quantised(figure_of(layer, self._standing(draft).tally.best(layer)))
 
     def seen(self, draft: Draft, station: str) -> bytes:
-        """One bit a patch, the lowest first: what a station sees; raises RequirementError where there is no such."""
-        bits = np.zeros(self._area_m2.size, dtype=np.bool_)
-        bits[self._observer.observe(draft.station(station).position_m).patch] = True
-        return np.packbits(bits, bitorder="little").tobytes()
+        """What a station sees, as its file below viewer/seen; raises RequirementError where there is no such."""
+        observed = self._observer.observe(draft.station(station).position_m)
+        return seen_bytes(observed.patch, observed.met[0], self._area_m2.size)
 
     def lost(self, draft: Draft, station: str) -> bytes:
         """What requirements would lose without a station, as its file below viewer/lost; raises as `seen`."""

@@ -126,6 +126,16 @@ def test_what_stations_see_together_is_a_bit_a_patch(house: LivePlan) -> None:
 
 
 @pytest.mark.slow
+def test_what_stations_see_within_the_limits_of_all_follows_as_often_as_it_is_counted(asking_house: LivePlan) -> None:
+    live, plan = asking_house, asking_house.figures(asking_house.draft).plan
+    bits = np.stack([np.frombuffer(live.seen(live.draft, name), np.uint8) for name in live.draft.ids])
+    rows = np.unpackbits(bits.reshape(len(bits), 2, -1), axis=2, count=plan.times_seen.size, bitorder="little")
+    np.testing.assert_array_equal(rows[:, 1].sum(axis=0), plan.times_seen)
+    assert (rows[:, 0] >= rows[:, 1]).all()
+    assert rows[:, 0].sum() > rows[:, 1].sum()
+
+
+@pytest.mark.slow
 def test_station_taken_away_leaves_what_it_alone_saw(house: LivePlan) -> None:
     live = house
     whole = live.figures(live.draft).plan

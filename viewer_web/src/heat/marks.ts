@@ -5,6 +5,9 @@ export function isSeen(bits: Uint8Array, patch: number): boolean {
   return ((bits[patch >> 3] >> (patch & 7)) & 1) === 1;
 }
 
+/** The bit, in the second row of a seen file, of what the station sees within the limits of all. */
+export const bitWithinLimits = (patch: number, nPatches: number): number => 8 * Math.ceil(nPatches / 8) + patch;
+
 /** 1 where both of two stations see the patch. */
 export function sharedMarks(a: Uint8Array, b: Uint8Array, nPatches: number): Uint8Array {
   return Uint8Array.from({ length: nPatches }, (_, patch) => (isSeen(a, patch) && isSeen(b, patch) ? 1 : 0));

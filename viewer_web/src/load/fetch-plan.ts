@@ -90,12 +90,12 @@ export async function fetchCloud(
   return rows.finish();
 }
 
-/** What a station sees, one bit a patch. */
+/** What a station sees, one bit a patch; where limits are required, once more within them. */
 export async function fetchSeen({ base, patchSeen }: LoadedPlan, station: StageStation): Promise<Uint8Array> {
   const file = seenFile(station);
   const bits = new Uint8Array(await fetchBytes(base, `viewer/${file}`));
   const nBytes = Math.ceil(patchSeen.length / 8);
-  if (bits.length !== nBytes) {
+  if (bits.length !== nBytes && bits.length !== 2 * nBytes) {
     throw new PlanLoadError(
       t('{file}: {n} bytes, expected {expected}. Write the plan again.', {
         file: `viewer/${file}`,
@@ -107,16 +107,16 @@ export async function fetchSeen({ base, patchSeen }: LoadedPlan, station: StageS
   return bits;
 }
 
-/** Whether a station sees one patch; where the host serves parts of files, one byte of the station's. */
-export async function fetchSeenBit({ base }: LoadedPlan, station: StageStation, patch: number): Promise<boolean> {
-  const byte = patch >> 3;
+/** One bit of a station's seen file; where the host serves parts of files, one byte of it. */
+export async function fetchSeenBit({ base }: LoadedPlan, station: StageStation, bit: number): Promise<boolean> {
+  const byte = bit >> 3;
   const file = `viewer/${seenFile(station)}`;
   const { body, status } = await request(base, file, { headers: { Range: `bytes=${byte}-${byte}` } });
   const bits = new Uint8Array(await new Response(body).arrayBuffer());
   const value = status === 206 ? bits[0] : bits[byte];
   if (value === undefined)
-    throw new PlanLoadError(t('{file}: too short for patch {patch}. Write the plan again.', { file, patch }));
-  return ((value >> (patch & 7)) & 1) === 1;
+    throw new PlanLoadError(t('{file}: too short for bit {bit}. Write the plan again.', { file, bit }));
+  return ((value >> (bit & 7)) & 1) === 1;
 }
 
 const seenFile = ({ cloudUri }: StageStation): string =>

@@ -1,8 +1,8 @@
-/** Asks for each clicked surface which stations see it: one bit of each station's file, or what the live side has of edited ones. */
+/** Finds for each clicked surface which stations see it: bits of each station's file, or what the live side has of edited ones. */
 
 import { effect } from '@preact/signals';
 import { localOf } from '../edit/draft.ts';
-import { isSeen } from '../heat/marks.ts';
+import { bitWithinLimits, isSeen } from '../heat/marks.ts';
 import { t } from '../language/language.ts';
 import { normalOf } from '../load/edges.ts';
 import { fetchSeenBit, type LoadedPlan } from '../load/fetch-plan.ts';
@@ -48,23 +48,34 @@ export class SightFollower {
     const reachM = this.loaded.plan.scanner.range_max_m + longestM;
     const near = stations.filter(({ positionM }) => Math.hypot(...positionM.map((x, k) => x - atM[k])) <= reachM);
     try {
-      const seen = await Promise.all(near.map(({ id }) => this.sees(id, picked.patch)));
-      if (turn !== this.latest) return;
+      const { asked: limits } = this.loaded.plan.requirements;
+      const isLimited = Object.values(limits).some((limit) => limit !== null);
+      const seen = await Promise.all(near.map(({ id }) => this.hasBit(id, picked.patch)));
       const seeing = near.filter((_, i) => seen[i]);
+      const bit = bitWithinLimits(picked.patch, this.loaded.patchSeen.length);
+      // Plans of older versions have no such bits: what is seen is all that they know.
+      const isCounted = seeing.map(({ id }) => !isLimited || this.hasBit(id, bit).catch(() => true));
+      const counted = await Promise.all(isCounted);
+      if (turn !== this.latest) return;
       store.sights.value = {
         kind: 'shown',
-        sights: sightsOf(seeing, atM, normalOf(triangles.cornersM, picked.triangle)),
+        sights: sightsOf(
+          seeing.map((station, i) => ({ ...station, isCounted: counted[i] })),
+          atM,
+          normalOf(triangles.cornersM, picked.triangle),
+          limits,
+        ),
       };
     } catch (error) {
       if (turn === this.latest) store.sights.value = { kind: 'failed', message: (error as Error).message };
     }
   }
 
-  private async sees(id: string, patch: number): Promise<boolean> {
+  private async hasBit(id: string, bit: number): Promise<boolean> {
     const live = await this.store.stationSource.peek()?.seen(id);
-    if (live) return isSeen(live, patch);
+    if (live) return isSeen(live, bit);
     const station = this.loaded.stage.stations.find((one) => one.id === id);
     if (station === undefined) throw new Error(t('What {id} sees is known with live editing only.', { id }));
-    return fetchSeenBit(this.loaded, station, patch);
+    return fetchSeenBit(this.loaded, station, bit);
   }
 }

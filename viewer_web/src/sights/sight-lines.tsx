@@ -1,4 +1,4 @@
-/** From the stations that see the clicked surface to it; the best one's line is the widest. */
+/** From the stations that see the clicked surface to it; the best one's line is the widest, of those not counted it is dashed. */
 import { sceneOf } from '../edit/draft.ts';
 import type { PointM } from '../measure/geometry.ts';
 import { type Framed, type LayerProps, Lines, type Place } from '../measure/svg-parts.tsx';
@@ -17,10 +17,11 @@ export function SightLines({
   if (!to) return null;
   return (
     <g class="measured sight-lines">
-      {state.sights.map(({ stationId, isBest }) => {
+      {state.sights.map(({ stationId, isBest, shortfall }) => {
         const station = stations.get(stationId);
         const from = station && place(sceneOf(station.positionM, loaded.stage.offsetM), station.floorId);
-        return from ? <Lines key={stationId} places={[from, to]} name={isBest ? 'sight-best' : ''} /> : null;
+        const name = isBest ? 'sight-best' : shortfall !== null ? 'sight-short' : '';
+        return from ? <Lines key={stationId} places={[from, to]} name={name} /> : null;
       })}
       <circle cx={to.x} cy={to.y} r="4" />
     </g>

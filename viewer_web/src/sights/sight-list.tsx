@@ -5,6 +5,7 @@ import { decimal, t } from '../language/language.ts';
 import { lengthWords } from '../panels/figures.ts';
 import type { Picked } from '../scene/state.ts';
 import type { Store } from '../store.ts';
+import type { Sight } from './sights.ts';
 import './sights.css';
 
 /** More are told by their number. */
@@ -15,13 +16,25 @@ export function SightList({ store }: { store: Store }) {
   if (state.kind === 'none') return null;
   if (state.kind === 'failed') return <p class="note-warn">{state.message}</p>;
   if (state.kind === 'loading') return <p class="muted">{t('Asking which stations see it …')}</p>;
-  const { sights } = state;
+  const counted = state.sights.filter(({ shortfall }) => shortfall === null);
+  const others = state.sights.filter(({ shortfall }) => shortfall !== null);
+  if (state.sights.length === 0) return null;
+  return (
+    <>
+      <Sights store={store} title={t('Stations that see it')} sights={counted} />
+      <Sights store={store} title={t('Seen, but not as required')} sights={others} />
+      <p class="muted">{t('Range and incidence at the point.')}</p>
+    </>
+  );
+}
+
+function Sights({ store, title, sights }: { store: Store; title: string; sights: readonly Sight[] }) {
   if (sights.length === 0) return null;
   return (
     <>
-      <h3>{t('Stations that see it')}</h3>
-      <ul class="sights" aria-label={t('Stations that see it')}>
-        {sights.slice(0, MOST_SIGHTS).map(({ stationId, rangeM, incidenceRad, isBest }) => (
+      <h3>{title}</h3>
+      <ul class="sights" aria-label={title}>
+        {sights.slice(0, MOST_SIGHTS).map(({ stationId, rangeM, incidenceRad, isBest, shortfall }) => (
           <li key={stationId}>
             <button
               type="button"
@@ -33,14 +46,12 @@ export function SightList({ store }: { store: Store }) {
               <span>{lengthWords(rangeM)}</span>
               <span>{decimal((incidenceRad * 180) / Math.PI, 0)}°</span>
               {isBest && <span class="badge badge-good">{t('best')}</span>}
+              {shortfall !== null && <span class="sight-reason">{shortfall}</span>}
             </button>
           </li>
         ))}
       </ul>
-      <p class="muted">
-        {sights.length > MOST_SIGHTS && `${t('{n} more.', { n: sights.length - MOST_SIGHTS })} `}
-        {t('Range and incidence at the point.')}
-      </p>
+      {sights.length > MOST_SIGHTS && <p class="muted">{t('{n} more.', { n: sights.length - MOST_SIGHTS })}</p>}
     </>
   );
 }

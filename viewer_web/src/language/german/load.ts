@@ -6,8 +6,8 @@ export const LOAD = {
   'Preparing the building': 'Gebäude wird vorbereitet',
   '{file}: {n} bytes, expected {expected}. Write the plan again.':
     '{file}: {n} Bytes, erwartet {expected}. Schreiben Sie den Plan neu.',
-  '{file}: too short for patch {patch}. Write the plan again.':
-    '{file}: zu kurz für Flächenstück {patch}. Schreiben Sie den Plan neu.',
+  '{file}: too short for bit {bit}. Write the plan again.':
+    '{file}: zu kurz für Bit {bit}. Schreiben Sie den Plan neu.',
   'viewer/patches.u8: {n} patches, expected at least {needed} for viewer/stage.usdc. Write the plan again with `tlsplan plan`.':
     'viewer/patches.u8: {n} Flächenstücke, erwartet mindestens {needed} für viewer/stage.usdc. Schreiben Sie den Plan mit `tlsplan plan` neu.',
   '{path}: the server does not answer. Is `tlsplan view` still running?':
