@@ -323,3 +323,20 @@ test('on paper the numbers stand where they do on the screen, and nothing is cut
   await viewer.page.evaluate(() => window.dispatchEvent(new Event('afterprint')));
   expect(await viewer.page.locator('.print-picture').count()).toBe(0);
 });
+
+test('on paper the review has all stations, and the date of each verdict', async () => {
+  await open('#tab=review');
+  await viewer.changeAs('Ben', { kind: 'set_verdict', station: second.id, verdict: 'accepted' });
+  const list = viewer.page.getByRole('list', { name: 'Verdicts' });
+  await list.getByText('accepted by Ben').waitFor();
+  expect(await list.getByText('accepted by Ben').textContent()).toMatch(/ on \d+ [A-Z][a-z]+ \d{4} at \d\d:\d\d$/);
+  await viewer.page.emulateMedia({ media: 'print' });
+  await viewer.page.setViewportSize({ width: 718, height: 1046 });
+  await viewer.settle();
+  expect(await list.locator('li').count()).toBe(plan.stations.length);
+  const clipped = await viewer.page
+    .locator('.sidebar, .sidebar ul, .sidebar section')
+    .evaluateAll((all) => all.filter((one) => one.scrollHeight > one.clientHeight + 1).map((one) => one.className));
+  expect(clipped).toEqual([]);
+  await viewer.screenshot('onsite-8-print-review');
+});

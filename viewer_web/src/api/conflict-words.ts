@@ -28,14 +28,12 @@ export function conflictInWords({ conflicts, message }: ConflictAnswer): string 
   return t('{changes}. Your change was not applied.', { changes: parts.join('; ') });
 }
 
-/** "at 14:05" of today, "on 3 Nov at 14:05" otherwise; the text itself where it is no time. */
-export function timeInWords(at: string, now = new Date()): string {
+/** "on 3 Nov 2026 at 14:05", of today too: what is printed or signed is read on other days. The text itself where it is no time. */
+export function timeInWords(at: string): string {
   const time = new Date(at);
   if (Number.isNaN(time.getTime())) return at;
-  const clock = time.toLocaleTimeString(dateLocale, { hour: '2-digit', minute: '2-digit' });
-  if (time.toDateString() === now.toDateString()) return t('at {clock}', { clock });
   return t('on {date} at {clock}', {
-    date: time.toLocaleDateString(dateLocale, { day: 'numeric', month: 'short' }),
-    clock,
+    date: time.toLocaleDateString(dateLocale, { day: 'numeric', month: 'short', year: 'numeric' }),
+    clock: time.toLocaleTimeString(dateLocale, { hour: '2-digit', minute: '2-digit' }),
   });
 }

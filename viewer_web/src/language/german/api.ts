@@ -15,7 +15,6 @@ export const API = {
   'the sign-off': 'die Freigabe',
   '{by} changed {object} {time}': '{by} hat {time} geändert: {object}',
   '{changes}. Your change was not applied.': '{changes}. Ihre Änderung wurde nicht übernommen.',
-  'at {clock}': 'um {clock}',
   'on {date} at {clock}': 'am {date} um {clock}',
   "The server's answer can't be read: {what}. Reload the page; the server may be of another version.":
     'Die Antwort des Servers ist nicht lesbar: {what}. Laden Sie die Seite neu; der Server hat vielleicht eine andere Version.',
