@@ -81,7 +81,7 @@ FORMAT_OPTIONS: dict[str, Callable[[Any], Any]] = {
     ),
     "max_topics": click.option(
         "--max-topics", type=click.IntRange(min=0), default=None,
-        help="Maximum unseen elements in BCF, largest unseen area first. [50]",
+        help="Maximum rooms and elements with a BCF topic of their own, most unseen first. [50]",
     ),
     "noise": click.option(
         "--noise", is_flag=True, default=None, help="Add the scanner's range noise and dropouts to point clouds."

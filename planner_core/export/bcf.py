@@ -1,9 +1,10 @@
-"""Topics for model checkers and authoring programs as BCF 2.1: comments of the review, and elements that stay unseen.
+"""Topics for model checkers and authoring programs as BCF 2.1: comments of the review, and what stays unseen by room.
 
     plan.bcfzip  bcf.version  project.bcfp  <topic>/markup.bcf  <topic>/viewpoint.bcfv  <topic>/snapshot.png
 
-Coordinates are those of the scene file, metres, z up, as BCF wants them. Ids follow from the plan and what a topic is
-about (RFC 4122, version 5), files have no time: same plan, same bytes.
+Coordinates are those of the scene file, metres, z up, as BCF wants them. Ids follow from the model and what a topic is
+about (RFC 4122, version 5): a topic of a later plan of the same model replaces that of the plan before. Times are of
+the review and of plan.json, files in the zip have none: same plan, same bytes.
 
 Source: buildingSMART, BCF-XML release 2.1: markup.xsd, visinfo.xsd, project.xsd, version.xsd, README.
 """
@@ -13,13 +14,12 @@ from __future__ import annotations
 import re
 import uuid
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 from planner_core.errors import escaped
-from planner_core.export.bcf_topics import Topic, Topics
+from planner_core.export.bcf_topics import LEAST_AREA_M2, Topic, Topics, UnseenPlace
 from planner_core.export.bcf_views import FIELD_OF_VIEW_DEG, Views
 from planner_core.export.options import Options
 from planner_core.export.sheets.building import read_building
@@ -39,7 +39,7 @@ _GLOBAL_ID = re.compile(r"[0-3][0-9A-Za-z_$]{21}")
 
 
 def write_bcf(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
-    """Write all comments and the largest unseen elements; remarks tell what is left out.
+    """Write all comments, and what is unseen: a topic per place, and one for all small places.
 
     Raises
     ------
@@ -53,31 +53,38 @@ def write_bcf(plan: PlanSource, path: Path, options: Options, progress: Progress
     building = read_building(plan.folder)
     found = Topics(plan, None if isinstance(building, str) else building, options)
     views = Views(None if isinstance(building, str) else building)
-    unseen = found.unseen_rows()
-    written, left_out = unseen[: options.max_topics], unseen[options.max_topics :]
-    topics = [*found.of_comments(planned, review), *(found.of_unseen(row) for row in written)]
+    unseen = found.unseen_places()
+    large = [place for place in unseen if place.area_m2 >= LEAST_AREA_M2]
+    own, others = large[: options.max_topics], [*large[options.max_topics :], *unseen[len(large) :]]
+    topics = [*found.of_comments(planned, review), *(found.of_place(place) for place in own)]
+    if others and options.max_topics:
+        topics.append(found.of_others(others) if len(others) > 1 else found.of_place(others[0]))
+    scene = plan.document["scene"]
+    model_id = "/".join(each["sha256"] for each in (scene, *scene["other_files"]))
     with zipfile.ZipFile(path, "w") as archive:
         _put(archive, "bcf.version", _version())
-        _put(archive, "project.bcfp", _project(plan, _guid(planned.sha256, "project")))
+        _put(archive, "project.bcfp", _project(plan, _guid(model_id, "project")))
         for number, topic in enumerate(topics):
             progress(ProgressEvent("bcf", number, len(topics), topic.title))
-            _put_topic(archive, plan, topic, views, plan_id=planned.sha256, index=number)
+            _put_topic(archive, plan, topic, views, model_id=model_id, index=number)
     return (
-        *_on_what_is_left_out(written, left_out),
+        *_on_what_is_left_out(own, large[options.max_topics :], options),
         *_on_coordinates(plan),
         *((f"no snapshots, and cameras may stand behind walls: {building}",) if isinstance(building, str) else ()),
-        *(() if topics else ("there are no comments and no unseen elements: the file holds no topic",)),
+        *(() if topics else ("there are no comments and nothing unseen: the file holds no topic",)),
     )
 
 
-def _on_what_is_left_out(written: list[Mapping[str, Any]], left_out: list[Mapping[str, Any]]) -> tuple[str, ...]:
-    if not left_out:
+def _on_what_is_left_out(
+    own: Sequence[UnseenPlace], others: Sequence[UnseenPlace], options: Options
+) -> tuple[str, ...]:
+    if not others:
         return ()
-    area_m2 = sum(row["unseen_area_m2"] for row in left_out)
-    least = f": those with {written[-1]['unseen_area_m2']:.2f} m2 unseen or more" if written else ""
+    area_m2 = sum(place.area_m2 for place in others)
+    where = "share one" if options.max_topics else "have none"
     return (
-        f"{len(written)} of {len(written) + len(left_out)} unseen elements are in it{least}; {len(left_out)} with "
-        f"{area_m2:.2f} m2 in all are left out; --max-topics sets the number",
+        f"{len(own)} of {len(own) + len(others)} rooms and elements with {LEAST_AREA_M2:g} m2 unseen or more have a "
+        f"topic of their own; the others, with {area_m2:.2f} m2 in all, {where}; --max-topics sets the number",
     )
 
 
@@ -95,20 +102,21 @@ def _on_coordinates(plan: PlanSource) -> tuple[str, ...]:
 
 
 def _put_topic(
-    archive: zipfile.ZipFile, plan: PlanSource, topic: Topic, views: Views, *, plan_id: str, index: int
+    archive: zipfile.ZipFile, plan: PlanSource, topic: Topic, views: Views, *, model_id: str, index: int
 ) -> None:
-    folder, view = _guid(plan_id, topic.key), _guid(plan_id, f"view/{topic.key}")
-    eye = views.eye(topic.place)
-    picture = views.picture(eye, topic.place)
-    markup = _markup(plan, topic, folder, view, _guid(plan_id, f"said/{topic.key}"), index, picture is not None)
+    folder, view = _guid(model_id, topic.key), _guid(model_id, f"view/{topic.key}")
+    place = views.first_seen(topic.places)
+    eye = views.eye(place)
+    picture = views.picture(eye, place)
+    markup = _markup(plan, topic, folder, view, _guid(model_id, f"said/{topic.key}"), index, picture is not None)
     _put(archive, f"{folder}/markup.bcf", markup)
     _put(archive, f"{folder}/{VIEWPOINT_FILE}", _viewpoint(plan, topic, view, eye))
     if picture is not None:
         _put_bytes(archive, f"{folder}/{SNAPSHOT_FILE}", picture)
 
 
-def _guid(plan_id: str, key: str) -> str:
-    return str(uuid.uuid5(_NAMESPACE, f"{plan_id}/{key}"))
+def _guid(model_id: str, key: str) -> str:
+    return str(uuid.uuid5(_NAMESPACE, f"{model_id}/{key}"))
 
 
 # --------------------------------------------------------------------------------------------------- files
@@ -157,12 +165,12 @@ def _markup(
 def _viewpoint(plan: PlanSource, topic: Topic, view_id: str, eye: Eye) -> ElementTree.Element:
     root = ElementTree.Element("VisualizationInfo", {"Guid": view_id})
     components = _add(root, "Components")
-    if topic.source_id:
-        selection = _add(components, "Selection")
-        if plan.document["scene"]["format"] == "ifc" and _GLOBAL_ID.fullmatch(topic.source_id):
-            _add(selection, "Component", IfcGuid=topic.source_id)
+    selection = _add(components, "Selection") if topic.source_ids else components
+    for source_id in topic.source_ids:
+        if plan.document["scene"]["format"] == "ifc" and _GLOBAL_ID.fullmatch(source_id):
+            _add(selection, "Component", IfcGuid=source_id)
         else:
-            _add(_add(selection, "Component"), "AuthoringToolId", topic.source_id)
+            _add(_add(selection, "Component"), "AuthoringToolId", source_id)
     _add(components, "Visibility", DefaultVisibility="true")
     camera = _add(root, "PerspectiveCamera")
     _add_vector(camera, "CameraViewPoint", eye.position_m + plan.document["scene"]["offset"])

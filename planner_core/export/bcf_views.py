@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,8 +46,9 @@ _PIN_PIXELS, _RIM_PIXELS = 7.0, 9.5
 class ViewTarget:
     """What a topic is about. target_m : (3,) local; radius_m : of the ball around it that is to be seen.
 
-    element : number of the element in question. eye_m : (3,) where it is known to be seen from. pinned : the target is
-    marked in pictures. outside : seen from outside, whatever is in the way.
+    element : number of the element in question. also : of all whose unseen surface is shown. eye_m : (3,) where it is
+    known to be seen from. pinned : the target is marked in pictures. outside : seen from outside, whatever is in the
+    way.
     """
 
     target_m: FloatArray
@@ -55,6 +57,7 @@ class ViewTarget:
     eye_m: FloatArray | None = None
     pinned: bool = False
     outside: bool = False
+    also: tuple[int, ...] = ()
 
 
 def eye_towards(position_m: FloatArray, target_m: FloatArray) -> Eye:
@@ -78,6 +81,26 @@ class Views:
             corners_m = building.scene.vertices_m[building.scene.triangles]
             normals = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
             self._normals: FloatArray = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+
+    def first_seen(self, places: Sequence[ViewTarget]) -> ViewTarget:
+        """Return the first place whose own eye sees unseen surface that it is about; else the last."""
+        if self._building is None:
+            return places[0]
+        for place in places:
+            if place.eye_m is not None and self._sees_unseen(self._building, place.eye_m, place):
+                return place
+        return places[-1]
+
+    def _sees_unseen(self, building: Building, eye_m: FloatArray, place: ViewTarget) -> bool:
+        """Whether unseen surface that a place is about is what a line from a point (3,) to it meets first."""
+        towards_m = place.target_m - eye_m
+        towards_m /= max(float(np.linalg.norm(towards_m)), _SAME_PLACE_M)
+        hits = self._engine.cast_rays(eye_m[None], towards_m[None], range_max_m=math.inf)
+        if hits.triangle[0] < 0 or self._element[hits.triangle[0]] not in place.also:
+            return False
+        at_m = eye_m + towards_m * float(hits.range_m[0])
+        patch = patch_of_points(building.scene, building.patches, points_m=at_m[None], triangle=hits.triangle)
+        return bool(self._unseen[patch[0]])
 
     def eye(self, place: ViewTarget) -> Eye:
         """Return the first eye, of those that one would choose, with a free line to the place; else the first."""
@@ -105,7 +128,7 @@ class Views:
         return free
 
     def picture(self, eye: Eye, place: ViewTarget) -> bytes | None:
-        """Draw what the eye sees as a PNG: the element in colour, its unseen surface strongest, a pin at the target."""
+        """Draw what the eye sees as a PNG: the element in colour, unseen surface strongest, a pin at the target."""
         if self._building is None:
             return None
         across = ((np.arange(WIDTH) + 0.5) / WIDTH * 2 - 1) * _HALF_WIDTH_TAN
@@ -114,20 +137,20 @@ class Views:
         rays /= np.linalg.norm(rays, axis=1)[:, None]
         hits = self._engine.cast_rays(np.broadcast_to(eye.position_m, rays.shape), rays, range_max_m=math.inf)
         points_m = eye.position_m + rays * np.nan_to_num(hits.range_m.astype(np.float64))[:, None]
-        rgb = self._colours(points_m, rays, hits.triangle, place.element).reshape(HEIGHT, WIDTH, 3)
+        rgb = self._colours(points_m, rays, hits.triangle, place).reshape(HEIGHT, WIDTH, 3)
         if place.pinned:
             _pin(rgb, eye.project(place.target_m[None])[0])
         return _png(np.rint(255 * rgb).astype(np.uint8))
 
-    def _colours(self, points_m: FloatArray, rays: FloatArray, triangle: Int32Array, element: int) -> FloatArray:
+    def _colours(self, points_m: FloatArray, rays: FloatArray, triangle: Int32Array, place: ViewTarget) -> FloatArray:
         """(N, 3) sRGB in [0, 1] of beams along rays (N, 3) that meet triangles (N,) at points (N, 3)."""
         assert self._building is not None
         scene, there = self._building.scene, triangle >= 0
         normal = np.where(there[:, None], self._normals[triangle], 0.0)
         of = np.where(there, self._element[triangle], NO_ELEMENT - 1)
         rgb = np.where(there[:, None], palette.NEUTRAL, _SKY)
-        own = np.flatnonzero(there & (of == element))
-        rgb[own] = 0.35 * np.array(palette.UNSEEN) + 0.65
+        rgb[there & (of == place.element)] = 0.35 * np.array(palette.UNSEEN) + 0.65
+        own = np.flatnonzero(there & np.isin(of, (place.element, *place.also)))
         patch = patch_of_points(scene, self._building.patches, points_m=points_m[own], triangle=triangle[own])
         rgb[own[self._unseen[patch]]] = palette.UNSEEN
         shade = np.where(there, 0.62 + 0.38 * np.abs(np.einsum("ij,ij->i", normal, rays)), 1.0)

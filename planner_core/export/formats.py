@@ -170,7 +170,7 @@ _FORMATS = (
     ),
     Format(
         name="bcf",
-        title="comments and unseen elements as issues with camera and snapshot, BCF 2.1",
+        title="comments, and unseen surface by room, as issues with camera and snapshot, BCF 2.1",
         file_name="issues.bcfzip",
         write=_lazy("planner_core.export.bcf", "write_bcf"),
         options=("max_topics", "floors"),

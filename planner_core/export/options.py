@@ -44,7 +44,7 @@ class Options:
     cut_m: float = 1.2
     """Height above the ground at which drawings cut walls."""
     max_topics: int = 50
-    """Unseen elements that become topics of BCF, the largest areas first."""
+    """Rooms and elements with a topic of BCF of their own, most unseen first."""
 
     def only(self, names: Collection[str]) -> Options:
         """Return those of some names, all others at their defaults."""

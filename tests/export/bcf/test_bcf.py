@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import re
 import shutil
 import zipfile
@@ -21,7 +22,7 @@ import pytest
 from PIL import Image
 
 from planner_core.coordinates.request import FrameRequest
-from planner_core.errors import PlanFolderError
+from planner_core.errors import ExportError, PlanFolderError
 from planner_core.export.options import Options
 from planner_core.export.write import export_plan
 from planner_core.model import FloatArray
@@ -106,9 +107,12 @@ class Topic:
         return self.markup.findtext(path) or ""
 
     @property
+    def ifc_guids(self) -> list[str | None]:
+        return [component.get("IfcGuid") for component in self.view.findall("Components/Selection/Component")]
+
+    @property
     def ifc_guid(self) -> str | None:
-        component = self.view.find("Components/Selection/Component")
-        return None if component is None else component.get("IfcGuid")
+        return next(iter(self.ifc_guids), None)
 
     def vector(self, name: str) -> FloatArray:
         return np.array([float(self.view.findtext(f"PerspectiveCamera/{name}/{axis}") or "nan") for axis in "XYZ"])
@@ -195,35 +199,103 @@ def first_hit(triangles: dict[str, FloatArray], start: FloatArray, direction: Fl
 
 
 # -------------------------------------------------------------------------------------------------- unseen
-def test_unseen_elements_become_topics_largest_first_with_their_global_ids(
+Rows = dict[tuple[str, str], list[dict[str, Any]]]
+
+
+def left_out_by_place(folder: Path) -> Rows:
+    """Name of room or element, and floor -> what positions see and the plan leaves out, most first."""
+    plan, places = document(folder), dict[tuple[str, str], list[dict[str, Any]]]()
+    floors = {floor["id"]: floor["name"] for floor in plan["floors"]}
+    for row in plan["why"]["unseen_surfaces"]:
+        if row["reason"] == "not worth a station":
+            name = row["room"]["name"] if row["room"] else row["name"]
+            places.setdefault((name, floors[row["floor"]]), []).append(row)
+    return dict(sorted(places.items(), key=lambda place: -area_of(place[1])))
+
+
+def area_of(rows: list[dict[str, Any]]) -> float:
+    return float(sum(row["area_m2"] for row in rows))
+
+
+def as_rows(folder: Path, *areas_m2: float) -> None:
+    """Have plan.json leave out these areas of its first elements, in no known room."""
+    plan = document(folder)
+    plan["why"] = None
+    plan["unseen"] = [
+        {**row, "unseen_area_m2": area_m2} for row, area_m2 in zip(plan["unseen"], areas_m2, strict=False)
+    ]
+    (folder / "plan.json").write_text(json.dumps(plan))
+
+
+def test_rooms_become_topics_most_unseen_first_and_elements_where_no_room_is_known(
     issues: list[Topic], planned_room: Path
 ) -> None:
-    plan = planned_room / "plan"
-    rows = sorted(document(plan)["unseen"], key=lambda row: -row["unseen_area_m2"])
-    assert len(rows) > 3
-    assert [topic.ifc_guid for topic in issues] == [row["source_id"] for row in rows]
-    floor = document(plan)["floors"][0]["name"]
-    for topic, row in zip(issues, rows, strict=True):
-        assert topic.text("Topic/Title") == f"Unseen: {row['name']} ({floor})"
+    places = left_out_by_place(planned_room / "plan")
+    assert [name for name, _ in places] == ["Room", "Floor"]
+    for topic, ((name, floor), rows) in zip(issues, places.items(), strict=True):
+        title = f"{name} ({floor}): {area_of(rows):.1f} m² not covered by the planned scan"
+        assert topic.text("Topic/Title") == title
         assert topic.markup.find("Topic").get("TopicStatus") == "Open"  # type: ignore[union-attr]
-        assert [label.text for label in topic.markup.findall("Topic/Labels")] == [floor, row["kind"]]
-        assert f"{row['unseen_area_m2']:.2f} m2 of {row['achievable_area_m2']:.2f} m2" in topic.text(
-            "Topic/Description"
-        )
+        label = name if rows[0]["room"] else rows[0]["kind"]
+        assert [label.text for label in topic.markup.findall("Topic/Labels")] == [floor, label]
+        largest_first = sorted(rows, key=lambda row: -row["area_m2"])
+        assert topic.ifc_guids == list(dict.fromkeys(row["source_id"] for row in largest_first))
         assert topic.text("Header/File/Filename") == "room.ifc"
         assert topic.markup.find("Comment") is None
 
 
-def test_descriptions_tell_the_reasons_in_the_words_of_the_report(issues: list[Topic], planned_room: Path) -> None:
+def test_descriptions_sum_what_is_unseen_by_element_and_reason_and_name_the_next_station(
+    issues: list[Topic], planned_room: Path
+) -> None:
+    places = left_out_by_place(planned_room / "plan")
+    room = places["Room", "Ground floor"]
+    elements: Counter[str] = Counter()
+    for row in room:
+        elements[row["name"]] += row["area_m2"]
+    listed = ", ".join(f"{name} {area_m2:.2f} m²" for name, area_m2 in elements.most_common())
+    lines = issues[0].text("Topic/Description").splitlines()
+    assert (
+        lines[0]
+        == f"No planned station captures {area_of(room):.2f} m² of surface here that a scanner could: {listed}."
+    )
+    spot = max(room, key=lambda row: float(row["area_m2"]))["best_spot"]
+    at = ", ".join(f"{value:.2f}" for value in spot["position"])
+    assert lines[1].startswith(f"One more station with its sensor at {at} (m, model coordinates) would add ")
+    assert f" {spot['adds_m2']:.2f} m² " in lines[1]
     surfaces = document(planned_room / "plan")["why"]["unseen_surfaces"]
-    left_out: Counter[str] = Counter()
-    for row in surfaces:
-        left_out[row["source_id"]] += row["area_m2"] if row["reason"] == "not worth a station" else 0
-    assert min(left_out[str(topic.ifc_guid)] for topic in issues) > 0
-    for topic in issues:
-        told = topic.text("Topic/Description")
-        assert f"reachable, left out {left_out[str(topic.ifc_guid)]:.2f} m2" in told
-        assert "not worth a station" not in told
+    high_m2 = area_of([row for row in surfaces if row["room"] and row["reason"] == "outside the field of view"])
+    assert lines[2] == f"Besides, no valid position captures as required: outside the field of view {high_m2:.2f} m²."
+    assert lines[3].startswith("Close the topic if that is acceptable")
+
+
+def test_small_places_share_the_last_topic(room_folder: Path) -> None:
+    plan = room_folder / "plan"
+    shutil.rmtree(plan / "viewer")  # no snapshots are drawn then
+    as_rows(plan, 0.2, 0.6, 0.3)
+    rows = document(plan)["unseen"]
+    large, small = exported(plan)[0]
+    assert large.ifc_guids == [rows[1]["source_id"]]
+    assert small.text("Topic/Title") == "2 smaller places: 0.5 m² not covered by the planned scan"
+    assert small.ifc_guids == [rows[2]["source_id"], rows[0]["source_id"]]
+    assert f"{rows[2]['name']} (Ground floor) 0.30 m²" in small.text("Topic/Description")
+    as_rows(plan, 0.2)
+    (alone,) = exported(plan)[0]
+    assert alone.text("Topic/Title").startswith(f"{rows[0]['name']} (Ground floor): 0.2 m² ")
+
+
+def test_topics_of_the_plan_have_its_time_or_that_of_the_environment(
+    room_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = room_folder / "plan"
+    shutil.rmtree(plan / "viewer")
+    os.utime(plan / "plan.json", (0, 1_763_971_200))
+    monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
+    assert exported(plan)[0][0].text("Topic/CreationDate") == "2025-11-24T08:00:00Z"
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
+    assert exported(plan)[0][0].text("Topic/CreationDate") == "1970-01-02T00:00:00Z"
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "yesterday")
+    with pytest.raises(ExportError, match="SOURCE_DATE_EPOCH: got 'yesterday', expected seconds"):
+        exported(plan)
 
 
 def test_cameras_see_their_element_in_the_coordinates_of_the_ifc_file(
@@ -235,7 +307,7 @@ def test_cameras_see_their_element_in_the_coordinates_of_the_ifc_file(
         assert np.isclose([np.linalg.norm(forward), np.linalg.norm(up)], 1.0, atol=1e-5).all()
         assert abs(forward @ up) < 1e-5
         assert up[2] >= 0
-        assert first_hit(triangles, at_m, forward) == topic.ifc_guid
+        assert first_hit(triangles, at_m, forward) in topic.ifc_guids
 
 
 def test_snapshots_show_the_element_in_the_middle_and_what_is_unseen_of_it(issues: list[Topic]) -> None:
@@ -250,19 +322,20 @@ def test_snapshots_show_the_element_in_the_middle_and_what_is_unseen_of_it(issue
     assert n_strong == len(issues), "each camera sees some of its element's unseen surface"
 
 
-def test_what_exceeds_the_number_of_topics_is_left_out_and_told(room_folder: Path) -> None:
-    rows = sorted(document(room_folder / "plan")["unseen"], key=lambda row: -row["unseen_area_m2"])
-    shutil.rmtree(room_folder / "plan" / "viewer")  # no snapshots are drawn then
-    topics, (remark, _) = exported(room_folder / "plan", max_topics=2)
-    assert [topic.ifc_guid for topic in topics] == [row["source_id"] for row in rows[:2]]
-    rest_m2 = sum(row["unseen_area_m2"] for row in rows[2:])
+def test_places_beyond_the_number_of_topics_share_one(room_folder: Path) -> None:
+    plan = room_folder / "plan"
+    shutil.rmtree(plan / "viewer")
+    as_rows(plan, 3.0, 2.0, 1.0)
+    rows = document(plan)["unseen"]
+    topics, (remark, _) = exported(plan, max_topics=1)
+    assert [topic.ifc_guids for topic in topics] == [[rows[0]["source_id"]], [row["source_id"] for row in rows[1:]]]
     assert remark == (
-        f"2 of {len(rows)} unseen elements are in it: those with {rows[1]['unseen_area_m2']:.2f} m2 unseen or more; "
-        f"{len(rows) - 2} with {rest_m2:.2f} m2 in all are left out; --max-topics sets the number"
+        "1 of 3 rooms and elements with 0.5 m2 unseen or more have a topic of their own; the others, with 3.00 m2 in "
+        "all, share one; --max-topics sets the number"
     )
-    topics, remarks = exported(room_folder / "plan", max_topics=0)
+    topics, remarks = exported(plan, max_topics=0)
     assert not topics
-    assert f"0 of {len(rows)} unseen elements are in it; " in remarks[0]
+    assert "0 of 3 rooms and elements" in remarks[0]
     assert "holds no topic" in remarks[-1]
 
 
@@ -349,16 +422,16 @@ def test_a_review_that_cannot_be_read_is_refused(room_folder: Path) -> None:
 def test_the_same_plan_gives_the_same_bytes_and_ids_stay_with_their_subject(room_folder: Path) -> None:
     plan = room_folder / "plan"
     review(plan, AddComment("Look"))
-    one, _ = exported(plan, "one", max_topics=1)
-    exported(plan, "two", max_topics=1)
+    one, _ = exported(plan, "one")
+    exported(plan, "two")
     assert (room_folder / "one.bcfzip").read_bytes() == (room_folder / "two.bcfzip").read_bytes()
     moved = Path(shutil.copytree(room_folder, room_folder.parent / "elsewhere")) / "plan"
-    exported(moved, max_topics=1)
+    exported(moved)
     assert (moved.parent / "issues.bcfzip").read_bytes() == (room_folder / "one.bcfzip").read_bytes()
     review(plan, ResolveComment("C001"))
-    resolved, _ = exported(plan, max_topics=1)
+    resolved, _ = exported(plan)
     assert [topic.guid for topic in resolved] == [topic.guid for topic in one]
-    assert len(one) == 2
+    assert len(one) == 3
     assert resolved[0].markup.find("Topic").get("TopicStatus") == "Resolved"  # type: ignore[union-attr]
     guids = [element.get("Guid") for topic in one for element in topic.markup.iter() if element.tag != "Viewpoint"]
     guids = [guid for guid in guids if guid]
@@ -378,9 +451,13 @@ def rewritten(room_folder: Path) -> Callable[..., Path]:
 
 
 @pytest.mark.slow
-def test_other_plans_have_other_ids(issues: list[Topic], rewritten: Callable[..., Path]) -> None:
-    other, _ = exported(rewritten(file="other.ifc"), max_topics=1)
-    assert other[0].ifc_guid == issues[0].ifc_guid
+def test_ids_stay_with_the_room_in_later_plans_of_a_model_and_are_others_in_another_model(
+    issues: list[Topic], rewritten: Callable[..., Path]
+) -> None:
+    later, _ = exported(rewritten(file="other name.ifc"), max_topics=1)
+    assert later[0].guid == issues[0].guid
+    other, _ = exported(rewritten(sha256="0" * 64), max_topics=1)
+    assert other[0].ifc_guids == issues[0].ifc_guids
     assert other[0].guid not in {topic.guid for topic in issues}
 
 
@@ -400,11 +477,11 @@ def test_cameras_stay_in_the_coordinates_of_the_first_file_whatever_the_site_has
     scene = document(room_folder / "plan")["scene"]
     other = {key: scene[key] for key in ("sha256", "format", "schema", "units", "metres_per_unit", "up_axis")}
     plan = rewritten(other_files=[{**other, "file": "ducts.ifc", "load_options": scene["load_options"]}])
-    (here,), _ = exported(plan, max_topics=1)
+    here = exported(plan)[0][0]
     path = room_folder / "site.bcfzip"
     on_map = FrameRequest(crs="EPSG:25832", origin_m=(5e5, 5.3e6, 100.0), rotation_rad=0.3)
-    remarks = export_plan("bcf", plan, path, Options(max_topics=1), frame=on_map).remarks
-    (there,) = read(path)
+    remarks = export_plan("bcf", plan, path, frame=on_map).remarks
+    there = read(path)[0]
     for name in ("CameraViewPoint", "CameraDirection"):
         assert there.vector(name).tolist() == here.vector(name).tolist()
     assert [row.text for row in there.markup.findall("Header/File/Filename")] == ["room.ifc", "ducts.ifc"]
@@ -416,11 +493,11 @@ def test_cameras_stay_in_the_coordinates_of_the_first_file_whatever_the_site_has
 def test_without_the_building_there_are_cameras_and_no_snapshots(room_folder: Path) -> None:
     plan = room_folder / "plan"
     review(plan, AddComment("Look", document(plan)["unseen"][0]["element"]))
-    with_pictures, _ = exported(plan, max_topics=2)
+    with_pictures, _ = exported(plan)
     shutil.rmtree(plan / "viewer")
-    topics, (_, remark) = exported(plan, max_topics=2)
+    topics, (remark,) = exported(plan)
     assert [topic.guid for topic in topics] == [topic.guid for topic in with_pictures]
-    assert [topic.ifc_guid for topic in topics] == [topic.ifc_guid for topic in with_pictures]
+    assert [topic.ifc_guids for topic in topics] == [topic.ifc_guids for topic in with_pictures]
     assert {topic.snapshot for topic in topics} == {None}
     assert remark.startswith("no snapshots, and cameras may stand behind walls: viewer/stage.usdc is not in")
 
@@ -428,6 +505,7 @@ def test_without_the_building_there_are_cameras_and_no_snapshots(room_folder: Pa
 def test_floors_choose_topics(room_folder: Path) -> None:
     plan = room_folder / "plan"
     shutil.rmtree(plan / "viewer")  # no snapshots are drawn then
+    as_rows(plan, 3.0, 2.0, 1.0)
     changed = document(plan)
     changed["unseen"][0]["floor"] = ""
     (plan / "plan.json").write_text(json.dumps(changed))

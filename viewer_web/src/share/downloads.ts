@@ -25,7 +25,7 @@ const NAMES: Readonly<Record<string, readonly [string, string]>> = {
   html: [t('Report, one page'), 'HTML'],
   ifc: [t('Stations'), 'IFC'],
   'ifc-model': [t('Model with stations'), 'IFC'],
-  bcf: [t('Issues: comments, unseen elements'), 'BCF 2.1'],
+  bcf: [t('Issues: comments, unseen surface by room'), 'BCF 2.1'],
 };
 
 /** Of the plan folder, as `tlsplan export --format web` takes them along. */

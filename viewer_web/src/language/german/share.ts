@@ -4,7 +4,7 @@ export const SHARE = {
   'Sheets to print': 'Blätter zum Drucken',
   'Report, one page': 'Bericht, eine Seite',
   'Model with stations': 'Modell mit Standpunkten',
-  'Issues: comments, unseen elements': 'Themen: Kommentare, nicht erfasste Bauteile',
+  'Issues: comments, unseen surface by room': 'Themen: Kommentare, nicht Erfasstes je Raum',
   Report: 'Bericht',
   opens: 'öffnet',
   'Unseen elements': 'Nicht erfasste Bauteile',
