@@ -53,7 +53,7 @@ def show(document: dict[str, Any]) -> None:
     if document["route"] is not None:
         _say("route", words.route_words(document["route"]))
     if document["field_time"] is not None:
-        _say("field time", words.time_words(document["field_time"]))
+        _say("field time", words.time_words(document["field_time"], document["route"]))
 
 
 def _say(name: str, words: str) -> None:

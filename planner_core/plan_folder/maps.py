@@ -44,7 +44,14 @@ from planner_core.plan_folder.floor_marks import (
     zones_on,
 )
 from planner_core.plan_folder.plan_source import PlanSource
-from planner_core.plan_folder.plan_words import coverage_words, floor_words, scanner_words, stations_words
+from planner_core.plan_folder.plan_words import (
+    coverage_words,
+    floor_words,
+    length_words,
+    not_walked_words,
+    scanner_words,
+    stations_words,
+)
 from planner_core.plan_folder.section_view import (
     SectionView,
     camera_at,
@@ -361,9 +368,15 @@ def _plan_subtitle(source: PlanSource) -> str:
     return f"{scanner_words(source.document)}   ·   coverage of the scannable area by floor"
 
 
+def _route_figures(source: PlanSource) -> tuple[tuple[str, str], ...]:
+    route = source.document["route"]
+    if route is None:
+        return ()
+    return ((length_words(source.frame.unit, route["length_m"], 0), f"route{not_walked_words(route)}"),)
+
+
 def _plan_figures(source: PlanSource) -> tuple[tuple[str, str], ...]:
     document = source.document
     number, _, stations = stations_words(len(source.stations)).partition(" ")
     percent, _, of_what = coverage_words(document).partition(" % ")
-    route = () if document["route"] is None else ((f"{document['route']['length_m']:.0f} m", "route"),)
-    return (*route, (number, stations), (f"{percent} %", of_what.partition(" from ")[0]))
+    return (*_route_figures(source), (number, stations), (f"{percent} %", of_what.partition(" from ")[0]))

@@ -149,15 +149,27 @@ def _groups_words(registration: Document) -> str:
 
 
 def route_words(route: Document, unit: LengthUnit = METRE) -> str:
-    """`48 m between the stations`."""
+    """`48 m between the stations`, and what that leaves out."""
     back = ", and back to the start" if route["returns"] else ""
-    return f"{length_words(unit, route['length_m'], 0)} between the stations{back}"
+    return f"{length_words(unit, route['length_m'], 0)} between the stations{back}{not_walked_words(route)}"
 
 
-def time_words(time: Document) -> str:
-    """How long the day is, as far as that is known."""
+def not_walked_words(route: Document | None) -> str:
+    """`, without 2 legs that have no way`: what length and time of a route leave out; empty where that is nothing."""
+    if route is None:
+        return ""
+    n_legs, n_stations = route["n_unwalkable"], len(route["left_out"])
+    legs = f"{n_legs} {'leg that has' if n_legs == 1 else 'legs that have'} no way" if n_legs else ""
+    stations = f"{stations_words(n_stations)} that no way leads to" if n_stations else ""
+    left_out = " and ".join(filter(None, (legs, stations)))
+    return f", without {left_out}" if left_out else ""
+
+
+def time_words(time: Document, route: Document | None = None) -> str:
+    """How long the day is, as far as that is known. route : what walking is along."""
     parts = (("scanning", time["scanning_s"]), ("setting up", time["set_up_s"]), ("walking", time["walking_s"]))
     listed = ", ".join(f"{_minutes(seconds)} {name}" for name, seconds in parts if seconds is not None)
+    listed += not_walked_words(route)
     if time["total_s"] is None:
         return f"{listed}; scan time not known"
     return f"{duration_words(time['total_s'])}: {listed}"
@@ -309,7 +321,7 @@ def _team_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
     if document.get("route") is not None:
         yield "Route", route_words(document["route"], unit)
     if document.get("field_time") is not None:
-        yield "Field time", time_words(document["field_time"])
+        yield "Field time", time_words(document["field_time"], document.get("route"))
 
 
 def _basis_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:

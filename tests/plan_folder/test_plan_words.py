@@ -14,7 +14,14 @@ from tlsplan.summary import show
 from planner_core.model import Plan
 from planner_core.plan_folder.plan_source import open_plan, source_of
 from planner_core.plan_folder.plan_tables import stations_tables
-from planner_core.plan_folder.plan_words import bound_words, coverage_words, plan_figures, registration_words
+from planner_core.plan_folder.plan_words import (
+    bound_words,
+    coverage_words,
+    plan_figures,
+    registration_words,
+    route_words,
+    time_words,
+)
 
 
 def printed_percent(bound: float) -> str:
@@ -112,3 +119,28 @@ def test_summary_report_and_sheets_have_the_same_sentences(
     for sentence in (coverage_words(written.document), registration_words(written.document)):
         assert sentence.replace("m²", "m2") in printed
         assert any(sentence in value for _, value in figures)
+
+
+def walked(n_unwalkable: int = 0, left_out: tuple[str, ...] = (), *, returns: bool = False) -> dict[str, Any]:
+    return {"length_m": 174.3, "returns": returns, "n_unwalkable": n_unwalkable, "left_out": left_out}
+
+
+@pytest.mark.parametrize(
+    ("route", "without"),
+    [
+        (walked(), ""),
+        (walked(1), ", without 1 leg that has no way"),
+        (walked(2), ", without 2 legs that have no way"),
+        (walked(0, ("S007",)), ", without 1 station that no way leads to"),
+        (walked(2, ("S007", "S009")), ", without 2 legs that have no way and 2 stations that no way leads to"),
+    ],
+)
+def test_length_and_time_of_a_route_name_what_they_leave_out(route, without):
+    assert route_words(route) == f"174 m between the stations{without}"
+    time = {"scanning_s": 3600.0, "set_up_s": 3600.0, "walking_s": 174.0, "total_s": 7374.0}
+    assert time_words(time, route).endswith(f", 3 min walking{without}")
+
+
+def test_what_is_left_out_comes_after_the_way_back():
+    words = route_words(walked(1, returns=True))
+    assert words == "174 m between the stations, and back to the start, without 1 leg that has no way"

@@ -489,10 +489,13 @@ test('the site is edited: an entrance where the route begins, and doors open or 
   await page.getByText('the route begins here').waitFor();
   await viewer.settle();
   expect((await viewer.canvasPixels()).at(...at)).not.toEqual(before);
-  await page.getByRole('tab', { name: 'Plan' }).click();
   const answer = page.waitForResponse((response) => response.url().endsWith('api/live/route'));
-  await page.getByLabel('Show route').check();
+  await page.getByRole('tab', { name: 'Plan' }).click();
   const { route } = (await (await answer).json()) as DraftRoute;
+  const length = page.locator('.section-head', { hasText: 'Route' }).locator('.muted');
+  await expect.poll(() => length.textContent()).toBe(`${route!.length_m.toFixed(0)} m`);
+  await page.getByLabel('Show route').check();
+  expect(await length.textContent()).toBe(`${route!.length_m.toFixed(0)} m`);
   expect(Math.hypot(route!.start![0] - x, route!.start![1] - y)).toBeLessThan(0.3);
   expect(route!.legs[0].to).toBe(last.id);
   await viewer.settle();

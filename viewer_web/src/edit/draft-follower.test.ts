@@ -12,6 +12,8 @@ import { DraftFollower, watchableRun } from './draft-follower.ts';
 const READY: LiveState = { state: 'ready', step: null, fraction: null, message: null };
 const move = (x: number): Change => ({ kind: 'move_station', station: 'S001', position_m: [x, 2000, 1.3] });
 
+const ROUTE = { revision: 1, route: { order: ['S001'], length_m: 21 }, field_time: { walking_s: 15 } };
+
 let asked: string[];
 let reviewClient: ReviewClient;
 let store: Store;
@@ -23,7 +25,7 @@ beforeEach(async () => {
     new ApiClient(async (address, options) => {
       if (!address.startsWith('api/live/')) return server.fetch(address, options);
       asked.push(address.slice('api/live/'.length));
-      if (address.endsWith('route')) return new Response(JSON.stringify({ route: { order: ['S001'] } }));
+      if (address.endsWith('route')) return new Response(JSON.stringify(ROUTE));
       if (address.endsWith('figures')) return new Response('no figures here', { status: 404 });
       return new Response(Uint8Array.of(1, 2, 3, 4));
     }),
@@ -87,12 +89,22 @@ test('only stations that are not where the plan has them are asked of the live s
   expect(asked).toEqual(['stations/S001/seen']);
 });
 
-test('the route of an edited plan is asked for where it is looked at', async () => {
+test('the route of an edited plan is fetched where its length is shown or it is drawn, and is the same in both', async () => {
+  store.tab.value = 'edit';
   reviewClient.live.value = READY;
   await reviewClient.commit('move', [move(1005)]);
   expect(asked).not.toContain('route');
+  store.tab.value = 'plan';
+  await expect.poll(() => store.shownRoute.value?.length_m).toBe(21);
+  expect(store.shownTime.value?.walking_s).toBe(15);
+  const shown = store.shownRoute.value;
   store.showRoute.value = true;
-  await expect.poll(() => store.draftRoute.value?.order).toEqual(['S001']);
+  expect(store.shownRoute.value).toBe(shown);
+  store.tab.value = 'edit';
+  expect(store.shownRoute.value).toBe(shown);
+  store.showRoute.value = false;
+  expect(store.draftRoute.value).toBeNull();
+  store.tab.value = 'plan';
   store.editing.showsPlan.value = true;
   expect(store.draftRoute.value).toBeNull();
 });
@@ -103,7 +115,7 @@ test('the route of a plan that is entered elsewhere is another one, with no stat
   expect(asked).not.toContain('route');
   const entrance = { id: 'E001', position_m: [1000, 2000, 0] as const, floor: 'F0' };
   reviewClient.review.value = { ...reviewClient.review.value!, entrances: { E001: entrance } };
-  await expect.poll(() => store.draftRoute.value?.order).toEqual(['S001']);
+  await expect.poll(() => store.shownRoute.value?.order).toEqual(['S001']);
   reviewClient.review.value = { ...reviewClient.review.value!, entrances: {} };
   expect(store.draftRoute.value).toBeNull();
 });

@@ -9,7 +9,8 @@ import type { LayerSource } from '../heat/state.ts';
 import { t } from '../language/language.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
-import type { PlanLink, PlanRoute } from '../load/plan-json.ts';
+import type { PlanLink } from '../load/plan-json.ts';
+import type { RouteAndTime } from '../route/state.ts';
 import type { ShownStation, StationWorth } from '../stations/shown.ts';
 import type { Draft, StationSource } from '../stations/state.ts';
 import type { Store } from '../store.ts';
@@ -96,12 +97,12 @@ export class DraftFollower {
     this.store.draftRoute.value = null;
   }
 
-  /** The route through the draft's stations: asked for only where it is looked at, as finding it takes a second and more. */
+  /** The route through the draft's stations: fetched only where it is drawn or its length shown, as finding it takes a second and more. */
   private async fetchRoute(routeKey: ReadonlySignal<string | null>): Promise<void> {
     const key = routeKey.peek();
     try {
-      const { route } = await this.reviewClient.client.json<DraftRoute>('live/route');
-      if (routeKey.peek() === key) this.store.draftRoute.value = route as PlanRoute | null;
+      const route = await this.reviewClient.client.json<DraftRoute>('live/route');
+      if (routeKey.peek() === key) this.store.draftRoute.value = route as RouteAndTime;
     } catch (error) {
       this.reviewClient.warn((error as Error).message);
     }
@@ -178,10 +179,12 @@ export class DraftFollower {
 
   /** Another key: another route. Null: the plan's, or none is looked at. */
   private routeKey(): string | null {
+    const { showRoute, tab } = this.store;
+    const isShown = showRoute.value || tab.value === 'plan';
     const stations = this.stations.value;
     const entrances = this.reviewClient.review.value?.entrances ?? {};
     const isOther = hasEdits(stations) || Object.keys(entrances).length > 0;
-    if (!this.store.showRoute.value || !isOther || !this.isDraftLive()) return null;
+    if (!isShown || !isOther || !this.isDraftLive()) return null;
     return JSON.stringify([stations.map(({ id, positionM, isRemoved }) => [id, positionM, isRemoved]), entrances]);
   }
 

@@ -4,7 +4,7 @@ import { useMemo, useState } from 'preact/hooks';
 import { hasEdits, stationsOf } from '../edit/draft-follower.ts';
 import { t } from '../language/language.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
-import { coordinatesWords, counted, heightWords, lengthWords, unitName } from '../panels/figures.ts';
+import { alongWays, coordinatesWords, counted, heightWords, lengthWords, unitName } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import { FloorMap } from './floor-map.tsx';
 import './field.css';
@@ -31,14 +31,18 @@ export function FieldView({ store, loaded }: FieldViewProps) {
     setDone(ticked);
     setPicked(null);
   };
+  const left = wayLeft(loaded.plan, stops, done);
   const nDone = stops.filter(({ stationId }) => done.has(stationId)).length;
   return (
     <main class="field-view">
       <header class="field-head">
         <p>
           <strong data-testid="field-count">{t('{n} of {all}', { n: nDone, all: stops.length })}</strong> {t('done')}
-          {wayLeft(stops, done) > 0 && (
-            <span class="muted"> {t('· {length} to walk', { length: lengthWords(wayLeft(stops, done), 0) })}</span>
+          {left.lengthM > 0 && (
+            <span class="muted">
+              {' '}
+              {t('· {length} to walk', { length: alongWays(lengthWords(left.lengthM, 0), left.nWithoutWay) })}
+            </span>
           )}
         </p>
         <button

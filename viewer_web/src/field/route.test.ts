@@ -7,7 +7,7 @@ import { smallPlan } from '../testing/small-plan.ts';
 import { nextStop, routeStops, wayLeft, wayTo } from './route.ts';
 import { readTicks, tickKey, writeTicks } from './ticks.ts';
 
-const leg = (from: string | null, to: string, length_m: number | null) => ({
+const leg = (from: string | null, to: string | null, length_m: number | null) => ({
   from,
   to,
   length_m,
@@ -60,7 +60,7 @@ test('a plan without a walk is visited in its order, and ways are not known', ()
   const stops = stopsOf(smallPlan());
   expect(stops.map(({ stationId }) => stationId)).toEqual(['S001', 'S002', 'S003']);
   expect(wayTo(stops[1], stops, new Set(['S001']))).toBeNull();
-  expect(wayLeft(stops, new Set())).toBe(0);
+  expect(wayLeft(smallPlan(), stops, new Set())).toEqual({ lengthM: 0, nWithoutWay: 0 });
 });
 
 test('the way to the next stop begins where the last scan was', () => {
@@ -74,7 +74,28 @@ test('the way to the next stop begins where the last scan was', () => {
   expect(to(['S001', 'S003'])).toEqual(['S002', 6]);
   expect(to(['S003'])).toEqual(['S001', 3]);
   expect(to(['S001', 'S002', 'S003'])).toBeNull();
-  expect([[], ['S001'], ['S001', 'S003', 'S002']].map((done) => wayLeft(stops, new Set(done)))).toEqual([13, 10, 0]);
+  const left = (done: string[]) => wayLeft(walked(true), stops, new Set(done)).lengthM;
+  expect([[], ['S001'], ['S001', 'S003', 'S002']].map(left)).toEqual([13, 10, 0]);
+});
+
+test('what is left to walk counts the legs that it leaves out', () => {
+  const plan = walked(true);
+  const legs = [leg(null, 'S001', 3), leg('S001', 'S003', null), leg('S003', 'S002', 6)];
+  const cut: PlanJson = { ...plan, route: { ...plan.route!, legs, length_m: 9, n_unwalkable: 1 } };
+  const stops = routeStops(cut);
+  expect(wayLeft(cut, stops, new Set())).toEqual({ lengthM: cut.route!.length_m, nWithoutWay: 1 });
+  expect(wayLeft(cut, stops, new Set(['S001']))).toEqual({ lengthM: 6, nWithoutWay: 1 });
+  expect(wayLeft(cut, stops, new Set(['S001', 'S003']))).toEqual({ lengthM: 6, nWithoutWay: 0 });
+  const without: PlanJson = { ...plan, route: { ...plan.route!, legs: [leg('S001', 'S003', 4)], left_out: ['S002'] } };
+  expect(wayLeft(without, routeStops(without), new Set())).toEqual({ lengthM: 4, nWithoutWay: 1 });
+});
+
+test('the way back to the start is left to walk until the end', () => {
+  const plan = walked(true);
+  const legs = [...plan.route!.legs, leg('S002', null, 7)];
+  const back: PlanJson = { ...plan, route: { ...plan.route!, legs, length_m: 20, returns: true } };
+  expect(wayLeft(back, routeStops(back), new Set()).lengthM).toBe(20);
+  expect(wayLeft(back, routeStops(back), new Set(['S001', 'S003'])).lengthM).toBe(13);
 });
 
 test('stops are those of the review, and ways to and from edited ones are not known', () => {

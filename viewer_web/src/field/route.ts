@@ -16,6 +16,8 @@ export interface Stop {
   readonly wayM: number | null;
   /** Corners of that way on the ground, scene frame. */
   readonly way: readonly (readonly [number, number, number])[];
+  /** No way inside the model leads to it. */
+  readonly isWithoutWay: boolean;
 }
 
 /** The stations in the order of visits, as the review has them. */
@@ -35,6 +37,7 @@ export function routeStops(plan: PlanJson, stations: readonly DraftStation[]): S
       positionM: station.positionM,
       wayM: leg?.length_m ?? null,
       way: leg?.points ?? [],
+      isWithoutWay: leg === undefined ? (route?.left_out.includes(id) ?? false) : leg.length_m === null,
     };
   });
 }
@@ -44,24 +47,43 @@ export function nextStop(stops: readonly Stop[], done: ReadonlySet<string>): Sto
   return stops.find(({ stationId }) => !done.has(stationId)) ?? null;
 }
 
+/** Place in `stops` of the first one to walk to on the way to place `at`: after the last stop before it that is done. */
+function firstToWalkTo(at: number, stops: readonly Stop[], done: ReadonlySet<string>): number {
+  let from = at - 1;
+  while (from >= 0 && !done.has(stops[from].stationId)) from--;
+  return from + 1;
+}
+
 /**
  * How far it is along the route to `stop`, from the last stop before it that is done; from where the route starts where none is.
  * Null: not known.
  */
 export function wayTo(stop: Stop, stops: readonly Stop[], done: ReadonlySet<string>): number | null {
   const at = stops.indexOf(stop);
-  let from = at - 1;
-  while (from >= 0 && !done.has(stops[from].stationId)) from--;
-  const ways = stops.slice(from + 1, at + 1).map(({ wayM }) => wayM);
-  // Where the route starts is not always told: the first way then is.
-  if (from < 0 && ways[0] === null) return null;
+  const ways = stops.slice(firstToWalkTo(at, stops, done), at + 1).map(({ wayM }) => wayM);
   return ways.some((way) => way === null) ? null : ways.reduce((sum: number, way) => sum + (way ?? 0), 0);
 }
 
-/** Way that is left, as far as it is known. */
-export function wayLeft(stops: readonly Stop[], done: ReadonlySet<string>): number {
+/** What is left to walk. */
+export interface WayLeft {
+  readonly lengthM: number;
+  /** Legs that it leaves out. */
+  readonly nWithoutWay: number;
+}
+
+/** Over the stops that are left, and from the last one to where the route ends. */
+export function wayLeft({ route }: PlanJson, stops: readonly Stop[], done: ReadonlySet<string>): WayLeft {
   const next = nextStop(stops, done);
-  if (next === null) return 0;
-  const rest = stops.slice(stops.indexOf(next) + 1).reduce((sum, { wayM }) => sum + (wayM ?? 0), 0);
-  return rest + (wayTo(next, stops, done) ?? 0);
+  if (next === null) return { lengthM: 0, nWithoutWay: 0 };
+  const rest = stops.slice(firstToWalkTo(stops.indexOf(next), stops, done));
+  const last = route?.legs.at(-1);
+  const back = last !== undefined && (route?.returns || last.to === null) ? [last] : [];
+  return {
+    lengthM: [...rest.map(({ wayM }) => wayM), ...back.map(({ length_m }) => length_m)].reduce(
+      (sum: number, wayM) => sum + (wayM ?? 0),
+      0,
+    ),
+    nWithoutWay:
+      rest.filter(({ isWithoutWay }) => isWithoutWay).length + back.filter(({ length_m }) => length_m === null).length,
+  };
 }

@@ -11,6 +11,7 @@ const stop = (order: number, x: number, y: number, z = 1.5): Stop => ({
   positionM: [x, y, z],
   wayM: null,
   way: [],
+  isWithoutWay: false,
 });
 
 test('stations at one spot at several heights are one stack, others stand alone', () => {

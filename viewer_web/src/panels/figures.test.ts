@@ -3,6 +3,7 @@ import { expect, test } from 'vitest';
 import { runPython } from '../testing/python.ts';
 import { smallPlan } from '../testing/small-plan.ts';
 import {
+  alongWays,
   askedPercent,
   coveragePercent,
   optimalityInWords,
@@ -83,4 +84,10 @@ test('how far a plan may be from the minimum is told in stations', () => {
   expect(words(26, 2 / 28)).toBe('up to 2 stations above the minimum');
   expect(words(27, 1 / 28)).toBe('up to 1 station above the minimum');
   expect(words(26, null)).toBe('unknown');
+});
+
+test('a figure of the route names the legs that it leaves out', () => {
+  expect(alongWays('174 m', 0)).toBe('174 m');
+  expect(alongWays('174 m', 1)).toBe('174 m, without 1 leg that has no way');
+  expect(alongWays('2 h 03 min', 2)).toBe('2 h 03 min, without 2 legs that have no way');
 });

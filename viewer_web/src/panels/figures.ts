@@ -65,6 +65,14 @@ export const coordinateWords = (m: number, digits = 2): string =>
 /** Several, without their unit, as they stand side by side. */
 export const coordinatesWords = (ofPlace: readonly number[]): string =>
   ofPlace.map((m) => decimal(units.value === 'm' ? m : m / FOOT_M, 2)).join(separator);
+/** A length or time of a route, beside it the legs that it leaves out as no way inside the model leads along them. */
+export const alongWays = (figure: string, nWithoutWay: number): string =>
+  nWithoutWay === 0
+    ? figure
+    : t('{figure}, without {n, plural, one {# leg that has no way} other {# legs that have no way}}', {
+        figure,
+        n: nWithoutWay,
+      });
 export const unitName = (): string => (units.value === 'm' ? t('metres') : t('feet'));
 /** Of a sensor above the ground; null: of a given station, whose height nobody told. */
 export const heightWords = (m: number | null): string => (m === null ? t('not known') : lengthWords(m));

@@ -1,13 +1,13 @@
 /** The route from station to station: how long, and one stop after the other. */
 import { t } from '../language/language.ts';
-import { duration, lengthWords } from '../panels/figures.ts';
+import { alongWays, duration, lengthWords } from '../panels/figures.ts';
 import { Figure, Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { missesEntrance, type Stop, stopsOf } from './route.ts';
 
 export function RouteSection({ store }: { store: Store }) {
   const route = store.shownRoute.value;
-  const time = store.loaded.value?.plan.field_time ?? null;
+  const time = store.shownTime.value;
   if (route === null) {
     return (
       <Section title={t('Route')}>
@@ -24,10 +24,14 @@ export function RouteSection({ store }: { store: Store }) {
     store.chooseStation(stop.station);
   };
   return (
-    <Section title={t('Route')} aside={lengthWords(route.length_m, 0)}>
+    <Section title={t('Route')} aside={alongWays(lengthWords(route.length_m, 0), route.n_unwalkable)}>
       <dl class="figures">
         {time !== null && time.total_s !== null && (
-          <Figure name={t('Field time')} value={duration(time.total_s)} hint={t('Walking, setup and scans')} />
+          <Figure
+            name={t('Field time')}
+            value={alongWays(duration(time.total_s), route.n_unwalkable)}
+            hint={t('Walking, setup and scans')}
+          />
         )}
         {route.left_out.length > 0 && (
           <Figure
@@ -37,12 +41,15 @@ export function RouteSection({ store }: { store: Store }) {
           />
         )}
       </dl>
-      {missesEntrance(store.draftRoute.value, nEntrances) && (
+      {missesEntrance(store.draftRoute.value?.route ?? null, nEntrances) && (
         <p class="note">
           {t(
             'The entrance is on ground that this plan does not reach: the route begins wherever it is shortest. Plan again to begin there, or move the entrance.',
           )}
         </p>
+      )}
+      {isOfOtherStations(store) && (
+        <p class="note">{t('Stations were edited in the review: this is the route of the original plan.')}</p>
       )}
       <label class="check">
         <input
@@ -73,6 +80,11 @@ export function RouteSection({ store }: { store: Store }) {
       {at >= 0 && <p class="note">{inWords(stops[at])}</p>}
     </Section>
   );
+}
+
+/** The route of the draft is not there: it is under way, or nobody computes it. */
+function isOfOtherStations(store: Store): boolean {
+  return store.draft.value !== null && store.draftRoute.value === null;
 }
 
 function inWords({ station, from, lengthM, changesFloor, leg }: Stop): string {

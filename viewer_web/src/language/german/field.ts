@@ -4,7 +4,7 @@ export const FIELD = {
     'Nächster Standpunkt, Entfernung und Fortschritt: für ein Tablet vor Ort',
   'Field view': 'Feldansicht',
   done: 'erledigt',
-  '· {length} to walk': '· noch {length} zu gehen',
+  '· {length} to walk': '· zu gehen: {length}',
   'Full plan': 'Ganzer Plan',
   'Stations done': 'Erledigte Standpunkte',
   'Stations as edited in the review; ways to and from these are not known.':

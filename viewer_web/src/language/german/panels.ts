@@ -20,6 +20,8 @@ export const PANELS = {
   metres: 'Meter',
   feet: 'Fuß',
   'not known': 'nicht bekannt',
+  '{figure}, without {n, plural, one {# leg that has no way} other {# legs that have no way}}':
+    '{figure}, ohne {n, plural, one {# Teilstrecke, zu der kein Weg führt} other {# Teilstrecken, zu denen kein Weg führt}}',
   '{n, plural, one {# area} other {# areas}}': '{n, plural, one {# Bereich} other {# Bereichen}}',
   '{n, plural, one {# change} other {# changes}}': '{n, plural, one {# Änderung} other {# Änderungen}}',
   '{n, plural, one {# link} other {# links}}': '{n, plural, one {# Verknüpfung} other {# Verknüpfungen}}',

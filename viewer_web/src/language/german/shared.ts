@@ -70,4 +70,6 @@ export const SHARED = {
   Range: 'Entfernung',
   Incidence: 'Auftreffwinkel',
   'Unseen surfaces': 'Nicht erfasste Flächen',
+  'Stations were edited in the review: this is the route of the original plan.':
+    'Standpunkte wurden in der Prüfung bearbeitet: Dies ist die Route des ursprünglichen Plans.',
 } as const;
