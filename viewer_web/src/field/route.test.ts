@@ -82,20 +82,20 @@ test('what is left to walk counts the legs that it leaves out', () => {
   const plan = walked(true);
   const legs = [leg(null, 'S001', 3), leg('S001', 'S003', null), leg('S003', 'S002', 6)];
   const cut: PlanJson = { ...plan, route: { ...plan.route!, legs, length_m: 9, n_unwalkable: 1 } };
-  const stops = routeStops(cut);
+  const stops = stopsOf(cut);
   expect(wayLeft(cut, stops, new Set())).toEqual({ lengthM: cut.route!.length_m, nWithoutWay: 1 });
   expect(wayLeft(cut, stops, new Set(['S001']))).toEqual({ lengthM: 6, nWithoutWay: 1 });
   expect(wayLeft(cut, stops, new Set(['S001', 'S003']))).toEqual({ lengthM: 6, nWithoutWay: 0 });
   const without: PlanJson = { ...plan, route: { ...plan.route!, legs: [leg('S001', 'S003', 4)], left_out: ['S002'] } };
-  expect(wayLeft(without, routeStops(without), new Set())).toEqual({ lengthM: 4, nWithoutWay: 1 });
+  expect(wayLeft(without, stopsOf(without), new Set())).toEqual({ lengthM: 4, nWithoutWay: 1 });
 });
 
 test('the way back to the start is left to walk until the end', () => {
   const plan = walked(true);
   const legs = [...plan.route!.legs, leg('S002', null, 7)];
   const back: PlanJson = { ...plan, route: { ...plan.route!, legs, length_m: 20, returns: true } };
-  expect(wayLeft(back, routeStops(back), new Set()).lengthM).toBe(20);
-  expect(wayLeft(back, routeStops(back), new Set(['S001', 'S003'])).lengthM).toBe(13);
+  expect(wayLeft(back, stopsOf(back), new Set()).lengthM).toBe(20);
+  expect(wayLeft(back, stopsOf(back), new Set(['S001', 'S003'])).lengthM).toBe(13);
 });
 
 test('stops are those of the review, and ways to and from edited ones are not known', () => {

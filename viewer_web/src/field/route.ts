@@ -37,7 +37,7 @@ export function routeStops(plan: PlanJson, stations: readonly DraftStation[]): S
       positionM: station.positionM,
       wayM: leg?.length_m ?? null,
       way: leg?.points ?? [],
-      isWithoutWay: leg === undefined ? (route?.left_out.includes(id) ?? false) : leg.length_m === null,
+      isWithoutWay: leg === undefined ? (plan.route?.left_out.includes(station.id) ?? false) : leg.length_m === null,
     };
   });
 }
