@@ -216,7 +216,7 @@ def _coverage(document: dict[str, Any]) -> list[str]:
         required, state = row["asked"], _state(row)
         planned = reached_percent(row["planned"], 0.0 if row["planned_is_met"] else required)
         # What falls short of the plan's own figure does not read as that, either.
-        least = 0.0 if row["asked_is_met"] else required if row["met"] else min(required, row["planned"])
+        least = 0.0 if row["asked_is_met"] else required if row["met"] else min(required, round(row["planned"], 3))
         lines.append(
             f"{'coverage' if not lines else '':<13} {row['name']:<24} {_percent(required)} required, "
             f"{planned} % planned, {reached_percent(row['actual'], least)} % as scanned{state}"
@@ -233,7 +233,7 @@ def _state(row: dict[str, Any]) -> str:
 
 
 def _network(document: dict[str, Any]) -> list[str]:
-    from planner_core.network.weak_motion import overlap_percent
+    from planner_core.coverage.percent import reached_percent
 
     network = document["network"]
     state = _state(network)
@@ -244,7 +244,10 @@ def _network(document: dict[str, Any]) -> list[str]:
     lost = [f"{link['a']}-{link['b']}" for link in network["lost_links"]]
     if lost:
         lines.append(f"links lost    {_some(lost)}")
-    low = [f"{link['a']}-{link['b']} {overlap_percent(link['overlap'])} %" for link in network["links_as_set_up"]]
+    low = [
+        f"{link['a']}-{link['b']} {reached_percent(link['overlap'], network['min_overlap'])} %"
+        for link in network["links_as_set_up"]
+    ]
     if low:
         required = f"{100 * network['min_overlap']:g} %"
         lines.append(

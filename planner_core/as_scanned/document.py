@@ -20,8 +20,8 @@ from planner_core.as_scanned.comparison import (
     is_part_met,
     registration_of,
 )
+from planner_core.coverage.percent import reached_share
 from planner_core.model import Coverage, FloatArray, Link, Plan, SiteFrame, Station
-from planner_core.network.weak_motion import overlap_share
 from planner_core.planning.live.live_plan import DraftFigures, LivePlan
 from planner_core.planning.live.unseen import LeftSurface
 
@@ -33,6 +33,7 @@ def as_scanned_document(
 ) -> dict[str, Any]:
     """Return the document; coordinates : which the list came in. Areas in m2, overlap and coverage as fractions."""
     planned, actual = found.planned.plan, found.actual.plan
+    min_overlap = planned.settings.requirements.overlap
     return {
         "schema": SCHEMA,
         "met": found.met,
@@ -64,10 +65,10 @@ def as_scanned_document(
             "networks": [list(each.stations) for each in registration_of(actual).networks],
             "planned_links": len(counted_links(planned)),
             "actual_links": len(counted_links(actual)),
-            "min_overlap": planned.settings.requirements.overlap,
-            "links_as_set_up": [_link(link) for link in actual.links if link.as_set_up],
-            "lost_links": [_link(link) for link in found.lost_links],
-            "new_links": [_link(link) for link in found.new_links],
+            "min_overlap": min_overlap,
+            "links_as_set_up": [_link(link, min_overlap) for link in actual.links if link.as_set_up],
+            "lost_links": [_link(link, min_overlap) for link in found.lost_links],
+            "new_links": [_link(link, min_overlap) for link in found.new_links],
         },
         "lost_surfaces": [_surface(live, each) for each in found.lost],
         "warnings": list(found.warnings),
@@ -182,9 +183,9 @@ def _places(frame: SiteFrame, scene_m: FloatArray) -> dict[str, Any]:
     return {"position": _numbers(scene_m), **site}
 
 
-def _link(link: Link) -> dict[str, Any]:
+def _link(link: Link, min_overlap: float) -> dict[str, Any]:
     strength = None if math.isnan(link.strength) else _rounded(link.strength, 6)
-    return {"a": link.a, "b": link.b, "overlap": overlap_share(link.overlap, 6), "strength": strength}
+    return {"a": link.a, "b": link.b, "overlap": reached_share(link.overlap, min_overlap, 6), "strength": strength}
 
 
 def _numbers(values: FloatArray) -> list[float]:

@@ -1,11 +1,10 @@
-"""Coverage in words: one rule, so that a share reads the same wherever it stands.
+"""Coverage and overlap in words: one rule, so that a share reads the same wherever it stands.
 
 The viewer has it in figures.ts and shortfalls.ts.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 
 from planner_core.model import NOT_AS_REQUIRED, Scope
@@ -17,11 +16,18 @@ MISSED_SHARE = 0.1
 
 
 def reached_percent(share: float, required: float) -> str:
-    """Return a share in percent with one decimal; rounded down where it would read as what is required and is not."""
-    words = f"{100 * share:.1f}"
-    if share < required - 1e-9 and float(words) >= 100 * required:
-        return f"{math.floor(1000 * share) / 10:.1f}"
-    return words
+    """Return a share in percent with one decimal; `just below 30` where it would read as 30 and is less."""
+    words, least = f"{100 * share:.1f}", f"{100 * required:g}"
+    return f"just below {least}" if share < required - 1e-9 and float(words) >= float(least) else words
+
+
+def reached_share(share: float, required: float, decimals: int) -> float:
+    """Return a share with so many decimals, for files; with as many more as keep it below what is required and is not
+    reached.
+    """
+    while share < required <= round(share, decimals):
+        decimals += 1
+    return round(share, decimals)
 
 
 def not_as_required_m2(area_by_reason_m2: Mapping[str, float], achievable_m2: float) -> float:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from planner_core.coverage.percent import reached_share
 from planner_core.export.chosen import chosen_floors, chosen_stations, ways_of
 from planner_core.export.dxf_document import (
     STYLE,
@@ -34,7 +35,6 @@ from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.paper import check_sheet
 from planner_core.export.sheets.unseen import unseen_surface
 from planner_core.model import FloatArray
-from planner_core.network.weak_motion import overlap_share
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.marks import STRONG_TIMES
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
@@ -334,7 +334,8 @@ def _draw_links(drawing: _Drawing, stations: tuple[FieldStation, ...]) -> None:
         if counts and link.strength >= STRONG_TIMES * least:
             drawn.dxf.lineweight = 60
         strength = f"{link.strength:.4f}" if math.isfinite(link.strength) else ""
-        say(drawn, a=link.a, b=link.b, overlap=f"{overlap_share(link.overlap, 4):.4f}", strength=strength)
+        overlap = reached_share(link.overlap, drawing.plan.min_overlap, 4)
+        say(drawn, a=link.a, b=link.b, overlap=str(overlap), strength=strength)
 
 
 def _draw_route(drawing: _Drawing, floors: tuple[FieldFloor, ...]) -> None:

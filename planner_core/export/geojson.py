@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from planner_core.coverage.percent import reached_share
 from planner_core.errors import RequirementError
 from planner_core.export.chosen import (
     RouteLeg,
@@ -29,7 +30,6 @@ from planner_core.export.floor_outlines import FloorOutline, outlines_of
 from planner_core.export.geographic import geographic_of
 from planner_core.export.options import Options
 from planner_core.model import FloatArray, SiteFrame
-from planner_core.network.weak_motion import overlap_share
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
 from planner_core.progress import Progress
 
@@ -103,7 +103,7 @@ def _features(
                 "id": f"{link.a}-{link.b}",
                 "from": link.a,
                 "to": link.b,
-                "overlap": overlap_share(link.overlap, 4),
+                "overlap": reached_share(link.overlap, plan.min_overlap, 4),
                 "strength": _known(link.strength),
                 "counts": plan.counts(link),
             }

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
+from planner_core.coverage.percent import reached_percent
 from planner_core.errors import ExportError, MissingPackageError, SceneError
 from planner_core.export.chosen import chosen_floors, chosen_stations
 from planner_core.export.options import Options
 from planner_core.model import US_SURVEY_FOOT, FloatArray, LengthUnit, SiteFrame
-from planner_core.network.weak_motion import overlap_percent
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.plan_folder.tripod import tripod
@@ -309,7 +309,7 @@ def _linked(plan: PlanSource, station: FieldStation) -> str:
         for link in plan.links
         if plan.counts(link) and station.id in (link.a, link.b)
     ]
-    return ", ".join(f"{other} {overlap_percent(overlap)} %" for other, overlap in linked) or "none"
+    return ", ".join(f"{other} {reached_percent(overlap, plan.min_overlap)} %" for other, overlap in linked) or "none"
 
 
 # ---------------------------------------------------------------------------------------------- a new file

@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from planner_core.coverage.percent import reached_percent
 from planner_core.errors import RequirementError
 from planner_core.export.chosen import (
     FloorStations,
@@ -32,7 +33,6 @@ from planner_core.export.floor_outlines import GROUND, outlines_of
 from planner_core.export.geographic import DECIMALS, Geographic, geographic_of
 from planner_core.export.options import Options
 from planner_core.model import FloatArray
-from planner_core.network.weak_motion import overlap_percent
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
 from planner_core.progress import Progress
 
@@ -184,7 +184,8 @@ def _add_links(
     folder = _folder(document, "links")
     for link in links:
         strength = f", strength {link.strength:.4f}" if math.isfinite(link.strength) else ""
-        text = f"overlap {overlap_percent(link.overlap)} %{strength}{'' if plan.counts(link) else ', does not count'}"
+        overlap = reached_percent(link.overlap, plan.min_overlap)
+        text = f"overlap {overlap} %{strength}{'' if plan.counts(link) else ', does not count'}"
         placemark = _placemark(folder, f"{link.a}-{link.b}", text, "link" if plan.counts(link) else "weak")
         _add_line(placemark, np.stack([stations[link.a].site_m, stations[link.b].site_m]), places)
 

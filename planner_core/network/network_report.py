@@ -16,11 +16,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
+from planner_core.coverage.percent import reached_percent
 from planner_core.errors import RequirementError
 from planner_core.model import FloatArray, Link
 from planner_core.model.registration import FloorNetworks, NetworkGap, Registration, RegistrationNetwork
 from planner_core.network.links import MIN_LISTED_OVERLAP
-from planner_core.network.weak_motion import motion_words, overlap_percent
+from planner_core.network.weak_motion import motion_words
 
 #: More networks than these are counted, not listed one by one.
 _MOST_LISTED = 6
@@ -344,7 +345,8 @@ def _apart(
     else:
         head = f"{places[0]} {'does' if len(networks[0].stations) == 1 else 'do'} not register with the others"
     best = gap.best
-    named = f"{head}: the best link, {best.a} to {best.b}, overlaps {overlap_percent(best.overlap)} %"
+    overlap = reached_percent(best.overlap, registration.threshold)
+    named = f"{head}: the best link, {best.a} to {best.b}, overlaps {overlap} %"
     if best.overlap < registration.threshold:
         return (
             f"{named}, {100 * registration.threshold:g} % are required; open the doors or add a station "

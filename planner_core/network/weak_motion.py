@@ -1,17 +1,16 @@
-"""Weak motion: the small motion that a link's common surface holds least; it, and overlap, in words of a survey.
+"""Weak motion: the small motion that a link's common surface holds least; it in words of a survey.
 
 Input a link's normal matrix (6, 6), see `planner_core.network.links`; output a `WeakMotion`: the eigenvector (t, r) of
 the smallest eigenvalue, a shift t of the common surface's centroid and a turn r / L about it. Whichever is larger is
 its kind. Axes are those of the scene frame, z is the vertical.
 
-Fractions and `WeakMotion`s -> text. People think in shifts, tilts and the heading, along or about a line of the map.
+`WeakMotion`s -> text. People think in shifts, tilts and the heading, along or about a line of the map.
 The viewer has the same words.
 """
 
 from __future__ import annotations
 
 import math
-from decimal import ROUND_DOWN, Decimal
 
 import numpy as np
 
@@ -24,16 +23,6 @@ _LINES = ("N–S", "NE–SW", "E–W", "NW–SE")
 _SAME_EIGENVALUE = 1e-9
 #: A direction within this of an axis is that axis: surveyors do not turn a screw by less.
 _NEAR_AXIS_COS = float(np.cos(np.radians(10.0)))
-
-
-def overlap_percent(overlap: float) -> str:
-    """Return a fraction in percent with one decimal, rounded down: what is just short must not read as enough."""
-    return f"{100 * _rounded_down(overlap, 3):.1f}"
-
-
-def overlap_share(overlap: float, decimals: int) -> float:
-    """Return a fraction as a fraction of so many decimals, rounded down as well: for files that keep numbers short."""
-    return float(_rounded_down(overlap, decimals))
 
 
 def motion_words(motion: WeakMotion | None, *, north_rad: float | None = 0.0, of_north: str = "") -> str:
@@ -90,11 +79,6 @@ def weak_motion(matrix: FloatArray) -> WeakMotion | None:
     if np.linalg.norm(least[:3].T @ shift) >= np.linalg.norm(least[3:].T @ turn) - _SAME_EIGENVALUE:
         return WeakMotion("shift", _rounded(shift))
     return WeakMotion("turn", _rounded(turn))
-
-
-def _rounded_down(overlap: float, decimals: int) -> Decimal:
-    """Exact: of the shortest decimal that is this float, as 0.289 * 1000 is not 289."""
-    return Decimal(repr(float(overlap))).quantize(Decimal(1).scaleb(-decimals), rounding=ROUND_DOWN)
 
 
 def _by_axes(bearing_deg: float) -> str:

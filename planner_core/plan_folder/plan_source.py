@@ -96,10 +96,14 @@ class PlanSource:
         """Stations of one floor, in visiting order."""
         return tuple(station for station in self.stations if station.floor_id == floor_id)
 
+    @property
+    def min_overlap(self) -> float:
+        """Overlap required of a link that counts."""
+        return float(self.document["registration"]["threshold"])
+
     def counts(self, link: Link) -> bool:
         """Whether a link is good enough, by what is required, to register the scans to each other."""
-        registration = self.document["registration"]
-        return link.counts(registration["threshold"], registration["min_strength"])
+        return link.counts(self.min_overlap, self.document["registration"]["min_strength"])
 
     @property
     def scanned_before(self) -> frozenset[str]:

@@ -15,7 +15,7 @@ import numpy as np
 from planner_core.coverage.percent import reached_percent
 from planner_core.model import REASONS, FloatArray, LengthUnit
 from planner_core.model.unseen import COVERED, NOT_WORTH, reason_in_words
-from planner_core.network.weak_motion import motion_words, overlap_percent
+from planner_core.network.weak_motion import motion_words
 from planner_core.plan_folder.drawing.marks import rise_words
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource, link_of
 from planner_core.plan_folder.plan_words import (
@@ -188,7 +188,7 @@ def _station_row(
         _figure(unit.of(float(station.site_ground_m[2]))),
         length_words(unit, height_m, _DIGITS) if unit.is_feet else _figure(height_m),
         _figure(sensor),
-        ", ".join(f"{number} ({overlap_percent(overlap)})" for overlap, number in linked) or "NONE",
+        ", ".join(f"{number} ({reached_percent(overlap, plan.min_overlap)})" for overlap, number in linked) or "NONE",
         f"{area(unit, station.covered_area_m2):.1f}",
         f"{area(unit, station.own_area_m2):.1f}",
         own,
@@ -287,7 +287,8 @@ def _weakest_words(plan: PlanSource, link: Mapping[str, Any], number: Mapping[st
     """`4 to 5: 32.7 %, tilt about E–W`: the motion by grid north, or by the scene's axes where that is not known."""
     north_rad = None if plan.frame.is_scene else plan.frame.grid_north_rad
     motion = motion_words(link_of(link).weak_motion, north_rad=north_rad)
-    return f"{_pair(link, number)}: {overlap_percent(link['overlap'])} %" + (f", {motion}" if motion else "")
+    overlap = reached_percent(link["overlap"], plan.min_overlap)
+    return f"{_pair(link, number)}: {overlap} %" + (f", {motion}" if motion else "")
 
 
 def gaps_table(plan: PlanSource) -> Table | None:
@@ -300,7 +301,7 @@ def gaps_table(plan: PlanSource) -> Table | None:
         (
             f"{gap['networks'][0] + 1} and {gap['networks'][1] + 1}",
             _pair(gap["best"], number),
-            overlap_percent(gap["best"]["overlap"]),
+            reached_percent(gap["best"]["overlap"], plan.min_overlap),
             "; ".join(_place(plan, place) for place in gap.get("targets", ())) or "none found",
         )
         for gap in gaps[:_MAX_NETWORKS]

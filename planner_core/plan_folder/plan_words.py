@@ -14,7 +14,6 @@ from planner_core.coverage.percent import not_as_required_m2, not_planned, reach
 from planner_core.model import FOOT, METRE, LengthUnit, Scope
 from planner_core.model.length_units import feet_and_inches
 from planner_core.network.network_report import groups_first, weakest_link
-from planner_core.network.weak_motion import overlap_percent
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource, link_of, links_of
 from planner_core.requirements.wording import overlap_defined, overlap_noun
 
@@ -128,16 +127,17 @@ def registration_words(document: Document) -> str:
     registration, required = document["registration"], document["requirements"]
     limits = {"threshold": registration["threshold"], "min_strength": registration["min_strength"]}
     counted = [link for link in links_of(registration) if link.counts(*limits.values())]
-    overlap = overlap_noun(required["overlap_measure"], required["overlap_of"])
+    noun = overlap_noun(required["overlap_measure"], required["overlap_of"])
     low = ", or as set up" if any(link.as_set_up for link in counted) else ""
     links = f"{len(counted)} {'link' if len(counted) == 1 else 'links'}"
-    words = f"{links} of at least {100 * limits['threshold']:g} % {overlap}{low}; {_groups_words(registration)}"
+    words = f"{links} of at least {100 * limits['threshold']:g} % {noun}{low}; {_groups_words(registration)}"
     needed = [link_of(each["bottleneck"]) for each in registration["networks"] if each["bottleneck"] is not None]
     weakest = weakest_link(needed, **limits)
     if weakest is None:
         return words
     strength = "" if math.isnan(weakest.strength) else f", strength {weakest.strength:.3f}"
-    return f"{words}; weakest: {weakest.a} to {weakest.b}, {overlap_percent(weakest.overlap)} %{strength}"
+    overlap = reached_percent(weakest.overlap, limits["threshold"])
+    return f"{words}; weakest: {weakest.a} to {weakest.b}, {overlap} %{strength}"
 
 
 def _groups_words(registration: Document) -> str:

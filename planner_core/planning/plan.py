@@ -12,6 +12,7 @@ from itertools import count
 
 import numpy as np
 
+from planner_core.coverage.percent import reached_percent
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
@@ -33,7 +34,6 @@ from planner_core.model import (
     Station,
     Survey,
 )
-from planner_core.network.weak_motion import overlap_percent
 from planner_core.paper.pipeline import find_pool
 from planner_core.planning.choose import choose, choose_by_paper, choose_greedily, route_through
 from planner_core.planning.first_plan import as_memory_holds, observe_few, tell_first_plan
@@ -222,9 +222,10 @@ def _not_held(settings: PlanSettings, choice: Choice, rows: Int64Array, names: l
     if choice.fragile is None or not choice.fragile.first.size:
         return
     name = dict(zip(rows.tolist(), names, strict=True))
+    least = settings.requirements.overlap
     links = [
-        f"{' to '.join(sorted((name[one], name[other])))} (down to {overlap_percent(overlap)} % overlap, strength "
-        f"{strength:.3f})"
+        f"{' to '.join(sorted((name[one], name[other])))} (down to {reached_percent(overlap, least)} % overlap, "
+        f"strength {strength:.3f})"
         for one, other, overlap, strength in zip(
             choice.fragile.first.tolist(),
             choice.fragile.second.tolist(),

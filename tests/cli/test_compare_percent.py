@@ -7,11 +7,11 @@ from tlsplan.commands.compare import _coverage
 @pytest.mark.parametrize(
     ("planned", "actual", "told"),
     [
-        (0.96, 0.94996, "96.0 % planned, 94.9 % as scanned   NOT MET"),
+        (0.96, 0.94996, "96.0 % planned, just below 95 % as scanned   NOT MET"),
         (0.95, 0.95, "95.0 % planned, 95.0 % as scanned"),
-        (0.94998, 0.94996, "94.9 % planned, 94.9 % as scanned   NOT MET"),
-        (0.94996, 0.94998, "94.9 % planned, 94.9 % as scanned   not met, as in the plan"),
-        (0.8568, 0.8566, "85.7 % planned, 85.6 % as scanned   NOT MET"),
+        (0.94998, 0.94996, "just below 95 % planned, just below 95 % as scanned   NOT MET"),
+        (0.94996, 0.94998, "just below 95 % planned, just below 95 % as scanned   not met, as in the plan"),
+        (0.8568, 0.8566, "85.7 % planned, just below 85.7 % as scanned   NOT MET"),
     ],
 )
 def test_coverage_as_scanned_that_falls_short_reads_so(planned: float, actual: float, told: str) -> None:

@@ -34,7 +34,7 @@ def document(reached: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
-@pytest.mark.parametrize(("reached", "shown"), [(0.94996, "94.9 %"), (0.95, "95.0 %"), (0.9516, "95.2 %")])
+@pytest.mark.parametrize(("reached", "shown"), [(0.94996, "just below 95 %"), (0.95, "95.0 %"), (0.9516, "95.2 %")])
 def test_coverage_reads_as_what_was_asked_only_where_it_is(
     reached: float, shown: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -51,7 +51,7 @@ def test_coverage_of_a_floor_reads_as_what_was_asked_of_it_alone(capsys: pytest.
         0, {"name": "F0", "met": False, "required": 0.85, **document(0.84996)["coverage"]}
     )
     summary.show(told)
-    assert " 0 stations   84.9 % of 10 m2\n" in capsys.readouterr().out
+    assert " 0 stations  just below 85 % of 10 m2\n" in capsys.readouterr().out
 
 
 def test_a_floor_without_anything_scannable_has_no_percentage(capsys: pytest.CaptureFixture[str]) -> None:

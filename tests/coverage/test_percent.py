@@ -1,8 +1,10 @@
 """What a share of the scannable area leaves out, in words."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from planner_core.coverage.percent import not_planned
+from planner_core.coverage.percent import not_planned, reached_percent, reached_share
 
 
 @pytest.mark.parametrize(
@@ -46,3 +48,26 @@ def test_what_is_seen_but_not_as_required_is_named_from_a_tenth_of_what_counts_o
         sealed_m2=[], scope=scope, achievable_m2=achievable_m2, total_m2=total_m2, area_by_reason_m2=reasons
     )
     assert found == expected
+
+
+@pytest.mark.parametrize(
+    ("share", "required", "words"),
+    [
+        (0.2997, 0.3, "just below 30"),
+        (0.2994, 0.3, "29.9"),
+        (0.3, 0.3, "30.0"),
+        (0.06996, 0.07, "just below 7"),
+        (0.2958, 0.296, "just below 29.6"),
+        (0.07966, 0.0, "8.0"),
+    ],
+)
+def test_a_share_is_rounded_and_what_is_short_never_reads_as_enough(share: float, required: float, words: str) -> None:
+    assert reached_percent(share, required) == words
+
+
+@given(st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.integers(3, 6))
+def test_a_share_of_few_decimals_stays_on_its_side_of_what_is_required(share: float, required: float, n: int) -> None:
+    short = reached_share(share, required, n)
+    assert abs(short - share) <= 0.5 * 10.0**-n + 1e-15
+    assert not share < required <= short
+    assert reached_share(0.29997, 0.3, 4) == 0.29997

@@ -228,8 +228,8 @@ def test_warnings_name_what_is_apart_why_and_what_to_do():
     ]
     lines = registration_warnings(report(links, ids, floors), {"F2": "Level 2"})
     assert lines == (
-        "station C on floor 'F1' does not register with the others: the best link, A to C, overlaps 29.9 %, 30 % are "
-        "required; open the doors or add a station between them, or register with targets",
+        "station C on floor 'F1' does not register with the others: the best link, A to C, overlaps just below 30 %, "
+        "30 % are required; open the doors or add a station between them, or register with targets",
         "station D on floor 'Level 2' does not register with the others: the best link, B to D, overlaps 12.0 %, 30 % "
         "are required; open the doors or add a station on the stairs between their floors, or register with targets",
         "station E on floor 'F1' does not register with the others: the best link, B to E, overlaps 45.6 % but is too "

@@ -5,7 +5,6 @@ Weak axes of shapes whose free motions are known, and of what stations really se
 
 import math
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -18,7 +17,7 @@ from planner_core.engine.open_engine import open_engine
 from planner_core.model import PlanSettings, Visibility, WeakMotion
 from planner_core.network.links import SharedSurface, overlap_links, surface_of_patches
 from planner_core.network.pair_overlap import PairMatrices, strengths_of
-from planner_core.network.weak_motion import motion_words, overlap_percent, overlap_share, weak_motion, words_by_axes
+from planner_core.network.weak_motion import motion_words, weak_motion, words_by_axes
 from planner_core.scanner.load_scanner import load_scanner
 from scenes_synthetic import hard, rooms
 
@@ -77,37 +76,6 @@ def test_line_that_is_named_is_the_nearest_of_four_from_any_north(angle_deg: int
 )
 def test_weak_motion_is_told_by_axes_where_no_north_is_known(motion: WeakMotion, words: str) -> None:
     assert motion_words(motion, north_rad=None, of_north=", north being +y") == words
-
-
-@given(st.floats(0.0, 1.0))
-def test_overlap_is_rounded_down_to_tenths_of_a_percent(overlap: float) -> None:
-    told = Fraction(overlap_percent(overlap))
-    # A float's shortest decimal is within half a unit in its last place.
-    assert told <= 100 * Fraction(overlap) + Fraction(1, 10**13)
-    assert 100 * Fraction(overlap) < told + Fraction(1, 10) + Fraction(1, 10**13)
-
-
-@pytest.mark.parametrize(
-    ("overlap", "told"),
-    [
-        (0.289, "28.9"),
-        (0.3, "30.0"),
-        (0.29999, "29.9"),
-        (0.07966046, "7.9"),
-        (1.0, "100.0"),
-        (0.0, "0.0"),
-        (1e-9, "0.0"),
-    ],
-)
-def test_overlap_of_whole_tenths_stays_and_what_is_short_never_reads_as_enough(overlap: float, told: str) -> None:
-    assert overlap_percent(overlap) == told
-
-
-@given(st.floats(0.0, 1.0), st.integers(3, 9))
-def test_overlap_of_few_decimals_is_the_largest_that_is_no_more(overlap: float, decimals: int) -> None:
-    told, exact = overlap_share(overlap, decimals), Fraction(repr(overlap))
-    assert 0 <= exact - Fraction(repr(told)) < Fraction(1, 10**decimals)
-    assert round(told, decimals) == told
 
 
 def plane(axis, offset_m, spread_m=(2.0, 2.0), n=8):

@@ -74,8 +74,10 @@ def network(*overlaps: float | None, strength: float | None = None) -> dict[str,
     }
 
 
-@pytest.mark.parametrize(("overlap", "shown"), [(0.29499, "29.4 %"), (0.2999999, "29.9 %"), (0.3, "30.0 %")])
-def test_overlap_of_the_weakest_link_is_rounded_down_beside_the_threshold_as_asked(overlap: float, shown: str) -> None:
+@pytest.mark.parametrize(
+    ("overlap", "shown"), [(0.29499, "just below 29.5 %"), (0.2999999, "30.0 %"), (0.289, "28.9 %")]
+)
+def test_overlap_of_the_weakest_link_does_not_read_as_the_threshold_that_it_misses(overlap: float, shown: str) -> None:
     assert registration_words(network(overlap)) == (
         f"0 links of at least 29.5 % overlap; all stations are connected; weakest: A0 to B0, {shown}"
     )

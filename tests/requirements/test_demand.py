@@ -214,7 +214,7 @@ def test_results_are_those_of_a_recount_over_sights(
     assert len(missed_in_words(results)) == sum(not result.met for result in results)
 
 
-def test_what_is_missed_is_said_with_its_figures_rounded_down() -> None:
+def test_what_is_missed_is_reported_with_figures_that_do_not_read_as_enough() -> None:
     results = (
         PartResult("Level 1", 0.95, 200.0, 189.99, 300.0),
         PartResult("walls", 0.98, 10.0, 9.0, 12.0, seen_from=2, asked=PointLimits(spacing_m=0.006)),
@@ -222,7 +222,7 @@ def test_what_is_missed_is_said_with_its_figures_rounded_down() -> None:
         PartResult("nothing to see", 0.95, 0.0, 0.0, 300.0),
     )
     assert missed_in_words(results) == (
-        "'Level 1' is covered to 94.9 % of the 200 m2 scannable, 95 % required",
+        "'Level 1' is covered to just below 95 % of the 200 m2 scannable, 95 % required",
         "'walls' is covered to 90.0 % of the 10.0 m2 scannable with spacing 6 mm, 2 stations, 98 % required",
     )
 

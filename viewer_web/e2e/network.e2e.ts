@@ -53,7 +53,7 @@ test('links are drawn and listed by what they are worth, each with its weakest d
   await page.locator('[data-testid=legend][data-state=shown]').waitFor();
   await viewer.settle();
   const shown = await viewer.figures('pair-figures');
-  expect(shown.Overlap).toBe(tenthsDown(link.overlap));
+  expect(shown.Overlap).toBe(overlapWords(link.overlap));
   const covered = [link.a, link.b].map((id) => plan.stations.find((one) => one.id === id)!.covered_area_m2);
   // Overlap is the smaller of both shares: what is shared over what the one sees that sees more.
   const shared = link.overlap * Math.max(...covered);
@@ -100,14 +100,17 @@ test('the matrix is read and chosen from by pointer and keys; enlarged it has fi
   await matrix.focus();
   for (let i = 0; i < row; i++) await page.keyboard.press('ArrowDown');
   for (let i = 0; i < column; i++) await page.keyboard.press('ArrowRight');
-  expect(await words.textContent()).toContain(`${link.a} – ${link.b}: ${tenthsDown(link.overlap)} overlap`);
+  expect(await words.textContent()).toContain(`${link.a} – ${link.b}: ${overlapWords(link.overlap)} overlap`);
   await viewer.screenshot('n-matrix');
   const figures = sheet.locator('.matrix-figure');
   await figures.first().waitFor();
   const withStrength = registration.links.filter(({ strength }) => strength !== null);
   expect(await figures.count()).toBe(registration.links.length + withStrength.length);
   const texts = await figures.allTextContents();
-  const overlaps = registration.links.map(({ overlap }) => String(Math.floor(100 * overlap + 1e-9)));
+  const least = 100 * registration.threshold;
+  const overlaps = registration.links.map(({ overlap }) =>
+    100 * overlap < least && Math.round(100 * overlap) >= least ? `<${least}` : (100 * overlap).toFixed(0),
+  );
   expect(texts.filter((words) => !words.includes('.')).sort()).toEqual(overlaps.sort());
   const cell = await sheet.locator('.matrix-diagonal').first().boundingBox();
   const widths = await figures.evaluateAll((all) => all.map((one) => one.getBoundingClientRect().width));
@@ -124,9 +127,9 @@ test('the matrix is read and chosen from by pointer and keys; enlarged it has fi
   await viewer.screenshot('n-pair-dark');
 });
 
-/** As the sheets write it; plan.json has nine decimals, so that its text has the tenths. */
-function tenthsDown(overlap: number): string {
-  const [whole, decimals = ''] = overlap.toFixed(9).split('.');
-  const digits = `${whole}${decimals.slice(0, 3)}`;
-  return `${Number(digits.slice(0, -1))}.${digits.slice(-1)} %`;
+/** As the sheets write it. */
+function overlapWords(overlap: number): string {
+  const { threshold } = registration;
+  const words = (100 * overlap).toFixed(1);
+  return `${overlap < threshold && Number(words) >= 100 * threshold ? `just below ${100 * threshold}` : words} %`;
 }

@@ -122,4 +122,4 @@ def test_an_unknown_kind_of_heights_is_refused(write: Write, site_plan: PlanSour
 def test_overlap_that_falls_short_never_reads_as_what_was_asked(write: Write, site_plan: PlanSource) -> None:
     short = replace(site_plan.links[0], overlap=0.29996)
     path, _ = write(write_kml, replace(site_plan, links=(short,)), "out.kml")
-    assert layer(path, "links")[0][0]["description"] == "overlap 29.9 %, strength 0.1530, does not count"
+    assert layer(path, "links")[0][0]["description"] == "overlap just below 30 %, strength 0.1530, does not count"

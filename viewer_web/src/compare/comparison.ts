@@ -6,7 +6,7 @@ import { t } from '../language/language.ts';
 import { fetchBytes, fetchScope } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { type PlanJson, parsePlan } from '../load/plan-json.ts';
-import { coveragePercent } from '../panels/figures.ts';
+import { reachedPercent } from '../panels/figures.ts';
 
 export interface OtherPlan {
   readonly base: string;
@@ -66,7 +66,7 @@ interface Compared {
 /** Figures side by side, floor by floor where either has several; of plans of different floors none of all together. */
 export function figureRows(shown: Compared, other: Compared): FigureRow[] {
   const percent = (of: Pick<FloorTotal, 'coverage' | 'required'> | undefined): string =>
-    of === undefined ? t('not planned') : coveragePercent(of.coverage, of.required);
+    of === undefined ? t('not planned') : reachedPercent(of.coverage, of.required);
   const row = (name: string, read: (of: Compared) => string): FigureRow => ({
     name,
     shown: read(shown),

@@ -1,6 +1,6 @@
 /** The diagram of coverage against stations. */
 import { t } from '../language/language.ts';
-import { askedPercent, counted, coveragePercent, percent } from '../panels/figures.ts';
+import { askedPercent, counted, percent, reachedPercent } from '../panels/figures.ts';
 import { type Curve, type Frame, pointsOf, scaleOf, stationTicks } from './curve.ts';
 import './compare.css';
 
@@ -13,7 +13,7 @@ export function CoverageCurve({ curves, required }: { curves: readonly Curve[]; 
   const scale = scaleOf(known, FRAME);
   const ends = known.map(({ title, fractions }) => {
     const last = fractions.filter((fraction) => fraction !== null).at(-1) ?? 0;
-    return `${title}: ${counted(fractions.length, 'station')}, ${coveragePercent(last, required)}`;
+    return `${title}: ${counted(fractions.length, 'station')}, ${reachedPercent(last, required)}`;
   });
   return (
     <figure>

@@ -1,6 +1,6 @@
 /** The strip of totals above the canvas: what the edited plan is worth beside the plan as it was made. */
 import { t } from '../language/language.ts';
-import { coveragePercent } from '../panels/figures.ts';
+import { reachedPercent } from '../panels/figures.ts';
 import { MetWord, metInWords } from '../panels/requirements.tsx';
 import type { Store } from '../store.ts';
 import { countEdits, editsInWords } from './draft.ts';
@@ -124,7 +124,7 @@ function TotalsList({ totals, planned, isLive }: { totals: Totals | null; planne
       />
       <Total
         name={t('Coverage')}
-        value={coveragePercent(totals.coverage, totals.required)}
+        value={reachedPercent(totals.coverage, totals.required)}
         change={signedPoints(totals.coverage - planned.coverage)}
         isBetterUp
       />
@@ -133,7 +133,7 @@ function TotalsList({ totals, planned, isLive }: { totals: Totals | null; planne
           <Total
             key={id}
             name={name}
-            value={coveragePercent(coverage, required)}
+            value={reachedPercent(coverage, required)}
             change={signedPoints(coverage - (planned.floors.find((floor) => floor.id === id)?.coverage ?? coverage))}
             isBetterUp
           />

@@ -4,7 +4,7 @@ import type { FloorTotal } from '../edit/totals.ts';
 import { totalsBeside } from '../edit/totals-beside.ts';
 import { t } from '../language/language.ts';
 import type { PlanFloor } from '../load/plan-json.ts';
-import { counted, coveragePercent, lengthWords } from '../panels/figures.ts';
+import { counted, lengthWords, reachedPercent } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import { Meter } from '../panels/summary.tsx';
 import type { Store } from '../store.ts';
@@ -76,7 +76,7 @@ function FloorRow({ store, id, name, detail, covered }: FloorRowProps) {
       </span>
       {covered !== undefined && (
         <span class="row-figure" title={t('Coverage of scannable area')}>
-          <span>{coveragePercent(covered.coverage, covered.required)}</span>
+          <span>{reachedPercent(covered.coverage, covered.required)}</span>
           <Meter fraction={covered.coverage} required={covered.required} />
         </span>
       )}

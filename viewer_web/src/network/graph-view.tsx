@@ -1,7 +1,7 @@
 /** The network as a graph: stations as they stand in plan, links coloured by strength. */
 import { t } from '../language/language.ts';
 import type { PlanLink } from '../load/plan-json.ts';
-import { percentDown } from '../panels/figures.ts';
+import { reachedPercent } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import { countingOf, type NetworkReport } from './graph.ts';
 import { layOut } from './graph-layout.ts';
@@ -91,7 +91,7 @@ function Edge({ store, link, layout, kind }: EdgeProps) {
   const words = t('{a} – {b}: {percent}, strength {strength}', {
     a: link.a,
     b: link.b,
-    percent: percentDown(link.overlap),
+    percent: reachedPercent(link.overlap, plan?.registration.threshold ?? 0),
     strength: strengthInWords(link.strength),
   });
   return (

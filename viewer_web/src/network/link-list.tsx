@@ -3,7 +3,7 @@
 import { useState } from 'preact/hooks';
 import { decimal, t } from '../language/language.ts';
 import type { PlanLink } from '../load/plan-json.ts';
-import { percentDown } from '../panels/figures.ts';
+import { reachedPercent } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import type { Counting, NetworkReport } from './graph.ts';
@@ -43,7 +43,7 @@ function Group({ group, store, report, counting }: LinkListProps & { group: Link
             store={store}
             link={link}
             isWeakest={link === report.weakest}
-            lack={lackInWords(link, counting)}
+            counting={counting}
           />
         ))}
       </ul>
@@ -60,10 +60,11 @@ interface LinkRowProps {
   readonly store: Store;
   readonly link: PlanLink;
   readonly isWeakest: boolean;
-  readonly lack: string | null;
+  readonly counting: Counting;
 }
 
-function LinkRow({ store, link, isWeakest, lack }: LinkRowProps) {
+function LinkRow({ store, link, isWeakest, counting }: LinkRowProps) {
+  const lack = lackInWords(link, counting);
   const { pair } = store;
   const isChosen = pair.value?.includes(link.a) === true && pair.value.includes(link.b);
   const weak = weakMotionOf(link.weak_motion);
@@ -92,7 +93,8 @@ function LinkRow({ store, link, isWeakest, lack }: LinkRowProps) {
           {words !== null && <span class="muted link-words">{words}</span>}
         </span>
         <span class="row-area">
-          {link.strength !== null && lack === null && <b>{decimal(link.strength, 3)}</b>} {percentDown(link.overlap)}
+          {link.strength !== null && lack === null && <b>{decimal(link.strength, 3)}</b>}{' '}
+          {reachedPercent(link.overlap, counting.threshold)}
         </span>
       </button>
     </li>

@@ -3,7 +3,7 @@
 import { useState } from 'preact/hooks';
 import { decimal, t } from '../language/language.ts';
 import type { PlanLink } from '../load/plan-json.ts';
-import { percentDown } from '../panels/figures.ts';
+import { reachedPercent } from '../panels/figures.ts';
 import type { ShownStation } from '../stations/shown.ts';
 import type { Store } from '../store.ts';
 import type { Counting } from './graph.ts';
@@ -131,7 +131,7 @@ function inWords([a, b]: Pair, link: PlanLink | undefined, counting: Counting): 
   const words = t('{a} – {b}: {percent} overlap, strength {strength}', {
     a,
     b,
-    percent: percentDown(link.overlap),
+    percent: reachedPercent(link.overlap, counting.threshold),
     strength: strengthInWords(link.strength),
   });
   return `${words}${held}.${use}`;
@@ -159,13 +159,19 @@ function Cells({ link, place, counting, isDark, hasFigures }: CellsProps) {
       <rect x={high + margin} y={low + margin} width={size} height={size} fill={overlap} />
       <rect x={low + margin} y={high + margin} width={size} height={size} fill={strength} />
       {hasFigures && (
-        <CellFigure x={high} y={low} on={overlap} words={percentDown(link.overlap).replace(/[.,]\d %$/, '')} />
+        <CellFigure x={high} y={low} on={overlap} words={wholePercent(link.overlap, counting.threshold)} />
       )}
       {hasFigures && link.strength !== null && (
         <CellFigure x={low} y={high} on={strength} words={decimal(link.strength, link.strength < 0.01 ? 3 : 2)} />
       )}
     </>
   );
+}
+
+/** Whole percents fit a cell; `<30` where it would read as the 30 required and is less. */
+function wholePercent(overlap: number, required: number): string {
+  const words = decimal(100 * overlap, 0);
+  return overlap < required && Math.round(100 * overlap) >= 100 * required ? `<${decimal(100 * required, 0)}` : words;
 }
 
 function CellFigure({ x, y, on, words }: { x: number; y: number; on: string; words: string }) {

@@ -3,7 +3,7 @@
 import { useState } from 'preact/hooks';
 import { plain, t } from '../language/language.ts';
 import type { PlanLink } from '../load/plan-json.ts';
-import { askedPercent, overlapNoun, percentDown } from '../panels/figures.ts';
+import { askedPercent, overlapNoun, reachedPercent } from '../panels/figures.ts';
 import { Figure, Section } from '../panels/section.tsx';
 import { Badge } from '../panels/summary.tsx';
 import type { Store } from '../store.ts';
@@ -68,9 +68,9 @@ export function NetworkTab({ store }: { store: Store }) {
 }
 
 /** What it was ranked by. */
-const weakestWords = ({ strength, overlap }: PlanLink): string =>
+const weakestWords = ({ strength, overlap }: PlanLink, threshold: number): string =>
   strength === null
-    ? t('overlap {percent}', { percent: percentDown(overlap) })
+    ? t('overlap {percent}', { percent: reachedPercent(overlap, threshold) })
     : t('strength {strength}', { strength: strengthInWords(strength) });
 
 /** What the marks of the graph mean; colours: the legend below. */
@@ -151,7 +151,7 @@ function Figures({ store, report, counting, overlap }: FiguresProps) {
           hint={t('Least strength on the best connection between any two stations')}
           value={
             <button type="button" class="link" onClick={() => store.choosePair([weakest.a, weakest.b])}>
-              {weakest.a} – {weakest.b}, {weakestWords(weakest)}
+              {weakest.a} – {weakest.b}, {weakestWords(weakest, counting.threshold)}
             </button>
           }
         />

@@ -1,7 +1,7 @@
 /** The figures of a pair of stations: what they share, and how firmly that holds their scans together. */
 import { t } from '../language/language.ts';
 import { Card } from '../panels/card.tsx';
-import { areaWords, overlapDefined, percentDown } from '../panels/figures.ts';
+import { areaWords, overlapDefined, reachedPercent } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { countingOf, networkOf } from './graph.ts';
@@ -37,7 +37,7 @@ export function PairCard({ store }: { store: Store }) {
       <dl class="figures" data-testid="pair-figures">
         <Figure
           name={t('Overlap')}
-          value={link === undefined ? '–' : percentDown(link.overlap)}
+          value={link === undefined ? '–' : reachedPercent(link.overlap, counting.threshold)}
           hint={overlapDefined(plan.requirements)}
         />
         {marking.kind === 'shown' && (

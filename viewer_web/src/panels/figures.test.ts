@@ -2,37 +2,21 @@
 import { expect, test } from 'vitest';
 import { runPython } from '../testing/python.ts';
 import { smallPlan } from '../testing/small-plan.ts';
-import {
-  alongWays,
-  askedPercent,
-  coveragePercent,
-  optimalityInWords,
-  overlapDefined,
-  overlapNoun,
-  percentDown,
-} from './figures.ts';
+import { alongWays, askedPercent, optimalityInWords, overlapDefined, overlapNoun, reachedPercent } from './figures.ts';
 
-test('overlap that is just short of what is asked never reads as enough', () => {
-  expect(percentDown(0.2999999)).toBe('29.9 %');
-  expect(percentDown(0.296)).toBe('29.6 %');
-  expect(percentDown(0.3)).toBe('30.0 %');
-  expect(percentDown(0)).toBe('0.0 %');
-  expect(percentDown(1)).toBe('100.0 %');
-});
-
-test('overlap reads as the library writes it, for every tenth of a percent and the floats next to it', () => {
-  const near = Array.from({ length: 1001 }, (_, tenths) => tenths / 1000).flatMap((overlap) => [
-    overlap,
-    overlap * (1 - Number.EPSILON),
-    Math.min(1, overlap * (1 + Number.EPSILON)),
-    Math.min(1, overlap + 0.0005),
+test('what is just short of what is required never reads as enough', () => {
+  const words = (share: number) => reachedPercent(share, 0.3);
+  expect([0.2999999, 0.2996, 0.2994, 0.3, 0].map(words)).toEqual([
+    'just below 30 %',
+    'just below 30 %',
+    '29.9 %',
+    '30.0 %',
+    '0.0 %',
   ]);
-  const script = [
-    'import json, sys',
-    'from planner_core.network.weak_motion import overlap_percent',
-    'print(json.dumps([overlap_percent(overlap) + " %" for overlap in json.loads(sys.argv[1])]))',
-  ].join('\n');
-  expect(near.map(percentDown)).toEqual(JSON.parse(runPython('-c', script, JSON.stringify(near))));
+  expect([reachedPercent(0.06996, 0.07), reachedPercent(0.2958, 0.296)]).toEqual([
+    'just below 7 %',
+    'just below 29.6 %',
+  ]);
 });
 
 test('overlap is named as the library names it, and said to be a share of what it is', () => {
@@ -59,9 +43,11 @@ test('a plan of before overlap had a name measures it as it did', () => {
   expect([overlap_measure, overlap_of]).toEqual(['smaller-share', 'all-seen']);
 });
 
-test('coverage reads as the library writes it in report, sheets and summary, met or short of what is required', () => {
-  const near = Array.from({ length: 401 }, (_, i) => 0.6 + i / 1000).flatMap((share) =>
-    [share, share - 4e-4, share - 1e-10, share + 2.5e-4].map((one) => [one, 0.95] as const),
+test('a share reads as the library writes it in report, sheets and summary, met or short of what is required', () => {
+  const near = Array.from({ length: 401 }, (_, i) => i / 400).flatMap((share) =>
+    [share, share - 4e-4, share - 1e-10, share + 2.5e-4, share + 5e-4].flatMap((one) =>
+      [0.95, 0.3, 0].map((required) => [Math.max(0, one), required] as const),
+    ),
   );
   const script = [
     'import json, sys',
@@ -69,8 +55,12 @@ test('coverage reads as the library writes it in report, sheets and summary, met
     'print(json.dumps([reached_percent(*pair) + " %" for pair in json.loads(sys.argv[1])]))',
   ].join('\n');
   const told = JSON.parse(runPython('-c', script, JSON.stringify(near)));
-  expect(near.map(([share, required]) => coveragePercent(share, required))).toEqual(told);
-  expect([0.94996, 0.95, 0.9516].map((share) => coveragePercent(share, 0.95))).toEqual(['94.9 %', '95.0 %', '95.2 %']);
+  expect(near.map(([share, required]) => reachedPercent(share, required))).toEqual(told);
+  expect([0.94996, 0.95, 0.9516].map((share) => reachedPercent(share, 0.95))).toEqual([
+    'just below 95 %',
+    '95.0 %',
+    '95.2 %',
+  ]);
 });
 
 test('what is asked keeps the digits it was asked with', () => {

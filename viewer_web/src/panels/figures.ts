@@ -4,35 +4,19 @@ import type { PlanJson } from '../load/plan-json.ts';
 import { FOOT_M, feetAndInches, units } from './units.ts';
 
 const area = new Intl.NumberFormat(language, { maximumFractionDigits: 1, minimumFractionDigits: 1 });
-/** Halves to even, as Python formats. */
-/** In English: it is read again. */
-const tenths = new Intl.NumberFormat('en', {
-  minimumFractionDigits: 1,
-  maximumFractionDigits: 1,
-  roundingMode: 'halfEven',
-  useGrouping: false,
-  // Newer than the library's types.
-} as Intl.NumberFormatOptions);
 const count = new Intl.NumberFormat(language);
 
 export const percent = (fraction: number, digits = 1): string => `${decimal(100 * fraction, digits)} %`;
+/** Of a percentage, as Python formats it: exact, halves to even. */
+const tenths = (of100: number): string => (of100 % 1 === 0.25 ? of100 - 0.05 : of100).toFixed(1);
 /**
- * Rounded down: an overlap or a coverage that is just short must not read as enough. As `overlap_percent` of the library,
- * digit by digit: `thousandths / 1000` is the float that a decimal of three places is read as.
+ * A coverage or an overlap, wherever it is shown: rounded, and `just below 30 %` where it would read as the 30 % required and is
+ * less. As `reached_percent` of the library, whose report and sheets have it.
  */
-export function percentDown(fraction: number): string {
-  const nearest = Math.round(1000 * fraction);
-  const thousandths = nearest / 1000 > fraction ? nearest - 1 : nearest;
-  return `${decimal(thousandths / 10, 1)} %`;
-}
-/**
- * Coverage, wherever it is told: rounded down where it would read as what is required and is not. As `reached_percent` of the
- * library, whose report and sheets tell it so.
- */
-export function coveragePercent(fraction: number, required: number): string {
-  const words = tenths.format(100 * fraction);
-  const isShort = fraction < required - 1e-9 && Number(words) >= 100 * required;
-  return `${decimal(isShort ? Math.floor(1000 * fraction) / 10 : Number(words), 1)} %`;
+export function reachedPercent(fraction: number, required: number): string {
+  const words = tenths(100 * fraction);
+  const isShort = fraction < required - 1e-9 && Number(words) >= Number((100 * required).toPrecision(6));
+  return isShort ? t('just below {percent}', { percent: askedPercent(required) }) : `${decimal(Number(words), 1)} %`;
 }
 /** What was asked for, with as many digits as it was asked with: an overlap of 29.6 % is not less than one of 30 % then. */
 export const askedPercent = (fraction: number): string => `${plain(Number((100 * fraction).toPrecision(6)))} %`;

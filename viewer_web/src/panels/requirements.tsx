@@ -3,7 +3,7 @@
 import { isAllMet, type Met, missedOf, OVERALL, type Totals } from '../edit/totals.ts';
 import type { TotalsBeside } from '../edit/totals-beside.ts';
 import { t } from '../language/language.ts';
-import { areaWords, askedPercent, counted, coveragePercent } from './figures.ts';
+import { areaWords, askedPercent, counted, reachedPercent } from './figures.ts';
 import './requirements.css';
 
 export function Requirements({ planned, isEdited, edited, isStale }: TotalsBeside) {
@@ -95,7 +95,7 @@ function Verdict({ met, isPartial }: { met: Met | undefined; isPartial: boolean 
   if (met === undefined) return <span class="muted">{t('unknown')}</span>;
   return (
     <>
-      {coveragePercent(met.coverage, met.required)} <MetWord isMet={met.isMet} isPartial={isPartial} />
+      {reachedPercent(met.coverage, met.required)} <MetWord isMet={met.isMet} isPartial={isPartial} />
     </>
   );
 }
@@ -127,7 +127,7 @@ export function missedInWords(requirements: readonly Met[]): string {
     .map(({ name, coverage, required }) =>
       t('{part} {coverage} of {required}', {
         part: wordOf(name),
-        coverage: coveragePercent(coverage, required),
+        coverage: reachedPercent(coverage, required),
         required: askedPercent(required),
       }),
     )

@@ -10,10 +10,10 @@ import {
   areaWords,
   askedPercent,
   counted,
-  coveragePercent,
   optimalityInWords,
   overlapNoun,
   percent,
+  reachedPercent,
 } from './figures.ts';
 import { Requirements } from './requirements.tsx';
 import { Figure, Section } from './section.tsx';
@@ -101,7 +101,7 @@ function Headline({ planned, isEdited, edited, isStale, required }: TotalsBeside
   return (
     <div class={isStale ? 'headline requirements-stale' : 'headline'}>
       <div>
-        <strong data-testid="coverage">{coveragePercent(coverage, required)}</strong>
+        <strong data-testid="coverage">{reachedPercent(coverage, required)}</strong>
         <span>
           {t('coverage of scannable area')}
           {as}

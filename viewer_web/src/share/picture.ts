@@ -2,7 +2,7 @@
 
 import { totalsBeside } from '../edit/totals-beside.ts';
 import { t } from '../language/language.ts';
-import { counted, coveragePercent } from '../panels/figures.ts';
+import { counted, reachedPercent } from '../panels/figures.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 import { paintPage } from './paint-page.ts';
@@ -51,7 +51,7 @@ export function titlesOf(store: Store, now: Date): readonly [string, string] {
     totals &&
     t('{stations}, {coverage} coverage', {
       stations: counted(totals.nStations, 'station'),
-      coverage: coveragePercent(totals.coverage, totals.required),
+      coverage: reachedPercent(totals.coverage, totals.required),
     });
   const as = beside?.isEdited ? [t('as edited'), worth].filter(Boolean).join(', ') : worth;
   return [`${file} · ${floor}`, [as, now.toISOString().slice(0, 10), 'tlsplan'].filter(Boolean).join(' · ')];

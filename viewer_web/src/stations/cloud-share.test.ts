@@ -4,7 +4,7 @@ import { beamsOfScan, shareInWords } from './cloud-share.ts';
 test.each([
   [288_000, 288_000, 'all beams'],
   [200_000, 256_000, '78.1 % of the beams'],
-  [255_999, 256_000, '99.9 % of the beams'],
+  [255_999, 256_000, 'just below 100 % of the beams'],
   [144_000, 288_000, '1 beam in 2'],
   [100, 250, '1 beam in 2.5'],
   [190_605, 45_699_808, '1 beam in 240'],

@@ -1,6 +1,6 @@
 /** What share of a scan is drawn: nobody is to take a thinned cloud for all that the scanner sees. */
 import { plain, t } from '../language/language.ts';
-import { percentDown, whole } from '../panels/figures.ts';
+import { reachedPercent, whole } from '../panels/figures.ts';
 
 /** Beams of one scan. */
 export function beamsOfScan({
@@ -17,6 +17,6 @@ export function beamsOfScan({
 export function shareInWords(nBeams: number, nScanned: number): string {
   if (nBeams >= nScanned) return t('all beams');
   const oneIn = nScanned / nBeams;
-  if (oneIn < 1.95) return t('{percent} of the beams', { percent: percentDown(nBeams / nScanned) });
+  if (oneIn < 1.95) return t('{percent} of the beams', { percent: reachedPercent(nBeams / nScanned, 1) });
   return t('1 beam in {n}', { n: oneIn < 9.95 ? plain(Number(oneIn.toFixed(1))) : whole(Math.round(oneIn)) });
 }

@@ -6,7 +6,7 @@
 import { OVERALL } from '../edit/totals.ts';
 import { t } from '../language/language.ts';
 import type { PlanJson, RequirementResult, StationLoss } from '../load/plan-json.ts';
-import { askedPercent, coveragePercent } from '../panels/figures.ts';
+import { askedPercent, reachedPercent } from '../panels/figures.ts';
 import type { StationWorth } from './shown.ts';
 
 /** Whether anything is asked besides that a station sees the surface: limits, several stations, or limits of a part. */
@@ -60,7 +60,7 @@ export function verdictOf(
   now: Readonly<RequirementResult>,
 ): string {
   const words = met ? t('still met') : now.met ? t('no longer met') : t('not met either way');
-  return `${words}: ${coveragePercent(left, now.required)}, ${t('{required} required', { required: askedPercent(now.required) })}`;
+  return `${words}: ${reachedPercent(left, now.required)}, ${t('{required} required', { required: askedPercent(now.required) })}`;
 }
 
 /** Patches by requirement, in the plan's order, of a file below viewer/lost: see docs/formats/stage.md. Null: it is none. */

@@ -17,7 +17,7 @@ import {
   duration,
   heightWords,
   overlapNoun,
-  percentDown,
+  reachedPercent,
 } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
@@ -232,7 +232,7 @@ function Links({ store, plan, station }: StationProps) {
               title={lackInWords(link, counting) ?? t('Enough to register: highlight the shared surface')}
               onClick={() => store.choosePair([station.id, otherEnd(link)])}
             >
-              {otherEnd(link)} <span>{percentDown(link.overlap)}</span>
+              {otherEnd(link)} <span>{reachedPercent(link.overlap, counting.threshold)}</span>
             </button>
           </li>
         ))}

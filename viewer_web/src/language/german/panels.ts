@@ -10,6 +10,7 @@ export const PANELS = {
     'Das Gebäude in 3D. Ziehen dreht, Scrollen zoomt, ein Klick auf ein Stockwerk öffnet es. Mit Tasten: Q und E drehen, R und F neigen, Plus und Minus zoomen, Pfeile bewegen ein Kreuz, die Leertaste klickt dort.',
   'Jaccard overlap': 'Jaccard-Überdeckung',
   overlap: 'Überdeckung',
+  'just below {percent}': 'knapp unter {percent}',
   '{overlap} of what is seen as required': '{overlap} des wie gefordert Erfassten',
   'seen area': 'der erfassten Fläche',
   'area seen as required': 'der wie gefordert erfassten Fläche',
