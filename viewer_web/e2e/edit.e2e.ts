@@ -160,7 +160,13 @@ test('positions are forbidden, ground is marked, and all changes are discarded',
   expect(Object.values(forbidden.forbidden)[0]).toMatchObject({ radius_m: 0.5, floor: floor.id });
   await viewer.tool('Floor surface');
   await page.getByRole('radio', { name: 'Not a floor' }).click();
+  const question = page.getByRole('alertdialog');
   await page.mouse.click(x - 45, y + 25);
+  await question.getByText(new RegExp(`on this floor: .*${first.id}`)).waitFor();
+  await question.getByRole('button', { name: 'Cancel' }).click();
+  expect((await viewer.review()).ground_picks).toEqual({});
+  await page.mouse.click(x - 45, y + 25);
+  await question.getByRole('button', { name: 'Not a floor' }).click();
   const picked = await viewer.changedFrom(forbidden.revision);
   expect(Object.values(picked.ground_picks)[0]).toMatchObject({ is_ground: false, floor: floor.id });
   await expect.poll(() => changes().count()).toBe(2);

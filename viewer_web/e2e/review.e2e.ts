@@ -170,6 +170,7 @@ test('a floor that is ground already is not marked again, and marks leave the co
   await viewer.settle();
   const plain = await viewer.canvasPixels();
   await page.mouse.click(...at);
+  await page.getByRole('alertdialog').getByRole('button', { name: 'Not a floor' }).click();
   await expect.poll(count).toBe(1);
   const unmark = page.getByRole('button', { name: /^Unmark/ });
   await unmark.waitFor();

@@ -272,8 +272,12 @@ describe.each(names)('%s', (name) => {
     for (const [dx, dy] of around) {
       await page.mouse.click(x + dx, y + dy);
       const refused = page.getByText(/nothing to unmark/);
+      const yes = page.getByRole('alertdialog').getByRole('button', { name: 'Not a floor' });
       await expect
-        .poll(async () => (await review()).revision > revision || (await refused.count()) > 0, SLOW)
+        .poll(async () => {
+          if ((await yes.count()) > 0) await yes.click();
+          return (await review()).revision > revision || (await refused.count()) > 0;
+        }, SLOW)
         .toBe(true);
       if ((await review()).revision > revision) break;
       await page.getByRole('button', { name: 'Dismiss' }).click();

@@ -22,6 +22,15 @@ export interface Notice {
   readonly text: string;
 }
 
+/** What is done only after a yes. */
+export interface Question {
+  readonly title: string;
+  readonly text: string;
+  /** On the button. */
+  readonly yes: string;
+  readonly onYes: () => void;
+}
+
 export interface PendingConflict {
   readonly changes: readonly Change[];
   readonly label: string;
@@ -77,6 +86,7 @@ export class ReviewClient {
   /** Why no run can be started; null: nothing is known of. */
   readonly runObstacle: Signal<string | null> = signal(null);
   readonly notice: Signal<Notice | null> = signal(null);
+  readonly question: Signal<Question | null> = signal(null);
   readonly conflict: Signal<PendingConflict | null> = signal(null);
   readonly activities: Signal<readonly Activity[]> = signal([]);
   readonly author: Signal<string>;

@@ -14,9 +14,10 @@ import { addEntrance, addZone, forbid, pickGround, setDoor } from './changes.ts'
 import { coplanarRegion, isSteep } from './coplanar-region.ts';
 import { type Door, doorAt, doorsOf } from './doors.ts';
 import { localOf, sceneOf } from './draft.ts';
+import { stationsOf } from './draft-follower.ts';
 import { ENTRANCE_WORDS } from './entrance-words.ts';
 import type { Place } from './ground-map.ts';
-import { nothingToPick } from './ground-state.ts';
+import { nothingToPick, standingOn } from './ground-state.ts';
 import { faultOf, NEAREST_CORNERS_M } from './outline.ts';
 import { toolInHand } from './readiness.ts';
 import { floorAt } from './review-areas.ts';
@@ -153,7 +154,20 @@ export class AreaTools {
       return;
     }
     const label = isGround ? t('mark a walkable floor') : t('mark as not a floor');
-    await this.reviewClient.commit(label, [pickGround(picked.pointM, isGround, floorId)]);
+    const commit = async (): Promise<void> => {
+      await this.reviewClient.commit(label, [pickGround(picked.pointM, isGround, floorId)]);
+    };
+    const standing = isGround ? [] : standingOn(region, this.loaded, stationsOf(this.store), floorId);
+    if (standing.length === 0) return commit();
+    this.reviewClient.question.value = {
+      title: t('Mark as not a floor?'),
+      text: t(
+        '{n, plural, one {A station stands} other {# stations stand}} on this floor: {names}. Without it, a plan that is made again has no station there.',
+        { n: standing.length, names: standing.join(', ') },
+      ),
+      yes: t('Not a floor'),
+      onYes: () => void commit(),
+    };
   }
 
   private async forbid(picked: Picked): Promise<void> {

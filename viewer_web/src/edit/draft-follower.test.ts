@@ -65,6 +65,34 @@ test('a station on its way stands where it is dragged, with the links it would h
   expect(store.draft.value?.links).toEqual([link]);
 });
 
+test('a station that the review no longer has is let go of, whoever removed it', async () => {
+  await reviewClient.commit('move', [move(1005)]);
+  store.chooseStation('S001');
+  store.selection.value = new Set(['S001', 'S002']);
+  await reviewClient.commit('move', [move(1006)]);
+  expect(store.stationId.value).toBe('S001');
+  const { S001 } = reviewClient.review.value!.stations;
+  const removed = { ...reviewClient.review.value!, stations: { S001: { ...S001, removed: true } } };
+  reviewClient.review.value = removed;
+  expect(store.stationId.value).toBeNull();
+  expect([...store.selection.value]).toEqual(['S002']);
+  store.chooseStation('S001');
+  expect(store.stationId.value).toBeNull();
+  store.editing.showsPlan.value = true;
+  store.chooseStation('S001');
+  expect(store.stationId.value).toBe('S001');
+  store.editing.showsPlan.value = false;
+  expect(store.stationId.value).toBeNull();
+});
+
+test('a pair goes with one of its stations', async () => {
+  await reviewClient.commit('move', [move(1005)]);
+  store.choosePair(['S001', 'S002']);
+  const { S001 } = reviewClient.review.value!.stations;
+  reviewClient.review.value = { ...reviewClient.review.value!, stations: { S002: { ...S001, removed: true } } };
+  expect(store.pair.value).toBeNull();
+});
+
 test('values come from the live side where it is ready, anew for every state of the draft', async () => {
   await reviewClient.commit('move', [move(1005)]);
   expect(store.layerSource.value).toBeNull();

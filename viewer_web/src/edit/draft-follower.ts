@@ -1,6 +1,6 @@
 /** Keeps what is shown in step with the review: stations and links of the draft, and the values its stations give the patches. */
 
-import { computed, effect, type ReadonlySignal, signal } from '@preact/signals';
+import { batch, computed, effect, type ReadonlySignal, signal, untracked } from '@preact/signals';
 import type { DraftLink, DraftRoute, Run } from '../api/documents.ts';
 import type { ReviewClient } from '../api/review-client.ts';
 import type { PatchValues } from '../heat/layers.ts';
@@ -75,6 +75,7 @@ export class DraftFollower {
       effect(() => {
         store.draft.value = draft.value;
       }),
+      effect(() => this.dropGone()),
       effect(() => {
         store.draftRoute.value = null;
         if (routeKey.value !== null) void this.fetchRoute(routeKey);
@@ -95,6 +96,25 @@ export class DraftFollower {
     this.store.layerSource.value = null;
     this.store.stationSource.value = null;
     this.store.draftRoute.value = null;
+  }
+
+  /** Nothing of a station stays chosen once the review has it no more, whoever took it out. */
+  private dropGone(): void {
+    const { store } = this;
+    const { stationId, pair, selection, editing } = store;
+    const there = new Set(this.stations.value.filter(({ isRemoved }) => !isRemoved).map(({ id }) => id));
+    const shown = new Set(store.shownStations.value.map(({ id }) => id));
+    stationId.value;
+    if (editing.showsPlan.value) return;
+    const isGone = (id: string): boolean => !there.has(id) && !shown.has(id);
+    untracked(() =>
+      batch(() => {
+        if (stationId.value !== null && isGone(stationId.value)) store.chooseStation(null);
+        if (pair.value?.some(isGone)) store.choosePair(null);
+        if ([...selection.value].some(isGone))
+          selection.value = new Set([...selection.value].filter((id) => !isGone(id)));
+      }),
+    );
   }
 
   /** The route through the draft's stations: fetched only where it is drawn or its length shown, as finding it takes a second and more. */

@@ -3,7 +3,8 @@ import type { Review } from '../api/documents.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { EMPTY_REVIEW } from '../testing/fake-review-server.ts';
 import { smallPlan } from '../testing/small-plan.ts';
-import { groundOfRegion, nothingToPick } from './ground-state.ts';
+import type { DraftStation } from './draft.ts';
+import { groundOfRegion, nothingToPick, standingOn } from './ground-state.ts';
 
 /** A square of two triangles from (x, 0) at a height. */
 const square = (x: number, z: number): number[] => [x, 0, z, x + 2, 0, z, x + 2, 2, z, x, 0, z, x + 2, 2, z, x, 2, z];
@@ -73,4 +74,21 @@ test('marking ground and unmarking none is refused in words, and everything else
   const loaded = { ...LOADED, stage: { ...LOADED.stage, triangles: flush } };
   expect(nothingToPick([0, 1, 2], loaded, null, true, '')).toMatch(/Already a walkable floor of Ground floor/);
   expect(nothingToPick(TABLE, LOADED, null, false, '')).toMatch(/nothing to unmark/);
+});
+
+test('stations stand on a surface where their foot is on it or on a layer of the same floor', () => {
+  const station = (id: string, x: number, z: number, more: Partial<DraftStation> = {}): DraftStation =>
+    ({ id, floorId: 'F0', positionM: [100 + x, 1, z], instrumentHeightM: 1.5, ...more }) as DraftStation;
+  const stations = [
+    station('on it', 1, 1.5),
+    station('on a covering', 1.9, 1.8),
+    station('beside it', 3, 1.5),
+    station('above', 1, 4.5, { floorId: 'F1' }),
+    station('removed', 1, 1.5, { isRemoved: true }),
+    station('scanned', 1, 1.5, { isFixed: true }),
+    station('of unknown height', 0.5, 1.9, { instrumentHeightM: null }),
+  ];
+  expect(standingOn(GROUND, LOADED, stations, '')).toEqual(['on it', 'on a covering', 'of unknown height']);
+  expect(standingOn(GROUND, LOADED, stations, 'F1')).toEqual([]);
+  expect(standingOn(UPPER, LOADED, stations, 'F1')).toEqual(['above']);
 });

@@ -5,8 +5,14 @@ import { t } from '../language/language.ts';
 import { normalOf } from '../load/edges.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { coplanarRegion } from './coplanar-region.ts';
-import { localOf } from './draft.ts';
+import { type DraftStation, localOf } from './draft.ts';
 import { triangleAt } from './triangle-at.ts';
+
+/** Layers of one floor, as a covering on its slab, lie so near to each other. */
+const LAYERS_M = 0.35;
+/** How far a sensor is above its floor at most, where its height is not known. */
+const STOREY_M = 3;
+const ON_EDGE = 1e-6;
 
 /** Id of a floor; `SOME_FLOOR`: marked without saying of which, so the planner chooses; null: no ground. */
 export type GroundOf = string | null;
@@ -30,6 +36,42 @@ export function groundOfRegion(region: readonly number[], { stage }: LoadedPlan,
     }
   }
   return region.map((t) => ground.get(t) ?? null);
+}
+
+/** Ids of the stations that stand on a region, without scanned ones, which stay. `floorId` '': of whichever floor. */
+export function standingOn(
+  region: readonly number[],
+  { stage }: LoadedPlan,
+  stations: readonly DraftStation[],
+  floorId: string,
+): string[] {
+  const { cornersM } = stage.triangles;
+  return stations
+    .filter(({ isRemoved, isFixed }) => !isRemoved && !isFixed)
+    .filter((station) => floorId === '' || station.floorId === floorId)
+    .filter(({ positionM, instrumentHeightM }) => {
+      const [x, y, z] = localOf(positionM, stage.offsetM);
+      const footM = z - (instrumentHeightM ?? 0);
+      return region.some((triangle) => {
+        const groundM = heightAt(cornersM, triangle, x, y);
+        return groundM !== null && Math.abs(footM - groundM) <= (instrumentHeightM === null ? STOREY_M : LAYERS_M);
+      });
+    })
+    .map(({ id }) => id);
+}
+
+/** Of a triangle above or below a place in plan; null: it is not there. */
+function heightAt(cornersM: Float32Array, triangle: number, x: number, y: number): number | null {
+  const at = 9 * triangle;
+  const [ax, ay, az] = cornersM.subarray(at, at + 3);
+  const [bx, by, bz] = cornersM.subarray(at + 3, at + 6);
+  const [cx, cy, cz] = cornersM.subarray(at + 6, at + 9);
+  const twice = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay);
+  if (twice === 0) return null;
+  const v = ((x - ax) * (cy - ay) - (cx - ax) * (y - ay)) / twice;
+  const w = ((bx - ax) * (y - ay) - (x - ax) * (by - ay)) / twice;
+  // A place on the edge between two of them is on both.
+  return v < -ON_EDGE || w < -ON_EDGE || v + w > 1 + ON_EDGE ? null : az + v * (bz - az) + w * (cz - az);
 }
 
 /** Why a click changes nothing, in words; null: it does. `floorId` '': of whichever floor. */

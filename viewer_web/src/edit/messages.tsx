@@ -1,7 +1,7 @@
 /** What the server says: notices, a broken line, and the choice that a conflict needs. They have a place of their own and cover nothing. */
 
 import { NO_TOKEN } from '../api/api-error.ts';
-import type { PendingConflict, ReviewClient } from '../api/review-client.ts';
+import type { PendingConflict, Question, ReviewClient } from '../api/review-client.ts';
 import { t } from '../language/language.ts';
 
 const ASKING = t('The server does not answer; retrying. The page may be out of date.');
@@ -9,7 +9,8 @@ const STARTED_AGAIN = t('If it was started again, open the address that it print
 
 export function Messages({ reviewClient }: { reviewClient: ReviewClient }) {
   const [notice, conflict, trouble] = [reviewClient.notice.value, reviewClient.conflict.value, troubleOf(reviewClient)];
-  if (notice === null && conflict === null && trouble === null) return null;
+  const question = reviewClient.question.value;
+  if (notice === null && conflict === null && trouble === null && question === null) return null;
   return (
     <section class="messages" aria-label={t('Messages')}>
       {trouble !== null && (
@@ -32,8 +33,30 @@ export function Messages({ reviewClient }: { reviewClient: ReviewClient }) {
           </button>
         </div>
       )}
+      {question !== null && <QuestionCard question={question} reviewClient={reviewClient} />}
       {conflict !== null && <ConflictCard conflict={conflict} reviewClient={reviewClient} />}
     </section>
+  );
+}
+
+function QuestionCard({ question, reviewClient }: { question: Question; reviewClient: ReviewClient }) {
+  const answer = (isYes: boolean): void => {
+    reviewClient.question.value = null;
+    if (isYes) question.onYes();
+  };
+  return (
+    <div class="message-card message-conflict" role="alertdialog" aria-labelledby="question-title">
+      <h2 id="question-title">{question.title}</h2>
+      <p>{question.text}</p>
+      <div class="buttons">
+        <button type="button" class="button button-primary" onClick={() => answer(false)}>
+          {t('Cancel')}
+        </button>
+        <button type="button" class="button" onClick={() => answer(true)}>
+          {question.yes}
+        </button>
+      </div>
+    </div>
   );
 }
 

@@ -8,6 +8,9 @@ export const EDIT = {
     'Diese Fläche ist zu steil zum Stehen: Klicken Sie auf eine ebene.',
   'mark a walkable floor': 'begehbaren Boden markieren',
   'mark as not a floor': 'als nicht begehbar markieren',
+  'Mark as not a floor?': 'Als nicht begehbar markieren?',
+  '{n, plural, one {A station stands} other {# stations stand}} on this floor: {names}. Without it, a plan that is made again has no station there.':
+    '{n, plural, one {Ein Standpunkt steht} other {# Standpunkte stehen}} auf diesem Boden: {names}. Ohne ihn hat ein neu berechneter Plan dort keinen Standpunkt.',
   'forbid a position': 'eine Position sperren',
   'keep-out': 'Sperrzone',
   'priority zone': 'Vorrangzone',
