@@ -27,7 +27,7 @@ def reached_share(share: float, required: float, decimals: int) -> float:
     """
     while share < required <= round(share, decimals):
         decimals += 1
-    return round(share, decimals)
+    return round(float(share), decimals)
 
 
 def not_as_required_m2(area_by_reason_m2: Mapping[str, float], achievable_m2: float) -> float:

@@ -16,10 +16,10 @@ from planner_core.plan_folder.report import report_page
     [
         (
             WeakMotion("turn", (-0.694658, 0.71934, 0.0)),
-            ">1 to 2: 38.4\xa0%, tilt about the line 44° from y to -x</td>",
+            ">1 to 2: 38.5\xa0%, tilt about the line 44° from y to -x</td>",
         ),
-        (WeakMotion("turn", (0.0, 0.0, 1.0)), ">1 to 2: 38.4\xa0%, turn (heading)</td>"),
-        (None, ">1 to 2: 38.4\xa0%</td>"),
+        (WeakMotion("turn", (0.0, 0.0, 1.0)), ">1 to 2: 38.5\xa0%, turn (heading)</td>"),
+        (None, ">1 to 2: 38.5\xa0%</td>"),
     ],
 )
 def test_report_tells_the_weakest_link_in_words_of_a_survey(plan: Plan, motion: WeakMotion | None, told: str) -> None:
@@ -28,7 +28,7 @@ def test_report_tells_the_weakest_link_in_words_of_a_survey(plan: Plan, motion: 
     registration = Registration(0.3, 0.01, False, (network,), (), (), ())
     page = report_page(replace(plan, registration=registration))
     assert told in page
-    assert "weakest: S001 to S002, 38.4\xa0%, strength 0.020</td>" in page
+    assert "weakest: S001 to S002, 38.5\xa0%, strength 0.020</td>" in page
     assert "degrees from" not in page
 
 
