@@ -198,7 +198,7 @@ test('two people who change the same station learn of each other, and neither lo
   await ada.page.getByRole('button', { name: `Reject ${id}`, exact: true }).click();
   await ada.page.getByRole('alertdialog').waitFor();
   expect(await ada.page.getByRole('alertdialog').textContent()).toMatch(
-    new RegExp(`Grace changed the verdict on station ${id} at \\d\\d:\\d\\d`),
+    new RegExp(`Grace changed the verdict on station ${id} on \\d+ \\w+ \\d{4} at \\d\\d:\\d\\d`),
   );
   await ada.screenshot('review-3-conflict');
   expect((await grace.review()).verdicts[id].by).toBe('Grace');
