@@ -603,7 +603,7 @@ test('a plan is reviewed: comments and verdicts by a limited link, and the sign-
   await signing.click();
   const signature = page.getByTestId('signature');
   await signature.waitFor();
-  expect(await signature.textContent()).toMatch(/Grace signed off at .*No changes since/);
+  expect(await signature.textContent()).toMatch(/Grace signed off on .*No changes since/);
   expect(await viewer.changeAs('Ada', { kind: 'lock_station', station: first.id, locked: true })).toBe(200);
   await expect.poll(() => signature.textContent()).toContain('1 change since');
 });
