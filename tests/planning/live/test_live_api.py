@@ -160,7 +160,7 @@ def test_removed_and_added_stations_are_in_the_draft(desk: Desk) -> None:
     desk.review = Review(revision=2, stations={gone.id: StationEdit(removed=True), "S900": added})
     ids = [row["id"] for row in desk.client.get("/api/live/figures").json()["stations"]]
     assert gone.id not in ids
-    assert ids[-1] == "S900"
+    assert ids[:2] == [beside.id, "S900"], "behind the nearest of its floor"
     twin = desk.client.get("/api/live/stations/S900/seen")
     assert twin.content == desk.client.get(f"/api/live/stations/{beside.id}/seen").content
     assert desk.client.get(f"/api/live/stations/{gone.id}/seen").status_code == 404
