@@ -1,18 +1,9 @@
 import { expect, test } from 'vitest';
 import type { StationEdit } from '../api/documents.ts';
-import { EMPTY_REVIEW } from '../testing/fake-review-server.ts';
+import { EMPTY_REVIEW, stationEdit as edit } from '../testing/fake-review-server.ts';
 import { smallPlan } from '../testing/small-plan.ts';
 import { countEdits, draftStations, editsInWords, shownInDraft } from './draft.ts';
 
-const edit = (changes: Partial<StationEdit>): StationEdit => ({
-  position_m: null,
-  instrument_height_m: null,
-  floor: null,
-  added: false,
-  removed: false,
-  locked: null,
-  ...changes,
-});
 const reviewWith = (stations: Record<string, StationEdit>) => ({ ...EMPTY_REVIEW, stations });
 
 test('without a review the draft is the plan', () => {

@@ -2,7 +2,7 @@ import { expect, test } from 'vitest';
 import type { StationEdit } from '../api/documents.ts';
 import { draftStations } from '../edit/draft.ts';
 import type { PlanJson } from '../load/plan-json.ts';
-import { EMPTY_REVIEW } from '../testing/fake-review-server.ts';
+import { EMPTY_REVIEW, stationEdit as edit } from '../testing/fake-review-server.ts';
 import { smallPlan } from '../testing/small-plan.ts';
 import { nextStop, routeStops, wayLeft, wayTo } from './route.ts';
 import { readTicks, tickKey, writeTicks } from './ticks.ts';
@@ -34,15 +34,6 @@ function walked(start: boolean): PlanJson {
   return { ...plan, route, stations };
 }
 
-const edit = (changes: Partial<StationEdit>): StationEdit => ({
-  position_m: null,
-  floor: null,
-  instrument_height_m: null,
-  added: false,
-  removed: false,
-  locked: null,
-  ...changes,
-});
 const stopsOf = (plan: PlanJson, stations: Record<string, StationEdit> = {}) =>
   routeStops(plan, draftStations(plan, { ...EMPTY_REVIEW, stations }));
 

@@ -15,6 +15,17 @@ export const EMPTY_REVIEW: Review = {
   touched: {},
 };
 
+/** An edit of a station that changes nothing but what is given. */
+export const stationEdit = (changes: Partial<StationEdit>): StationEdit => ({
+  position_m: null,
+  instrument_height_m: null,
+  floor: null,
+  added: false,
+  removed: false,
+  locked: null,
+  ...changes,
+});
+
 const EMPTY_EDIT: StationEdit = {
   position_m: null,
   instrument_height_m: null,
