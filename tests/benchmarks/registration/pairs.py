@@ -38,6 +38,7 @@ class Pair:
     """Two stations, a < b, by number. Areas in m2, of all that each sees.
 
     overlap, strength : as links have them. least_normal : the smallest eigenvalue of sum a n n' / sum a, times 3.
+    common_range_m : root mean square range of the common surface, from the station for which it is more.
     opposed_m2, parallel_m2 : what only one of the two sees, and beside it, within 0.3 m, a parallel face that only the
     other sees: facing the other way (the two sides of a wall), or the same.
     """
@@ -112,7 +113,7 @@ def _pairs(
         normal, weight = surface.normal[common], area_m2[common]
         held = np.linalg.eigvalsh((normal * weight[:, None]).T @ normal / weight.sum())
         at_m = surface.centroid_m[common]
-        ranges_m = [np.linalg.norm(at_m - positions_m[each], axis=1) for each in (a, b)]
+        squares_m2 = [((at_m - positions_m[each]) ** 2).sum(axis=1) for each in (a, b)]
         only = seen[a] & ~seen[b], seen[b] & ~seen[a]
         mistaken = [
             float(min(area_m2[only[0] & each[b]].sum(), area_m2[only[1] & each[a]].sum()))
@@ -129,7 +130,7 @@ def _pairs(
                 link.overlap,
                 link.strength,
                 float(3.0 * held[0]),
-                float(np.average(np.maximum(*ranges_m), weights=weight)),
+                float(np.sqrt(max(np.average(each, weights=weight) for each in squares_m2))),
                 *mistaken,
             )
         )
