@@ -157,6 +157,8 @@ def requirements_and_site(
         "scope": asking.scope,
         "coverage": None if asking.coverage is None else f"{asking.coverage!r} %",
         "overlap": None if asking.overlap is None else f"{asking.overlap!r} %",
+        "link_probability": None if asking.link_probability is None else f"{asking.link_probability!r} %",
+        "pre_alignment": asking.pre_alignment,
         "overlap_measure": asking.overlap_measure,
         "overlap_of": asking.overlap_of,
         "network": asking.network,

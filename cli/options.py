@@ -225,7 +225,16 @@ coverage_option = click.option(
 )  # fmt: skip
 overlap_option = click.option(
     "--overlap", type=click.FloatRange(min=0, max=100), default=None, metavar="PERCENT",
-    help="Minimum overlap of a link between two stations. [default: 30]",
+    help="Minimum overlap of a link between two stations, where a contract names one. [default: none]",
+)  # fmt: skip
+pre_alignment_option = click.option(
+    "--pre-alignment", type=click.Choice(["tracked", "manual", "level", "none"]), default=None,
+    help="Where registration starts. tracked: the instrument follows itself between set-ups; manual: scans are placed "
+    "by hand; level: they are only level; none. See docs/method/registration.md. [default: the scanner's]",
+)  # fmt: skip
+link_probability_option = click.option(
+    "--link-probability", type=click.FloatRange(min=0, max=100, max_open=True), default=None, metavar="PERCENT",
+    help="Least probability with which the two scans of a link register. [default: 99]",
 )  # fmt: skip
 overlap_measure_option = click.option(
     "--overlap-measure", type=click.Choice(["smaller-share", "jaccard"]), default=None,
@@ -404,6 +413,8 @@ class RequirementOptions:
     no_cover: tuple[str, ...] = ()
     coverage: float | None = None
     overlap: float | None = None
+    pre_alignment: str | None = None
+    link_probability: float | None = None
     overlap_measure: str | None = None
     overlap_of: str | None = None
     network: str | None = None
@@ -474,8 +485,9 @@ scene_options = _gathered(
 )
 requirement_options = _gathered(
     "asking", RequirementOptions, requirements_option, deliverable_option, scope_option, no_cover_option,
-    coverage_option, overlap_option, overlap_measure_option, overlap_of_option, network_option, spacing_option,
-    max_range_option, max_incidence_option, max_noise_option, seen_from_option, floor_option, entrance_option,
+    coverage_option, overlap_option, pre_alignment_option, link_probability_option, overlap_measure_option,
+    overlap_of_option, network_option, spacing_option, max_range_option, max_incidence_option, max_noise_option,
+    seen_from_option, floor_option, entrance_option,
 )  # fmt: skip
 prior_options = _gathered("prior_stations", PriorStations, scanned_option, locked_option, keep_option, forbid_option)
 method_choice = apply(

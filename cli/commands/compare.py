@@ -233,9 +233,10 @@ def _state(row: dict[str, Any]) -> str:
 
 
 def _network(document: dict[str, Any]) -> list[str]:
-    from planner_core.coverage.percent import reached_percent
+    from planner_core.coverage.percent import probability_percent, reached_percent
 
     network = document["network"]
+    by_overlap = network["min_probability"] == 0.0
     state = _state(network)
     lines = [
         f"network       {_parts(network['planned_parts'])} planned, {_parts(network['actual_parts'])} as scanned; "
@@ -245,11 +246,16 @@ def _network(document: dict[str, Any]) -> list[str]:
     if lost:
         lines.append(f"links lost    {_some(lost)}")
     low = [
-        f"{link['a']}-{link['b']} {reached_percent(link['overlap'], network['min_overlap'])} %"
+        f"{link['a']}-{link['b']} "
+        + (
+            f"{reached_percent(link['overlap'], network['min_overlap'])} %"
+            if by_overlap or link["probability"] is None
+            else f"{probability_percent(link['probability'], network['min_probability'])} %"
+        )
         for link in network["links_as_set_up"]
     ]
     if low:
-        required = f"{100 * network['min_overlap']:g} %"
+        required = f"{100 * network['min_overlap' if by_overlap else 'min_probability']:g} %"
         lines.append(
             f"as set up     {len(low)} of them below {required}, which count between scanned stations: {_some(low)}"
         )

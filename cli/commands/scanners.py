@@ -109,6 +109,7 @@ def _document(scanner: Scanner) -> dict[str, Any]:
         "beam_width_at": scanner.beam_width_at or None,
         "wavelength_m": scanner.wavelength_m,
         "dual_axis_compensator": scanner.dual_axis_compensator,
+        "pre_alignment": scanner.pre_alignment,
     }
 
 
@@ -154,7 +155,8 @@ def reference_page() -> str:
             [_figures_row(d, titles[d["name"]]) for d in documents],
         ),
         _table(
-            "name | beam divergence mrad | width at | wavelength nm | compensator", [_beam_row(d) for d in documents]
+            "name | beam divergence mrad | width at | wavelength nm | compensator | pre-alignment",
+            [_beam_row(d) for d in documents],
         ),
         "## Modes\nBeams of a whole scan: azimuths x channels. `default`: what the name alone takes, where "
         "that has no name of its own.\n",
@@ -194,6 +196,7 @@ def _beam_row(d: dict[str, Any]) -> tuple[str, ...]:
         d["beam_width_at"] or "-",
         f"{wavelength * 1e9:.0f}" if wavelength else "-",
         "-" if compensator is None else "two axes" if compensator else "none",
+        d["pre_alignment"],
     )
 
 

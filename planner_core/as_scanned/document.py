@@ -21,7 +21,7 @@ from planner_core.as_scanned.comparison import (
     registration_of,
 )
 from planner_core.coverage.percent import reached_share
-from planner_core.model import Coverage, FloatArray, Link, Plan, SiteFrame, Station
+from planner_core.model import Coverage, FloatArray, Link, LinkLimits, Plan, SiteFrame, Station
 from planner_core.planning.live.live_plan import DraftFigures, LivePlan
 from planner_core.planning.live.unseen import LeftSurface
 
@@ -33,7 +33,7 @@ def as_scanned_document(
 ) -> dict[str, Any]:
     """Return the document; coordinates : which the list came in. Areas in m2, overlap and coverage as fractions."""
     planned, actual = found.planned.plan, found.actual.plan
-    min_overlap = planned.settings.requirements.overlap
+    limits = planned.settings.requirements.link_limits
     return {
         "schema": SCHEMA,
         "met": found.met,
@@ -65,10 +65,11 @@ def as_scanned_document(
             "networks": [list(each.stations) for each in registration_of(actual).networks],
             "planned_links": len(counted_links(planned)),
             "actual_links": len(counted_links(actual)),
-            "min_overlap": min_overlap,
-            "links_as_set_up": [_link(link, min_overlap) for link in actual.links if link.as_set_up],
-            "lost_links": [_link(link, min_overlap) for link in found.lost_links],
-            "new_links": [_link(link, min_overlap) for link in found.new_links],
+            "min_overlap": limits.overlap,
+            "min_probability": limits.probability,
+            "links_as_set_up": [_link(link, limits) for link in actual.links if link.as_set_up],
+            "lost_links": [_link(link, limits) for link in found.lost_links],
+            "new_links": [_link(link, limits) for link in found.new_links],
         },
         "lost_surfaces": [_surface(live, each) for each in found.lost],
         "warnings": list(found.warnings),
@@ -183,9 +184,15 @@ def _places(frame: SiteFrame, scene_m: FloatArray) -> dict[str, Any]:
     return {"position": _numbers(scene_m), **site}
 
 
-def _link(link: Link, min_overlap: float) -> dict[str, Any]:
-    strength = None if math.isnan(link.strength) else _rounded(link.strength, 6)
-    return {"a": link.a, "b": link.b, "overlap": reached_share(link.overlap, min_overlap, 6), "strength": strength}
+def _link(link: Link, limits: LinkLimits) -> dict[str, Any]:
+    known = not math.isnan(link.probability)
+    return {
+        "a": link.a,
+        "b": link.b,
+        "overlap": reached_share(link.overlap, limits.overlap, 6),
+        "strength": None if math.isnan(link.strength) else _rounded(link.strength, 6),
+        "probability": reached_share(link.probability, limits.probability, 6) if known else None,
+    }
 
 
 def _numbers(values: FloatArray) -> list[float]:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from planner_core.model import NOT_AS_REQUIRED, Scope
 
+MOST_PROBABLE = 0.999
 LARGE_SHARE = 1 / 3
 """Of the surface in scope: where more than this is left out, coverage of the rest is no measure of the building."""
 MISSED_SHARE = 0.1
@@ -19,6 +20,11 @@ def reached_percent(share: float, required: float) -> str:
     """Return a share in percent with one decimal; `just below 30` where it would read as 30 and is less."""
     words, least = f"{100 * share:.1f}", f"{100 * required:g}"
     return f"just below {least}" if share < required - 1e-9 and float(words) >= float(least) else words
+
+
+def probability_percent(probability: float, required: float) -> str:
+    """Return a probability in percent as `reached_percent` does; never more than 99.9: nothing is certain."""
+    return reached_percent(min(probability, MOST_PROBABLE), required)
 
 
 def reached_share(share: float, required: float, decimals: int) -> float:

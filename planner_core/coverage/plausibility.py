@@ -17,6 +17,7 @@ import numpy as np
 from planner_core.coverage.plausibility_figures import LEAST_ROOM_M2, FloorFigures, PlanFigures, at_knee
 from planner_core.model import Floor, NetworkKind, Objective, Plan, Room, Scene, Station
 from planner_core.positions.reach import Reach
+from planner_core.requirements.wording import link_limits_words
 from planner_core.scene.extent import LONGEST_M, UNITS_M, extent_m, likely_unit
 from planner_core.scene.ground_planes import with_ground_planes
 from planner_core.scene.level_surfaces import WALL_CUT_M
@@ -131,8 +132,9 @@ def _why_close(f: PlanFigures, stations: Sequence[Station]) -> str:
     if requirements.network != NetworkKind.NONE and linking >= _LINKING_SHARE * len(stations):
         redundant = " twice" if requirements.network == NetworkKind.REDUNDANT else ""
         return (
-            f"{linking} of them add less than {_LITTLE_M2:g} m2 each and connect the others{redundant}, at an overlap "
-            f"of {100 * requirements.overlap:g} % at least; check what the registration needs (--overlap)"
+            f"{linking} of them add less than {_LITTLE_M2:g} m2 each and connect the others{redundant}, by links of "
+            f"{link_limits_words(requirements.link_limits)}; check what the registration needs "
+            f"({'--overlap' if requirements.overlap else '--pre-alignment'})"
         )
     return (
         "no limit explains them, so furniture, niches or what hangs from ceilings hides much; leave out what the site "

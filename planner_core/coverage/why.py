@@ -107,7 +107,7 @@ def explain(
     stations = _station_reasons(survey, station_ids, seen_by_stations, n_stations, needed, at_least)
     linked: dict[str, list[str]] = {station: [] for station in station_ids}
     for link in links:
-        if link.overlap >= requirements.overlap and not link.strength < requirements.min_strength:
+        if link.counts(requirements.link_limits):
             linked[link.a].append(link.b)
             linked[link.b].append(link.a)
     why = Why(

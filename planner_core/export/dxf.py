@@ -319,7 +319,7 @@ def _draw_station(drawing: _Drawing, station: FieldStation) -> None:
 def _draw_links(drawing: _Drawing, stations: tuple[FieldStation, ...]) -> None:
     """Draw links from sensor to sensor: the stronger, the wider; those that do not count on layers of their own."""
     at = {station.id: station for station in stations}
-    least = float(drawing.plan.document["registration"]["min_strength"])
+    least = drawing.plan.limits.strength
     for link in drawing.plan.links:
         if link.a not in at or link.b not in at:
             continue
@@ -335,7 +335,9 @@ def _draw_links(drawing: _Drawing, stations: tuple[FieldStation, ...]) -> None:
             drawn.dxf.lineweight = 60
         strength = f"{link.strength:.4f}" if math.isfinite(link.strength) else ""
         overlap = reached_share(link.overlap, drawing.plan.min_overlap, 4)
-        say(drawn, a=link.a, b=link.b, overlap=str(overlap), strength=strength)
+        known = math.isfinite(link.probability)
+        registers = str(reached_share(link.probability, drawing.plan.limits.probability, 4)) if known else ""
+        say(drawn, a=link.a, b=link.b, overlap=str(overlap), strength=strength, probability=registers)
 
 
 def _draw_route(drawing: _Drawing, floors: tuple[FieldFloor, ...]) -> None:

@@ -105,6 +105,7 @@ def _features(
                 "to": link.b,
                 "overlap": reached_share(link.overlap, plan.min_overlap, 4),
                 "strength": _known(link.strength),
+                "probability": _known(link.probability),
                 "counts": plan.counts(link),
             }
             yield feature("LineString", positions(ends), properties)

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.coverage.percent import reached_percent
 from planner_core.errors import ExportError, MissingPackageError, SceneError
 from planner_core.export.chosen import chosen_floors, chosen_stations
 from planner_core.export.options import Options
@@ -303,13 +302,13 @@ def _attach(target: _Target, plan: PlanSource, station: FieldStation, proxy: Any
 
 
 def _linked(plan: PlanSource, station: FieldStation) -> str:
-    """`S002 56.3 %, S004 41.0 %`: stations whose scans register with this one's, and their overlap."""
+    """`S002 99.3 %, S004 99.9 %`: stations whose scans register with this one's, and what decides it."""
     linked = [
-        (link.b if link.a == station.id else link.a, link.overlap)
+        f"{link.b if link.a == station.id else link.a} {plan.link_percent(link)} %"
         for link in plan.links
         if plan.counts(link) and station.id in (link.a, link.b)
     ]
-    return ", ".join(f"{other} {reached_percent(overlap, plan.min_overlap)} %" for other, overlap in linked) or "none"
+    return ", ".join(linked) or "none"
 
 
 # ---------------------------------------------------------------------------------------------- a new file

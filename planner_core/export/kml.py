@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from planner_core.coverage.percent import reached_percent
+from planner_core.coverage.percent import probability_percent, reached_percent
 from planner_core.errors import RequirementError
 from planner_core.export.chosen import (
     FloorStations,
@@ -185,7 +185,9 @@ def _add_links(
     for link in links:
         strength = f", strength {link.strength:.4f}" if math.isfinite(link.strength) else ""
         overlap = reached_percent(link.overlap, plan.min_overlap)
-        text = f"overlap {overlap} %{strength}{'' if plan.counts(link) else ', does not count'}"
+        known = not math.isnan(link.probability)
+        registers = f"probability {probability_percent(link.probability, plan.limits.probability)} %, " if known else ""
+        text = f"{registers}overlap {overlap} %{strength}{'' if plan.counts(link) else ', does not count'}"
         placemark = _placemark(folder, f"{link.a}-{link.b}", text, "link" if plan.counts(link) else "weak")
         _add_line(placemark, np.stack([stations[link.a].site_m, stations[link.b].site_m]), places)
 

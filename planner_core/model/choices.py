@@ -58,6 +58,19 @@ class OverlapOf(StrEnum):
     SEEN_AS_REQUIRED = "seen-as-required"
 
 
+class PreAlignment(StrEnum):
+    """How well a scan's pose is known before it is registered: where registration starts.
+
+    tracked: the instrument follows itself between set-ups, within some 3 cm and half a degree; manual: somebody places
+    scans by hand, within some 15 cm and 3 degrees; level: only the vertical is known; none.
+    """
+
+    TRACKED = "tracked"
+    MANUAL = "manual"
+    LEVEL = "level"
+    NONE = "none"
+
+
 class Scope(StrEnum):
     """What a survey is about: rooms, what is seen from outside, or all; auto: rooms where there are any, else all."""
 

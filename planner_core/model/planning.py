@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from planner_core.errors import RequirementError
 from planner_core.model.arrays import BoolArray, FloatArray, Int32Array, Int64Array
-from planner_core.model.choices import Objective, OverlapMeasure, OverlapOf, Role, ScanBy, one_of
+from planner_core.model.choices import Objective, OverlapMeasure, OverlapOf, PreAlignment, Role, ScanBy, one_of
 from planner_core.model.methods import METHODS, Greedy, Method, Paper, Proven
 from planner_core.model.requirements import Requirements
 from planner_core.model.scans import BeamTemplate, Scanner
@@ -155,6 +155,11 @@ class PlanSettings:
             ),
             genetic=replace(genetic, seed=self.seed if genetic.seed is None else genetic.seed),
         )
+
+    @property
+    def pre_alignment(self) -> PreAlignment:
+        """Where registration starts: as required, else as the scanner has it."""
+        return self.requirements.pre_alignment or self.scanner.pre_alignment
 
     @property
     def crew(self) -> Crew:

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
+
+#: A link holds as set up with this share of the overlap and so many times the risk that limits allow on the marks:
+#: docs/method/registration.md has the figures.
+SET_UP_SHARE, SET_UP_RISK = 5.0 / 6.0, 3.0
 
 
 @dataclass(frozen=True)
@@ -18,12 +23,46 @@ class WeakMotion:
 
 
 @dataclass(frozen=True)
+class LinkLimits:
+    """What a link needs in order to count; 0: not required. All limits are included."""
+
+    overlap: float = 0.0
+    strength: float = 0.0
+    probability: float = 0.0
+    """That the two scans register."""
+
+    def as_set_up(self) -> LinkLimits:
+        """What is left of them where stations stand beside their marks: 5/6 of the overlap, three times the risk."""
+        return LinkLimits(
+            SET_UP_SHARE * self.overlap,
+            self.strength,
+            max(0.0, 1.0 - SET_UP_RISK * (1.0 - self.probability)) if self.probability > 0.0 else 0.0,
+        )
+
+    def margin(self, overlap: float, strength: float, probability: float) -> float:
+        """How far figures of a link are above the limits: the least of their multiples of what is required.
+
+        Of a probability those of the risk: 1 - p is as many times less. NaN: not known, decides nothing. Infinity:
+        nothing is required.
+        """
+        ratios = [math.inf]
+        if self.overlap > 0.0:
+            ratios.append(overlap / self.overlap)
+        if self.strength > 0.0 and not math.isnan(strength):
+            ratios.append(strength / self.strength)
+        if self.probability > 0.0 and not math.isnan(probability):
+            ratios.append((1.0 - self.probability) / (1.0 - probability) if probability < 1.0 else math.inf)
+        return min(ratios)
+
+
+@dataclass(frozen=True)
 class Link:
     """Overlap of two stations. `overlap`: as the requirements measure it, see `OverlapMeasure` and `OverlapOf`.
 
     `strength`: smallest eigenvalue of the shared surface's point-to-plane normal matrix, scaled to [0, 1]; NaN where
-    it was not computed. `weak_motion`: None where it was not computed. `as_set_up`: it counts below the overlap that is
-    required, since both stations are scanned and need no margin for setting up.
+    it was not computed. `weak_motion`: None where it was not computed. `as_set_up`: it counts below what is required,
+    since both stations are scanned and need no margin for setting up. `probability`: that the two scans register, from
+    where registration starts; NaN where it was not computed.
     """
 
     a: str
@@ -32,10 +71,23 @@ class Link:
     strength: float
     weak_motion: WeakMotion | None = None
     as_set_up: bool = False
+    probability: float = math.nan
 
-    def counts(self, min_overlap: float, min_strength: float) -> bool:
-        """Whether it is good enough to register the scans; one without a strength is judged by its overlap."""
-        return self.as_set_up or (self.overlap >= min_overlap and not self.strength < min_strength)
+    def counts(self, limits: LinkLimits) -> bool:
+        """Whether it is good enough to register the scans; figures that were not computed decide nothing."""
+        return self.as_set_up or self.reaches(limits)
+
+    def reaches(self, limits: LinkLimits) -> bool:
+        """Whether all that was computed of it reaches the limits."""
+        return (
+            self.overlap >= limits.overlap
+            and not self.strength < limits.strength
+            and not self.probability < limits.probability
+        )
+
+    def margin(self, limits: LinkLimits) -> float:
+        """See `LinkLimits.margin`."""
+        return limits.margin(self.overlap, self.strength, self.probability)
 
 
 @dataclass(frozen=True)
@@ -52,7 +104,7 @@ class RegistrationNetwork:
     bridges: tuple[Link, ...]
     articulations: tuple[str, ...]
     bottleneck: Link | None
-    """The link that all hangs on: the smallest overlap that some two stations need on their best way to each other.
+    """The link that all hangs on: the one of least margin that some two stations need on their best way to each other.
     None: a single station."""
 
     @property
@@ -68,7 +120,7 @@ class RegistrationNetwork:
 
 @dataclass(frozen=True)
 class NetworkGap:
-    """Between two networks, as places in `Registration.networks`: the link that overlaps most and yet doesn't count.
+    """Between two networks, as places in `Registration.networks`: the link that comes nearest to counting.
 
     targets_m : places, local, for three targets that both stations of `best` see; empty: none that would hold, or not
     searched for.
@@ -89,14 +141,13 @@ class FloorNetworks:
 
 @dataclass(frozen=True)
 class Registration:
-    """How the stations hang together by links of at least `threshold` overlap and `min_strength`.
+    """How the stations hang together by links that reach `limits`.
 
     networks : largest first. floors : in the order of the plan. floor_joins : links that count, between stations of
     different floors. gaps : where a link that doesn't count is listed between two networks; sorted.
     """
 
-    threshold: float
-    min_strength: float
+    limits: LinkLimits
     loops: bool
     """Required: every network survives the failure of a link."""
     networks: tuple[RegistrationNetwork, ...]
@@ -126,4 +177,4 @@ class Registration:
 
     def counts(self, link: Link) -> bool:
         """Whether a link is good enough, by what is required here; see `Link.counts`."""
-        return link.counts(self.threshold, self.min_strength)
+        return link.counts(self.limits)

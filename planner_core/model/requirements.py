@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass, field, fields
 
 from planner_core.errors import RequirementError
-from planner_core.model.choices import NetworkKind, OverlapMeasure, OverlapOf, Scope, one_of
+from planner_core.model.choices import NetworkKind, OverlapMeasure, OverlapOf, PreAlignment, Scope, one_of
+from planner_core.model.registration import LinkLimits
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,8 @@ class Requirements:
     """
 
     coverage: float = 0.95
-    overlap: float = 0.30
+    overlap: float = 0.0
+    """Least overlap of a link that counts, as a contract may name it; 0: none."""
     floors: tuple[str, ...] = ()
     """Ids or names of the floors to plan; empty: all."""
     asked: PointLimits = field(default_factory=PointLimits)
@@ -90,10 +92,14 @@ class Requirements:
     """Of the surfaces, for range noise."""
     parts: tuple[PartRequirement, ...] = ()
     network: NetworkKind = NetworkKind.CONNECTED
-    """By links of at least `overlap` and `min_strength`."""
+    """By links that reach `link_limits`."""
     min_strength: float = 0.01
     """Least strength of a link that counts: all six motions are held, the worst of them ten times as badly as if all
     were held alike. See docs/method/registration.md."""
+    min_probability: float = 0.99
+    """Least probability with which the scans of a link that counts register; 0: none."""
+    pre_alignment: PreAlignment | None = None
+    """Where registration starts; None: as the scanner has it."""
     scope: Scope = Scope.ALL
     """What of the building counts, and where stations stand."""
     deliverable: str | None = None
@@ -111,7 +117,14 @@ class Requirements:
             raise RequirementError(
                 f"overlap: got {self.overlap:g}, expected a fraction from 0 to 1; give e.g. 0.3 (30 %)"
             )
+        if not (math.isfinite(self.min_probability) and 0.0 <= self.min_probability < 1.0):
+            raise RequirementError(
+                f"probability of links: got {self.min_probability:g}, expected a fraction from 0 to below 1; give e.g. "
+                "0.99 (99 %)"
+            )
         _check_seen_from(self.seen_from)
+        if self.pre_alignment is not None:
+            object.__setattr__(self, "pre_alignment", one_of(PreAlignment, self.pre_alignment, "pre_alignment"))
         object.__setattr__(self, "network", one_of(NetworkKind, self.network, "network"))
         object.__setattr__(self, "scope", one_of(Scope, self.scope, "scope"))
         measure = one_of(OverlapMeasure, self.overlap_measure, "overlap_measure")
@@ -124,6 +137,16 @@ class Requirements:
         names = [part.name for part in self.parts]
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise RequirementError(f"requirement {twice[0]!r}: got it twice, expected each name once; rename one")
+
+    @property
+    def link_limits(self) -> LinkLimits:
+        """What a link needs in order to count."""
+        return LinkLimits(self.overlap, self.min_strength, self.min_probability)
+
+    @property
+    def asks_links(self) -> bool:
+        """Whether stations have to be linked, and links need anything that a pair may lack."""
+        return self.network != NetworkKind.NONE and (self.overlap > 0.0 or self.min_probability > 0.0)
 
     @property
     def limits_noise(self) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.model.arrays import Float32Array, FloatArray, Int32Array, Int64Array
+from planner_core.model.choices import PreAlignment
 
 ENTRIES_A_PIECE = 1_000_000
 """Entries of rows that are treated together where they are many."""
@@ -56,6 +57,8 @@ class Scanner:
     """`1/e`, `1/e2`, `FWHM`, or empty: not given."""
     wavelength_m: float | None = None
     dual_axis_compensator: bool | None = None
+    pre_alignment: PreAlignment = PreAlignment.MANUAL
+    """How well a scan's pose is known before it is registered."""
 
     @property
     def n_channels(self) -> int:

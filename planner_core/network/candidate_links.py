@@ -17,17 +17,26 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.executor import Kept, Task, current_executor, parts_of_row
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, OverlapMeasure, Visibility
-from planner_core.network.links import SET_UP_SHARE, SET_UP_STRENGTH
+from planner_core.model import (
+    BoolArray,
+    FloatArray,
+    Int32Array,
+    Int64Array,
+    LinkLimits,
+    OverlapMeasure,
+    PreAlignment,
+    Visibility,
+)
+from planner_core.network.links import MIN_LISTED_OVERLAP
 from planner_core.network.pair_overlap import (
     ROWS_A_BLOCK,
-    PairMatrices,
     PairOverlaps,
     Pairs,
+    PairSums,
     SharedSurface,
     joined_pairs,
-    strengths_of,
 )
+from planner_core.network.probability import probabilities
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.network import Network
 
@@ -78,8 +87,9 @@ class LinkJob:
     visibility: Visibility
     patch_area_m2: FloatArray
     surface: SharedSurface
-    min_overlap: float
-    min_strength: float
+    position_m: FloatArray
+    limits: LinkLimits
+    pre_alignment: PreAlignment
     measure: OverlapMeasure
     scanned: BoolArray
 
@@ -89,41 +99,46 @@ class LinkJob:
 
     @cached_property
     def _overlaps(self) -> PairOverlaps:
-        least = self.min_overlap * (SET_UP_SHARE if self.scanned.any() else 1.0)
+        least = (self.limits.as_set_up() if self.scanned.any() else self.limits).overlap or MIN_LISTED_OVERLAP
         return PairOverlaps(self.visibility, self.patch_area_m2, min_overlap=least, measure=self.measure)
 
     @cached_property
-    def _matrices(self) -> PairMatrices:
-        return PairMatrices(self.visibility, self.patch_area_m2, self.surface, seen=self._overlaps.seen)
+    def _sums(self) -> PairSums:
+        return PairSums(self.visibility, self.patch_area_m2, self.surface, seen=self._overlaps.seen)
 
     def links_of_rows(self, begin: int, end: int) -> tuple[Pairs, FloatArray]:
         """Pairs that are links, first rows begin .. end - 1, and their strengths."""
         pairs = self._overlaps.of_rows(begin, end)
-        is_low = pairs.overlap < self.min_overlap
-        likely = ~is_low | (self.scanned[pairs.first] & self.scanned[pairs.second])
-        pairs, is_low = _take(pairs, likely), is_low[likely]
-        strength = strengths_of(self._matrices.of(pairs.first, pairs.second))
-        holds = strength >= np.where(is_low, max(SET_UP_STRENGTH, self.min_strength), self.min_strength)
-        return _take(pairs, holds), strength[holds]
+        on_mark, as_set_up = self.limits, self.limits.as_set_up()
+        both = self.scanned[pairs.first] & self.scanned[pairs.second]
+        likely = pairs.overlap >= np.where(both, as_set_up.overlap, on_mark.overlap)
+        pairs, both = pairs.take(likely), both[likely]
+        held = self._sums.held(pairs.first, pairs.second, self.position_m)
+        holds = held.strength >= np.where(both, as_set_up.strength, on_mark.strength)
+        if on_mark.probability > 0.0:
+            probability = probabilities(pairs.share, held.hold_m2, held.range_m, self.pre_alignment)
+            holds &= probability >= np.where(both, as_set_up.probability, on_mark.probability)
+        return pairs.take(holds), held.strength[holds]
 
     def answer(self, rows: tuple[int, int], kept: Kept | None = None, progress: Progress = silent) -> bytes:
         """Give the links of some rows as bytes."""
         pairs, strength = self.links_of_rows(*rows)
-        return zlib.compress(pickle.dumps((pairs.first, pairs.second, pairs.overlap, strength), protocol=5), 1)
+        return zlib.compress(pickle.dumps((*vars(pairs).values(), strength), protocol=5), 1)
 
 
 def _unpacked(answer: bytes) -> tuple[Pairs, FloatArray]:
-    first, second, overlap, strength = pickle.loads(zlib.decompress(answer))
-    return Pairs(first, second, overlap), strength
+    *pairs, strength = pickle.loads(zlib.decompress(answer))
+    return Pairs(*pairs), strength
 
 
 def candidate_links(
     visibility: Visibility,
     patch_area_m2: FloatArray,
     surface: SharedSurface,
+    position_m: FloatArray,
     *,
-    min_overlap: float,
-    min_strength: float,
+    limits: LinkLimits,
+    pre_alignment: PreAlignment = PreAlignment.MANUAL,
     measure: OverlapMeasure = OverlapMeasure.SMALLER_SHARE,
     scanned: Sequence[int] = (),
     rows_a_block: int = ROWS_A_BLOCK,
@@ -137,12 +152,14 @@ def candidate_links(
         (P,).
     surface
         Of the patches that any row sees, see `surface_of_patches`.
-    min_overlap
-        More than 0: pairs without common surface are left out.
-    min_strength
-        0 to 1; strengths are made of pairs that overlap enough, and of no others.
+    position_m
+        (N, 3) where the rows look from, local.
+    limits
+        What a link needs. Where no overlap is required, pairs of less than `MIN_LISTED_OVERLAP` are left out.
+    pre_alignment
+        Where registration starts.
     scanned
-        Rows of stations that stand where they were scanned: pairs of them count as set up, see `SET_UP_SHARE`.
+        Rows of stations that stand where they were scanned: pairs of them count as set up, see `LinkLimits.as_set_up`.
     rows_a_block
         Positions whose pairs are held at a time. The result does not depend on it.
 
@@ -151,14 +168,13 @@ def candidate_links(
     RequirementError
         An overlap or strength that makes no sense.
     """
-    if not 0.0 < min_overlap <= 1.0:
-        raise RequirementError(f"overlap: got {min_overlap:g}, expected more than 0 and at most 1; give e.g. 0.3")
-    if not 0.0 <= min_strength <= 1.0:
-        raise RequirementError(f"min_strength: got {min_strength:g}, expected 0 to 1; give e.g. 0.01")
+    for name, limit in vars(limits).items():
+        if not 0.0 <= limit <= 1.0:
+            raise RequirementError(f"{name} of links: got {limit:g}, expected 0 to 1; give e.g. 0.3")
     n = visibility.n_positions
     is_scanned = np.zeros(n, dtype=bool)
     is_scanned[list(scanned)] = True
-    job = LinkJob(visibility, patch_area_m2, surface, min_overlap, min_strength, measure, is_scanned)
+    job = LinkJob(visibility, patch_area_m2, surface, position_m, limits, pre_alignment, measure, is_scanned)
     executor = current_executor()
     if executor is None or n < _WORTH_SPREADING:
         linked = []
@@ -202,10 +218,6 @@ def parts_of(starts: Int64Array, neighbour: Int32Array) -> Int32Array:
     label = connected_components(graph, directed=False)[1]
     _, first, number = np.unique(label, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(first))[number].astype(np.int32)
-
-
-def _take(pairs: Pairs, which: BoolArray) -> Pairs:
-    return Pairs(pairs.first[which], pairs.second[which], pairs.overlap[which])
 
 
 def _symmetric(pairs: Pairs, n: int) -> tuple[Int64Array, Int32Array, Int64Array]:

@@ -26,21 +26,29 @@ from planner_core.model import (
     BoolArray,
     FloatArray,
     Link,
+    LinkLimits,
     OverlapMeasure,
     Patches,
+    PreAlignment,
     Scene,
     Visibility,
     WeakMotion,
 )
-from planner_core.network.pair_overlap import PairMatrices, SharedSurface, overlapping_pairs, strengths_of
+from planner_core.model.registration import SET_UP_SHARE
+from planner_core.network.pair_overlap import (
+    PairSums,
+    SharedSurface,
+    held_by,
+    matrices_of,
+    overlapping_pairs,
+    strengths_of,
+)
+from planner_core.network.probability import probabilities
 from planner_core.network.weak_motion import weak_motion
 from planner_core.scene.patches import patch_triangles
 
 #: Overlaps below this are not listed: nobody registers on a twentieth of a scan.
 MIN_LISTED_OVERLAP = 0.05
-#: A link holds as set up with this share of the overlap that is required on the marks, but as strong as this at least:
-#: docs/method/registration.md has the figures.
-SET_UP_SHARE, SET_UP_STRENGTH = 5.0 / 6.0, 0.03
 
 
 def overlap_links(
@@ -48,26 +56,39 @@ def overlap_links(
     patch_area_m2: FloatArray,
     station_ids: tuple[str, ...],
     surface: SharedSurface | None = None,
+    position_m: FloatArray | None = None,
     *,
     min_overlap: float = MIN_LISTED_OVERLAP,
     measure: OverlapMeasure = OverlapMeasure.SMALLER_SHARE,
+    pre_alignment: PreAlignment = PreAlignment.MANUAL,
 ) -> tuple[Link, ...]:
     """List the pairs of stations (rows of `visibility`) whose overlap is at least `min_overlap`, by station number.
 
-    Without `surface` strengths are NaN and weak motions None. The figures are those of `candidate_links`, bit by bit.
+    position_m : (S, 3) of the stations, local. Without `surface` strengths are NaN and weak motions None, and without
+    either probabilities are NaN. The figures are those of `candidate_links`, bit by bit.
     """
-    matrices = PairMatrices(visibility, patch_area_m2, surface) if surface is not None else None
+    of_pairs = PairSums(visibility, patch_area_m2, surface) if surface is not None else None
     links = []
     for pairs in overlapping_pairs(visibility, patch_area_m2, min_overlap=min_overlap, measure=measure):
-        strength = np.full(pairs.first.size, np.nan)
+        strength, probability = np.full((2, pairs.first.size), np.nan)
         motions: list[WeakMotion | None] = [None] * pairs.first.size
-        if matrices is not None:
-            matrix = matrices.of(pairs.first, pairs.second)
+        if of_pairs is not None:
+            sums = of_pairs.of(pairs.first, pairs.second)
+            matrix = matrices_of(sums)
             strength, motions = strengths_of(matrix), [weak_motion(one) for one in matrix]
+            if position_m is not None:
+                held = held_by(sums, position_m[pairs.first], position_m[pairs.second])
+                probability = probabilities(pairs.share, held.hold_m2, held.range_m, pre_alignment)
         links += [
-            Link(station_ids[i], station_ids[j], float(overlap), float(held), motion)
-            for i, j, overlap, held, motion in zip(
-                pairs.first, pairs.second, pairs.overlap, strength, motions, strict=True
+            Link(station_ids[i], station_ids[j], overlap, held, motion, probability=registers)
+            for i, j, overlap, held, registers, motion in zip(
+                pairs.first,
+                pairs.second,
+                pairs.overlap.tolist(),
+                strength.tolist(),
+                probability.tolist(),
+                motions,
+                strict=True,
             )
         ]
     return tuple(links)
@@ -78,30 +99,15 @@ def least_listed_overlap(required: float) -> float:
     return min(MIN_LISTED_OVERLAP, SET_UP_SHARE * required or MIN_LISTED_OVERLAP)
 
 
-def with_scanned(
-    links: Iterable[Link], scanned: Collection[str], *, threshold: float, min_strength: float
-) -> tuple[Link, ...]:
-    """Mark the links between `scanned` stations that count as these are set up, though below the threshold."""
-    least = max(SET_UP_STRENGTH, min_strength)
+def with_scanned(links: Iterable[Link], scanned: Collection[str], limits: LinkLimits) -> tuple[Link, ...]:
+    """Mark the links between `scanned` stations that count as these are set up, though below the limits."""
+    as_set_up = limits.as_set_up()
 
     def counts(link: Link) -> bool:
         both = link.a in scanned and link.b in scanned
-        return both and SET_UP_SHARE * threshold <= link.overlap < threshold and link.strength >= least
+        return both and link.reaches(as_set_up) and not link.reaches(limits)
 
     return tuple(replace(link, as_set_up=counts(link)) for link in links)
-
-
-def components(links: tuple[Link, ...], station_ids: tuple[str, ...], *, threshold: float) -> list[tuple[str, ...]]:
-    """Groups of stations that links with at least `threshold` overlap join, in the order of station_ids."""
-    group = {name: number for number, name in enumerate(station_ids)}
-    for link in links:
-        if link.overlap >= threshold:
-            low, high = sorted((group[link.a], group[link.b]))
-            group = {name: low if number == high else number for name, number in group.items()}
-    members: dict[int, list[str]] = {}
-    for name in station_ids:
-        members.setdefault(group[name], []).append(name)
-    return [tuple(names) for names in members.values()]
 
 
 def surface_of_patches(scene: Scene, patches: Patches, seen: BoolArray) -> SharedSurface:

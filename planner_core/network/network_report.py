@@ -5,7 +5,7 @@ Input a plan's `Link`s, station ids and floors; output `Registration`, and warni
 Links are edges, stations nodes. Bridges and articulation stations are found by one depth-first walk with low points: a
 link to a child is a bridge where nothing below the child reaches back above it; the parent is an articulation where
 nothing below reaches back above itself. The bottleneck is the least margin of a spanning tree of greatest margins
-(Kruskal): overlap or strength as multiples of what is required, whichever is less.
+(Kruskal), see `LinkLimits.margin`.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
-from planner_core.coverage.percent import reached_percent
+from planner_core.coverage.percent import probability_percent, reached_percent
 from planner_core.errors import RequirementError
-from planner_core.model import FloatArray, Link
+from planner_core.model import FloatArray, Link, LinkLimits
 from planner_core.model.registration import FloorNetworks, NetworkGap, Registration, RegistrationNetwork
 from planner_core.network.links import MIN_LISTED_OVERLAP
 from planner_core.network.weak_motion import motion_words
@@ -37,8 +37,7 @@ def registration_report(
     station_ids: Sequence[str],
     floors: Sequence[str],
     *,
-    threshold: float,
-    min_strength: float,
+    limits: LinkLimits,
     loops: bool = False,
 ) -> Registration:
     """Say how stations hang together.
@@ -46,11 +45,11 @@ def registration_report(
     Parameters
     ----------
     links
-        Of the stations, also those below the threshold: they say what is missing. Each pair once.
+        Of the stations, also those that do not count: they say what is missing. Each pair once.
     floors
         (S,) floor of each station.
-    threshold, min_strength
-        Least overlap and strength of a link that counts. A strength that is NaN was not computed and is not judged.
+    limits
+        What a link needs. A figure that is NaN was not computed and is not judged.
     loops
         Whether every network of three or more stations has to survive the failure of a link.
 
@@ -60,8 +59,7 @@ def registration_report(
         A link between stations that are not there, a pair twice, or floors that are not one a station.
     """
     _check(links, station_ids, floors)
-    empty = Registration(threshold, min_strength, loops, (), (), (), ())
-    good = [link for link in links if empty.counts(link)]
+    good = [link for link in links if link.counts(limits)]
     floor_of = dict(zip(station_ids, floors, strict=True))
     groups = sorted(_groups(station_ids, good), key=lambda group: -len(group))
     network_of = {station: number for number, group in enumerate(groups) for station in group}
@@ -69,15 +67,12 @@ def registration_report(
     for link in good:
         good_of[network_of[link.a]].append(link)
     return Registration(
-        threshold=threshold,
-        min_strength=min_strength,
+        limits=limits,
         loops=loops,
-        networks=tuple(
-            _network(*each, floor_of, (threshold, min_strength)) for each in zip(groups, good_of, strict=True)
-        ),
+        networks=tuple(_network(*each, floor_of, limits) for each in zip(groups, good_of, strict=True)),
         floors=tuple(_floor(floor, floor_of, good) for floor in dict.fromkeys(floors)),
         floor_joins=tuple(link for link in good if floor_of[link.a] != floor_of[link.b]),
-        gaps=_gaps(links, network_of),
+        gaps=_gaps(links, network_of, limits),
     )
 
 
@@ -190,7 +185,7 @@ def _cuts(stations: Sequence[str], neighbours: _Neighbours) -> tuple[set[frozens
     return bridges, articulations
 
 
-def _bottleneck(stations: Sequence[str], links: Sequence[Link], limits: tuple[float, float]) -> Link | None:
+def _bottleneck(stations: Sequence[str], links: Sequence[Link], limits: LinkLimits) -> Link | None:
     """Last link of a spanning tree of greatest margins; see `weakest_link`."""
     group = {station: station for station in stations}
 
@@ -200,7 +195,7 @@ def _bottleneck(stations: Sequence[str], links: Sequence[Link], limits: tuple[fl
         return station
 
     last = None
-    for link in _firmest_first(links, *limits):
+    for link in _firmest_first(links, limits):
         a, b = head(link.a), head(link.b)
         if a != b:
             group[a], last = b, link
@@ -212,30 +207,19 @@ def _strongest_first(link: Link) -> tuple[float, float, list[str]]:
     return -link.overlap, 0.0 if math.isnan(link.strength) else -link.strength, sorted((link.a, link.b))
 
 
-def margin_of(overlap: float, strength: float, threshold: float, min_strength: float) -> float:
-    """How far a link is above what a link needs: the lesser of overlap and strength, as multiples of what is required.
-
-    strength : NaN where it is not known. Infinity: nothing is required of it.
-    """
-    of_overlap = overlap / threshold if threshold > 0.0 else math.inf
-    of_strength = strength / min_strength if min_strength > 0.0 and not math.isnan(strength) else math.inf
-    return min(of_overlap, of_strength)
-
-
-def _firmest_first(links: Iterable[Link], threshold: float, min_strength: float) -> list[Link]:
+def _firmest_first(links: Iterable[Link], limits: LinkLimits) -> list[Link]:
     """By margin, then overlap, then strength, then ids."""
-    in_order = sorted(links, key=_strongest_first)
-    return sorted(in_order, key=lambda link: -margin_of(link.overlap, link.strength, threshold, min_strength))
+    return sorted(sorted(links, key=_strongest_first), key=lambda link: -link.margin(limits))
 
 
-def weakest_link(links: Iterable[Link], *, threshold: float, min_strength: float) -> Link | None:
-    """Return the link that fails first: nearest to what a link needs, see `margin_of`; None of none."""
-    return next(reversed(_firmest_first(links, threshold, min_strength)), None)
+def weakest_link(links: Iterable[Link], limits: LinkLimits) -> Link | None:
+    """Return the link that fails first: nearest to what a link needs; None of none."""
+    return next(reversed(_firmest_first(links, limits)), None)
 
 
 # ------------------------------------------------------------------------------------------------- the report
 def _network(
-    stations: tuple[str, ...], links: Sequence[Link], floor_of: Mapping[str, str], limits: tuple[float, float]
+    stations: tuple[str, ...], links: Sequence[Link], floor_of: Mapping[str, str], limits: LinkLimits
 ) -> RegistrationNetwork:
     bridges, articulations = _cuts(stations, _neighbours(stations, links))
     return RegistrationNetwork(
@@ -254,9 +238,9 @@ def _floor(floor: str, floor_of: Mapping[str, str], good: Sequence[Link]) -> Flo
     return FloorNetworks(floor, tuple(_groups(stations, inside)))
 
 
-def _gaps(links: Sequence[Link], network_of: Mapping[str, int]) -> tuple[NetworkGap, ...]:
+def _gaps(links: Sequence[Link], network_of: Mapping[str, int], limits: LinkLimits) -> tuple[NetworkGap, ...]:
     best: dict[tuple[int, int], Link] = {}
-    for link in sorted(links, key=_strongest_first):
+    for link in _firmest_first(links, limits):
         low, high = sorted((network_of[link.a], network_of[link.b]))
         if low != high:
             best.setdefault((low, high), link)
@@ -282,12 +266,15 @@ def _check(links: Sequence[Link], station_ids: Sequence[str], floors: Sequence[s
 
 # ------------------------------------------------------------------------------------------------- words
 def _best_gaps(registration: Registration) -> dict[int, NetworkGap | None]:
-    """Of each network but the first its gap of most overlap, the first of equals; None where it has none."""
+    """Of each network but the first its gap whose link comes nearest to counting, the first of equals; None where it
+    has none.
+    """
     best: dict[int, NetworkGap | None] = dict.fromkeys(range(1, len(registration.networks)))
+    limits = registration.limits
     for gap in registration.gaps:
         for number in gap.networks:
             before = best.get(number)
-            if number and (before is None or gap.best.overlap > before.best.overlap):
+            if number and (before is None or gap.best.margin(limits) > before.best.margin(limits)):
                 best[number] = gap
     return best
 
@@ -299,7 +286,7 @@ def _together(
     group = list(range(len(registration.networks)))  # the least of those that are joined to it
     for gap in closed:
         group = _joined(group, gap)
-    for gap in sorted(registration.gaps, key=lambda gap: -gap.best.overlap):
+    for gap in sorted(registration.gaps, key=lambda gap: -gap.best.margin(registration.limits)):
         one, other = (group[number] for number in gap.networks)
         if one != other:
             # The one that does not hold the largest group, which is the first.
@@ -344,17 +331,22 @@ def _apart(
         head = f"{_listed(places, '; ')} register neither with one another nor with the others"
     else:
         head = f"{places[0]} {'does' if len(networks[0].stations) == 1 else 'do'} not register with the others"
-    best = gap.best
-    overlap = reached_percent(best.overlap, registration.threshold)
-    named = f"{head}: the best link, {best.a} to {best.b}, overlaps {overlap} %"
-    if best.overlap < registration.threshold:
+    best, limits = gap.best, registration.limits
+    named = f"{head}: the best link, {best.a} to {best.b}, overlaps {reached_percent(best.overlap, limits.overlap)} %"
+    if best.overlap < limits.overlap:
         return (
-            f"{named}, {100 * registration.threshold:g} % are required; open the doors or add a station "
+            f"{named}, {100 * limits.overlap:g} % are required; open the doors or add a station "
             f"{_between(registration, gap)}, or {_targets(gap)}"
         )
+    if best.strength < limits.strength:
+        return (
+            f"{named} but is too weak, strength {round(best.strength, 4):g} of {limits.strength:g}"
+            f"{_held_least(best)}; move one to where both see a surface that stops this, or {_targets(gap)}"
+        )
     return (
-        f"{named} but is too weak, strength {round(best.strength, 4):g} of {registration.min_strength:g}"
-        f"{_held_least(best)}; move one to where both see a surface that stops this, or {_targets(gap)}"
+        f"{named} and registers with a probability of {probability_percent(best.probability, limits.probability)} %, "
+        f"{100 * limits.probability:g} % are required{_held_least(best)}; open the doors or add a station "
+        f"{_between(registration, gap)}, or {_targets(gap)}"
     )
 
 

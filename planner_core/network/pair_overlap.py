@@ -13,7 +13,7 @@ are whole ticks, whose sums are exact, and the 24 sums run through the common pa
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -57,14 +57,31 @@ class SharedSurface:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Pairs of positions, first < second, by first, then second. Both (K,) int32; overlap : (K,) float64."""
+    """Pairs of positions, first < second, by first, then second. Both (K,) int32.
+
+    overlap : (K,) float64, by the measure required. share : (K,), by the smaller share.
+    """
 
     first: Int32Array
     second: Int32Array
     overlap: FloatArray
+    share: FloatArray
+
+    def take(self, which: BoolArray) -> Pairs:
+        """Those of `which`, (K,)."""
+        return Pairs(self.first[which], self.second[which], self.overlap[which], self.share[which])
 
 
-_NO_PAIRS = Pairs(np.empty(0, dtype=np.int32), np.empty(0, dtype=np.int32), np.empty(0))
+@dataclass(frozen=True)
+class HeldPairs:
+    """What pairs' common surfaces hold, (K,) each. strength : as of a link. hold_m2, range_m : see `link_figures`."""
+
+    strength: FloatArray
+    hold_m2: FloatArray
+    range_m: FloatArray
+
+
+_NO_PAIRS = Pairs(np.empty(0, dtype=np.int32), np.empty(0, dtype=np.int32), np.empty(0), np.empty(0))
 
 
 def overlapping_pairs(
@@ -127,9 +144,11 @@ class PairOverlaps:
             add_common(*seers, self._ticks, rows, n_others, second, common)
             first = np.repeat(np.arange(*rows, dtype=np.int32), n_others)
             second, common = second[: first.size], common[: first.size]
-            overlap = overlap_by(self._measure, common, self._whole[first], self._whole[second])
-            listed = overlap >= self._min_overlap
-            found[number] = Pairs(first[listed], second[listed], overlap[listed])
+            whole = self._whole[first], self._whole[second]
+            overlap = share = overlap_by(OverlapMeasure.SMALLER_SHARE, common, *whole)
+            if self._measure != OverlapMeasure.SMALLER_SHARE:
+                overlap = overlap_by(self._measure, common, *whole)
+            found[number] = Pairs(first, second, overlap, share).take(overlap >= self._min_overlap)
 
         in_threads(work, len(parts))
         return joined_pairs(found)
@@ -141,6 +160,7 @@ def joined_pairs(some: Sequence[Pairs]) -> Pairs:
         np.concatenate([_NO_PAIRS.first, *(pairs.first for pairs in some)]),
         np.concatenate([_NO_PAIRS.second, *(pairs.second for pairs in some)]),
         np.concatenate([_NO_PAIRS.overlap, *(pairs.overlap for pairs in some)]),
+        np.concatenate([_NO_PAIRS.share, *(pairs.share for pairs in some)]),
     )
 
 
@@ -173,8 +193,8 @@ def seen_ticks(visibility: Visibility, patch_area_m2: FloatArray) -> FloatArray:
     return total
 
 
-class PairMatrices:
-    """Normal matrices of the surface that pairs of rows of a `Visibility` have in common.
+class PairSums:
+    """Sums over the surface that pairs of rows of a `Visibility` have in common.
 
     seen : as of `PairOverlaps`; found where it is not given.
     """
@@ -200,25 +220,44 @@ class PairMatrices:
         self._surface = np.column_stack([surface.centroid_m[at], surface.normal[at], patch_area_m2[at]])
 
     def of(self, first: Int32Array, second: Int32Array) -> FloatArray:
-        """(K, 6, 6) float64 for pairs (K,) in any order; zero where nothing, or no more than a point, is common."""
+        """(K, 24) sums for pairs (K,) in any order, see `patch_sums`; zero where nothing is common."""
+        found = np.empty((first.size, N_SUMS))
+
+        def keep(pairs: Int64Array, sums: FloatArray) -> None:
+            found[pairs] = sums
+
+        self._each(first, second, keep)
+        return found
+
+    def held(self, first: Int32Array, second: Int32Array, position_m: FloatArray) -> HeldPairs:
+        """What pairs (K,), in any order, hold; position_m : (N, 3) where the rows look from, local."""
+        held = HeldPairs(*np.empty((3, first.size)))
+
+        def keep(pairs: Int64Array, sums: FloatArray) -> None:
+            of = held_by(sums, position_m[first[pairs]], position_m[second[pairs]])
+            held.strength[pairs], held.hold_m2[pairs], held.range_m[pairs] = of.strength, of.hold_m2, of.range_m
+
+        self._each(first, second, keep)
+        return held
+
+    def _each(self, first: Int32Array, second: Int32Array, keep: Callable[[Int64Array, FloatArray], None]) -> None:
+        """Have `keep` take the sums (k, 24) of some pairs, (k,) places among all, after the other, in threads."""
         from planner_core.compiled import in_threads
         from planner_core.network.compiled_pairs import add_over_common
 
-        matrix = np.empty((first.size, 6, 6))
         order = np.argsort(first, kind="stable")
 
         def work(number: int) -> None:
             pairs = order[number * _PAIRS_A_CHUNK : (number + 1) * _PAIRS_A_CHUNK]
             sums = np.empty((pairs.size, N_SUMS))
             add_over_common(*self._rows, first[pairs], second[pairs], self._surface, sums)
-            matrix[pairs] = _matrices(sums)
+            keep(pairs, sums)
 
         in_threads(work, -(-first.size // _PAIRS_A_CHUNK))
-        return matrix
 
 
-def common_matrices(common: Sequence[Int32Array], sums: FloatArray) -> FloatArray:
-    """(K, 6, 6) of K surfaces, each its patches in rising order, as `PairMatrices` has them to the last bit.
+def common_sums(common: Sequence[Int32Array], sums: FloatArray) -> FloatArray:
+    """(K, 24) of K surfaces, each its patches in rising order, as `PairSums` has them to the last bit.
 
     sums : (P, 24), of each patch, see `patch_sums`.
     """
@@ -230,23 +269,36 @@ def common_matrices(common: Sequence[Int32Array], sums: FloatArray) -> FloatArra
     of_block = _csr(np.ones(patch.size), patch, np.append(begins, patch.size), (begins.size, sums.shape[0])) @ sums
     starts = np.searchsorted(row[begins], np.arange(len(common) + 1))
     rows = _csr(np.ones(begins.size), np.arange(begins.size), starts, (len(common), begins.size))
-    return _matrices(rows @ of_block)
+    return np.asarray(rows @ of_block)
 
 
 def strengths_of(matrix: FloatArray) -> FloatArray:
     """(K,) strengths in [0, 1] of normal matrices (K, 6, 6): three times the smallest eigenvalue."""
-    if matrix.shape[0] == 0:
-        return np.empty(0)
-    from planner_core.compiled import in_threads
+    return np.clip(3.0 * np.linalg.eigvalsh(matrix)[:, 0], 0.0, 1.0) if matrix.shape[0] else np.empty(0)
 
-    strength = np.empty(matrix.shape[0])
 
-    def work(number: int) -> None:
-        pairs = slice(number * _PAIRS_A_CHUNK, (number + 1) * _PAIRS_A_CHUNK)
-        strength[pairs] = np.clip(3.0 * np.linalg.eigvalsh(matrix[pairs])[:, 0], 0.0, 1.0)
+def held_by(sums: FloatArray, one_m: FloatArray, other_m: FloatArray) -> HeldPairs:
+    """What surfaces hold, of their sums (K, 24) and both stations' positions, (K, 3) each, local."""
+    if sums.shape[0] == 0:
+        return HeldPairs(*np.empty((3, 0)))
+    nn = _squares_of_normals(sums)
+    hold_m2 = np.maximum(np.linalg.eigvalsh(nn)[:, 0], 0.0)
+    area_m2 = np.maximum(np.trace(nn, axis1=1, axis2=2), AREA_TICK_M2)
+    squared_m2 = np.zeros(sums.shape[0])
+    for at_m in (one_m, other_m):
+        # Sum of a |p - s|^2 = sum of a |p|^2 - 2 s . sum of a p + |s|^2 sum of a.
+        along = (at_m * sums[:, 20:23]).sum(axis=1)
+        squared = (sums[:, 23] - 2.0 * along) / area_m2 + (at_m * at_m).sum(axis=1)
+        squared_m2 = np.maximum(squared_m2, squared)
+    return HeldPairs(strengths_of(matrices_of(sums)), hold_m2, np.sqrt(squared_m2))
 
-    in_threads(work, -(-strength.size // _PAIRS_A_CHUNK))
-    return strength
+
+def _squares_of_normals(sums: FloatArray) -> FloatArray:
+    """(K, 3, 3) sum of a n n' of (K, 24) sums."""
+    nn = np.empty((sums.shape[0], 3, 3))
+    for at, (i, j) in enumerate(_UPPER):
+        nn[:, i, j] = nn[:, j, i] = sums[:, at]
+    return nn
 
 
 def _seen(is_seen: BoolArray) -> tuple[Int64Array, Int32Array]:
@@ -284,14 +336,13 @@ def patch_sums(area_m2: FloatArray, centroid_m: FloatArray, normal: FloatArray) 
     return sums
 
 
-def _matrices(sums: FloatArray) -> FloatArray:
+def matrices_of(sums: FloatArray) -> FloatArray:
     """(k, 6, 6) normal matrices about the centroids, scaled by area and length, from (k, 24) sums about the origin.
 
     With K v = c x v: (p - c) x n = p x n - K n, so that the blocks are shifted by products with K alone.
     """
-    nn, nr, rr = np.empty((3, sums.shape[0], 3, 3))
+    nn, (nr, rr) = _squares_of_normals(sums), np.empty((2, sums.shape[0], 3, 3))
     for at, (i, j) in enumerate(_UPPER):
-        nn[:, i, j] = nn[:, j, i] = sums[:, at]
         rr[:, i, j] = rr[:, j, i] = sums[:, 14 + at]
     for at, (i, j) in enumerate(_CROSS):
         nr[:, i, j] = sums[:, 6 + at]

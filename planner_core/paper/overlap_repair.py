@@ -28,6 +28,8 @@ from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
 from planner_core.paper.circle_overlap import CELLS_ACROSS, filled_share, occupancy_grid, shared_fraction
 from planner_core.progress import Progress, ProgressEvent, silent
 
+#: Share of each circle that others cover, where no overlap is required.
+OVERLAP_OF_CIRCLES = 0.30
 #: Candidates nearer than this to a station in plan would overlap it wholly and show nothing new.
 SAME_PLACE_M = 1e-6
 

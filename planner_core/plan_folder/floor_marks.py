@@ -29,7 +29,7 @@ from planner_core.plan_folder.drawing.marks import (
     rise_words,
     zone_words,
 )
-from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
+from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource, limits_of, link_of
 from planner_core.plan_folder.plan_words import area_words, length_words
 
 Ground = Callable[[int], FloatArray]
@@ -261,11 +261,12 @@ def targets_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
 
 
 def _gaps_to_close(registration: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Gaps with places for targets that make one network of as many as can be, of most overlap: Kruskal's tree."""
+    """Gaps with places for targets that make one network of as many as can be, nearest to counting: Kruskal's tree."""
     gaps = registration.get("gaps", ())
     network = list(range(1 + max((max(gap["networks"]) for gap in gaps), default=0)))
     closed = []
-    for gap in sorted(gaps, key=lambda gap: -float(gap["best"]["overlap"])):
+    limits = limits_of(registration)
+    for gap in sorted(gaps, key=lambda gap: -link_of(gap["best"]).margin(limits)):
         one, other = (network[number] for number in gap["networks"])
         if one != other and gap.get("targets"):
             network = [one if of == other else of for of in network]
@@ -340,11 +341,11 @@ def floor_links(
     """Return ends (K, 2, 2) of the links among stations of a floor, by class; and of each of its stations that links to
     stations of other floors, their numbers.
     """
-    at, required = {station.id: station for station in plan.stations}, plan.document["requirements"]
+    at = {station.id: station for station in plan.stations}
     ends: tuple[list[FloatArray], ...] = ([], [], [])
     elsewhere: dict[str, list[int]] = {}
     for link in plan.links:
-        kind = link_class(link, float(required["overlap"]), float(required["min_strength"]))
+        kind = link_class(link, plan.limits)
         if kind is None or link.a not in at or link.b not in at:
             continue
         pair = at[link.a], at[link.b]

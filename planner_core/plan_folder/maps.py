@@ -78,6 +78,7 @@ from planner_core.plan_folder.sheet import (
     new_sheet,
     picture_box,
 )
+from planner_core.requirements.wording import link_limits_words
 from planner_core.scene.floors import ground_levels, ground_span_m, levels_of
 
 CAPTION_MM = 8.0
@@ -213,7 +214,7 @@ def write_link_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVie
 
 
 def _link_legend(plan: Plan) -> tuple[LegendLine, ...]:
-    figures = {"overlap": 100 * plan.settings.requirements.overlap, "times": STRONG_TIMES}
+    figures = {"link": link_limits_words(plan.settings.requirements.link_limits), "times": STRONG_TIMES}
     kinds = ("weak", "counts", "strong")
     return tuple((MARK_WORDS[kind][0].format(**figures), pen) for kind, pen in zip(kinds, LINKS, strict=True))[::-1]
 

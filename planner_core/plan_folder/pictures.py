@@ -330,8 +330,8 @@ def _add_stations(plotter: Any, stations: list[Station]) -> None:
 def strong_links(plan: Plan, stations: list[Station]) -> FloatArray:
     """(N, 2, 3) local: ends of the links among `stations` that count."""
     at = {station.id: station.position_m for station in stations}
-    required = plan.settings.requirements
-    enough = [link for link in plan.links if link.counts(required.overlap, required.min_strength)]
+    limits = plan.settings.requirements.link_limits
+    enough = [link for link in plan.links if link.counts(limits)]
     ends = [(at[link.a], at[link.b]) for link in enough if link.a in at and link.b in at]
     return np.array(ends).reshape(-1, 2, 3)
 

@@ -269,6 +269,8 @@ def _registration(plan: Plan) -> dict[str, Any]:
     links = {
         "threshold": required.overlap,
         "min_strength": required.min_strength,
+        "min_probability": required.min_probability,
+        "pre_alignment": str(plan.settings.pre_alignment),
         "connected": plan.connected,
         "links": [LinkSection.to_document(link) for link in plan.links],
     }

@@ -13,8 +13,9 @@ import numpy as np
 
 from planner_core.coordinates.frame import site_frame
 from planner_core.coordinates.request import FrameRequest
+from planner_core.coverage.percent import probability_percent, reached_percent
 from planner_core.errors import ExportError, PlanFolderError, one_line
-from planner_core.model import FloatArray, Link, Plan, Scene, SiteFrame, Survey, WeakMotion
+from planner_core.model import FloatArray, Link, LinkLimits, Plan, Scene, SiteFrame, Survey, WeakMotion
 from planner_core.model.scene import scene_title
 from planner_core.plan_folder.plan_json import plan_document, read_plan
 from planner_core.plan_folder.plan_model.document import PlanDocument
@@ -99,11 +100,28 @@ class PlanSource:
     @property
     def min_overlap(self) -> float:
         """Overlap required of a link that counts."""
-        return float(self.document["registration"]["threshold"])
+        return self.limits.overlap
+
+    @property
+    def limits(self) -> LinkLimits:
+        """What a link needs in order to count."""
+        return limits_of(self.document["registration"])
 
     def counts(self, link: Link) -> bool:
         """Whether a link is good enough, by what is required, to register the scans to each other."""
-        return link.counts(self.min_overlap, self.document["registration"]["min_strength"])
+        return link.counts(self.limits)
+
+    @property
+    def link_noun(self) -> str:
+        """Name of the figure of `link_percent`."""
+        return "probability" if self.limits.probability > 0.0 else "overlap"
+
+    def link_percent(self, link: Link) -> str:
+        """Return, in percent, the figure that decides whether a link counts: its probability where one is required."""
+        limits = self.limits
+        if limits.probability > 0.0 and not math.isnan(link.probability):
+            return probability_percent(link.probability, limits.probability)
+        return reached_percent(link.overlap, limits.overlap)
 
     @property
     def scanned_before(self) -> frozenset[str]:
@@ -208,17 +226,30 @@ def _source(
     return PlanSource(folder, document, frame, stations, floors, links, title, given_scene)
 
 
+#: Figures of a link that need not have been computed.
+_MAY_BE_UNKNOWN = ("strength", "probability")
+
+
 def links_of(registration: Mapping[str, Any]) -> tuple[Link, ...]:
     """Return the links of `registration` of plan.json."""
     return tuple(link_of(row) for row in registration["links"])
 
 
 def link_of(row: Mapping[str, Any]) -> Link:
-    """Return a link of plan.json; its strength is NaN where none was computed."""
-    strength, weak = row["strength"], row.get("weak_motion")  # plans of older versions have none
+    """Return a link of plan.json; its strength and probability are NaN where none was computed."""
+    weak = row.get("weak_motion")  # plans of older versions have none, and no probability
     motion = None if weak is None else WeakMotion(weak["kind"], tuple(weak["direction"]))
-    strength = math.nan if strength is None else strength
-    return Link(row["a"], row["b"], row["overlap"], strength, motion, bool(row.get("as_set_up")))
+    strength, probability = (math.nan if (each := row.get(name)) is None else each for name in _MAY_BE_UNKNOWN)
+    return Link(row["a"], row["b"], row["overlap"], strength, motion, bool(row.get("as_set_up")), probability)
+
+
+def limits_of(registration: Mapping[str, Any]) -> LinkLimits:
+    """Return what links of `registration` of plan.json need in order to count."""
+    return LinkLimits(
+        float(registration["threshold"]),
+        float(registration.get("min_strength", 0.0)),
+        float(registration.get("min_probability", 0.0)),
+    )
 
 
 def station_numbers(ids: Sequence[str]) -> tuple[int, ...]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.coverage.percent import reached_percent
-from planner_core.model import REASONS, FloatArray, LengthUnit
+from planner_core.model import REASONS, FloatArray, LengthUnit, Link
 from planner_core.model.unseen import COVERED, NOT_WORTH, reason_in_words
 from planner_core.network.weak_motion import motion_words
 from planner_core.plan_folder.drawing.marks import rise_words
@@ -157,7 +157,7 @@ def stations_table(plan: PlanSource, where: str, stations: Sequence[FieldStation
         Column(f"H ground, {unit.symbol}", 17, number=True),
         Column("Instrument height" if unit.is_feet else "Instrument height, m", 17, number=True),
         Column(f"H sensor, {unit.symbol}", 17, number=True),
-        Column("Links: to number (overlap, %)", 58),
+        Column(f"Links: to number ({plan.link_noun}, %)", 58),
         Column(f"Sees, {area_unit(unit)}", 13, number=True),
         Column(f"Unique, {area_unit(unit)}", 13, number=True),
         Column("Unique surface", 70),
@@ -174,12 +174,12 @@ def stations_table(plan: PlanSource, where: str, stations: Sequence[FieldStation
 
 
 def _station_row(
-    plan: PlanSource, station: FieldStation, links: Mapping[str, list[tuple[float, int]]], own: str
+    plan: PlanSource, station: FieldStation, links: Mapping[str, list[tuple[Link, int]]], own: str
 ) -> tuple[str, ...]:
     unit = plan.frame.unit
     east, north, sensor = plan.frame.in_unit(station.site_m).tolist()
     height_m = station.instrument_height_m
-    linked = sorted(links.get(station.id, []), key=lambda link: (-link[0], link[1]))
+    linked = sorted(links.get(station.id, []), key=lambda link: (-link[0].overlap, link[1]))
     return (
         str(station.number),
         station.id,
@@ -188,7 +188,7 @@ def _station_row(
         _figure(unit.of(float(station.site_ground_m[2]))),
         length_words(unit, height_m, _DIGITS) if unit.is_feet else _figure(height_m),
         _figure(sensor),
-        ", ".join(f"{number} ({reached_percent(overlap, plan.min_overlap)})" for overlap, number in linked) or "NONE",
+        ", ".join(f"{number} ({plan.link_percent(link)})" for link, number in linked) or "NONE",
         f"{area(unit, station.covered_area_m2):.1f}",
         f"{area(unit, station.own_area_m2):.1f}",
         own,
@@ -229,14 +229,14 @@ def _time_there(plan: PlanSource, station: FieldStation) -> str:
     return f"{total_s // 60}:{total_s % 60:02d}" + (" + scan" if scan_s is None else "")
 
 
-def _links_by_station(plan: PlanSource) -> dict[str, list[tuple[float, int]]]:
-    """Overlap and number of the stations that each one's scan can be registered to."""
+def _links_by_station(plan: PlanSource) -> dict[str, list[tuple[Link, int]]]:
+    """Links to, and numbers of, the stations that each one's scan can be registered to."""
     number = {station.id: station.number for station in plan.stations}
-    links: dict[str, list[tuple[float, int]]] = {}
+    links: dict[str, list[tuple[Link, int]]] = {}
     for link in plan.links:
         if plan.counts(link) and link.a in number and link.b in number:
-            links.setdefault(link.a, []).append((link.overlap, number[link.b]))
-            links.setdefault(link.b, []).append((link.overlap, number[link.a]))
+            links.setdefault(link.a, []).append((link, number[link.b]))
+            links.setdefault(link.b, []).append((link, number[link.a]))
     return links
 
 
@@ -284,11 +284,10 @@ def networks_table(plan: PlanSource) -> Table | None:
 
 
 def _weakest_words(plan: PlanSource, link: Mapping[str, Any], number: Mapping[str, int]) -> str:
-    """`4 to 5: 32.7 %, tilt about E–W`: the motion by grid north, or by the scene's axes where that is not known."""
+    """`4 to 5: 99.3 %, tilt about E–W`: the motion by grid north, or by the scene's axes where that is not known."""
     north_rad = None if plan.frame.is_scene else plan.frame.grid_north_rad
     motion = motion_words(link_of(link).weak_motion, north_rad=north_rad)
-    overlap = reached_percent(link["overlap"], plan.min_overlap)
-    return f"{_pair(link, number)}: {overlap} %" + (f", {motion}" if motion else "")
+    return f"{_pair(link, number)}: {plan.link_percent(link_of(link))} %" + (f", {motion}" if motion else "")
 
 
 def gaps_table(plan: PlanSource) -> Table | None:
@@ -301,7 +300,7 @@ def gaps_table(plan: PlanSource) -> Table | None:
         (
             f"{gap['networks'][0] + 1} and {gap['networks'][1] + 1}",
             _pair(gap["best"], number),
-            reached_percent(gap["best"]["overlap"], plan.min_overlap),
+            plan.link_percent(link_of(gap["best"])),
             "; ".join(_place(plan, place) for place in gap.get("targets", ())) or "none found",
         )
         for gap in gaps[:_MAX_NETWORKS]
@@ -309,7 +308,7 @@ def gaps_table(plan: PlanSource) -> Table | None:
     columns = (
         Column("Groups", 24),
         Column("Best link, by number", 28),
-        Column("Overlap, %", 18, number=True),
+        Column(f"{plan.link_noun.capitalize()}, %", 18, number=True),
         Column("Places for targets that both stations see", 110),
     )
     note = "Unconnected groups need targets, an open door or another station between them."

@@ -10,12 +10,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from decimal import ROUND_CEILING, Decimal
 from typing import Any
 
-from planner_core.coverage.percent import not_as_required_m2, not_planned, reached_percent
+from planner_core.coverage.percent import not_as_required_m2, not_planned, probability_percent, reached_percent
 from planner_core.model import FOOT, METRE, LengthUnit, Scope
 from planner_core.model.length_units import feet_and_inches
 from planner_core.network.network_report import groups_first, weakest_link
-from planner_core.plan_folder.plan_source import FieldFloor, PlanSource, link_of, links_of
-from planner_core.requirements.wording import overlap_defined, overlap_noun
+from planner_core.plan_folder.plan_source import FieldFloor, PlanSource, limits_of, link_of, links_of
+from planner_core.requirements.wording import link_limits_words, overlap_defined, overlap_noun
 
 Document = Mapping[str, Any]
 """Of plan.json, or a part of it."""
@@ -125,19 +125,22 @@ def _scope(document: Document) -> str:
 def registration_words(document: Document) -> str:
     """How many links count, what they connect, and the one that fails first."""
     registration, required = document["registration"], document["requirements"]
-    limits = {"threshold": registration["threshold"], "min_strength": registration["min_strength"]}
-    counted = [link for link in links_of(registration) if link.counts(*limits.values())]
+    limits = limits_of(registration)
+    counted = [link for link in links_of(registration) if link.counts(limits)]
     noun = overlap_noun(required["overlap_measure"], required["overlap_of"])
     low = ", or as set up" if any(link.as_set_up for link in counted) else ""
     links = f"{len(counted)} {'link' if len(counted) == 1 else 'links'}"
-    words = f"{links} of at least {100 * limits['threshold']:g} % {noun}{low}; {_groups_words(registration)}"
+    needs = link_limits_words(limits, noun, registration.get("pre_alignment", ""))
+    words = f"{links} of {needs}{low}; {_groups_words(registration)}"
     needed = [link_of(each["bottleneck"]) for each in registration["networks"] if each["bottleneck"] is not None]
-    weakest = weakest_link(needed, **limits)
+    weakest = weakest_link(needed, limits)
     if weakest is None:
         return words
     strength = "" if math.isnan(weakest.strength) else f", strength {weakest.strength:.3f}"
-    overlap = reached_percent(weakest.overlap, limits["threshold"])
-    return f"{words}; weakest: {weakest.a} to {weakest.b}, {overlap} %{strength}"
+    overlap = f"{reached_percent(weakest.overlap, limits.overlap)} %"
+    if limits.probability > 0.0:
+        overlap = f"{probability_percent(weakest.probability, limits.probability)} %, overlap {overlap}"
+    return f"{words}; weakest: {weakest.a} to {weakest.b}, {overlap}{strength}"
 
 
 def _groups_words(registration: Document) -> str:

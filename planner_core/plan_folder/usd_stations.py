@@ -139,6 +139,8 @@ def _author_links(layer: Layer, plan: Plan) -> None:
         put(prim, "tlsplan:overlap", TYPES.Double, link.overlap)
         if np.isfinite(link.strength):
             put(prim, "tlsplan:strength", TYPES.Double, link.strength)
+        if np.isfinite(link.probability):
+            put(prim, "tlsplan:probability", TYPES.Double, round(link.probability, 6))
 
 
 def _author_routes(layer: Layer, plan: Plan) -> None:

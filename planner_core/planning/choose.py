@@ -22,6 +22,7 @@ import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, Crew, FloatArray, Objective, Paper, PlanSettings, Proven, Role, Route
+from planner_core.paper.overlap_repair import OVERLAP_OF_CIRCLES
 from planner_core.paper.pipeline import repair, select_by_genes, shortfall
 from planner_core.planning.pool import Choice, Pool
 from planner_core.planning.refine import WORK_SHARE, refine
@@ -62,7 +63,7 @@ def choose_by_paper(pool: Pool, paper: Paper, engine: ScanEngine, *, progress: P
     problem = pool.problem if paper.count == "area" else pool.problem_of_patches()
     chosen = select_by_genes(problem, paper, engine, progress=progress)
     fewest = lower_bound(pool.problem, n_stations=chosen.size, progress=progress)
-    overlap = pool.demand.goals.requirements.overlap
+    overlap = pool.demand.goals.requirements.overlap or OVERLAP_OF_CIRCLES
     chosen, unrepaired = repair(paper, overlap, pool.candidates, chosen, progress=progress)
     return Choice(
         pool,

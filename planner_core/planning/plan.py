@@ -12,7 +12,7 @@ from itertools import count
 
 import numpy as np
 
-from planner_core.coverage.percent import reached_percent
+from planner_core.coverage.percent import probability_percent, reached_percent
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
@@ -222,18 +222,16 @@ def _not_held(settings: PlanSettings, choice: Choice, rows: Int64Array, names: l
     if choice.fragile is None or not choice.fragile.first.size:
         return
     name = dict(zip(rows.tolist(), names, strict=True))
-    least = settings.requirements.overlap
-    links = [
-        f"{' to '.join(sorted((name[one], name[other])))} (down to {reached_percent(overlap, least)} % overlap, "
-        f"strength {strength:.3f})"
-        for one, other, overlap, strength in zip(
-            choice.fragile.first.tolist(),
-            choice.fragile.second.tolist(),
-            choice.fragile.overlap.tolist(),
-            choice.fragile.strength.tolist(),
-            strict=True,
+    limits = settings.requirements.link_limits
+    links = []
+    for one, other, overlap, strength, probability in zip(
+        *(each.tolist() for each in vars(choice.fragile).values()), strict=True
+    ):
+        registers = (
+            f"probability {probability_percent(probability, limits.probability)} %, " if limits.probability else ""
         )
-    ]
+        overlaps = f"{registers}{reached_percent(overlap, limits.overlap)} % overlap, strength {strength:.3f}"
+        links.append(f"{' to '.join(sorted((name[one], name[other])))} (down to {overlaps})")
     yield (
         f"the network falls apart where stations are set up {settings.set_up_tolerance_m:g} m beside their marks: "
         f"{'link' if len(links) == 1 else 'links'} {', '.join(links)}; set these up to the centimetre, add a station "

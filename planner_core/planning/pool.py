@@ -109,13 +109,23 @@ class Pool:
 class FragileLinks:
     """Links (K,) between rows `first` < `second` of a pool that fall below what is required.
 
-    overlap : (K,) float64, the least as set up. strength : (K,) float64, the least.
+    overlap, strength, probability : (K,) float64, the least of each as set up; NaN where no probability is required.
     """
 
     first: Int32Array
     second: Int32Array
     overlap: FloatArray
     strength: FloatArray
+    probability: FloatArray
+
+    @staticmethod
+    def none() -> FragileLinks:
+        """None at all."""
+        return FragileLinks(np.empty(0, np.int32), np.empty(0, np.int32), *np.empty((3, 0)))
+
+    def take(self, which: BoolArray) -> FragileLinks:
+        """Those of `which`, (K,)."""
+        return FragileLinks(*(each[which] for each in vars(self).values()))
 
 
 @dataclass(frozen=True)
@@ -164,13 +174,16 @@ def make_pool(
     survey = demand.with_counted_patches(survey)
     n_met = times_seen(demand.rows.met)
     constraints = tuple(replace(t, part=t.part & (n_met >= t.seen_from)) for t in demand.constraints)
+    links = None
+    if linked:
+        links = _links(survey, demand, candidates.position_m, demand.rows, scanned.tolist(), progress)
     pool = Pool(
         survey=survey,
         candidates=candidates,
         demand=demand,
         rows=demand.rows,
         constraints=constraints,
-        links=_links(survey, demand, demand.rows, scanned.tolist(), progress) if linked else None,
+        links=links,
         given=tuple(given.tolist()),
         kept=tuple(kept.tolist()),
         loops=goals.requirements.network == NetworkKind.REDUNDANT,
@@ -228,9 +241,10 @@ def extended(pool: Pool, more: Candidates, engine: ScanEngine, *, progress: Prog
     seen = stacked_rows(pool.rows.seen, observed.seen)
     rows = SeenPatches(seen, seen if pool.rows.met is pool.rows.seen else stacked_rows(pool.rows.met, observed.met))
     del observed  # links take memory enough
+    position_m = np.concatenate([pool.candidates.position_m, more.position_m])
     links = None
     if pool.links is not None:
-        found = _links(pool.survey, pool.demand, rows, pool.scanned, progress)
+        found = _links(pool.survey, pool.demand, position_m, rows, pool.scanned, progress)
         links = None if found is None else _within_parts(found, pool.links.part, pool.excluded)
     return replace(
         pool,
@@ -258,10 +272,15 @@ def narrowed(pool: Pool, rows: Int64Array) -> Pool:
 
 
 def _links(
-    survey: Survey, demand: Demand, rows: SeenPatches, scanned: Sequence[int], progress: Progress
+    survey: Survey,
+    demand: Demand,
+    position_m: FloatArray,
+    rows: SeenPatches,
+    scanned: Sequence[int],
+    progress: Progress,
 ) -> CandidateLinks | None:
     requirements = demand.goals.requirements
-    if requirements.network == NetworkKind.NONE or requirements.overlap <= 0:
+    if not requirements.asks_links:
         return None
     counted = rows_of_overlap(demand, rows, requirements.overlap_of)
     surface = surface_of_patches(survey.scene, survey.patches, times_seen(counted) > 0)
@@ -269,8 +288,9 @@ def _links(
         counted,
         survey.patches.area_m2,
         surface,
-        min_overlap=requirements.overlap,
-        min_strength=requirements.min_strength,
+        position_m,
+        limits=requirements.link_limits,
+        pre_alignment=requirements.pre_alignment or survey.scanner.pre_alignment,
         measure=requirements.overlap_measure,
         scanned=scanned,
         progress=progress,

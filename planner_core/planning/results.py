@@ -209,16 +209,17 @@ def _registered(
         survey.patches.area_m2,
         ids,
         surface,
+        np.array([station.position_m for station in stations]).reshape(-1, 3),
         min_overlap=least_listed_overlap(requirements.overlap),
         measure=requirements.overlap_measure,
+        pre_alignment=requirements.pre_alignment or survey.scanner.pre_alignment,
     )
-    links = with_scanned(found, scanned, threshold=requirements.overlap, min_strength=requirements.min_strength)
+    links = with_scanned(found, scanned, requirements.link_limits)
     registration = registration_report(
         links,
         ids,
         tuple(station.floor for station in stations),
-        threshold=requirements.overlap,
-        min_strength=requirements.min_strength,
+        limits=requirements.link_limits,
         loops=requirements.network == NetworkKind.REDUNDANT,
     )
     return links, _with_targets(registration, survey, stations, counted, surface, engine)
@@ -257,7 +258,7 @@ def _with_targets(
 
 
 def _registration_warnings(survey: Survey, requirements: Requirements, registration: Registration) -> tuple[str, ...]:
-    if requirements.network == NetworkKind.NONE or requirements.overlap == 0:
+    if not requirements.asks_links:
         return ()
     names = {floor.id: floor.name for floor in survey.floors}
     return registration_warnings(registration, names, offset_m=survey.scene.offset_m)

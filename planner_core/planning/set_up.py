@@ -17,8 +17,9 @@ from planner_core.coverage.coverage import stacked_rows, take_rows, times_seen
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Visibility
 from planner_core.network.candidate_links import CandidateLinks, parts_of
-from planner_core.network.links import SET_UP_SHARE, SET_UP_STRENGTH, surface_of_patches
-from planner_core.network.pair_overlap import PairMatrices, PairOverlaps, strengths_of
+from planner_core.network.links import surface_of_patches
+from planner_core.network.pair_overlap import PairOverlaps, PairSums
+from planner_core.network.probability import probabilities
 from planner_core.planning.pool import FragileLinks, Pool, kept_links, links_among
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.compliance import rows_of_overlap
@@ -72,7 +73,7 @@ def fragile_links(
     rows = np.array(sorted(chosen), dtype=np.int64)
     neighbours = [links.neighbour[links.row(row)] for row in rows.tolist()]
     if not sum(map(len, neighbours)):
-        return FragileLinks(np.empty(0, np.int32), np.empty(0, np.int32), np.empty(0), np.empty(0))
+        return FragileLinks.none()
     n_around = 1 + _N_AROUND
 
     def set_up(event: ProgressEvent) -> None:
@@ -93,40 +94,57 @@ def fragile_links(
     stands = np.concatenate([stands.ravel(), np.ones(near.size, dtype=bool)])
     own = np.repeat(rows, [len(each) for each in neighbours])
     key = np.unique(_key(own, np.concatenate(neighbours), n))
-    least, weakest = _least_of_links(pool, counted, around.n_positions, row, stands, key, n_places)
-    low = least < required.overlap
-    strength = np.where(low, max(SET_UP_STRENGTH, required.min_strength), required.min_strength)
-    falls = (least < SET_UP_SHARE * required.overlap) | (weakest < strength)
-    first, second = np.divmod(key[falls], n)
-    return FragileLinks(first.astype(np.int32), second.astype(np.int32), least[falls], weakest[falls])
+    position_m = pool.candidates.position_m
+    at_m = np.concatenate([(position_m[rows][:, None] + _around_m(tolerance_m)).reshape(-1, 3), position_m[near]])
+    places = _Places(counted, at_m, around.n_positions, row, stands)
+    overlap, strength, probability = _least_of_links(pool, places, key, n_places)
+    limits = required.link_limits.as_set_up()
+    falls = (overlap < limits.overlap) | (strength < limits.strength) | (probability < limits.probability)
+    first, second = np.divmod(key, n)
+    return FragileLinks(first.astype(np.int32), second.astype(np.int32), overlap, strength, probability).take(falls)
 
 
-def _least_of_links(
-    pool: Pool,
-    counted: Visibility,
-    n_around: int,
-    row: Int64Array,
-    stands: BoolArray,
-    key: Int64Array,
-    n_places: Int64Array,
-) -> tuple[FloatArray, FloatArray]:
-    """(K,) least overlap and least strength of links by their keys, over all pairs of places of their stations."""
+@dataclass(frozen=True)
+class _Places:
+    """Places (R,) where somebody stands: around marks, the first `n_around`, then other candidates.
+
+    counted : what overlap is counted on of each. at_m : (R, 3) local. row : (R,) of the pool. stands : (R,) whether
+    anybody does.
+    """
+
+    counted: Visibility
+    at_m: FloatArray
+    n_around: int
+    row: Int64Array
+    stands: BoolArray
+
+
+def _least_of_links(pool: Pool, places: _Places, key: Int64Array, n_places: Int64Array) -> FloatArray:
+    """(3, K) least overlap, strength and probability of links by their keys, over all pairs of places of their
+    stations; NaN where no probability is required.
+    """
     required, area_m2 = pool.demand.goals.requirements, pool.survey.patches.area_m2
+    counted, row, stands = places.counted, places.row, places.stands
     overlaps = PairOverlaps(counted, area_m2, min_overlap=0.0, measure=required.overlap_measure)
-    pairs = overlaps.of_rows(0, n_around)
+    pairs = overlaps.of_rows(0, places.n_around)
     of_pair = _key(row[pairs.first], row[pairs.second], pool.n_candidates)
     link = np.minimum(np.searchsorted(key, of_pair), key.size - 1)
     counts = (key[link] == of_pair) & stands[pairs.first] & stands[pairs.second]
-    link, first, second, overlap = (each[counts] for each in (link, pairs.first, pairs.second, pairs.overlap))
+    link, pairs = link[counts], pairs.take(counts)
     surface = surface_of_patches(pool.survey.scene, pool.survey.patches, times_seen(counted) > 0)
-    held = strengths_of(PairMatrices(counted, area_m2, surface, seen=overlaps.seen).of(first, second))
-    least, weakest = np.full((2, key.size), np.inf)
-    np.minimum.at(least, link, overlap)
-    np.minimum.at(weakest, link, held)
+    sums = PairSums(counted, area_m2, surface, seen=overlaps.seen)
+    held = sums.held(pairs.first, pairs.second, places.at_m)
+    figures = [pairs.overlap, held.strength]
+    if required.min_probability > 0.0:
+        start = required.pre_alignment or pool.survey.scanner.pre_alignment
+        figures.append(probabilities(pairs.share, held.hold_m2, held.range_m, start))
+    least = np.full((len(figures), key.size), np.inf)
+    for of, figure in zip(least, figures, strict=True):
+        np.minimum.at(of, link, figure)
     # Where some two places have nothing in common, they make no pair.
     one, other = np.divmod(key, pool.n_candidates)
-    apart = np.bincount(link, minlength=key.size) < n_places[one] * n_places[other]
-    return np.where(apart, 0.0, least), np.where(apart, 0.0, weakest)
+    least[:, np.bincount(link, minlength=key.size) < n_places[one] * n_places[other]] = 0.0
+    return np.concatenate([least, np.full((3 - len(figures), key.size), np.nan)])
 
 
 def _key(one: Int64Array | Int32Array, other: Int64Array | Int32Array, n: int) -> Int64Array:
@@ -168,12 +186,9 @@ def decisive(pool: Pool, chosen: tuple[int, ...], fragile: FragileLinks) -> Frag
     among = links_among(pool.links, rows, place)
     owner = _owner(among)
     both = (place[fragile.first] >= 0) & (place[fragile.second] >= 0)
-    fragile = FragileLinks(fragile.first[both], fragile.second[both], fragile.overlap[both], fragile.strength[both])
+    fragile = fragile.take(both)
     one, other = place[fragile.first], place[fragile.second]
     gone = np.isin(owner * n + among.neighbour, np.concatenate([one * n + other, other * n + one]))
     rest = kept_links(among, ~gone, owner, among.part)
     part = parts_of(rest.starts, rest.neighbour)
-    matter = part[one] != part[other]
-    return FragileLinks(
-        fragile.first[matter], fragile.second[matter], fragile.overlap[matter], fragile.strength[matter]
-    )
+    return fragile.take(part[one] != part[other])

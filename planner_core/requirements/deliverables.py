@@ -29,8 +29,8 @@ class Deliverable:
     incidence_deg: float | None = None
     noise_m: float | None = None
     """One sigma of a range; only where it is finer than what survey scanners are sold by."""
-    overlap: float = 0.30
-    """Of links between stations, a share."""
+    overlap: float = 0.0
+    """Of links between stations, a share; 0: none is required, links count by their probability."""
 
 
 _ALL = (

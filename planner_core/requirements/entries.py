@@ -14,7 +14,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, WithJso
 
 from planner_core.documents import Entries, ShortEntries, key_of, shown
 from planner_core.errors import RequirementError
-from planner_core.model import NetworkKind, OverlapMeasure, OverlapOf, Scope
+from planner_core.model import NetworkKind, OverlapMeasure, OverlapOf, PreAlignment, Scope
 from planner_core.positions.outlines import MOST_CORNERS, checked_outline
 from planner_core.requirements.deliverables import DELIVERABLES, deliverable_named
 from planner_core.requirements.quantities import angle_rad, coordinate_m, count, length_m, plain_number, share
@@ -259,6 +259,14 @@ class RequirementsFile(PartEntries):
         WithJsonSchema({"type": ["number", "null"], "minimum": 0, "maximum": 1}),
     ] = None
     """Least strength of a link."""
+    link_probability: Annotated[
+        float | None, _or_none(lambda value: share(value, zero=True, example="99 %")), _shares(0)
+    ] = None
+    """Least probability with which the scans of a link register, e.g. 99 %; 0: none."""
+    pre_alignment: Annotated[
+        PreAlignment | None, _choice(PreAlignment), WithJsonSchema({"enum": [*map(str, PreAlignment), None]})
+    ] = None
+    """Where registration starts: tracked, manual, level or none; left out: as the scanner has it."""
     scope: Annotated[Scope | None, BeforeValidator(_scope), WithJsonSchema({"enum": [*map(str, Scope), None]})] = None
     """What of the building counts, and where stations stand: interior, exterior, all, or auto."""
     planned_floors: _Names | None = None

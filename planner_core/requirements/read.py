@@ -81,6 +81,7 @@ def requirements_from(
     options |= {"reflectivity": file.reflectivity, "network": file.network}
     options |= {"overlap_measure": file.overlap_measure, "overlap_of": file.overlap_of}
     options |= {"min_strength": file.link_strength, "floors": file.planned_floors}
+    options |= {"min_probability": file.link_probability, "pre_alignment": file.pre_alignment}
     parts = tuple(_parts(file, where, follow))
     requirements = _in_file(
         where,

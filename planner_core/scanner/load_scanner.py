@@ -15,7 +15,7 @@ import numpy as np
 
 from planner_core.documents import read_as, shown
 from planner_core.errors import RequirementError
-from planner_core.model import FloatArray, Scanner
+from planner_core.model import FloatArray, PreAlignment, Scanner
 from planner_core.scanner.modes import ScanMode, bad, grid_of, pick_mode
 from planner_core.scanner.scanner_file import MAX_ANGLES, MAX_BEAMS, ScannerFile
 
@@ -154,6 +154,7 @@ def _read(content: str, *, where: str, mode: str | None = None) -> Scanner:
         beam_width_at=spec.beam_width_at or "",
         wavelength_m=_scaled(spec.wavelength_nm, 1e9),
         dual_axis_compensator=spec.dual_axis_compensator,
+        pre_alignment=PreAlignment(spec.pre_alignment),
     )
 
 

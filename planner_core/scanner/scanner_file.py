@@ -282,6 +282,8 @@ class ScannerFile(Entries):
     """Which definition of a beam's width divergence and diameter use."""
     wavelength_nm: Annotated[_Positive, Field(le=100_000)] | None = None
     dual_axis_compensator: YesNo | None = None
+    pre_alignment: Literal["tracked", "manual", "level", "none"] = "manual"
+    """How well a scan's pose is known before it is registered; tracked: the instrument follows itself."""
 
     @model_validator(mode="after")
     def _values_agree(self) -> ScannerFile:

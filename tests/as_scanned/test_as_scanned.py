@@ -32,7 +32,7 @@ from planner_core.as_scanned.matching import matched
 from planner_core.as_scanned.station_lists import ListedStation, read_actual
 from planner_core.errors import StationListError
 from planner_core.model import PartResult, Plan
-from planner_core.network.links import components
+from planner_core.network.network_report import registration_report
 from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.plan_folder.stations_csv import read_station_list
@@ -152,7 +152,7 @@ def test_a_station_within_ten_centimetres_is_as_planned_with_the_figures_of_its_
 
 @pytest.fixture(scope="module")
 def crew_set_up(shared_plan: Callable[[str], SharedPlan]) -> tuple[LivePlan, PlanSource, list[ListedStation]]:
-    """A plan with a network, and its stations within 10 cm of their marks: by links of 30 % alone it falls apart."""
+    """A plan with a network, and its stations within 10 cm of their marks: by links of 99 % alone it falls apart."""
     folder = shared_plan("corridor-comb").folder
     live, source = open_live(folder, with_ground=False), open_plan(folder)
     draw = np.random.default_rng(1)
@@ -163,7 +163,9 @@ def crew_set_up(shared_plan: Callable[[str], SharedPlan]) -> tuple[LivePlan, Pla
             shift_m = np.array([0.08 * np.cos(turn), 0.08 * np.sin(turn), rise_m])
             listed[number] = replace(each, position_m=each.position_m + shift_m)
         found = compare_as_scanned(live, matched(source.stations, listed))
-        if len(components(found.actual.plan.links, found.draft.ids, threshold=live.settings.requirements.overlap)) > 1:
+        links = [replace(link, as_set_up=False) for link in found.actual.plan.links]
+        floors, limits = ["F0"] * len(found.draft.ids), live.settings.requirements.link_limits
+        if len(registration_report(links, found.draft.ids, floors, limits=limits).networks) > 1:
             return live, source, listed
     pytest.fail("no set-up breaks a link: this plan shows nothing")
 
@@ -179,7 +181,7 @@ def test_a_crew_within_ten_centimetres_has_the_network_that_the_plan_promises(
     document = as_scanned_document(live, source.frame, "scene", found, None)["network"]
     low = document["links_as_set_up"]
     assert low
-    assert all(0.25 <= link["overlap"] < 0.3 == document["min_overlap"] and link["strength"] >= 0.03 for link in low)
+    assert all(0.97 <= link["probability"] < 0.99 == document["min_probability"] for link in low)
 
 
 def test_with_one_station_missing_such_a_crew_scans_that_one(

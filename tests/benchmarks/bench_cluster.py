@@ -34,6 +34,7 @@ from planner_core.export.clouds.points import every_nth, thinning_step
 from planner_core.export.clouds.simulated import FORMATS, simulated_clouds, write_simulated_scans
 from planner_core.model import (
     FloatArray,
+    LinkLimits,
     OverlapMeasure,
     PlanSettings,
     PointLimits,
@@ -81,18 +82,19 @@ def sent_bytes(job: object) -> int:
 def measure_links(rounds: int) -> str:
     survey, engine, settings = opened_house()
     goals = goals_of(survey, settings.requirements)
-    rows = observe_candidates_here(
-        survey, engine, positions_m(survey, N_LINKED), goals, notes_needed=False, progress=silent
-    )
+    at_m = positions_m(survey, N_LINKED)
+    rows = observe_candidates_here(survey, engine, at_m, goals, notes_needed=False, progress=silent)
     seen = rows.rows.seen
     is_seen = np.zeros(seen.n_patches, dtype=bool)
     is_seen[seen.patch] = True
     surface, area_m2 = surface_of_patches(survey.scene, survey.patches, is_seen), survey.patches.area_m2
 
     def find() -> Any:
-        return candidate_links(seen, area_m2, surface, min_overlap=0.3, min_strength=0.01)
+        return candidate_links(seen, area_m2, surface, at_m, limits=LinkLimits(0.3, 0.01))
 
-    job = LinkJob(seen, area_m2, surface, 0.3, 0.01, OverlapMeasure.SMALLER_SHARE)
+    unscanned = np.zeros(len(at_m), dtype=bool)
+    limits, start = LinkLimits(0.3, 0.01), survey.scanner.pre_alignment
+    job = LinkJob(seen, area_m2, surface, at_m, limits, start, OverlapMeasure.SMALLER_SHARE, unscanned)
     sent = sent_bytes(job)  # before it keeps what it worked out
     n_links, answer = find().n_links, len(job.answer((0, ROWS_A_BLOCK)))
     in_answer = job.links_of_rows(0, ROWS_A_BLOCK)[1].size

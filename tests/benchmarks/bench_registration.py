@@ -128,10 +128,10 @@ class Campaign:
             starts += [("found", without_start(target, source, level=level)) for level in GLOBAL.values()]
         found = []
         for kind, start in starts:
-            off_mm, off_deg = _errors(truth, start)
+            off_mm, off_deg = pose_errors(truth, start)
             lost = off_mm > LOST_MM or off_deg > LOST_DEG
             for method in METHODS.values():
-                found += _errors(truth, start if lost else method(target, source, start, kind))
+                found += pose_errors(truth, start if lost else method(target, source, start, kind))
         written = [f"{value:.4g}" for value in found]
         return written + [""] * (len(RESULTS) - len(written))
 
@@ -144,7 +144,7 @@ class Campaign:
         return self._prepared[station]
 
 
-def _errors(truth: FloatArray, found: FloatArray) -> tuple[float, float]:
+def pose_errors(truth: FloatArray, found: FloatArray) -> tuple[float, float]:
     """How far off the source's sensor comes to lie, millimetres, and its turn, degrees."""
     off = np.linalg.inv(truth) @ found
     turn = np.arccos(np.clip((np.trace(off[:3, :3]) - 1.0) / 2.0, -1.0, 1.0))

@@ -30,7 +30,7 @@ from planner_core.engine.open3d import import_open3d
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.patch_mode import PatchMode
 from planner_core.engine.tuning import tile_shape
-from planner_core.model import BeamTemplate, Patches, Scene
+from planner_core.model import BeamTemplate, LinkLimits, Patches, Scene
 from planner_core.network.candidate_links import candidate_links
 from planner_core.network.links import surface_of_patches
 from planner_core.scanner.load_scanner import load_scanner
@@ -242,7 +242,9 @@ def bench_links(n_candidates: int) -> Row:
     is_seen[seen.patch] = True
     surface = surface_of_patches(scene, patches, is_seen)
     for _ in range(3):  # functions are compiled in the first
-        found = links.time(lambda: candidate_links(seen, patches.area_m2, surface, min_overlap=0.3, min_strength=0.01))
+        found = links.time(
+            lambda: candidate_links(seen, patches.area_m2, surface, positions, limits=LinkLimits(0.3, 0.01))
+        )
     remark = f"{found.n_links} links; scans in place of Open3D"
     return Row("synthetic office", f"links of {n_candidates} candidates", links.cost, scans.cost, 10.0, remark=remark)
 

@@ -24,7 +24,7 @@ from planner_core.export.clouds.each_station import one_file, write_each
 from planner_core.export.clouds.noise import noise_model
 from planner_core.export.clouds.points import BeamTally, Clouds
 from planner_core.export.clouds.simulated import FORMATS, simulated_clouds, write_simulated_scans
-from planner_core.model import OverlapMeasure, Station
+from planner_core.model import LinkLimits, OverlapMeasure, PreAlignment, Station
 from planner_core.network import candidate_links as links
 from planner_core.network.candidate_links import CandidateLinks, LinkJob, candidate_links
 from planner_core.network.links import surface_of_patches
@@ -64,8 +64,8 @@ def linked(look: Look, n: int, progress: Progress = silent, rows_a_block: int = 
     is_seen[seen.patch] = True
     surface = surface_of_patches(look.survey.scene, look.survey.patches, is_seen)
     return candidate_links(
-        seen, look.survey.patches.area_m2, surface, min_overlap=0.2, min_strength=0.01, rows_a_block=rows_a_block,
-        progress=progress,
+        seen, look.survey.patches.area_m2, surface, np.zeros((n, 3)), limits=LinkLimits(0.2, 0.01, 0.5),
+        rows_a_block=rows_a_block, progress=progress,
     )  # fmt: skip
 
 
@@ -88,7 +88,8 @@ def test_a_job_of_links_travels_without_what_was_worked_out_from_it(look: Look) 
     seen = look.here(look.positions_m[:12]).rows.seen
     surface = surface_of_patches(look.survey.scene, look.survey.patches, np.ones(seen.n_patches, dtype=bool))
     scanned = np.arange(12) < 3
-    job = LinkJob(seen, look.survey.patches.area_m2, surface, 0.2, 0.01, OverlapMeasure.SMALLER_SHARE, scanned)
+    figures = (look.positions_m[:12], LinkLimits(0.2, 0.01, 0.9), PreAlignment.TRACKED, OverlapMeasure.JACCARD, scanned)
+    job = LinkJob(seen, look.survey.patches.area_m2, surface, *figures)
     before = pickle.dumps(job)
     answer = job.answer((0, 12))
     assert pickle.dumps(job) == before

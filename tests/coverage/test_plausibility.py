@@ -145,7 +145,11 @@ def test_stations_per_ground_are_doubted_above_practice_but_in_small_buildings(n
         (asking(asked=PointLimits(range_m=3.0)), 5.0, "the required range of 3 m holds on the floor within 2.5 m"),
         (asking(asked=PointLimits(incidence_rad=math.radians(60))), 5.0, "incidence of 60° holds on the floor within"),
         (asking(asked=PointLimits(spacing_m=0.003)), 5.0, "the required spacing of 3 mm holds on the floor within"),
-        (asking(overlap=0.6), 0.5, "9 of them add less than 1 m2 each and connect the others, at an overlap of 60 %"),
+        (
+            asking(overlap=0.6),
+            0.5,
+            "9 of them add less than 1 m2 each and connect the others, by links of at least 99 % prob",
+        ),
         (asking(overlap=0.6, network="none"), 0.5, "no limit explains them"),
     ],
 )

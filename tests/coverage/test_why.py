@@ -61,7 +61,11 @@ def test_own_parts_name_the_element_and_the_room(flat):
 
 
 def test_only_links_that_count_are_named(flat):
-    links = (Link("S0", "S3", 0.5, 0.2), Link("S0", "S6", 0.1, 0.2), Link("S3", "S6", 0.5, 0.0001))
+    links = (
+        Link("S0", "S3", 0.5, 0.2, probability=0.999),
+        Link("S0", "S6", 0.1, 0.2, probability=0.9),
+        Link("S3", "S6", 0.5, 0.0001),
+    )
     linked = {reason.station: reason.linked for reason in flat.explain((0, 3, 6), links=links).stations}
     assert linked == {"S0": ("S3",), "S3": ("S0",), "S6": ()}
 

@@ -29,6 +29,13 @@ class View:
     def with_order(self, order: np.ndarray) -> "View":
         return self.with_rows([self.visibility.row(int(i)) for i in order])
 
+    @property
+    def position_m(self) -> np.ndarray:
+        """(N, 3) where rows look from: amid what they see, whatever their order."""
+        rows = (self.visibility.row(i) for i in range(self.visibility.n_positions))
+        middle = [self.surface.centroid_m[row].mean(axis=0) if row.size else np.zeros(3) for row in rows]
+        return np.array(middle).reshape(-1, 3)
+
     def common(self, i: int, j: int) -> np.ndarray:
         return np.array(sorted(set(self.visibility.row(i).tolist()) & set(self.visibility.row(j).tolist())), dtype=int)
 

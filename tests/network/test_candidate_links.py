@@ -9,16 +9,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
+from planner_core.model import LinkLimits
 from planner_core.network.candidate_links import CandidateLinks, candidate_links, network_of
-from planner_core.network.links import SET_UP_SHARE, SET_UP_STRENGTH, overlap_links, with_scanned
+from planner_core.network.links import overlap_links, with_scanned
 from planner_core.network.network_report import registration_report
 
 OVERLAP, STRENGTH = 0.2, 0.01
+LIMITS = LinkLimits(OVERLAP, STRENGTH)
+#: By probability alone; that of half of the pairs is less.
+LIKELY = LinkLimits(probability=0.97)
 
 
 def links_of(view, **options) -> CandidateLinks:
-    options = {"min_overlap": OVERLAP, "min_strength": STRENGTH, **options}
-    return candidate_links(view.visibility, view.area_m2, view.surface, **options)
+    options = {"limits": LIMITS, **options}
+    return candidate_links(view.visibility, view.area_m2, view.surface, view.position_m, **options)
 
 
 def as_dict(links) -> dict[tuple[int, int], tuple[float, float]]:
@@ -68,15 +72,15 @@ def test_order_of_candidates_changes_no_bit(make_view, seed):
     assert before.n_parts == after.n_parts
 
 
-def test_links_of_a_plan_are_those_of_its_candidates_to_the_last_bit(make_view):
+@pytest.mark.parametrize("limits", [LIMITS, LIKELY])
+def test_links_of_a_plan_are_those_of_its_candidates_to_the_last_bit(make_view, limits):
     view = make_view(7)
-    links = as_dict(links_of(view))
+    links = as_dict(links_of(view, limits=limits))
     chosen = np.array([20, 3, 11, 8, 1, 17, 14, 5, 9])
     ids = tuple(str(i) for i in chosen)
     found = view.with_order(chosen)
-    listed = overlap_links(found.visibility, view.area_m2, ids, view.surface)
-    good = {(int(x.a), int(x.b)): (x.overlap, x.strength) for x in listed if x.overlap >= OVERLAP}
-    good = {pair: figures for pair, figures in good.items() if figures[1] >= STRENGTH}
+    listed = overlap_links(found.visibility, view.area_m2, ids, view.surface, found.position_m)
+    good = {(int(x.a), int(x.b)): (x.overlap, x.strength) for x in listed if x.reaches(limits)}
     inside = {(i, j) for i, j in links if {i, j} <= set(chosen.tolist())}
     assert set(good) | {(j, i) for i, j in good} == inside
     assert len(good) > 2
@@ -84,21 +88,23 @@ def test_links_of_a_plan_are_those_of_its_candidates_to_the_last_bit(make_view):
         assert links[pair] == figures
 
 
-def test_scanned_candidates_are_linked_as_they_are_set_up_and_no_others(make_view):
+@pytest.mark.parametrize("limits", [LIMITS, LIKELY])
+def test_scanned_candidates_are_linked_as_they_are_set_up_and_no_others(make_view, limits):
     view, scanned = make_view(7), range(0, 21, 2)
     ids = tuple(str(i) for i in range(view.visibility.n_positions))
-    listed = overlap_links(view.visibility, view.area_m2, ids, view.surface)
-    required = {"threshold": OVERLAP, "min_strength": STRENGTH}
-    marked = with_scanned(listed, {str(i) for i in scanned}, **required)
+    listed = overlap_links(view.visibility, view.area_m2, ids, view.surface, view.position_m)
+    marked = with_scanned(listed, {str(i) for i in scanned}, limits)
     for was, now in zip(listed, marked, strict=True):
         both = int(was.a) in scanned and int(was.b) in scanned
-        low = OVERLAP > was.overlap >= SET_UP_SHARE * OVERLAP and was.strength >= max(SET_UP_STRENGTH, STRENGTH)
+        low = OVERLAP > was.overlap >= OVERLAP * 5 / 6 and was.strength >= STRENGTH
+        if limits is LIKELY:
+            low = 0.97 > was.probability >= 0.91
         assert now == replace(was, as_set_up=both and low)
-    registration = registration_report(marked, ids, ["F0"] * len(ids), **required)
+    registration = registration_report(marked, ids, ["F0"] * len(ids), limits=limits)
     good = {(int(link.a), int(link.b)) for link in marked if registration.counts(link)}
-    more = good - {pair for pair in as_dict(links_of(view)) if pair[0] < pair[1]}
+    more = good - {pair for pair in as_dict(links_of(view, limits=limits)) if pair[0] < pair[1]}
     assert more
-    assert good == {pair for pair in as_dict(links_of(view, scanned=scanned)) if pair[0] < pair[1]}
+    assert good == {pair for pair in as_dict(links_of(view, limits=limits, scanned=scanned)) if pair[0] < pair[1]}
 
 
 def test_network_for_selection_is_the_graph_of_the_links(make_view):
@@ -143,13 +149,12 @@ def test_progress_ends_with_all_candidates(make_view):
 @pytest.mark.parametrize(
     ("wrong", "word"),
     [
-        ({"min_overlap": 0.0}, "overlap"),
-        ({"min_overlap": 1.5}, "overlap"),
-        ({"min_overlap": float("nan")}, "overlap"),
-        ({"min_strength": -0.1}, "min_strength"),
-        ({"min_strength": float("nan")}, "min_strength"),
+        ({"overlap": 1.5}, "overlap"),
+        ({"overlap": float("nan")}, "overlap"),
+        ({"strength": -0.1}, "strength"),
+        ({"probability": float("nan")}, "probability"),
     ],
 )
 def test_thresholds_that_make_no_sense_are_refused(make_view, wrong, word):
     with pytest.raises(RequirementError, match=word):
-        links_of(make_view(0), **wrong)
+        links_of(make_view(0), limits=LinkLimits(**wrong))

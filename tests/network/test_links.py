@@ -5,8 +5,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from planner_core.model import Link, Visibility
-from planner_core.network.links import SharedSurface, components, overlap_links, surface_of_patches
+from planner_core.model import Visibility
+from planner_core.network.links import SharedSurface, overlap_links, surface_of_patches
 from planner_core.scene.patches import make_patches, patch_triangles
 from scenes_synthetic import rooms
 
@@ -85,16 +85,6 @@ def test_strength_of_too_little_surface_is_zero():
     points, normals = np.random.default_rng(0).random((7, 3)), np.eye(3)[[0, 1, 2, 0, 1, 2, 0]]
     assert strength_of_surface(points[:5], normals[:5]) == pytest.approx(0.0, abs=1e-9)
     assert strength_of_surface(points, normals) > 1e-4
-
-
-def test_connection_is_judged_at_the_threshold():
-    ids = ("A", "B", "C")
-    links = (Link("A", "B", 0.4, 0.1), Link("B", "C", 0.2, 0.1))
-    assert len(components(links, ids, threshold=0.2)) == 1
-    assert len(components(links, ids, threshold=0.3)) > 1
-    assert components(links, ids, threshold=0.3) == [("A", "B"), ("C",)]
-    assert components((), ("A",), threshold=0.3) == [("A",)]
-    assert components((), (), threshold=0.3) == []
 
 
 def test_geometry_of_patches_is_that_of_their_triangles():

@@ -11,21 +11,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
-from planner_core.model import Link, WeakMotion
+from planner_core.model import Link, LinkLimits, WeakMotion
 from planner_core.network import network_report
 from planner_core.network.network_report import (
     groups_first,
-    margin_of,
     registration_report,
     registration_warnings,
     weakest_link,
 )
 
 THRESHOLD, MIN_STRENGTH = 0.3, 0.01
+LIMITS = LinkLimits(THRESHOLD, MIN_STRENGTH)
 
 
 def report(links, ids, floors=None, **options):
-    options = {"threshold": THRESHOLD, "min_strength": MIN_STRENGTH, **options}
+    options = {"limits": LIMITS, **options}
     return registration_report(links, ids, floors or ["F1"] * len(ids), **options)
 
 
@@ -116,12 +116,17 @@ def margin(link):
     ],
 )
 def test_the_weakest_link_is_the_nearest_to_what_is_required(links, weakest):
-    assert weakest_link(links, threshold=THRESHOLD, min_strength=MIN_STRENGTH).a == weakest
+    assert weakest_link(links, LIMITS).a == weakest
 
 
-@pytest.mark.parametrize(("threshold", "min_strength", "expected"), [(0, 0.01, 40.0), (0.3, 0, 2.0), (0, 0, inf)])
-def test_what_is_not_required_decides_nothing(threshold, min_strength, expected):
-    assert margin_of(0.6, 0.4, threshold, min_strength) == expected
+@pytest.mark.parametrize(
+    ("limits", "expected"),
+    [((0, 0.01), 40.0), ((0.3, 0), 2.0), ((0, 0), inf), ((0, 0, 0.99), 4.0), ((0.3, 0.2, 0.99), 2.0)],
+)
+def test_what_is_not_required_decides_nothing(limits, expected):
+    link = Link("A", "B", 0.6, 0.4, probability=0.9975)
+    assert link.margin(LinkLimits(*limits)) == pytest.approx(expected)
+    assert replace(link, strength=nan, probability=nan).margin(LinkLimits(0.3, 0.2, 0.99)) == 2.0
 
 
 @pytest.mark.slow
@@ -148,8 +153,8 @@ def test_gaps_are_the_best_links_between_networks_that_do_not_count(survey):
     for link in links:
         pair = tuple(sorted((of[link.a], of[link.b])))
         if pair[0] != pair[1]:
-            best[pair] = max(link.overlap, best.get(pair, 0.0))
-    assert {gap.networks: gap.best.overlap for gap in found.gaps} == best
+            best[pair] = max(margin(link), best.get(pair, 0.0))
+    assert {gap.networks: margin(gap.best) for gap in found.gaps} == best
     for gap in found.gaps:
         assert {of[gap.best.a], of[gap.best.b]} == set(gap.networks)
         assert not found.counts(gap.best)
@@ -347,11 +352,11 @@ def test_lists_that_do_not_fit_are_refused(links, ids, floors, word):
 
 @settings(max_examples=40, deadline=None)
 @given(surveys())
-def test_the_best_gap_of_a_network_is_the_first_of_most_overlap(survey):
+def test_the_best_gap_of_a_network_is_the_first_that_is_nearest_to_counting(survey):
     links, ids, floors = survey
     found = report(links, ids, floors)
     best = network_report._best_gaps(found)
     for number in range(1, len(found.networks)):
         gaps = [gap for gap in found.gaps if number in gap.networks]
-        assert best[number] == max(gaps, key=lambda gap: gap.best.overlap, default=None)
+        assert best[number] == max(gaps, key=lambda gap: margin(gap.best), default=None)
     assert sorted(best) == list(range(1, len(found.networks)))

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner_core.model import OverlapMeasure, Visibility
+from planner_core.model import LinkLimits, OverlapMeasure, Visibility
 from planner_core.network.candidate_links import candidate_links
 from planner_core.network.links import overlap_links
 from planner_core.network.pair_overlap import AREA_TICK_M2, overlapping_pairs
@@ -124,7 +124,7 @@ def test_what_reaches_a_threshold_by_jaccard_reaches_it_by_share(make_view: Call
 
     def linked(measure: OverlapMeasure) -> dict[Pair, float]:
         links = candidate_links(
-            view.visibility, view.area_m2, view.surface, min_overlap=0.25, min_strength=0.0, measure=measure
+            view.visibility, view.area_m2, view.surface, view.position_m, limits=LinkLimits(0.25), measure=measure
         )
         owner = np.repeat(np.arange(links.n_candidates), np.diff(links.starts)).tolist()
         return dict(zip(zip(owner, links.neighbour.tolist(), strict=True), links.strength.tolist(), strict=True))
@@ -140,7 +140,7 @@ def test_links_of_a_plan_are_those_of_its_candidates(make_view: Callable[[int], 
     view = make_view(7)
     ids = tuple(str(number) for number in range(view.visibility.n_positions))
     links = candidate_links(
-        view.visibility, view.area_m2, view.surface, min_overlap=0.2, min_strength=0.0, measure=measure
+        view.visibility, view.area_m2, view.surface, view.position_m, limits=LinkLimits(0.2), measure=measure
     )
     listed = overlap_links(view.visibility, view.area_m2, ids, view.surface, min_overlap=0.2, measure=measure)
     owner = np.repeat(np.arange(links.n_candidates), np.diff(links.starts)).tolist()

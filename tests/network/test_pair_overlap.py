@@ -8,9 +8,11 @@ from scipy.spatial.transform import Rotation
 
 from planner_core.network.compiled_pairs import BLOCK
 from planner_core.network.pair_overlap import (
-    PairMatrices,
+    PairSums,
     SharedSurface,
-    common_matrices,
+    common_sums,
+    held_by,
+    matrices_of,
     overlapping_pairs,
     patch_sums,
     strengths_of,
@@ -64,7 +66,7 @@ def test_pair_that_shares_exactly_the_threshold_is_listed_however_its_areas_are_
 def test_normal_matrices_are_those_of_differentiated_residuals(make_view, seed):
     view = make_view(seed)
     first, second, _ = all_pairs(view, min_overlap=0.05)
-    matrices = PairMatrices(view.visibility, view.area_m2, view.surface).of(first, second)
+    matrices = matrices_of(PairSums(view.visibility, view.area_m2, view.surface).of(first, second))
     assert first.size > 20
     for i, j, matrix in zip(first, second, matrices, strict=True):
         both = view.common(i, j)
@@ -76,7 +78,7 @@ def test_normal_matrices_are_those_of_differentiated_residuals(make_view, seed):
 def test_strengths_of_pairs_are_those_of_single_links(make_view, seed):
     view = make_view(seed)
     first, second, _ = all_pairs(view, min_overlap=0.0)
-    strength = strengths_of(PairMatrices(view.visibility, view.area_m2, view.surface).of(first, second))
+    strength = strengths_of(matrices_of(PairSums(view.visibility, view.area_m2, view.surface).of(first, second)))
     expected = [view.strength(i, j) for i, j in zip(first, second, strict=True)]
     np.testing.assert_allclose(strength, expected, atol=1e-9)
     assert strength.max() > 0.05
@@ -86,30 +88,52 @@ def test_strengths_hold_far_from_the_origin(make_view):
     view = make_view(4)
     first, second, _ = all_pairs(view, min_overlap=0.3)
     surface = SharedSurface(view.surface.centroid_m + np.array([700.0, -400.0, 30.0]), view.surface.normal)
-    far = strengths_of(PairMatrices(view.visibility, view.area_m2, surface).of(first, second))
-    near = strengths_of(PairMatrices(view.visibility, view.area_m2, view.surface).of(first, second))
+    far = strengths_of(matrices_of(PairSums(view.visibility, view.area_m2, surface).of(first, second)))
+    near = strengths_of(matrices_of(PairSums(view.visibility, view.area_m2, view.surface).of(first, second)))
     np.testing.assert_allclose(far, near, atol=1e-7)
 
 
-def test_matrices_do_not_depend_on_which_pairs_are_asked_for(make_view):
+def test_sums_do_not_depend_on_which_pairs_are_asked_for(make_view):
     view = make_view(1)
     first, second, _ = all_pairs(view, min_overlap=0.05)
-    matrices = PairMatrices(view.visibility, view.area_m2, view.surface)
-    whole = matrices.of(first, second)
+    sums = PairSums(view.visibility, view.area_m2, view.surface)
+    whole = sums.of(first, second)
     order = np.random.default_rng(0).permutation(first.size)
-    np.testing.assert_array_equal(matrices.of(first[order], second[order]), whole[order])
-    np.testing.assert_array_equal(matrices.of(second, first), whole)
+    np.testing.assert_array_equal(sums.of(first[order], second[order]), whole[order])
+    np.testing.assert_array_equal(sums.of(second, first), whole)
     for k in (0, 5, first.size - 1):
-        np.testing.assert_array_equal(matrices.of(first[k : k + 1], second[k : k + 1]), whole[k : k + 1])
+        np.testing.assert_array_equal(sums.of(first[k : k + 1], second[k : k + 1]), whole[k : k + 1])
 
 
-def test_matrix_of_nothing_in_common_is_zero(make_view):
+@pytest.mark.parametrize("seed", range(2))
+def test_what_pairs_hold_is_that_of_their_common_patches_one_by_one(make_view, seed):
+    view = make_view(seed)
+    far_m = np.array([700.0, -400.0, 30.0])
+    surface = SharedSurface(view.surface.centroid_m + far_m, view.surface.normal)
+    at_m = view.position_m + far_m
+    first, second, _ = all_pairs(view, min_overlap=0.05)
+    sums = PairSums(view.visibility, view.area_m2, surface)
+    held = sums.held(first, second, at_m)
+    again = held_by(sums.of(first, second), at_m[first], at_m[second])
+    for name, figures in vars(held).items():
+        assert figures.tobytes() == getattr(again, name).tobytes(), name
+    for i, j, hold_m2, range_m in zip(first, second, held.hold_m2, held.range_m, strict=True):
+        both = view.common(i, j)
+        area_m2, normal = view.area_m2[both], view.surface.normal[both]
+        assert hold_m2 == pytest.approx(np.linalg.eigvalsh((normal * area_m2[:, None]).T @ normal)[0], abs=1e-9)
+        apart_m = [np.linalg.norm(view.surface.centroid_m[both] - view.position_m[k], axis=1) for k in (i, j)]
+        expected = max(np.sqrt(np.average(each**2, weights=area_m2)) for each in apart_m)
+        assert range_m == pytest.approx(expected, rel=1e-5)
+
+
+def test_sums_of_nothing_in_common_are_zero(make_view):
     view = make_view(0)
     rows = view.with_rows([np.arange(0, 5), np.arange(5, 9), np.array([8]), np.array([8])]).visibility
     one, other = np.array([0, 2], dtype=np.int32), np.array([1, 3], dtype=np.int32)
-    found = PairMatrices(rows, view.area_m2, view.surface).of(one, other)
-    np.testing.assert_array_equal(found, 0.0)
-    assert strengths_of(found).tolist() == [0.0, 0.0]
+    found = PairSums(rows, view.area_m2, view.surface).of(one, other)
+    np.testing.assert_array_equal(found[0], 0.0)
+    np.testing.assert_array_equal(matrices_of(found), 0.0)
+    assert strengths_of(matrices_of(found)).tolist() == [0.0, 0.0]
     assert strengths_of(np.empty((0, 6, 6))).shape == (0,)
 
 
@@ -119,7 +143,7 @@ def test_surface_errors_are_enlarged_by_at_most_the_root_of_three_over_the_stren
     view = make_view(seed)
     rng = np.random.default_rng(seed)
     first, second, _ = all_pairs(view, min_overlap=0.2)
-    matrices = PairMatrices(view.visibility, view.area_m2, view.surface).of(first, second)
+    matrices = matrices_of(PairSums(view.visibility, view.area_m2, view.surface).of(first, second))
     closest = 0.0
     for i, j, matrix in zip(first, second, matrices, strict=True):
         value, vector = np.linalg.eigh(matrix)
@@ -147,9 +171,9 @@ def test_matrices_of_common_patches_are_those_of_pairs_bit_by_bit(make_view):
     rows = [view.visibility.patch[a:b] for a, b in pairwise(view.visibility.starts.tolist())]
     common = [np.intersect1d(rows[a], rows[b]) for a, b in zip(first, second, strict=True)]
     sums = patch_sums(view.area_m2, view.surface.centroid_m, view.surface.normal)
-    expected = PairMatrices(view.visibility, view.area_m2, view.surface).of(first, second)
-    assert first.size > 10 and common_matrices(common, sums).tobytes() == expected.tobytes()
-    assert common_matrices([], sums).shape == (0, 6, 6)
+    expected = PairSums(view.visibility, view.area_m2, view.surface).of(first, second)
+    assert first.size > 10 and common_sums(common, sums).tobytes() == expected.tobytes()
+    assert common_sums([], sums).shape == (0, 24)
 
 
 def test_pairs_that_see_whole_blocks_have_the_matrix_of_their_common_patches(make_view):
@@ -158,10 +182,10 @@ def test_pairs_that_see_whole_blocks_have_the_matrix_of_their_common_patches(mak
     rows = [np.arange(n), np.arange(n // 2), np.arange(n // 4, n), np.array([0, n - 1])]
     first, second = (np.array(each, dtype=np.int32) for each in zip(*combinations(range(len(rows)), 2), strict=True))
     common = [np.intersect1d(rows[a], rows[b]) for a, b in zip(first, second, strict=True)]
-    found = PairMatrices(view.with_rows(rows).visibility, view.area_m2, view.surface).of(first, second)
+    found = PairSums(view.with_rows(rows).visibility, view.area_m2, view.surface).of(first, second)
     sums = patch_sums(view.area_m2, view.surface.centroid_m, view.surface.normal)
-    assert n > 3 * BLOCK and found.tobytes() == common_matrices(common, sums).tobytes()
-    for matrix, both in zip(found, common, strict=True):
+    assert n > 3 * BLOCK and found.tobytes() == common_sums(common, sums).tobytes()
+    for matrix, both in zip(matrices_of(found), common, strict=True):
         if both.size > 2:
             expected = differentiated(view.area_m2[both], view.surface.centroid_m[both], view.surface.normal[both])
             np.testing.assert_allclose(matrix, expected, atol=1e-8)

@@ -16,7 +16,7 @@ from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
 from planner_core.model import PlanSettings, Visibility, WeakMotion
 from planner_core.network.links import SharedSurface, overlap_links, surface_of_patches
-from planner_core.network.pair_overlap import PairMatrices, strengths_of
+from planner_core.network.pair_overlap import PairSums, matrices_of, strengths_of
 from planner_core.network.weak_motion import motion_words, weak_motion, words_by_axes
 from planner_core.scanner.load_scanner import load_scanner
 from scenes_synthetic import hard, rooms
@@ -102,7 +102,7 @@ def matrix_of(shape):
     patch = np.arange(points.shape[0], dtype=np.int32)
     visibility = Visibility(np.array([0, patch.size, 2 * patch.size]), np.tile(patch, 2), patch.size)
     pair = np.array([0], dtype=np.int32), np.array([1], dtype=np.int32)
-    return PairMatrices(visibility, np.full(patch.size, 0.04), SharedSurface(points, normals)).of(*pair)[0]
+    return matrices_of(PairSums(visibility, np.full(patch.size, 0.04), SharedSurface(points, normals)).of(*pair))[0]
 
 
 def corridor(long=0):

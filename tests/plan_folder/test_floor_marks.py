@@ -8,7 +8,7 @@ import OpenImageIO as Oiio
 import pytest
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import Leg, Link, Plan, Route, SealedArea, Site
+from planner_core.model import Leg, Link, LinkLimits, Plan, Route, SealedArea, Site
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.canvas import Pen
 from planner_core.plan_folder.drawing.marks import LINKS, ROUTE, draw_links, link_class
@@ -154,8 +154,8 @@ def test_targets_are_marked_on_their_floor_for_the_gaps_that_make_one_network(pl
 
 
 def test_links_are_classed_by_what_was_asked_for(plan: Plan) -> None:
-    asked = plan.settings.requirements
-    firm = asked.min_strength
+    asked = LinkLimits(0.3, 0.01, 0.99)
+    firm = asked.strength
     cases = [
         (Link("a", "b", asked.overlap, 40 * firm), 2),
         (Link("a", "b", asked.overlap, firm), 1),
@@ -164,8 +164,11 @@ def test_links_are_classed_by_what_was_asked_for(plan: Plan) -> None:
         (Link("a", "b", 0.9 * asked.overlap, 40 * firm), 0),
         (Link("a", "b", 0.1 * asked.overlap, 40 * firm), None),
         (Link("a", "b", 0.1 * asked.overlap, firm, as_set_up=True), 1),
+        (Link("a", "b", asked.overlap, firm, probability=0.99), 1),
+        (Link("a", "b", asked.overlap, firm, probability=0.98), 0),
+        (Link("a", "b", asked.overlap, firm, probability=0.1), None),
     ]
-    assert [link_class(link, asked.overlap, firm) for link, _ in cases] == [kind for _, kind in cases]
+    assert [link_class(link, asked) for link, _ in cases] == [kind for _, kind in cases]
 
 
 def test_links_are_drawn_between_stations_of_a_floor_and_others_are_named(plan: Plan) -> None:

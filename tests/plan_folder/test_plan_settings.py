@@ -25,6 +25,7 @@ from planner_core.model import (
     Plan,
     PlanSettings,
     PointLimits,
+    PreAlignment,
     PriorStation,
     Proven,
     Requirements,
@@ -69,6 +70,8 @@ REQUIREMENTS = {
     "parts": st.lists(part, max_size=3, unique_by=lambda each: each.name).map(tuple),
     "network": st.sampled_from(list(NetworkKind)),
     "min_strength": fraction,
+    "min_probability": st.floats(0.0, 0.999),
+    "pre_alignment": st.sampled_from([None, *PreAlignment]),
     "deliverable": st.sampled_from(["none", "survey"]),
     "scope": st.sampled_from(list(Scope)),
     "overlap_measure": st.sampled_from(list(OverlapMeasure)),
@@ -125,6 +128,7 @@ SCANNER = {
     "beam_width_at": st.sampled_from(["", "1/e", "FWHM"]),
     "wavelength_m": st.none() | above_0,
     "dual_axis_compensator": st.none() | st.booleans(),
+    "pre_alignment": st.sampled_from(list(PreAlignment)),
 }
 scanner = st.builds(Scanner, **SCANNER)
 method = st.one_of(

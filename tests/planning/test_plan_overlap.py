@@ -27,7 +27,8 @@ WAYS = [(measure, of) for measure in ("smaller-share", "jaccard") for of in ("al
 
 
 def asking(small: PlanSettings, measure: str, of: str) -> PlanSettings:
-    requirements = Requirements(coverage=0.9, asked=LIMITS, overlap_measure=measure, overlap_of=of)  # type: ignore[arg-type]
+    required: dict[str, Any] = {"overlap": 0.3, "min_probability": 0.0, "overlap_measure": measure, "overlap_of": of}
+    requirements = Requirements(coverage=0.9, asked=LIMITS, **required)
     return replace(small, requirements=requirements, method=Proven(work_limit=0.05))
 
 

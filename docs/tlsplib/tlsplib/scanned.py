@@ -18,7 +18,7 @@ from planner_core.coverage.coverage import floor_of_patch
 from planner_core.coverage.survey import make_survey, visible_from
 from planner_core.device import open_device
 from planner_core.engine.opencl import OpenCLEngine
-from planner_core.model import BoolArray, PlanSettings, Requirements
+from planner_core.model import BoolArray, LinkLimits, PlanSettings, Requirements
 from planner_core.network.candidate_links import candidate_links
 from planner_core.network.links import surface_of_patches
 from planner_core.positions.admissibility import Tripods
@@ -69,7 +69,8 @@ def scanned(name: str, scan: Scan, survey: Survey) -> Instance:
     links = None
     if survey.overlap:
         surface = surface_of_patches(made.scene, made.patches, np.asarray(sees.any(axis=0)))
-        found = candidate_links(seen, area_m2, surface, min_overlap=survey.overlap / 100.0, min_strength=_STRENGTH)
+        limits = LinkLimits(overlap=survey.overlap / 100.0, strength=_STRENGTH)
+        found = candidate_links(seen, area_m2, surface, candidates.position_m, limits=limits)
         links = np.zeros((n, n), dtype=bool)
         links[np.repeat(np.arange(n), np.diff(found.starts)), found.neighbour] = True
     floor = floor_of_patch(made.patches, made.floor_of_triangle)

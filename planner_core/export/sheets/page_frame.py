@@ -42,6 +42,7 @@ from planner_core.plan_folder.drawing.marks import (
 )
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.plan_words import NOT_PLANNED, cut_words, floor_words, north_words, stations_words
+from planner_core.requirements.wording import link_limits_words
 
 _FRAME = Pen(0.5)
 _LINE = Pen(0.25)
@@ -90,7 +91,7 @@ def _draw_legend(canvas: Canvas, plan: PlanSource, view: FloorView, box: Box) ->
         entries += ["missed ground", "out of reach", "missed wall", "wall", "below"]
     figures = {
         "cut": cut_words(plan.frame.unit, view.cut_m),
-        "overlap": 100 * plan.document["requirements"]["overlap"],
+        "link": link_limits_words(plan.limits),
         "times": STRONG_TIMES,
     }
     legend = {entry: tuple(words.format(**figures) for words in MARK_WORDS[entry]) for entry in entries}

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import METRE, FloatArray, LengthUnit, Link
+from planner_core.model import METRE, FloatArray, LengthUnit, Link, LinkLimits
 from planner_core.plan_folder.drawing.canvas import INK, PAPER, Box, Canvas, Colour, Pen
 from planner_core.plan_folder.drawing.fonts import width_mm
 
@@ -33,8 +33,8 @@ LEADER = Pen(0.25)
 WEAK, COUNTS, STRONG = 0, 1, 2
 STRONG_TIMES = 4.0
 """A link this many times as strong as required is drawn as strong."""
-#: Links of less than this share of the required overlap are not drawn: they would hide the others.
-_LEAST_SHARE = 0.5
+#: Links of less than this share of the required overlap, or less probable, are not drawn: they would hide the others.
+_LEAST_SHARE, _LEAST_PROBABILITY = 0.5, 0.5
 #: By class of link.
 LINKS = (
     Pen(0.28, (0.42, 0.43, 0.45), (0.6, 1.1)),
@@ -81,11 +81,12 @@ def draw_route(canvas: Canvas, ways: list[FloatArray], low: list[FloatArray], hi
             canvas.area([head], ROUTE.colour)
 
 
-def link_class(link: Link, min_overlap: float, min_strength: float) -> int | None:
+def link_class(link: Link, limits: LinkLimits) -> int | None:
     """`WEAK`, `COUNTS` or `STRONG`; None: not worth drawing. A strength that is NaN is neither weak nor strong."""
-    if link.counts(min_overlap, min_strength):
-        return STRONG if link.strength >= STRONG_TIMES * min_strength else COUNTS
-    return WEAK if link.overlap >= _LEAST_SHARE * min_overlap else None
+    if link.counts(limits):
+        return STRONG if link.strength >= STRONG_TIMES * limits.strength else COUNTS
+    near = link.overlap >= _LEAST_SHARE * limits.overlap and not link.probability < _LEAST_PROBABILITY
+    return WEAK if near else None
 
 
 def draw_links(canvas: Canvas, ends: Sequence[FloatArray]) -> None:
@@ -207,8 +208,8 @@ MARK_WORDS = {
     "scanned": ("station that was scanned before", "scanned before"),
     "route": ("route from station to station", "route"),
     "strong": ("strong link: {times:g} times the strength required", "strong link"),
-    "counts": ("registration link: {overlap:g} % overlap or more", "registration link"),
-    "weak": ("overlap too weak to register", "overlap too weak"),
+    "counts": ("registration link: {link}", "registration link"),
+    "weak": ("pair too weak to register", "pair too weak"),
     "keep-out": ("keep-out or access area", "keep-out"),
     "missed ground": ("floor that the plan leaves unseen", "floor left unseen"),
     "out of reach": ("floor that no position sees", "floor not visible"),

@@ -21,6 +21,7 @@ from planner_core.model import (
     PartRequirement,
     PlanSettings,
     PointLimits,
+    PreAlignment,
     PriorStation,
     Requirements,
     Role,
@@ -197,6 +198,8 @@ class ScannerSection(RoundTripModel):
     """What both are measured at: 1/e, 1/e2, FWHM; empty: not given."""
     wavelength_m: Number | None = None
     dual_axis_compensator: YesNo | None = None
+    pre_alignment: Annotated[PreAlignment, words_of(PreAlignment)] = PreAlignment.MANUAL
+    """How well a scan's pose is known before it is registered."""
 
     @field_serializer("azimuth_range_rad")
     def _or_empty(self, value: tuple[float, float] | None) -> Sequence[float]:
@@ -255,7 +258,7 @@ class RequirementsSection(RoundTripModel):
     coverage: Required
     """Share of the scannable area required, overall and on each floor."""
     overlap: Required
-    """Share of seen area that makes two stations linked."""
+    """Share of seen area that makes two stations linked; 0: not required."""
     overlap_measure: Annotated[OverlapMeasure, words_of(OverlapMeasure)] = OverlapMeasure.SMALLER_SHARE
     """What both see, as a share of what the one sees that sees more, or (jaccard) of what either sees."""
     overlap_of: Annotated[OverlapOf, words_of(OverlapOf)] = OverlapOf.ALL_SEEN
@@ -270,6 +273,10 @@ class RequirementsSection(RoundTripModel):
     """How links must connect the stations, as far as candidates can be linked at all."""
     min_strength: Number = 0.0
     """Least strength of a link that counts."""
+    min_probability: Number = 0.0
+    """Least probability with which the scans of a link that counts register; 0: not required."""
+    pre_alignment: Annotated[PreAlignment, words_of(PreAlignment)] | None = None
+    """Where registration starts; null: as the scanner has it."""
     scope: Annotated[Scope, words_of(Scope)] = Scope.ALL
     """What of the building was to count, and where stations were to stand."""
     deliverable: Text | None = None

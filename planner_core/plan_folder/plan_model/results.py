@@ -7,15 +7,9 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from planner_core.documents import Document, Number, RoundTripModel, Whole, YesNo
+from planner_core.documents import Document, Number, RoundTripModel, Whole, YesNo, words_of
 from planner_core.errors import PlanFolderError
-from planner_core.model import (
-    CheckedFigure,
-    CheckedLink,
-    IndependentCheck,
-    Link,
-    WeakMotion,
-)
+from planner_core.model import CheckedFigure, CheckedLink, IndependentCheck, Link, PreAlignment, WeakMotion
 from planner_core.network.weak_motion import words_by_axes
 from planner_core.plan_folder.plan_model.values import (
     Area,
@@ -261,16 +255,22 @@ class LinkSection(RoundTripModel):
     weak_motion: WeakMotionSection | None = None
     """The same as kind and direction; null where not computed, and in plans of older versions."""
     as_set_up: Annotated[YesNo, Field(exclude_if=lambda value: not value)] = False
-    """Between scanned stations, which need no margin for setting up: it counts, though below the threshold."""
+    """Between scanned stations, which need no margin for setting up: it counts, though below what is required."""
+    probability: Annotated[Share, rounded(6)] | None = None
+    """That the two scans register, from `registration.pre_alignment`; null where not computed, and in plans of older
+    versions."""
 
     @model_validator(mode="before")
     @classmethod
     def _of_link(cls, value: Any) -> Any:
         if not isinstance(value, Link):
             return value
-        strength = None if math.isnan(value.strength) else value.strength
-        motion = value.weak_motion
-        return {**vars(value), "strength": strength, "weak_axis": words_by_axes(motion)}
+        figures = {name: _known(getattr(value, name)) for name in ("strength", "probability")}
+        return {**vars(value), **figures, "weak_axis": words_by_axes(value.weak_motion)}
+
+
+def _known(figure: float) -> float | None:
+    return None if math.isnan(figure) else figure
 
 
 class NetworkSection(RoundTripModel):
@@ -284,7 +284,7 @@ class NetworkSection(RoundTripModel):
     articulations: tuple[str, ...]
     """Stations without which the others fall apart."""
     bottleneck: LinkSection | None
-    """Weakest link that some pair of stations relies on: the nearest to the overlap or strength required."""
+    """Weakest link that some pair of stations relies on: the nearest to what is required."""
     two_connected: YesNo
 
 
@@ -301,11 +301,15 @@ class RegistrationSection(Document):
     """Links between stations, and what they join."""
 
     threshold: Required
-    """Minimum overlap of a link."""
+    """Minimum overlap of a link; 0: not required."""
     min_strength: Strength = 0.0
     """Strength from which on a link counts."""
+    min_probability: Share = 0.0
+    """Probability to register from which on a link counts; 0: not required."""
+    pre_alignment: Annotated[PreAlignment, words_of(PreAlignment)] = PreAlignment.MANUAL
+    """Where registration starts, of links' probabilities."""
     connected: YesNo
-    """Links of at least the threshold join all stations."""
+    """Links that count join all stations."""
     links: tuple[LinkSection, ...]
     networks: tuple[NetworkSection, ...] = ()
     """Largest first."""

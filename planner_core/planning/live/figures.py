@@ -85,7 +85,7 @@ def plan_of(
 def links_as_scanned(settings: PlanSettings, draft: Draft, links: Sequence[Link]) -> tuple[Link, ...]:
     """Mark links of scanned stations that count as these are set up."""
     required, scanned = settings.requirements, settings.site.scanned | draft.scanned
-    return with_scanned(links, scanned, threshold=required.overlap, min_strength=required.min_strength)
+    return with_scanned(links, scanned, required.link_limits)
 
 
 def registration_of(settings: PlanSettings, links: Sequence[Link], stations: Sequence[DraftStation]) -> Registration:
@@ -95,7 +95,6 @@ def registration_of(settings: PlanSettings, links: Sequence[Link], stations: Seq
         links,
         [station.id for station in stations],
         [station.floor for station in stations],
-        threshold=requirements.overlap,
-        min_strength=requirements.min_strength,
+        limits=requirements.link_limits,
         loops=requirements.network == NetworkKind.REDUNDANT,
     )

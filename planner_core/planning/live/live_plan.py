@@ -111,6 +111,7 @@ class LivePlan:
             min_overlap=least_listed_overlap(requirements.overlap),
             measure=requirements.overlap_measure,
             of=requirements.overlap_of,
+            pre_alignment=settings.pre_alignment,
         )
         self.tripods = Tripods(survey, settings, engine)
         site = local_site(survey, settings.site)

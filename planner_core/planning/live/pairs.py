@@ -21,11 +21,21 @@ from planner_core.model import (
     Link,
     OverlapMeasure,
     OverlapOf,
+    PreAlignment,
     Survey,
     WeakMotion,
 )
 from planner_core.network.links import surface_of_patches
-from planner_core.network.pair_overlap import N_SUMS, area_ticks, common_matrices, overlap_by, patch_sums, strengths_of
+from planner_core.network.pair_overlap import (
+    N_SUMS,
+    area_ticks,
+    common_sums,
+    held_by,
+    matrices_of,
+    overlap_by,
+    patch_sums,
+)
+from planner_core.network.probability import probabilities
 from planner_core.network.weak_motion import weak_motion
 from planner_core.planning.live.station_observations import StationObservations
 
@@ -35,11 +45,12 @@ _KEPT_PAIRS = 20_000
 
 @dataclass(frozen=True)
 class Held:
-    """What two looks have in common. overlap, strength, weak_motion : as in `Link`."""
+    """What two looks have in common; all as in `Link`."""
 
     overlap: float
     strength: float
     weak_motion: WeakMotion | None
+    probability: float
 
 
 class PairFinder:
@@ -54,9 +65,10 @@ class PairFinder:
         min_overlap: float,
         measure: OverlapMeasure = OverlapMeasure.SMALLER_SHARE,
         of: OverlapOf = OverlapOf.ALL_SEEN,
+        pre_alignment: PreAlignment = PreAlignment.MANUAL,
     ) -> None:
         self._survey, self._area_m2, self._min_overlap = survey, area_m2, min_overlap
-        self._measure, self._of = measure, of
+        self._measure, self._of, self._pre_alignment = measure, of, pre_alignment
         self._ticks = area_ticks(area_m2)
         self._triangle = survey.patches.triangle_of_patch
         self._is_known = np.zeros(area_m2.size, dtype=np.bool_)
@@ -77,7 +89,7 @@ class PairFinder:
         while len(self._kept) > _KEPT_PAIRS:
             self._kept.popitem(last=False)
         return tuple(
-            Link(name, other, held.overlap, held.strength, held.weak_motion)
+            Link(name, other, held.overlap, held.strength, held.weak_motion, probability=held.probability)
             for other, held in found
             if held is not None
         )
@@ -106,19 +118,29 @@ class PairFinder:
         listed = np.flatnonzero((overlap >= self._min_overlap) & (overlap > 0))
         if not listed.size:
             return held
-        matrix = self._matrices(mine, [common[index] for index in listed])
-        for index, strength, one in zip(listed.tolist(), strengths_of(matrix), matrix, strict=True):
-            held[index] = Held(float(overlap[index]), float(strength), weak_motion(one))
+        self._learn(mine)
+        sums = common_sums([common[index] for index in listed], self._sums)
+        theirs_m = np.array([others[index].position_m for index in listed])
+        of = held_by(sums, np.broadcast_to(np.array(look.position_m), theirs_m.shape), theirs_m)
+        share = overlap
+        if self._measure != OverlapMeasure.SMALLER_SHARE:
+            share = overlap_by(OverlapMeasure.SMALLER_SHARE, ticks, self._ticks[mine].sum(), whole)
+        registers = probabilities(share[listed], of.hold_m2, of.range_m, self._pre_alignment)
+        found = zip(
+            listed.tolist(),
+            overlap[listed].tolist(),
+            of.strength.tolist(),
+            map(weak_motion, matrices_of(sums)),
+            registers.tolist(),
+            strict=True,
+        )
+        for index, *figures in found:
+            held[index] = Held(*figures)
         return held
 
     def _counted(self, look: StationObservations) -> Int32Array:
         """Return the patches that overlap is counted on, sorted."""
         return look.patch if self._of == OverlapOf.ALL_SEEN else look.met[0]
-
-    def _matrices(self, base: Int32Array, common: list[Int32Array]) -> FloatArray:
-        """(K, 6, 6) normal matrices of what each of `common`, all parts of `base`, holds."""
-        self._learn(base)
-        return common_matrices(common, self._sums)
 
     def _learn(self, patch: Int32Array | Int64Array) -> None:
         """Have the sums of patches: those that no candidate and no station of the plan sees come now and then."""

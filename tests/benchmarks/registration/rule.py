@@ -16,6 +16,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from planner_core.model import BoolArray, FloatArray
+from planner_core.network.probability import link_figures
 
 NEAR_MM, NEAR_DEG = 10.0, 0.1
 """A pair is registered when it is as near to the truth."""
@@ -23,7 +24,6 @@ _RIDGE = 1e-2
 FEATURES = ("logit overlap", "ln m2 that hold", "ln range in m")
 """Tried beside these on scenes that a rule has not seen, and no better: common area, strength, and surface that may be
 mistaken for another."""
-LEAST_HOLD_M2 = 0.01
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,7 @@ def read_rows(folder: Path, starts: Sequence[str], methods: Sequence[str]) -> Ro
 
 def features(known: dict[str, FloatArray]) -> FloatArray:
     """(N, F) what the rule takes, see `FEATURES`."""
-    overlap = np.clip(known["overlap"], 1e-3, 0.999)
-    hold_m2 = np.maximum(known["least_normal"] / 3.0 * known["common_m2"], LEAST_HOLD_M2)
-    return np.column_stack([np.log(overlap / (1.0 - overlap)), np.log(hold_m2), np.log(known["common_range_m"])])
+    return link_figures(known["overlap"], known["least_normal"] / 3.0 * known["common_m2"], known["common_range_m"])
 
 
 @dataclass(frozen=True)

@@ -279,11 +279,11 @@ def test_same_plan_gives_the_same_bytes_in_another_process(house_folder, drawing
     assert classes == sorted(classes)  # what ezdxf takes out of a set
 
 
-def test_overlap_that_falls_short_never_reads_as_what_was_asked(house, tmp_path):
-    links = tuple(replace(link, overlap=0.29996) for link in house.links[:3])
+def test_probability_that_falls_short_never_reads_as_what_was_asked(house, tmp_path):
+    links = tuple(replace(link, probability=0.98996) for link in house.links[:3])
     bare = replace(house, links=links, folder=tmp_path)
     write_dxf(bare, tmp_path / "short.dxf", Options(), silent)
     lines = ezdxf.readfile(tmp_path / "short.dxf").modelspace().query('LINE[layer ? ".*LINK-WEAK"]')
     told = [{text.value for text in line.get_xdata(APP)} for line in lines]
     assert len(told) == 3
-    assert all("overlap=0.29996" in texts for texts in told)
+    assert all("probability=0.98996" in texts for texts in told)

@@ -370,15 +370,15 @@ def _write_old_file(path: Path, elevations_m: list[float], schema: str = "IFC2X3
     model.write(str(path))
 
 
-def test_overlap_that_falls_short_never_reads_as_what_was_asked(house_in_munich, tmp_path):
+def test_probability_that_falls_short_never_reads_as_what_was_asked(house_in_munich, tmp_path):
     first = next(link for link in house_in_munich.links if house_in_munich.counts(link))
-    plan = replace(house_in_munich, links=(replace(first, overlap=0.29996, as_set_up=True),))
+    plan = replace(house_in_munich, links=(replace(first, probability=0.98996, as_set_up=True),))
     write_ifc(plan, tmp_path / "short.ifc", Options(), silent)
     model = ifcopenshell.open(str(tmp_path / "short.ifc"))  # held: its entities die with it
     told = {each.Name: ifcopenshell.util.element.get_psets(each)[PSET]["LinkedTo"] for each in _proxies(model)}
     assert {text for text in told.values() if text != "none"} == {
-        f"{first.a} just below 30 %",
-        f"{first.b} just below 30 %",
+        f"{first.a} just below 99 %",
+        f"{first.b} just below 99 %",
     }
 
 

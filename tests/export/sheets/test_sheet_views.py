@@ -30,9 +30,8 @@ SCALES = sheet_scales(METRE)
 def test_links_are_classed_by_what_was_asked(
     site_plan: PlanSource, overlap: float, strength: float, expected: int | None
 ) -> None:
-    asked = site_plan.document["requirements"]
-    assert (asked["overlap"], asked["min_strength"]) == (0.2, 0.01)
-    assert link_class(Link("S001", "S002", overlap, strength), asked["overlap"], asked["min_strength"]) == expected
+    assert (site_plan.limits.overlap, site_plan.limits.strength) == (0.2, 0.01)
+    assert link_class(Link("S001", "S002", overlap, strength), site_plan.limits) == expected
 
 
 def _view(plan: PlanSource) -> FloorView:

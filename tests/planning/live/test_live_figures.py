@@ -44,6 +44,8 @@ def close(found: Any, expected: Any, *, where: str = "") -> None:
 def assert_figures_are_of(live: LivePlan, document: dict[str, Any]) -> None:
     figures = live.figures(live.draft)
     found = plan_document(figures.plan)
+    gaps = [{**gap, "targets": []} for gap in document["registration"]["gaps"]]  # drafts look for none
+    document = {**document, "registration": {**document["registration"], "gaps": gaps}}
     for key in ("coverage", "stations", "registration", "unseen"):
         close(found[key], document[key], where=key)
     close(found["requirements"]["results"], document["requirements"]["results"], where="results")

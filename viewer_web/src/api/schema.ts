@@ -14,6 +14,13 @@ export type LimitsSection = plan.LimitsSection;
 export type LinkSection = plan.LinkSection;
 export type LossSection = plan.LossSection;
 export type NetworkSection = plan.NetworkSection;
+/**
+ * How well a scan's pose is known before it is registered: where registration starts.
+ *
+ * tracked: the instrument follows itself between set-ups, within some 3 cm and half a degree; manual: somebody places
+ * scans by hand, within some 15 cm and 3 degrees; level: only the vertical is known; none.
+ */
+export type PreAlignment = 'tracked' | 'manual' | 'level' | 'none';
 export type RouteSection = plan.RouteSection;
 export type WeakMotionSection = plan.WeakMotionSection;
 
@@ -57,6 +64,7 @@ export interface Documents {
   OfferedExport: OfferedExport;
   PickGround: PickGround;
   PieceSection: PieceSection;
+  PreAlignment: PreAlignment;
   PreviewHead: PreviewHead;
   PreviewQuestion: PreviewQuestion;
   Refusal: Refusal;

@@ -9,8 +9,10 @@ test('links count from the threshold and the least strength on', () => {
     { overlap: 0.29, strength: 0.5, as_set_up: false },
     { overlap: 0.4, strength: null, as_set_up: false },
     { overlap: 0.26, strength: 0.04, as_set_up: true },
+    { overlap: 0.5, strength: 0.3, as_set_up: false, probability: 0.98 },
+    { overlap: 0.5, strength: 0.3, as_set_up: false, probability: 0.99 },
   ];
-  expect(countingLinks(links, 0.3, 0.01)).toBe(3);
+  expect(countingLinks(links, { threshold: 0.3, minStrength: 0.01, minProbability: 0.99 })).toBe(4);
 });
 
 test("the plan's totals are its own figures", () => {

@@ -4,7 +4,7 @@ import type { DraftFigures, PreviewHead } from '../api/documents.ts';
 import { isPlanned } from '../floors/planned.ts';
 import { decimal } from '../language/language.ts';
 import type { PlanJson, RequirementResult } from '../load/plan-json.ts';
-import { counts, type LinkFigures } from '../network/graph.ts';
+import { type Counting, countingOf, counts, type LinkFigures } from '../network/graph.ts';
 
 export interface FloorTotal {
   readonly id: string;
@@ -56,14 +56,14 @@ export function planTotals(plan: PlanJson): Totals {
     unreachableM2: plan.sealed.reduce((sum, { area_m2 }) => sum + area_m2, 0),
     floors: floorTotals(plan, coverage.floors, stations),
     requirements: metOf(plan.requirements.results.length > 0 ? plan.requirements.results : [overall(plan)]),
-    nLinks: countingLinks(registration.links, registration.threshold, registration.min_strength),
+    nLinks: countingLinks(registration.links, countingOf(plan)),
     ...networkOf(plan, registration.networks.length || (registration.connected ? 1 : stations.length), registration),
   };
 }
 
 export function draftTotals(plan: PlanJson, figures: DraftFigures): Totals {
   const { registration } = figures;
-  const threshold = registration.threshold ?? plan.registration.threshold;
+  const counting = countingOf(plan);
   return {
     nStations: figures.stations.length,
     coverage: figures.coverage.fraction_of_achievable,
@@ -71,7 +71,7 @@ export function draftTotals(plan: PlanJson, figures: DraftFigures): Totals {
     unreachableM2: plan.sealed.reduce((sum, { area_m2 }) => sum + area_m2, 0),
     floors: floorTotals(plan, figures.floors, figures.stations),
     requirements: metOf(figures.requirements),
-    nLinks: countingLinks(registration.links, threshold, plan.registration.min_strength),
+    nLinks: countingLinks(registration.links, { ...counting, threshold: registration.threshold ?? counting.threshold }),
     ...networkOf(plan, registration.networks.length, registration),
   };
 }
@@ -112,10 +112,9 @@ function networkOf({ requirements: { network } }: PlanJson, nNetworks: number, f
 export const isAllMet = ({ requirements, lacksNetwork }: Totals): boolean =>
   missedOf(requirements).length === 0 && !lacksNetwork;
 
-/** Links that can register two scans: enough overlap, and strong enough where strength is known. */
-export function countingLinks(links: readonly LinkFigures[], threshold: number, minStrength: number): number {
-  return links.filter((link) => counts(link, { threshold, minStrength })).length;
-}
+/** Links that can register two scans. */
+export const countingLinks = (links: readonly LinkFigures[], counting: Counting): number =>
+  links.filter((link) => counts(link, counting)).length;
 
 /** What misses its coverage. */
 export function missedOf(requirements: readonly Met[]): readonly Met[] {

@@ -213,9 +213,14 @@ export interface LinkSection {
    */
   weak_motion: WeakMotionSection | null;
   /**
-   * Between scanned stations, which need no margin for setting up: it counts, though below the threshold.
+   * Between scanned stations, which need no margin for setting up: it counts, though below what is required.
    */
   as_set_up: boolean;
+  /**
+   * That the two scans register, from `registration.pre_alignment`; null where not computed, and in plans of older
+   * versions.
+   */
+  probability: number | null;
 }
 /**
  * A motion; its direction is a unit vector in axes of the scene.
@@ -487,7 +492,7 @@ export interface NetworkSection {
    */
   articulations: string[];
   /**
-   * Weakest link that some pair of stations relies on: the nearest to the overlap or strength required.
+   * Weakest link that some pair of stations relies on: the nearest to what is required.
    */
   bottleneck: LinkSection | null;
   two_connected: boolean;
@@ -656,7 +661,7 @@ export interface PriorSection {
  */
 export interface RegistrationSection {
   /**
-   * Minimum overlap of a link.
+   * Minimum overlap of a link; 0: not required.
    */
   threshold: number;
   /**
@@ -664,7 +669,15 @@ export interface RegistrationSection {
    */
   min_strength: number;
   /**
-   * Links of at least the threshold join all stations.
+   * Probability to register from which on a link counts; 0: not required.
+   */
+  min_probability: number;
+  /**
+   * Where registration starts, of links' probabilities.
+   */
+  pre_alignment: 'tracked' | 'manual' | 'level' | 'none';
+  /**
+   * Links that count join all stations.
    */
   connected: boolean;
   links: LinkSection[];
@@ -706,7 +719,7 @@ export interface RequirementsSection {
    */
   coverage: number;
   /**
-   * Share of seen area that makes two stations linked.
+   * Share of seen area that makes two stations linked; 0: not required.
    */
   overlap: number;
   /**
@@ -738,6 +751,14 @@ export interface RequirementsSection {
    * Least strength of a link that counts.
    */
   min_strength: number;
+  /**
+   * Least probability with which the scans of a link that counts register; 0: not required.
+   */
+  min_probability: number;
+  /**
+   * Where registration starts; null: as the scanner has it.
+   */
+  pre_alignment: ('tracked' | 'manual' | 'level' | 'none') | null;
   /**
    * What of the building was to count, and where stations were to stand.
    */
@@ -877,6 +898,10 @@ export interface ScannerSection {
   beam_width_at: string;
   wavelength_m: number | null;
   dual_axis_compensator: boolean | null;
+  /**
+   * How well a scan's pose is known before it is registered.
+   */
+  pre_alignment: 'tracked' | 'manual' | 'level' | 'none';
 }
 /**
  * A file of a scene of several, as it was read.

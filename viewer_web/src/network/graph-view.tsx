@@ -1,9 +1,8 @@
 /** The network as a graph: stations as they stand in plan, links coloured by strength. */
 import { t } from '../language/language.ts';
 import type { PlanLink } from '../load/plan-json.ts';
-import { reachedPercent } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
-import { countingOf, type NetworkReport } from './graph.ts';
+import { countingOf, linkPercent, type NetworkReport } from './graph.ts';
 import { layOut } from './graph-layout.ts';
 import { lackInWords } from './link-groups.ts';
 import { strengthColor, strengthInWords } from './strength.ts';
@@ -91,7 +90,7 @@ function Edge({ store, link, layout, kind }: EdgeProps) {
   const words = t('{a} – {b}: {percent}, strength {strength}', {
     a: link.a,
     b: link.b,
-    percent: reachedPercent(link.overlap, plan?.registration.threshold ?? 0),
+    percent: plan === undefined ? '' : linkPercent(link, countingOf(plan)),
     strength: strengthInWords(link.strength),
   });
   return (

@@ -1,17 +1,24 @@
 /**
  * The network that links make of stations: its components, the links and stations it hangs on, its weakest link.
  *
- * Links count from the threshold of overlap and the least strength on, as `registration` in plan.json has it, and as set up where
- * both stations are scanned; computed here, so that drafts have it too.
+ * Links count that reach the limits of `registration` in plan.json, and as set up where both stations are scanned;
+ * computed here, so that drafts have it too.
  */
+import { t } from '../language/language.ts';
 import type { PlanJson, PlanLink } from '../load/plan-json.ts';
+import { askedPercent, probabilityPercent, reachedPercent } from '../panels/figures.ts';
 
+/** What a link needs in order to count; 0: not required. */
 export interface Counting {
+  /** Of overlap. */
   readonly threshold: number;
   readonly minStrength: number;
+  readonly minProbability: number;
 }
 
-export type LinkFigures = Pick<PlanLink, 'overlap' | 'strength' | 'as_set_up'>;
+export type LinkFigures = Pick<PlanLink, 'overlap' | 'strength' | 'as_set_up'> & {
+  readonly probability?: number | null;
+};
 
 export interface NetworkReport {
   /** Station ids, largest component first; within a component in the order given. */
@@ -22,8 +29,8 @@ export interface NetworkReport {
   /** Stations without which the others of a component split. */
   readonly articulations: ReadonlySet<string>;
   /**
-   * Of the links that some two stations can't do without on their best way to each other, the one that is nearest to the
-   * overlap or strength that is required.
+   * Of the links that some two stations can't do without on their best way to each other, the one that is nearest to
+   * what is required.
    */
   readonly weakest: PlanLink | null;
   /** Between two components: the link that comes nearest to counting. */
@@ -31,14 +38,56 @@ export interface NetworkReport {
 }
 
 export function countingOf({ registration }: PlanJson): Counting {
-  return { threshold: registration.threshold, minStrength: registration.min_strength ?? 0 };
+  return {
+    threshold: registration.threshold,
+    minStrength: registration.min_strength ?? 0,
+    minProbability: registration.min_probability ?? 0,
+  };
 }
 
-/** A link whose strength was not computed is judged by its overlap. */
-export function counts(link: LinkFigures, { threshold, minStrength }: Counting): boolean {
-  const { overlap, strength, as_set_up } = link;
-  return as_set_up || (overlap >= threshold && !(strength !== null && strength < minStrength));
+/** Figures that were not computed decide nothing. */
+export function counts(link: LinkFigures, { threshold, minStrength, minProbability }: Counting): boolean {
+  const { overlap, strength, as_set_up, probability = null } = link;
+  const isWeak = strength !== null && strength < minStrength;
+  const isRisky = probability !== null && probability < minProbability;
+  return as_set_up || (overlap >= threshold && !isWeak && !isRisky);
 }
+
+/** The figure that decides whether a link counts: its probability where one is required, else its overlap. */
+export function linkPercent({ overlap, probability = null }: LinkFigures, counting: Counting): string {
+  return counting.minProbability > 0 && probability !== null
+    ? probabilityPercent(probability, counting.minProbability)
+    : reachedPercent(overlap, counting.threshold);
+}
+
+/** `, probability 99.4 %`; empty where it was not computed. */
+export function registersWords({ probability = null }: LinkFigures, { minProbability }: Counting): string {
+  if (probability === null) return '';
+  return `, ${t('probability {percent}', { percent: probabilityPercent(probability, minProbability) })}`;
+}
+
+/** `99 % probability of registering (tracked) and 30 % overlap`; `overlap`: what the threshold is one of. */
+export function needsWords({ registration }: Pick<PlanJson, 'registration'>, overlap: string): string {
+  const { threshold, min_probability: probability = 0 } = registration;
+  const ofOverlap = t('{required} {overlap}', { required: askedPercent(threshold), overlap });
+  if (probability === 0) return ofOverlap;
+  const registers = t('{required} probability of registering ({start})', {
+    required: askedPercent(probability),
+    start: startWords({ registration }),
+  });
+  return threshold > 0 ? t('{one} and {other}', { one: registers, other: ofOverlap }) : registers;
+}
+
+/** Where registration starts. */
+const START_WORDS = {
+  tracked: () => t('tracked'),
+  manual: () => t('placed by hand'),
+  level: () => t('level only'),
+  none: () => t('no pre-alignment'),
+} as const;
+
+export const startWords = ({ registration }: Pick<PlanJson, 'registration'>): string =>
+  START_WORDS[registration.pre_alignment ?? 'manual']();
 
 export function networkOf(ids: readonly string[], links: readonly PlanLink[], counting: Counting): NetworkReport {
   const good = links.filter((link) => counts(link, counting));
@@ -51,7 +100,7 @@ export function networkOf(ids: readonly string[], links: readonly PlanLink[], co
     bridges,
     articulations,
     weakest: weakestOf(ids, good, counting),
-    gaps: gapsOf(links, componentOf),
+    gaps: gapsOf(links, componentOf, counting),
   };
 }
 
@@ -141,24 +190,26 @@ function weakestOf(ids: readonly string[], links: readonly PlanLink[], counting:
   return weakest;
 }
 
-function gapsOf(links: readonly PlanLink[], componentOf: ReadonlyMap<string, number>): PlanLink[] {
+function gapsOf(links: readonly PlanLink[], componentOf: ReadonlyMap<string, number>, counting: Counting): PlanLink[] {
   const best = new Map<string, PlanLink>();
-  for (const link of byOverlap(links)) {
+  for (const link of byMargin(links, counting)) {
     const [a, b] = [componentOf.get(link.a), componentOf.get(link.b)];
     if (a === undefined || b === undefined || a === b) continue;
     const key = a < b ? `${a} ${b}` : `${b} ${a}`;
     if (!best.has(key)) best.set(key, link);
   }
-  return byOverlap([...best.values()]);
+  return byMargin([...best.values()], counting);
 }
 
 /** Farthest above what is required first; equals by overlap, then strength. */
-function byMargin(links: readonly PlanLink[], { threshold, minStrength }: Counting): PlanLink[] {
-  // Overlap or strength as multiples of what is required, whichever is less; an unknown strength decides nothing.
-  const margin = ({ overlap, strength }: PlanLink): number =>
+function byMargin(links: readonly PlanLink[], counting: Counting): PlanLink[] {
+  const { threshold, minStrength, minProbability } = counting;
+  // The least of the multiples of what is required, of the risk for a probability; what is unknown decides nothing.
+  const margin = ({ overlap, strength, probability = null }: PlanLink): number =>
     Math.min(
       threshold > 0 ? overlap / threshold : Number.POSITIVE_INFINITY,
       minStrength > 0 && strength !== null ? strength / minStrength : Number.POSITIVE_INFINITY,
+      minProbability > 0 && probability !== null ? (1 - minProbability) / (1 - probability) : Number.POSITIVE_INFINITY,
     );
   return byOverlap(links).sort((x, y) => {
     const [ofX, ofY] = [margin(x), margin(y)];

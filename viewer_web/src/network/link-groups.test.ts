@@ -3,7 +3,7 @@ import type { PlanLink } from '../load/plan-json.ts';
 import { type Counting, networkOf } from './graph.ts';
 import { lackInWords, linkGroups } from './link-groups.ts';
 
-const COUNTING: Counting = { threshold: 0.3, minStrength: 0.01 };
+const COUNTING: Counting = { threshold: 0.3, minStrength: 0.01, minProbability: 0 };
 const link = (a: number, b: number, overlap: number, strength: number | null = 0.1): PlanLink => ({
   a: `S${a}`,
   b: `S${b}`,
@@ -12,6 +12,7 @@ const link = (a: number, b: number, overlap: number, strength: number | null = 0
   weak_axis: '',
   weak_motion: null,
   as_set_up: false,
+  probability: null,
 });
 
 // A triangle with one more station on a bridge, another that nothing reaches well enough, and a link of no use.
@@ -27,7 +28,7 @@ const LINKS = [
 const report = networkOf(['S0', 'S1', 'S2', 'S3', 'S4'], LINKS, COUNTING);
 
 test('every link is listed once, by what it is worth', () => {
-  const groups = linkGroups(LINKS, report);
+  const groups = linkGroups(LINKS, report, COUNTING);
   const names = groups.map(({ title, links }) => [title, links.map(({ a, b }) => a + b)]);
   expect(names).toEqual([
     ['Missing links', ['S3S4']],
@@ -39,7 +40,7 @@ test('every link is listed once, by what it is worth', () => {
 
 test('groups without links are not there', () => {
   const ring = LINKS.slice(0, 3);
-  const groups = linkGroups(ring, networkOf(['S0', 'S1', 'S2'], ring, COUNTING));
+  const groups = linkGroups(ring, networkOf(['S0', 'S1', 'S2'], ring, COUNTING), COUNTING);
   expect(groups.map(({ title }) => title)).toEqual(['Registration links']);
 });
 

@@ -18,20 +18,21 @@ const A_PAGE = 40;
 const A_FEW = 10;
 
 /** Every link is in one group; groups without any are left out. */
-export function linkGroups(links: readonly PlanLink[], report: NetworkReport): LinkGroup[] {
+export function linkGroups(links: readonly PlanLink[], report: NetworkReport, counting: Counting): LinkGroup[] {
+  const figure = counting.minProbability > 0 ? t('probability') : t('overlap');
   const gaps = new Set(report.gaps);
   const registering = new Set(report.counting);
   const groups = [
     { title: t('Missing links'), aside: t('closest to connecting groups'), links: report.gaps, nShown: A_PAGE },
     {
       title: t('Single-link connections'),
-      aside: t('strength, overlap'),
+      aside: t('strength, {figure}', { figure }),
       links: byStrength([...report.bridges]),
       nShown: A_PAGE,
     },
     {
       title: t('Registration links'),
-      aside: t('strength, overlap'),
+      aside: t('strength, {figure}', { figure }),
       links: byStrength(report.counting.filter((link) => !report.bridges.has(link))),
       nShown: A_PAGE,
     },
@@ -48,8 +49,8 @@ export function linkGroups(links: readonly PlanLink[], report: NetworkReport): L
 /** What a link lacks to count; null: it counts. */
 export function lackInWords(link: PlanLink, counting: Counting): string | null {
   if (counts(link, counting)) return null;
-  const [{ overlap, strength }, { threshold, minStrength }] = [link, counting];
+  const [{ overlap, strength }, { threshold, minStrength, minProbability }] = [link, counting];
   if (overlap < threshold) return t('overlap below {required}', { required: askedPercent(threshold) });
   if (strength !== null && strength < minStrength) return t('strength below {least}', { least: plain(minStrength) });
-  return null;
+  return t('probability below {required}', { required: askedPercent(minProbability) });
 }

@@ -3,10 +3,9 @@
 import { useState } from 'preact/hooks';
 import { decimal, t } from '../language/language.ts';
 import type { PlanLink } from '../load/plan-json.ts';
-import { reachedPercent } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
-import type { Counting, NetworkReport } from './graph.ts';
+import { type Counting, linkPercent, type NetworkReport } from './graph.ts';
 import { type LinkGroup, lackInWords, linkGroups } from './link-groups.ts';
 import { strengthColor } from './strength.ts';
 import { northHint, weakMotionOf } from './weak-motion.ts';
@@ -24,7 +23,7 @@ export function LinkList({ store, report, counting }: LinkListProps) {
   return (
     <>
       <p class="muted north">{northHint(store.loaded.value?.plan.scene.georeference?.to_map ?? null)}</p>
-      {linkGroups(store.shownLinks.value, report).map((group) => (
+      {linkGroups(store.shownLinks.value, report, counting).map((group) => (
         <Group key={group.title} group={group} store={store} report={report} counting={counting} />
       ))}
     </>
@@ -93,8 +92,7 @@ function LinkRow({ store, link, isWeakest, counting }: LinkRowProps) {
           {words !== null && <span class="muted link-words">{words}</span>}
         </span>
         <span class="row-area">
-          {link.strength !== null && lack === null && <b>{decimal(link.strength, 3)}</b>}{' '}
-          {reachedPercent(link.overlap, counting.threshold)}
+          {link.strength !== null && lack === null && <b>{decimal(link.strength, 3)}</b>} {linkPercent(link, counting)}
         </span>
       </button>
     </li>

@@ -6,7 +6,7 @@ import type { PlanLink } from '../load/plan-json.ts';
 import { reachedPercent } from '../panels/figures.ts';
 import type { ShownStation } from '../stations/shown.ts';
 import type { Store } from '../store.ts';
-import type { Counting } from './graph.ts';
+import { type Counting, registersWords } from './graph.ts';
 import { inkOn } from './ink.ts';
 import { lackInWords } from './link-groups.ts';
 import { type Rim, rimOf } from './matrix-rim.ts';
@@ -134,7 +134,7 @@ function inWords([a, b]: Pair, link: PlanLink | undefined, counting: Counting): 
     percent: reachedPercent(link.overlap, counting.threshold),
     strength: strengthInWords(link.strength),
   });
-  return `${words}${held}.${use}`;
+  return `${words}${registersWords(link, counting)}${held}.${use}`;
 }
 
 interface CellsProps {

@@ -3,11 +3,11 @@
 import { useState } from 'preact/hooks';
 import { plain, t } from '../language/language.ts';
 import type { PlanLink } from '../load/plan-json.ts';
-import { askedPercent, overlapNoun, reachedPercent } from '../panels/figures.ts';
+import { overlapNoun } from '../panels/figures.ts';
 import { Figure, Section } from '../panels/section.tsx';
 import { Badge } from '../panels/summary.tsx';
 import type { Store } from '../store.ts';
-import { type Counting, countingOf, type NetworkReport, networkOf } from './graph.ts';
+import { type Counting, countingOf, linkPercent, type NetworkReport, needsWords, networkOf } from './graph.ts';
 import { Graph } from './graph-view.tsx';
 import { LinkList } from './link-list.tsx';
 import { Matrix } from './matrix.tsx';
@@ -29,7 +29,12 @@ export function NetworkTab({ store }: { store: Store }) {
   return (
     <>
       <Section title={t('Registration')}>
-        <Figures report={report} counting={counting} overlap={overlapNoun(plan.requirements)} store={store} />
+        <Figures
+          report={report}
+          counting={counting}
+          needs={needsWords(plan, overlapNoun(plan.requirements))}
+          store={store}
+        />
       </Section>
       <Section title={picture === 'graph' ? t('Links between stations') : t('Overlap by pair')}>
         <div class="segments segments-flat" role="radiogroup" aria-label={t('Picture of the network')}>
@@ -68,10 +73,12 @@ export function NetworkTab({ store }: { store: Store }) {
 }
 
 /** What it was ranked by. */
-const weakestWords = ({ strength, overlap }: PlanLink, threshold: number): string =>
-  strength === null
-    ? t('overlap {percent}', { percent: reachedPercent(overlap, threshold) })
-    : t('strength {strength}', { strength: strengthInWords(strength) });
+const weakestWords = (link: PlanLink, counting: Counting): string =>
+  counting.minProbability > 0 && link.probability !== null
+    ? t('probability {percent}', { percent: linkPercent(link, counting) })
+    : link.strength === null
+      ? t('overlap {percent}', { percent: linkPercent(link, counting) })
+      : t('strength {strength}', { strength: strengthInWords(link.strength) });
 
 /** What the marks of the graph mean; colours: the legend below. */
 export function GraphKey() {
@@ -103,13 +110,12 @@ interface FiguresProps {
   store: Store;
   report: NetworkReport;
   counting: Counting;
-  /** What the threshold is one of. */
-  overlap: string;
+  /** What links need. */
+  needs: string;
 }
 
-function Figures({ store, report, counting, overlap }: FiguresProps) {
+function Figures({ store, report, counting, needs }: FiguresProps) {
   const { components, bridges, articulations, weakest } = report;
-  const least = { required: askedPercent(counting.threshold), overlap };
   return (
     <dl class="figures" data-testid="network-figures">
       <Figure
@@ -126,11 +132,11 @@ function Figures({ store, report, counting, overlap }: FiguresProps) {
         value={report.counting.length}
         hint={
           counting.minStrength > 0
-            ? t('At least {required} {overlap} and strength {strength}', {
-                ...least,
+            ? t('At least {needs} and strength {strength}', {
+                needs,
                 strength: plain(counting.minStrength),
               })
-            : t('At least {required} {overlap}', least)
+            : t('At least {needs}', { needs })
         }
       />
       <Figure
@@ -148,10 +154,10 @@ function Figures({ store, report, counting, overlap }: FiguresProps) {
       {weakest !== null && (
         <Figure
           name={t('Weakest link')}
-          hint={t('Least strength on the best connection between any two stations')}
+          hint={t('The nearest to what is required, on the best connection between any two stations')}
           value={
             <button type="button" class="link" onClick={() => store.choosePair([weakest.a, weakest.b])}>
-              {weakest.a} – {weakest.b}, {weakestWords(weakest, counting.threshold)}
+              {weakest.a} – {weakest.b}, {weakestWords(weakest, counting)}
             </button>
           }
         />

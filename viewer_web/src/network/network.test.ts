@@ -1,11 +1,11 @@
 import { expect, test } from 'vitest';
 import type { PlanLink } from '../load/plan-json.ts';
 import type { ShownStation } from '../stations/shown.ts';
-import { type Counting, networkOf } from './graph.ts';
+import { type Counting, linkPercent, networkOf } from './graph.ts';
 import { layOut } from './graph-layout.ts';
 import { overlapColor, strengthColor, strengthInWords, strengthShare } from './strength.ts';
 
-const COUNTING: Counting = { threshold: 0.3, minStrength: 0.01 };
+const COUNTING: Counting = { threshold: 0.3, minStrength: 0.01, minProbability: 0 };
 const link = (a: number, b: number, overlap = 0.5, strength: number | null = 0.1): PlanLink => ({
   a: `S${a}`,
   b: `S${b}`,
@@ -14,6 +14,7 @@ const link = (a: number, b: number, overlap = 0.5, strength: number | null = 0.1
   weak_axis: '',
   weak_motion: null,
   as_set_up: false,
+  probability: null,
 });
 const ids = (n: number): string[] => [...Array(n).keys()].map((i) => `S${i}`);
 const nameOf = ({ a, b }: PlanLink): string => `${a}-${b}`;
@@ -47,8 +48,26 @@ test('the weakest link is the one nearest to what is required, of overlap or of 
   expect(weakestOf(0.021)).toBe('S6-S9'); // 1.007 times the overlap, 2.1 times the strength
   expect(weakestOf(0.01)).toBe('S21-S23');
   expect(weakestOf(null)).toBe('S6-S9');
-  const free = networkOf(names, [link(6, 9, 0.302, 0.2), link(9, 21, 0.5, 0.1)], { threshold: 0, minStrength: 0 });
+  const free = networkOf(names, [link(6, 9, 0.302, 0.2), link(9, 21, 0.5, 0.1)], {
+    threshold: 0,
+    minStrength: 0,
+    minProbability: 0,
+  });
   expect(free.weakest && nameOf(free.weakest)).toBe('S6-S9');
+});
+
+test('what decides is the probability where one is required, never said to be certain', () => {
+  const counting = { threshold: 0, minStrength: 0.01, minProbability: 0.99 };
+  const likely = { ...link(0, 1, 0.14), probability: 0.99996 };
+  const risky = { ...link(1, 2, 0.6), probability: 0.98996 };
+  expect([likely, risky, link(0, 2)].map((each) => linkPercent(each, counting))).toEqual([
+    '99.9 %',
+    'just below 99 %',
+    '50.0 %',
+  ]);
+  const report = networkOf(['S0', 'S1', 'S2'], [likely, risky], counting);
+  expect([report.counting.length, report.components.length]).toEqual([1, 2]);
+  expect(report.gaps).toEqual([risky]);
 });
 
 test('links below the threshold or too weak do not count; of unknown strength they do', () => {
@@ -56,7 +75,7 @@ test('links below the threshold or too weak do not count; of unknown strength th
   const { counting, components, gaps } = networkOf(ids(4), links, COUNTING);
   expect(counting.map(nameOf)).toEqual(['S2-S3']);
   expect(components).toEqual([['S2', 'S3'], ['S0'], ['S1']]);
-  expect(gaps.map(nameOf)).toEqual(['S1-S2', 'S0-S1']);
+  expect(gaps.map(nameOf)).toEqual(['S0-S1', 'S1-S2']);
 });
 
 /** Splitmix, so that a failure is one seed. */

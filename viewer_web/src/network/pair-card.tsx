@@ -1,10 +1,10 @@
 /** The figures of a pair of stations: what they share, and how firmly that holds their scans together. */
 import { t } from '../language/language.ts';
 import { Card } from '../panels/card.tsx';
-import { areaWords, overlapDefined, reachedPercent } from '../panels/figures.ts';
+import { areaWords, overlapDefined, probabilityPercent, reachedPercent } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
-import { countingOf, networkOf } from './graph.ts';
+import { countingOf, networkOf, startWords } from './graph.ts';
 import { lackInWords } from './link-groups.ts';
 import { strengthInWords } from './strength.ts';
 import { northHint, weakMotionOf } from './weak-motion.ts';
@@ -40,6 +40,13 @@ export function PairCard({ store }: { store: Store }) {
           value={link === undefined ? '–' : reachedPercent(link.overlap, counting.threshold)}
           hint={overlapDefined(plan.requirements)}
         />
+        {link?.probability != null && (
+          <Figure
+            name={t('Probability')}
+            value={probabilityPercent(link.probability, counting.minProbability)}
+            hint={t('That the two scans register: {start}', { start: startWords(plan) })}
+          />
+        )}
         {marking.kind === 'shown' && (
           <Figure
             name={t('Shared surface')}

@@ -32,7 +32,9 @@ export function OverlapLegend({ isDark, threshold }: { isDark: boolean; threshol
           <rect key={i} x={i} width="1.1" height="1" fill={overlapColor(i / 23, isDark)} />
         ))}
       </svg>
-      <span class="muted">{t('100 %; links count from {required}', { required: askedPercent(threshold) })}</span>
+      <span class="muted">
+        {threshold > 0 ? t('100 %; links count from {required}', { required: askedPercent(threshold) }) : '100 %'}
+      </span>
     </div>
   );
 }

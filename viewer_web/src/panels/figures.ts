@@ -19,6 +19,10 @@ export function reachedPercent(fraction: number, required: number): string {
   return isShort ? t('just below {percent}', { percent: askedPercent(required) }) : `${decimal(Number(words), 1)} %`;
 }
 /** What was asked for, with as many digits as it was asked with: an overlap of 29.6 % is not less than one of 30 % then. */
+/** Of a probability; never more than 99.9 %: nothing is certain. */
+export const probabilityPercent = (probability: number, required: number): string =>
+  reachedPercent(Math.min(probability, 0.999), required);
+
 export const askedPercent = (fraction: number): string => `${plain(Number((100 * fraction).toPrecision(6)))} %`;
 type OverlapAsked = Pick<PlanJson['requirements'], 'overlap_measure' | 'overlap_of'>;
 /** What a share is one of; as `overlap_noun` of the library: the usual overlap goes by that name alone. */

@@ -3,18 +3,11 @@
 import { countingLinks } from '../edit/totals.ts';
 import { type TotalsBeside, totalsBeside } from '../edit/totals-beside.ts';
 import { t } from '../language/language.ts';
+import { countingOf, needsWords } from '../network/graph.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import { ShortfallList } from '../shortfalls/shortfall-list.tsx';
 import type { Store } from '../store.ts';
-import {
-  areaWords,
-  askedPercent,
-  counted,
-  optimalityInWords,
-  overlapNoun,
-  percent,
-  reachedPercent,
-} from './figures.ts';
+import { areaWords, counted, optimalityInWords, overlapNoun, percent, reachedPercent } from './figures.ts';
 import { Requirements } from './requirements.tsx';
 import { Figure, Section } from './section.tsx';
 
@@ -29,7 +22,7 @@ export function Summary({ store, view }: SummaryProps) {
   if (loaded === null || totals === null) return null;
   const { plan } = loaded;
   const { coverage, optimality, registration, requirements, scanner, warnings } = plan;
-  const nLinks = countingLinks(registration.links, registration.threshold, registration.min_strength ?? 0);
+  const nLinks = countingLinks(registration.links, countingOf(plan));
   return (
     <Section title={t('Plan')}>
       <Headline {...totals} required={requirements.coverage} />
@@ -72,10 +65,9 @@ export function Summary({ store, view }: SummaryProps) {
               {registration.connected ? t('connected') : t('not connected')}
             </Badge>
           }
-          hint={t('{links} of at least {required} {overlap}', {
+          hint={t('{links} of at least {needs}', {
             links: counted(nLinks, 'link'),
-            required: askedPercent(registration.threshold),
-            overlap: overlapNoun(requirements),
+            needs: needsWords(plan, overlapNoun(requirements)),
           })}
         />
         <Figure name={t('Scanner')} value={scanner.title} />

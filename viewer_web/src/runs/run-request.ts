@@ -38,7 +38,7 @@ interface FieldRule {
 
 export const FIELD_RULES: Readonly<Record<NumberField, FieldRule>> = {
   coveragePercent: { label: t('Coverage'), unit: '%', range: [1, 100], hint: t('Share of the scannable area') },
-  overlapPercent: { label: t('Overlap'), unit: '%', range: [0, 100], hint: t('Minimum overlap of a link') },
+  overlapPercent: { label: t('Overlap'), unit: '%', range: [0, 100], hint: t('Minimum overlap of a link; 0: none') },
   spacingMm: { label: t('Spacing'), unit: 'mm', range: [0.1, 100_000], hint: t('Maximum point spacing') },
   rangeM: { label: t('Range'), unit: 'm', range: [0.1, 10_000], hint: t('Maximum range') },
   incidenceDeg: { label: t('Incidence'), unit: 'deg', range: [1, 90], hint: t('Maximum angle of incidence') },

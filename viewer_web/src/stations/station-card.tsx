@@ -6,19 +6,10 @@ import { stationsOf } from '../edit/draft-follower.ts';
 import { t } from '../language/language.ts';
 import type { PlanJson, PlanLink, RequirementResult, StationLoss } from '../load/plan-json.ts';
 import { SetUpDistances } from '../measure/set-up-lines.tsx';
-import { countingOf } from '../network/graph.ts';
+import { countingOf, linkPercent, needsWords } from '../network/graph.ts';
 import { lackInWords } from '../network/link-groups.ts';
 import { Card } from '../panels/card.tsx';
-import {
-  areaWords,
-  askedPercent,
-  coordinateWords,
-  counted,
-  duration,
-  heightWords,
-  overlapNoun,
-  reachedPercent,
-} from '../panels/figures.ts';
+import { areaWords, coordinateWords, counted, duration, heightWords, overlapNoun } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -217,10 +208,9 @@ function Links({ store, plan, station }: StationProps) {
   return (
     <div class="links">
       <h3>
-        {t('{links} of at least {required} {overlap}', {
+        {t('{links} of at least {needs}', {
           links: counted(strong.length, 'link'),
-          required: askedPercent(counting.threshold),
-          overlap: overlapNoun(plan.requirements),
+          needs: needsWords(plan, overlapNoun(plan.requirements)),
         })}
       </h3>
       <ul class="chips">
@@ -232,7 +222,7 @@ function Links({ store, plan, station }: StationProps) {
               title={lackInWords(link, counting) ?? t('Enough to register: highlight the shared surface')}
               onClick={() => store.choosePair([station.id, otherEnd(link)])}
             >
-              {otherEnd(link)} <span>{reachedPercent(link.overlap, counting.threshold)}</span>
+              {otherEnd(link)} <span>{linkPercent(link, counting)}</span>
             </button>
           </li>
         ))}

@@ -46,7 +46,7 @@ export const RUNS = {
   'Keep current stations and edits': 'Jetzige Standpunkte und Änderungen behalten',
   'Keep stations and edits of the main plan': 'Standpunkte und Änderungen des Hauptplans behalten',
   'Share of the scannable area': 'Anteil der erfassbaren Fläche',
-  'Minimum overlap of a link': 'Mindestüberdeckung einer Verknüpfung',
+  'Minimum overlap of a link; 0: none': 'Mindestüberdeckung einer Verknüpfung; 0: keine',
   Spacing: 'Punktabstand',
   'Maximum point spacing': 'Größter Punktabstand',
   'Maximum range': 'Größte Entfernung',

@@ -60,7 +60,7 @@ export const SHARED = {
   'Not met: {requirements}': 'Nicht erfüllt: {requirements}',
   Panorama: 'Panorama',
   'Seen area': 'Erfasste Fläche',
-  '{links} of at least {required} {overlap}': '{links} mit mindestens {required} {overlap}',
+  '{links} of at least {needs}': '{links} mit mindestens {needs}',
   'Unnamed element': 'Bauteil ohne Namen',
   'Seen from': 'Erfasst von',
   Unseen: 'Lücken',

@@ -1,0 +1,159 @@
+"""Whether plans register: their stations set up beside their marks, scanned, and registered as a whole.
+
+    python -m tests.benchmarks.bench_registration_plans [--buildings house,duplex] [--write PAGE]
+
+Each building is planned with default requirements; its stations stand anywhere within the set-up tolerance of their
+marks. Clouds and pairs are those of `bench_registration`; all pairs that the plan counts as links are registered, and
+Open3D's pose graph makes one network of them, without knowing the truth. Not a test: nothing here fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import zlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+from planner_core.engine.open3d import import_open3d
+from planner_core.engine.open_engine import open_engine
+from planner_core.engine.patch_mode import mode_that_counts_parts
+from planner_core.model import FloatArray, Plan, PlanSettings, Proven, ScanBy, Scope
+from planner_core.planning.plan import make_plan
+from planner_core.requirements.goals import NO_COVER
+from planner_core.requirements.read import requirements_from
+from planner_core.scanner.load_scanner import load_scanner
+from planner_core.scene.doors import without_door_leaves
+from tests.benchmarks.bench_real_buildings import put
+from tests.benchmarks.bench_registration import STARTS, pose_errors, scene_of
+from tests.benchmarks.registration.clouds import moved, scan
+from tests.benchmarks.registration.methods import point_to_plane, prepare
+from tests.benchmarks.registration.rule import NEAR_DEG, NEAR_MM
+
+BUILDINGS = (
+    "house", "basement", "school", "corridor-comb", "stairwell", "duplex", "fzk-haus", "sample-house", "renga-house",
+    "openhouse",
+)  # fmt: skip
+SCANNERS = {"tracked": "rtc360", "manual": "focus-premium-70"}
+o3d = import_open3d()
+_graph = o3d.pipelines.registration
+
+
+def planned(name: str, scanner: str) -> Plan:
+    """Plan a building as the command does, quickly."""
+    used = load_scanner(scanner)
+    requirements, _ = requirements_from({}, deliverable="survey", scope=Scope.AUTO, no_cover=NO_COVER)
+    settings = PlanSettings(used, requirements, method=Proven(work_limit=3.0, prove=False), refine=False)
+    settings = replace(settings, scan_mode=mode_that_counts_parts(ScanBy.AUTO, used))
+    return make_plan(without_door_leaves(scene_of(name)), settings)
+
+
+def registered(plan: Plan, start: str, seed: int) -> tuple[int, int, list[float]]:
+    """Links that register, all links, and how far off each station comes to lie, mm, to its network's first."""
+    random, limits = np.random.default_rng(seed), plan.settings.requirements.link_limits
+    engine = open_engine(plan.survey.scene, plan.survey.patches)
+    marks_m = np.array([station.position_m for station in plan.stations])
+    tolerance_m, turn = plan.settings.set_up_tolerance_m, 2.0 * np.pi * random.random(len(marks_m))
+    away_m = tolerance_m * np.sqrt(random.random(len(marks_m)))
+    rise_m = tolerance_m * (random.random(len(marks_m)) - 0.5)
+    at_m = marks_m + np.column_stack([away_m * np.cos(turn), away_m * np.sin(turn), rise_m])
+    clouds = [prepare(scan(engine, plan.survey.scene, each_m, random), random) for each_m in at_m]
+    place = {station.id: number for number, station in enumerate(plan.stations)}
+    edges, n_good = [], 0
+    for link in plan.links:
+        if not link.counts(limits):
+            continue
+        a, b = place[link.a], place[link.b]
+        truth = np.linalg.inv(clouds[a].cloud.pose) @ clouds[b].cloud.pose
+        found = point_to_plane(clouds[a], clouds[b], truth @ moved(*STARTS[start], random), start)
+        off_mm, off_deg = pose_errors(truth, found)
+        n_good += off_mm <= NEAR_MM and off_deg <= NEAR_DEG
+        points = [clouds[each].levels[-1][0] for each in (a, b)]
+        information = _graph.get_information_matrix_from_point_clouds(points[1], points[0], 0.05, found)
+        edges.append((a, b, found, information))
+    errors_mm = []
+    assert plan.registration is not None
+    for network in plan.registration.networks:
+        members = [place[station] for station in network.stations]
+        errors_mm += _errors_mm(members, edges, [cloud.cloud.pose for cloud in clouds])
+    return n_good, len(edges), errors_mm
+
+
+def _errors_mm(
+    members: list[int], edges: list[tuple[int, int, FloatArray, FloatArray]], truth: list[FloatArray]
+) -> list[float]:
+    """Of one network's stations: laid out along a tree of links, then all links together."""
+    node = {station: number for number, station in enumerate(members)}
+    inside = [(node[a], node[b], found, information) for a, b, found, information in edges if a in node]
+    pose: dict[int, FloatArray] = {0: np.eye(4)}
+    tree = set()
+    # The links of most information first: Prim.
+    while len(pose) < len(members):
+        a, b, found, _ = max(
+            (edge for edge in inside if (edge[0] in pose) != (edge[1] in pose)), key=lambda edge: float(edge[3][0, 0])
+        )
+        tree.add((a, b))
+        if a in pose:
+            pose[b] = pose[a] @ found
+        else:
+            pose[a] = pose[b] @ np.linalg.inv(found)
+    graph = _graph.PoseGraph()
+    graph.nodes.extend([_graph.PoseGraphNode(pose[number]) for number in range(len(members))])
+    graph.edges.extend(
+        [
+            _graph.PoseGraphEdge(b, a, found, information, uncertain=(a, b) not in tree)
+            for a, b, found, information in inside
+        ]
+    )
+    option = _graph.GlobalOptimizationOption(
+        max_correspondence_distance=0.05, edge_prune_threshold=0.25, preference_loop_closure=1.0, reference_node=0
+    )
+    _graph.global_optimization(
+        graph,
+        _graph.GlobalOptimizationLevenbergMarquardt(),
+        _graph.GlobalOptimizationConvergenceCriteria(),
+        option,
+    )
+    first = np.linalg.inv(graph.nodes[0].pose)
+    of_first = np.linalg.inv(truth[members[0]])
+    return [
+        pose_errors(of_first @ truth[station], first @ graph.nodes[number].pose)[0]
+        for number, station in enumerate(members)
+    ]
+
+
+def row(name: str, start: str) -> str:
+    plan = planned(name, SCANNERS[start])
+    n_good, n_links, errors_mm = registered(plan, start, zlib.crc32(name.encode()))
+    assert plan.registration is not None
+    n_groups = len(plan.registration.networks)
+    return (
+        f"| {name} | {start} | {len(plan.stations)} | {n_groups} | {n_good} of {n_links} | "
+        f"{np.median(errors_mm):.1f} | {max(errors_mm):.1f} |"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--buildings", default=",".join(BUILDINGS))
+    parser.add_argument("--starts", default=",".join(SCANNERS))
+    parser.add_argument("--write", type=Path)
+    asked = parser.parse_args()
+    lines = [
+        "| building | start | stations | groups | links that register | station off, median mm | most mm |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for name in asked.buildings.split(","):
+        for start in asked.starts.split(","):
+            lines.append(row(name, start))
+            print(lines[-1], flush=True)
+    if asked.write:
+        put(asked.write, "plans", lines)
+
+
+if __name__ == "__main__":
+    main()
