@@ -18,7 +18,7 @@ from types import MappingProxyType
 
 from planner_core.coverage.percent import probability_percent, reached_percent
 from planner_core.errors import RequirementError
-from planner_core.model import FloatArray, Link, LinkLimits
+from planner_core.model import FloatArray, Link, LinkLimits, PreAlignment
 from planner_core.model.registration import FloorNetworks, NetworkGap, Registration, RegistrationNetwork
 from planner_core.network.links import MIN_LISTED_OVERLAP
 from planner_core.network.weak_motion import motion_words
@@ -28,6 +28,10 @@ _MOST_LISTED = 6
 
 #: In each line of `_apart` and `_alone`.
 _OF_GROUPS = re.compile(r"\b(do|does) not register with the others\b|\bregister neither with one another\b")
+#: Where registration starts from so little that no pair of the campaign is sure to register.
+_UNPLACED: Mapping[str, str] = MappingProxyType(
+    {PreAlignment.LEVEL: "only level", PreAlignment.NONE: "neither placed nor level"}
+)
 _NO_NAMES: Mapping[str, str] = MappingProxyType({})
 _Neighbours = dict[str, list[str]]
 
@@ -81,15 +85,17 @@ def registration_warnings(
     floor_names: Mapping[str, str] = _NO_NAMES,
     *,
     offset_m: FloatArray | tuple[float, float, float] = (0.0, 0.0, 0.0),
+    pre_alignment: PreAlignment = PreAlignment.MANUAL,
 ) -> tuple[str, ...]:
     """One line for each unconnected group that overlaps others, one for two that are the nearest to each other, one for
-    all that overlap none, and one for each group held together by single links where a redundant network is required.
+    all that overlap none, and one for each group held together by single links where a redundant network is required;
+    and one where registration starts from too little.
 
     Groups that are nearest to one another have a further line for what all of them together lack to the others: closing
     the gaps of all lines makes one network, where links can.
 
     floor_names : names of floor ids, for people; ids stand for themselves where they have none.
-    offset_m : scene = local + offset, for places of targets.
+    offset_m : scene = local + offset, for places of targets. pre_alignment : where registration starts.
     """
     registration = replace(registration, gaps=tuple(_moved(gap, offset_m) for gap in registration.gaps))
     gaps = _best_gaps(registration)
@@ -111,6 +117,11 @@ def registration_warnings(
         )
     if alone:
         lines.append(_alone([registration.networks[number] for number in alone], floor_names))
+    if pre_alignment in _UNPLACED and not registration.connected:
+        lines.append(
+            f"no pair of scans that are {_UNPLACED[pre_alignment]} registers surely; place them by hand "
+            "(--pre-alignment manual), or register all with targets"
+        )
     if registration.loops:
         lines += [_hangs(network) for network in registration.networks if not network.survives_a_link]
     return tuple(lines)

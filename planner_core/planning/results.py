@@ -261,4 +261,5 @@ def _registration_warnings(survey: Survey, requirements: Requirements, registrat
     if not requirements.asks_links:
         return ()
     names = {floor.id: floor.name for floor in survey.floors}
-    return registration_warnings(registration, names, offset_m=survey.scene.offset_m)
+    start = requirements.pre_alignment or survey.scanner.pre_alignment
+    return registration_warnings(registration, names, offset_m=survey.scene.offset_m, pre_alignment=start)

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
-from planner_core.model import Link, LinkLimits, WeakMotion
+from planner_core.model import Link, LinkLimits, PreAlignment, WeakMotion
 from planner_core.network import network_report
 from planner_core.network.network_report import (
     groups_first,
@@ -360,3 +360,14 @@ def test_the_best_gap_of_a_network_is_the_first_that_is_nearest_to_counting(surv
         gaps = [gap for gap in found.gaps if number in gap.networks]
         assert best[number] == max(gaps, key=lambda gap: margin(gap.best), default=None)
     assert sorted(best) == list(range(1, len(found.networks)))
+
+
+def test_scans_that_nobody_places_have_a_line_where_they_are_apart():
+    limits = LinkLimits(0.0, 0.01, 0.99)
+    likely, risky = (Link("A", "B", 0.67, 0.2, probability=each) for each in (0.995, 0.218))
+    apart = report([risky], ["A", "B"], limits=limits)
+    named, placed = registration_warnings(apart, pre_alignment=PreAlignment.NONE)
+    assert "A to B, overlaps 67.0 % and registers with a probability of 21.8 %, 99 % are required; open" in named
+    assert placed.startswith("no pair of scans that are neither placed nor level registers surely; place them by hand")
+    assert len(registration_warnings(apart, pre_alignment=PreAlignment.MANUAL)) == 1
+    assert registration_warnings(report([likely], ["A", "B"], limits=limits), pre_alignment=PreAlignment.NONE) == ()

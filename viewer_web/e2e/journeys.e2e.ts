@@ -106,7 +106,10 @@ test('a plan is opened: its figures, floors and clouds, and a station with its p
     'Unique area': `${first.own_area_m2.toFixed(1)} m²`,
   });
   const links = plan.registration.links.filter(({ a, b }) => a === first.id || b === first.id);
-  const strong = links.filter(({ overlap }) => overlap >= plan.registration.threshold);
+  const { threshold, min_probability } = plan.registration;
+  const strong = links.filter(
+    ({ overlap, probability }) => overlap >= threshold && (probability ?? 0) >= min_probability,
+  );
   expect(await page.locator('.links .chip-strong').count()).toBe(Math.min(8, strong.length));
   expect(await viewer.marker(first.id).getAttribute('aria-pressed')).toBe('true');
   expect(await viewer.hash()).toBe(`#floor=${ground.id}&station=${first.id}`);
