@@ -27,7 +27,6 @@ _STAYING = {
     "reflectivity": "reflectivity",
     "link_strength": "min_strength",
     "link_probability": "min_probability",
-    "pre_alignment": "pre_alignment",
     "scope": "scope",
 }
 _PARTS = frozenset({"floors", "classes", "zones"})

@@ -14,6 +14,13 @@ const OBJECTIVES = [
   ['coverage', t('Most coverage, number of stations given')],
   ['time', t('Least field time')],
 ] as const;
+const STARTS = [
+  ['', t('As the scanner has it')],
+  ['tracked', t('Tracked by the scanner')],
+  ['manual', t('Placed by hand')],
+  ['level', t('Level only')],
+  ['none', t('None')],
+] as const;
 const NETWORKS = [
   ['connected', t('Connected')],
   ['redundant', t('Connected, redundant')],
@@ -134,6 +141,19 @@ function MainFields({ form, set, faults }: PartProps & { faults: Partial<Record<
           onChange={(event) => set({ network: event.currentTarget.value as RunForm['network'] })}
         >
           {NETWORKS.map(([value, words]) => (
+            <option key={value} value={value}>
+              {words}
+            </option>
+          ))}
+        </select>
+      </label>
+      <label class="field" title={t('Where registration of two scans starts')}>
+        {t('Pre-alignment')}
+        <select
+          value={form.preAlignment}
+          onChange={(event) => set({ preAlignment: event.currentTarget.value as RunForm['preAlignment'] })}
+        >
+          {STARTS.map(([value, words]) => (
             <option key={value} value={value}>
               {words}
             </option>

@@ -10,6 +10,7 @@ const ASKED = {
   overlap: 0.3,
   seen_from: 2,
   network: 'redundant',
+  pre_alignment: 'manual' as const,
   floors: ['F0'],
   asked: { spacing_m: 0.0065, range_m: 20, incidence_rad: (65 * Math.PI) / 180, noise_m: null },
 };
@@ -22,6 +23,7 @@ test('the form begins with what the plan was asked', () => {
       coverage: '95 %',
       overlap: '30 %',
       network: 'redundant',
+      pre_alignment: 'manual',
       spacing: '6.5 mm',
       range: '20 m',
       incidence: '65 deg',
@@ -47,6 +49,8 @@ test('a request is understood by the reader of requirements, and means what the 
   const read = JSON.parse(runPython('-c', program, path));
   rmSync(folder, { recursive: true });
   expect(read).toMatchObject({ coverage: 0.95, overlap: 0.3, seen_from: 2, network: 'redundant', floors: ['F0'] });
+  expect(read.pre_alignment).toBe('manual');
+  expect(requestOf(form({ preAlignment: '' })).requirements).not.toHaveProperty('pre_alignment');
   expect(read.asked.spacing_m).toBeCloseTo(0.0065, 9);
   expect(read.asked.range_m).toBe(20);
   expect(read.asked.incidence_rad).toBeCloseTo((65 * Math.PI) / 180, 9);

@@ -5,6 +5,8 @@ import { plain, t } from '../language/language.ts';
 
 export type Objective = 'fewest' | 'coverage' | 'time';
 export type NetworkKind = 'connected' | 'redundant' | 'none';
+/** Where registration starts; empty: as the scanner has it. */
+export type PreAlignment = '' | 'tracked' | 'manual' | 'level' | 'none';
 
 /** Fields as they are typed: empty means not required. */
 export interface RunForm {
@@ -14,6 +16,7 @@ export interface RunForm {
   readonly coveragePercent: string;
   readonly overlapPercent: string;
   readonly network: NetworkKind;
+  readonly preAlignment: PreAlignment;
   readonly spacingMm: string;
   readonly rangeM: string;
   readonly incidenceDeg: string;
@@ -25,7 +28,10 @@ export interface RunForm {
   readonly timeLimitS: string;
 }
 
-export type NumberField = Exclude<keyof RunForm, 'title' | 'objective' | 'network' | 'floors' | 'fromReview'>;
+export type NumberField = Exclude<
+  keyof RunForm,
+  'title' | 'objective' | 'network' | 'preAlignment' | 'floors' | 'fromReview'
+>;
 
 interface FieldRule {
   readonly label: string;
@@ -106,6 +112,7 @@ export function requestOf(form: RunForm): RunRequest {
     coverage: withUnit('coveragePercent', '%'),
     overlap: withUnit('overlapPercent', '%'),
     network: form.network,
+    pre_alignment: form.preAlignment === '' ? undefined : form.preAlignment,
     spacing: withUnit('spacingMm', 'mm'),
     range: withUnit('rangeM', 'm'),
     incidence: withUnit('incidenceDeg', 'deg'),
@@ -130,6 +137,7 @@ export interface AskedOfPlan {
   readonly overlap: number;
   readonly seen_from?: number | undefined;
   readonly network?: string | undefined;
+  readonly pre_alignment?: Exclude<PreAlignment, ''> | null | undefined;
   readonly floors?: readonly string[] | undefined;
   readonly asked?:
     | {
@@ -159,6 +167,7 @@ export function formFrom(asked: AskedOfPlan): RunForm {
     coveragePercent: typed(asked.coverage, 100),
     overlapPercent: typed(asked.overlap, 100),
     network: networkOf(asked.network),
+    preAlignment: asked.pre_alignment ?? '',
     spacingMm: typed(limits?.spacing_m, 1000),
     rangeM: typed(limits?.range_m, 1),
     incidenceDeg: typed(limits?.incidence_rad, 180 / Math.PI),
