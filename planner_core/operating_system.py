@@ -9,6 +9,7 @@ from __future__ import annotations
 import errno
 import os
 import signal
+import stat
 import sys
 from collections.abc import Callable
 from contextlib import suppress
@@ -89,6 +90,16 @@ def sync(path: Path) -> None:
             raise
     finally:
         os.close(handle)
+
+
+def is_own(status: os.stat_result) -> bool:
+    """Whether a file or folder belongs to the user of this process; yes where the system has no numbers of users."""
+    return not hasattr(os, "geteuid") or status.st_uid == os.geteuid()
+
+
+def is_open_to_others(status: os.stat_result) -> bool:
+    """Whether its permissions let other users read, write or run a file or folder; no where the system has none."""
+    return sys.platform != "win32" and stat.S_IMODE(status.st_mode) & 0o077 != 0
 
 
 def is_disk_full(path: Path) -> bool:

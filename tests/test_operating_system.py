@@ -33,6 +33,23 @@ def test_a_process_may_use_a_core_or_more() -> None:
     assert operating_system.n_usable_cores() >= 1
 
 
+def test_files_of_others_and_files_open_to_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "file"
+    file.touch()
+    found = {}
+    for mode in (0o600, 0o400, 0o700, 0o640, 0o604, 0o610):
+        file.chmod(mode)
+        found[mode] = operating_system.is_open_to_others(file.stat())
+    assert found == {0o600: False, 0o400: False, 0o700: False, 0o640: True, 0o604: True, 0o610: True}
+    status = file.stat()
+    assert operating_system.is_own(status)
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "geteuid", lambda: status.st_uid + 1)
+        assert not operating_system.is_own(status)
+        patched.delattr(os, "geteuid")
+        assert operating_system.is_own(status)
+
+
 @pytest.mark.slow
 def test_time_of_a_thread_is_its_own() -> None:
     """One that works adds to its time, one that waits does not; a process that is gone has no threads."""
