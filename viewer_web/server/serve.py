@@ -1,5 +1,6 @@
 """Runs the viewer's application until it is interrupted."""
 
+import errno
 import socket
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -9,12 +10,15 @@ from typing import TYPE_CHECKING
 import uvicorn
 from fastapi import APIRouter
 
+from planner_core.cache import CACHE_VARIABLE
 from planner_core.errors import RequirementError
 from planner_core.plan_folder.plan_settings import ScenePaths
 from planner_core.progress import Progress
 from viewer_web.server.app import BUILT_APP, create_app
 from viewer_web.server.connections import ACCEPTED_AT_ONCE, MOST_WAITING, Connection, close_overdue
+from viewer_web.server.guard import LOOPBACK_NAMES
 from viewer_web.server.session import Session
+from viewer_web.server.shared_links import SharedLinks, file_of_links, found_links, keep
 from viewer_web.server.token import QUERY, new_token
 
 if TYPE_CHECKING:
@@ -30,8 +34,8 @@ _LOOK_EVERY_TICKS = 5  # of uvicorn's, a tenth of a second each
 def serve(
     plan_folder: Path,
     *,
-    host: str = "127.0.0.1",
-    port: int = 0,
+    host: str | None = None,
+    port: int | None = None,
     on_ready: Callable[[str], None],
     allowed_hosts: Iterable[str] = (),
     built_app: Path = BUILT_APP,
@@ -39,8 +43,10 @@ def serve(
     read_only: bool = False,
     comment_only: bool = False,
     live: bool = True,
+    keep_links: bool = False,
     on_comment_address: Callable[[str], None] = lambda _: None,
     on_left: Callable[["LeftRun"], None] = lambda _: None,
+    on_kept: Callable[[Path], None] = lambda _: None,
     on_warning: Callable[[str], None] = lambda _: None,
 ) -> None:
     """Serve `plan_folder` on `host` and `port` until interrupted (Ctrl-C raises KeyboardInterrupt here).
@@ -50,9 +56,10 @@ def serve(
     plan_folder, built_app : Path
         As in `create_app`.
     host, port : str, int
-        Address to listen on; port 0 lets the system choose a free one.
+        Address to listen on; port 0 lets the system choose a free one. None: those kept, else the loopback address and
+        any free port.
     on_ready : callable
-        Gets the address to open, with the token of this start in it, once requests are answered.
+        Gets the address to open, with a token in it, once requests are answered.
     allowed_hosts : iterable of str
         Names besides the loopback ones, `host` and this machine's own addresses under which browsers reach it. Where
         `host` is a wildcard, this machine's own name is allowed too.
@@ -67,10 +74,16 @@ def serve(
         `read_only`. Called after `on_ready`.
     live : bool
         Whether the live side is opened, in the background, once requests are answered.
+    keep_links : bool
+        Whether tokens, host and port are those of the last start with `keep_links`, and kept for the next one, see
+        `viewer_web.server.shared_links`. With `comment_only`, the kept token of those who may do more is not accepted.
     on_left : callable
         Gets the run that goes on when the server stops, if there is one.
+    on_kept : callable
+        Gets the file in which the links are kept, after `on_ready`; not called where they are not.
     on_warning : callable
-        Gets lines for the user while requests are answered, from any thread: a fallback of the live side, for example.
+        Gets lines for the user, before requests are answered (links that can't be kept) and meanwhile, from any thread:
+        a fallback of the live side, for example.
 
     Notes
     -----
@@ -84,8 +97,17 @@ def serve(
     RequirementError
         The address can't be listened on.
     """
+    kept, keep_links = _kept(plan_folder, on_warning) if keep_links else (None, False)
+    token, comment_token = (kept.token, kept.comment_token) if kept else (new_token(), new_token())
+    is_kept_port = kept is not None and port is None
+    if kept is not None and host is None and kept.host not in LOOPBACK_NAMES:
+        on_warning(
+            f"listens on {kept.host or 'all addresses'} as at the start whose links were kept, so that others on the "
+            "network can reach it; --host 127.0.0.1 ends that"
+        )
+    host = host if host is not None else kept.host if kept else "127.0.0.1"
+    port = port if port is not None else kept.port if kept else 0
     named = own_names() if host in WILDCARD_HOSTS else (host,)
-    token, comment_token = new_token(), new_token()
     session = Session(plan_folder, read_only=read_only)
     sides = [
         runs_side(session, scene, on_left=on_left),
@@ -94,16 +116,20 @@ def serve(
     ]
     app = create_app(
         plan_folder,
-        token=token,
+        token=new_token() if comment_only else token,  # a kept one, which others have, allows more
         comment_token=comment_token,
         session=session,
         routers=[side.router for side in sides],
         allowed_hosts=(*allowed_hosts, *named),
         built_app=built_app,
     )
-    with _listen(host, port) as listener:
+    with _listen(host, port, is_kept_port=is_kept_port) as listener:
+        port = listener.getsockname()[1]
         shown_host = "127.0.0.1" if host in WILDCARD_HOSTS else host
-        address = f"http://{f'[{shown_host}]' if ':' in shown_host else shown_host}:{listener.getsockname()[1]}/"
+        address = f"http://{f'[{shown_host}]' if ':' in shown_host else shown_host}:{port}/"
+        if keep_links:
+            links = SharedLinks(host, port, token, comment_token)
+            keep_links = links == kept or _keep(plan_folder, links, on_warning)
 
         def ready() -> None:
             for side in sides:
@@ -112,6 +138,8 @@ def serve(
             on_ready(of_commenters if comment_only else f"{address}?{QUERY}={token}")
             if not (comment_only or read_only):
                 on_comment_address(of_commenters)
+            if keep_links:
+                on_kept(file_of_links(plan_folder))
 
         def stopping() -> None:
             session.events.close()  # streams end only when they are closed, and the server waits for them
@@ -203,13 +231,40 @@ def own_names() -> tuple[str, ...]:
     return tuple(sorted({name, short, f"{short}.local"} if short else ()))
 
 
-def _listen(host: str, port: int) -> socket.socket:
+def _kept(plan_folder: Path, on_warning: Callable[[str], None]) -> tuple[SharedLinks | None, bool]:
+    """Return the links that were kept, if there are any, and whether there is a place to keep links."""
+    try:
+        return found_links(plan_folder, on_warning), True
+    except RequirementError as error:
+        on_warning(f"links are not kept: {error}")
+        return None, False
+
+
+def _keep(plan_folder: Path, links: SharedLinks, on_warning: Callable[[str], None]) -> bool:
+    """Keep links for the next start, and return whether they are kept: a server without is better than none."""
+    try:
+        keep(plan_folder, links)
+    except OSError as error:
+        on_warning(
+            f"links are not kept in {file_of_links(plan_folder).parent}: {error.strerror or error}, expected a folder "
+            f"of yours that can be written; the next start has other addresses. Set {CACHE_VARIABLE} to such a folder"
+        )
+        return False
+    return True
+
+
+def _listen(host: str, port: int, *, is_kept_port: bool = False) -> socket.socket:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         listener = socket.create_server((host, port), family=family)
     except (OSError, OverflowError) as error:
         words: str = getattr(error, "strerror", None) or str(error)
         reason = words.partition(" (while ")[0]  # Python adds the address, which is there already
+        if is_kept_port and isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
+            raise RequirementError(
+                f"{host} port {port}, of the kept links: got a port in use, expected a free one; stop what listens "
+                "there, such as another `tlsplan view` of this plan, or take a new port with `--port 0 --keep-links`"
+            ) from error
         raise RequirementError(
             f"can't listen on {host} port {port}: {reason}. Choose another port, or 0 for any free one."
         ) from error

@@ -1,6 +1,7 @@
 """The token of one start of the server: who opens the address that was printed may read the plan, and nobody else.
 
-There may be a second one, of those who may comment and no more (`viewer_web.server.roles`).
+There may be a second one, of those who may comment and no more (`viewer_web.server.roles`). Both may be kept for
+further starts (`viewer_web.server.shared_links`).
 
 The first page gets it in its address, hands it in, and gets a cookie instead, so that it stays in no history and in no
 link that somebody shares. Programs send it as a header.
