@@ -13,9 +13,13 @@ if TYPE_CHECKING:
 
 @click.command("view", epilog="Example:  tlsplan view plan/")
 @click.argument("plan", type=click.Path(path_type=Path))
-@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port to listen on. [default: any free one]")
-@click.option("--host", default="127.0.0.1", show_default=True, metavar="ADDRESS",
-              help="Address to listen on; any but loopback lets others on the network read the plan.")  # fmt: skip
+@click.option("--port", type=click.IntRange(0, 65535), help="Port to listen on. [default: any free one]")
+@click.option("--host", metavar="ADDRESS",
+              help="Address to listen on; any but loopback lets others on the network read the plan. "
+              "[default: 127.0.0.1]")  # fmt: skip
+@click.option("--keep-links", is_flag=True,
+              help="The same addresses at each start with this option: tokens, port and host are kept in the user's "
+              "cache folder, for this plan folder. --port and --host replace those kept.")  # fmt: skip
 @click.option("--allow-host", "allowed_hosts", multiple=True, metavar="NAME",
               help="Additional host name to accept, for a proxy or a tunnel; may be repeated.")  # fmt: skip
 @click.option("--scene", type=click.Path(path_type=Path), multiple=True, metavar="FILE",
@@ -28,8 +32,9 @@ if TYPE_CHECKING:
 @click.option("--no-browser", is_flag=True, help="Print the address without opening a browser.")
 def command(
     plan: Path,
-    port: int,
-    host: str,
+    port: int | None,
+    host: str | None,
+    keep_links: bool,
     allowed_hosts: tuple[str, ...],
     scene: tuple[Path, ...],
     read_only: bool,
@@ -42,7 +47,8 @@ def command(
     The printed address contains a token: anyone who has it can read the plan and change its review. With the second
     address one can read, comment and give verdicts, and no more.
     """
-    from planner_core.errors import PlanFolderError
+    from planner_core.cache import CACHE_VARIABLE
+    from planner_core.errors import PlanFolderError, RequirementError, one_line
     from planner_core.plan_folder.plan_json import read_plan_json
     from planner_core.plan_folder.plan_settings import find_scene
     from planner_core.review.store import ReviewStore
@@ -50,7 +56,7 @@ def command(
     from viewer_web.server.serve import serve
 
     from .. import output
-    from ..environment import leave_at_once
+    from ..environment import check_caches_are_kept, leave_at_once
 
     def ready(address: str) -> None:
         output.say(f"{plan} is shown at {address}   (Ctrl-C ends it)")
@@ -60,13 +66,25 @@ def command(
     def comment_address(address: str) -> None:
         output.say(f"for comments and verdicts only: {address}")
 
+    def kept(file: Path) -> None:
+        output.say(f"kept for the next start with --keep-links, until you delete {file}")
+
+    def warn(line: str) -> None:
+        click.echo(f"warning: {one_line(line)}", err=True)
+
     document = read_plan_json(plan)  # a broken plan is refused here, not by an empty page
     if scene:
         find_scene(plan, document, scenes=scene)  # so is the wrong building
     try:
         ReviewStore(plan).current()
     except PlanFolderError as error:  # the plan can be viewed without
-        click.echo(f"warning: {error}", err=True)
+        warn(str(error))
+    if keep_links:
+        try:
+            check_caches_are_kept(CACHE_VARIABLE)
+        except RequirementError as error:  # caches go with this process
+            warn(f"links are not kept: {error}")
+            keep_links = False
     left: list[LeftRun] = []
     try:
         serve(
@@ -80,8 +98,10 @@ def command(
             comment_only=comment_only,
             on_comment_address=comment_address,
             live=not no_live,
+            keep_links=keep_links,
             on_left=left.append,
-            on_warning=lambda line: click.echo(f"warning: {line}", err=True),
+            on_kept=kept,
+            on_warning=warn,
         )
     except KeyboardInterrupt:
         output.say("stopped")

@@ -33,22 +33,28 @@ def plan_folder(tmp_path: Path) -> Path:
 def view(plan_folder: Path, monkeypatch: pytest.MonkeyPatch) -> View:
     """Run the command on a server that is ended at once, with these runs still going."""
 
-    def run(*left: LeftRun) -> Result:
+    def run(*left: LeftRun, options: tuple[str, ...] = ()) -> Result:
         def ended(
             *_: object,
+            keep_links: bool,
+            port: int | None,
+            host: str | None,
             on_ready: Callable[[str], None],
             on_comment_address: Callable[[str], None],
             on_left: Callable[[LeftRun], None],
+            on_kept: Callable[[Path], None],
             **__: object,
         ) -> None:
             on_ready("http://127.0.0.1:1/?token=x")
             on_comment_address("http://127.0.0.1:1/?token=y")
+            if keep_links:
+                on_kept(Path(f"{host}-{port}.json"))
             for each in left:
                 on_left(each)
             signal.raise_signal(signal.SIGINT)
 
         monkeypatch.setattr(serve, "serve", ended)
-        return CliRunner().invoke(cli, ["view", str(plan_folder), "--no-browser"])
+        return CliRunner().invoke(cli, ["view", str(plan_folder), "--no-browser", *options])
 
     return run
 
@@ -74,6 +80,26 @@ def test_the_address_of_commenters_is_printed_beside_the_other(view: View) -> No
     shown, comments, _ = view().stdout.splitlines()
     assert "is shown at http://127.0.0.1:1/?token=x" in shown
     assert comments == "for comments and verdicts only: http://127.0.0.1:1/?token=y"
+
+
+def test_where_links_are_kept_is_printed(view: View) -> None:
+    _, _, kept, stopped = view(options=("--keep-links",)).stdout.splitlines()
+    assert (kept, stopped) == (
+        "kept for the next start with --keep-links, until you delete None-None.json", "stopped",
+    )  # fmt: skip
+    done = view(options=("--keep-links", "--port", "0", "--host", "::1"))
+    assert "delete ::1-0.json" in done.stdout  # not as if they were not given
+
+
+def test_links_are_not_kept_where_caches_go_with_the_process(view: View, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(environment, "_caches_are_kept", False)
+    monkeypatch.delenv("TLSPLAN_CACHE", raising=False)
+    assert view().stderr == ""
+    done = view(options=("--keep-links",))
+    [line] = done.stderr.splitlines()
+    assert line.startswith("warning: links are not kept: cache folder: got a home folder that can't be written")
+    assert "set TLSPLAN_CACHE" in line
+    assert "kept for" not in done.stdout and "is shown at" in done.stdout
 
 
 def test_a_run_that_was_must_end_is_told_with_where_its_plan_will_be(view: View, tmp_path: Path) -> None:
