@@ -17,10 +17,14 @@ export interface PlanServer {
   stop(signal?: NodeJS.Signals): Promise<void>;
 }
 
-/** Serve a plan folder, planning it first where there is none; `TLSPLAN_PYTHON` names the interpreter. */
-export async function servePlan(folder: string, scene = '', port = 0): Promise<PlanServer> {
-  const args = ['-m', 'viewer_web.e2e.serve_plan', folder, scene, `${port}`];
-  const server = spawn(PYTHON, args, { cwd: REPOSITORY, stdio: ['ignore', 'pipe', 'inherit'] });
+/**
+ * Serve a plan folder, planning it first where there is none; `TLSPLAN_PYTHON` names the interpreter. `keepIn`: a cache
+ * folder that keeps its links; empty: they are not kept.
+ */
+export async function servePlan(folder: string, scene = '', port = 0, keepIn = ''): Promise<PlanServer> {
+  const args = ['-m', 'viewer_web.e2e.serve_plan', folder, scene, `${port}`, ...(keepIn ? ['keep'] : [])];
+  const env = keepIn ? { ...process.env, TLSPLAN_CACHE: keepIn } : process.env;
+  const server = spawn(PYTHON, args, { cwd: REPOSITORY, env, stdio: ['ignore', 'pipe', 'inherit'] });
   const ended = new Promise<void>((done) => server.on('exit', () => done()));
   const [address, , commentAddress] = await new Promise<string[]>((resolveLines, reject) => {
     let output = '';

@@ -2,8 +2,9 @@
 
 One a line: the address of those who may do everything, the folder, the address of those who may only comment.
 
-`python serve_plan.py FOLDER [SCENE [PORT]]` writes the plan to FOLDER, the house beside it, and serves it until
+`python serve_plan.py FOLDER [SCENE [PORT [keep]]]` writes the plan to FOLDER, the house beside it, and serves it until
 interrupted; a plan that is there is kept. SCENE: the scene file, where a plan was copied away from it; empty: none.
+keep: links are kept, in the cache folder of the environment.
 """
 
 import subprocess
@@ -74,7 +75,14 @@ def main() -> None:
 
     scene = Path(sys.argv[2]) if len(sys.argv) > 2 and sys.argv[2] else None
     port = int(sys.argv[3]) if len(sys.argv) > 3 else 0
-    serve(folder, on_ready=announce, on_comment_address=announce_comments, scene=scene, port=port)
+    serve(
+        folder,
+        on_ready=announce,
+        on_comment_address=announce_comments,
+        scene=scene,
+        port=port or None,
+        keep_links="keep" in sys.argv[4:],
+    )
 
 
 if __name__ == "__main__":

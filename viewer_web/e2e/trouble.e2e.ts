@@ -52,3 +52,28 @@ test('a damaged review and a missing scene are reported, and a page goes on when
   await second.stop();
   rmSync(own, { recursive: true, force: true });
 });
+
+test('a page goes on with another start of a server that keeps its links', async () => {
+  const own = mkdtempSync(join(tmpdir(), 'tlsplan-e2e-kept-'));
+  const folder = join(own, 'plan');
+  cpSync(inject('planFolder'), folder, { recursive: true });
+  const serve = () => servePlan(folder, '', 0, join(own, 'cache'));
+  const first = await serve();
+  const viewer = await openPage({}, first.address);
+  const { page } = viewer;
+  await viewer.open('#tab=edit');
+  await first.stop();
+  const trouble = page.getByTestId('trouble');
+  await trouble.getByText('The server does not answer; retrying.').waitFor();
+
+  const second = await serve();
+  expect([second.address, second.commentAddress]).toEqual([first.address, first.commentAddress]);
+  await trouble.waitFor({ state: 'detached' });
+  await page.reload();
+  await page.locator('.marker:not([hidden])').first().waitFor();
+  expect(await trouble.count()).toBe(0);
+  expect(viewer.faults.splice(0).filter((fault) => !/Failed to load resource|ERR_/.test(fault))).toEqual([]);
+  await page.close();
+  await second.stop();
+  rmSync(own, { recursive: true, force: true });
+});
