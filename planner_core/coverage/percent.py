@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from planner_core.model import NOT_AS_REQUIRED, Scope
+from planner_core.model import NOT_AS_REQUIRED, LinkLimits, Scope
 
 MOST_PROBABLE = 0.999
 LARGE_SHARE = 1 / 3
@@ -34,6 +34,18 @@ def reached_share(share: float, required: float, decimals: int) -> float:
     while share < required <= round(share, decimals):
         decimals += 1
     return round(float(share), decimals)
+
+
+def link_limits_words(limits: LinkLimits, noun: str = "overlap", pre_alignment: str = "") -> str:
+    """What links need: `at least 99 % probability of registering (tracked) and 30 % overlap`.
+
+    noun : of `planner_core.requirements.wording.overlap_noun`. pre_alignment : where registration starts; empty: not
+    named.
+    """
+    start = f" ({pre_alignment})" if pre_alignment else ""
+    needs = [f"{100 * limits.probability:g} % probability of registering{start}"] if limits.probability > 0.0 else []
+    needs += [f"{100 * limits.overlap:g} % {noun}"] if limits.overlap > 0.0 or not needs else []
+    return f"at least {' and '.join(needs)}"
 
 
 def not_as_required_m2(area_by_reason_m2: Mapping[str, float], achievable_m2: float) -> float:

@@ -14,10 +14,10 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from planner_core.coverage.percent import link_limits_words
 from planner_core.coverage.plausibility_figures import LEAST_ROOM_M2, FloorFigures, PlanFigures, at_knee
 from planner_core.model import Floor, NetworkKind, Objective, Plan, Room, Scene, Station
 from planner_core.positions.reach import Reach
-from planner_core.requirements.wording import link_limits_words
 from planner_core.scene.extent import LONGEST_M, UNITS_M, extent_m, likely_unit
 from planner_core.scene.ground_planes import with_ground_planes
 from planner_core.scene.level_surfaces import WALL_CUT_M

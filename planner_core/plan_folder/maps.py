@@ -12,6 +12,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from planner_core.coverage.percent import link_limits_words
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import FloatArray, Floor, Plan
 from planner_core.plan_folder import palette
@@ -78,7 +79,6 @@ from planner_core.plan_folder.sheet import (
     new_sheet,
     picture_box,
 )
-from planner_core.requirements.wording import link_limits_words
 from planner_core.scene.floors import ground_levels, ground_span_m, levels_of
 
 CAPTION_MM = 8.0

@@ -10,12 +10,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from decimal import ROUND_CEILING, Decimal
 from typing import Any
 
-from planner_core.coverage.percent import not_as_required_m2, not_planned, probability_percent, reached_percent
+from planner_core.coverage.percent import (
+    link_limits_words,
+    not_as_required_m2,
+    not_planned,
+    probability_percent,
+    reached_percent,
+)
 from planner_core.model import FOOT, METRE, LengthUnit, Scope
 from planner_core.model.length_units import feet_and_inches
 from planner_core.network.network_report import groups_first, weakest_link
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource, limits_of, link_of, links_of
-from planner_core.requirements.wording import link_limits_words, overlap_defined, overlap_noun
+from planner_core.requirements.wording import overlap_defined, overlap_noun
 
 Document = Mapping[str, Any]
 """Of plan.json, or a part of it."""

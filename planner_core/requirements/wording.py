@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import fields
 
-from planner_core.model import LinkLimits, OverlapMeasure, OverlapOf, PointLimits
+from planner_core.model import OverlapMeasure, OverlapOf, PointLimits
 
 
 def limits_in_words(limits: PointLimits, seen_from: int = 1) -> str:
@@ -38,17 +38,6 @@ def overlap_noun(measure: str, of: str) -> str:
     """
     noun = "Jaccard overlap" if measure == OverlapMeasure.JACCARD else "overlap"
     return noun if of == OverlapOf.ALL_SEEN else f"{noun} of what is seen as required"
-
-
-def link_limits_words(limits: LinkLimits, noun: str = "overlap", pre_alignment: str = "") -> str:
-    """What links need: `at least 99 % probability of registering (tracked) and 30 % overlap`.
-
-    noun : of `overlap_noun`. pre_alignment : where registration starts; empty: not named.
-    """
-    start = f" ({pre_alignment})" if pre_alignment else ""
-    needs = [f"{100 * limits.probability:g} % probability of registering{start}"] if limits.probability > 0.0 else []
-    needs += [f"{100 * limits.overlap:g} % {noun}"] if limits.overlap > 0.0 or not needs else []
-    return f"at least {' and '.join(needs)}"
 
 
 def overlap_defined(measure: str, of: str) -> str:

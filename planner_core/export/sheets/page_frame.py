@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from planner_core.coverage.percent import link_limits_words
 from planner_core.export.sheets.floor_view import FloorView
 from planner_core.export.sheets.paper import Tile, scale_name
 from planner_core.model import SiteFrame
@@ -42,7 +43,6 @@ from planner_core.plan_folder.drawing.marks import (
 )
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.plan_words import NOT_PLANNED, cut_words, floor_words, north_words, stations_words
-from planner_core.requirements.wording import link_limits_words
 
 _FRAME = Pen(0.5)
 _LINE = Pen(0.25)
