@@ -92,12 +92,18 @@ def choose(
         return _as_set_up(choice, places, tolerance_m, engine, progress)
     choice = _fewest(pool, budget, progress, begun=begun)
     try:  # from here on there is a plan, whoever interrupts what
+        on_grid = choice
         if pool.kept:
             choice = _replanned(choice, budget, progress)
         elif settings.refine and _goes_on(choice, budget):
             choice = _refined(choice, places, engine, budget, progress)
         may_change = not (pool.kept or pool.loops)  # a redundant network outlasts the failure of any link
-        choice = _as_set_up(choice, places, tolerance_m, engine, progress, budget=budget if may_change else None)
+        changes = budget if may_change else None
+        choice = _as_set_up(choice, places, tolerance_m, engine, progress, budget=changes)
+        if not pool.kept and len(choice.chosen) > len(on_grid.chosen):
+            # What holds of the grid alone may take fewer than what holds off it.
+            held = _as_set_up(on_grid, places, tolerance_m, engine, progress, budget=changes)
+            choice = min(choice, held, key=_stations_that_hold)
         if settings.objective == Objective.TIME:
             choice = _quickest(choice, places, settings.crew, settings.seed, budget, progress)
             choice = _as_set_up(choice, places, tolerance_m, engine, progress)
@@ -262,6 +268,11 @@ def _as_set_up(
         if found.why_stopped == INTERRUPTED:
             break
     return replace(choice, fragile=first)
+
+
+def _stations_that_hold(choice: Choice) -> tuple[bool, int]:
+    """Key by which of two choices is better: one that holds as set up, then the fewer stations."""
+    return choice.fragile is not None and choice.fragile.first.size > 0, len(choice.chosen)
 
 
 # ------------------------------------------------------------------------------------------ other objectives

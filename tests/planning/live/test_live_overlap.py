@@ -51,7 +51,10 @@ def test_links_of_a_draft_are_those_of_a_plan_bit_by_bit_and_of_sets(live: LiveP
     plan = live.figures(live.draft).plan
     surface = surface_of_patches(survey.scene, survey.patches, np.ones(survey.patches.n_patches, dtype=bool))
     measure = asked.overlap_measure
-    expected = overlap_links(counted, survey.patches.area_m2, live.draft.ids, surface, measure=measure)
+    start = live.settings.pre_alignment
+    expected = overlap_links(
+        counted, survey.patches.area_m2, live.draft.ids, surface, at_m, measure=measure, pre_alignment=start
+    )
     assert plan.links == expected
     assert len(expected) > 3
     sets = [set(counted.row(number).tolist()) for number in range(len(live.draft.stations))]
