@@ -159,7 +159,7 @@ class PlanSettings:
     @property
     def pre_alignment(self) -> PreAlignment:
         """Where registration starts: as required, else as the scanner has it."""
-        return self.requirements.pre_alignment or self.scanner.pre_alignment
+        return self.requirements.start_of(self.scanner)
 
     @property
     def crew(self) -> Crew:

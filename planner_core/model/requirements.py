@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, fields
 from planner_core.errors import RequirementError
 from planner_core.model.choices import NetworkKind, OverlapMeasure, OverlapOf, PreAlignment, Scope, one_of
 from planner_core.model.registration import LinkLimits
+from planner_core.model.scans import Scanner
 
 
 @dataclass(frozen=True)
@@ -142,6 +143,10 @@ class Requirements:
     def link_limits(self) -> LinkLimits:
         """What a link needs in order to count."""
         return LinkLimits(self.overlap, self.min_strength, self.min_probability)
+
+    def start_of(self, scanner: Scanner) -> PreAlignment:
+        """Where registration of a scanner's scans starts."""
+        return self.pre_alignment or scanner.pre_alignment
 
     @property
     def asks_links(self) -> bool:

@@ -290,7 +290,7 @@ def _links(
         surface,
         position_m,
         limits=requirements.link_limits,
-        pre_alignment=requirements.pre_alignment or survey.scanner.pre_alignment,
+        pre_alignment=requirements.start_of(survey.scanner),
         measure=requirements.overlap_measure,
         scanned=scanned,
         progress=progress,

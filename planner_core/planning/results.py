@@ -212,7 +212,7 @@ def _registered(
         np.array([station.position_m for station in stations]).reshape(-1, 3),
         min_overlap=least_listed_overlap(requirements.overlap),
         measure=requirements.overlap_measure,
-        pre_alignment=requirements.pre_alignment or survey.scanner.pre_alignment,
+        pre_alignment=requirements.start_of(survey.scanner),
     )
     links = with_scanned(found, scanned, requirements.link_limits)
     registration = registration_report(
@@ -261,5 +261,5 @@ def _registration_warnings(survey: Survey, requirements: Requirements, registrat
     if not requirements.asks_links:
         return ()
     names = {floor.id: floor.name for floor in survey.floors}
-    start = requirements.pre_alignment or survey.scanner.pre_alignment
+    start = requirements.start_of(survey.scanner)
     return registration_warnings(registration, names, offset_m=survey.scene.offset_m, pre_alignment=start)

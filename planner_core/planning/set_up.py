@@ -136,7 +136,7 @@ def _least_of_links(pool: Pool, places: _Places, key: Int64Array, n_places: Int6
     held = sums.held(pairs.first, pairs.second, places.at_m)
     figures = [pairs.overlap, held.strength]
     if required.min_probability > 0.0:
-        start = required.pre_alignment or pool.survey.scanner.pre_alignment
+        start = required.start_of(pool.survey.scanner)
         figures.append(probabilities(pairs.share, held.hold_m2, held.range_m, start))
     least = np.full((len(figures), key.size), np.inf)
     for of, figure in zip(least, figures, strict=True):
