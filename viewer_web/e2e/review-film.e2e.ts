@@ -29,6 +29,10 @@ const liveIsReady = async (): Promise<void> => {
   await viewer.page.getByTestId('totals').waitFor();
 };
 
+/** What is open is what a tick accepts: until the last changes are computed that is more. */
+const figuresAreKnown = async (): Promise<void> =>
+  viewer.page.getByText('Figures of the last changes are still being computed').waitFor({ state: 'detached' });
+
 async function isSigned(by: string): Promise<void> {
   await expect.poll(async () => (await viewer.review()).sign_off?.name).toBe(by);
   const { stations, comments, verdicts } = await viewer.review();
@@ -77,6 +81,7 @@ test('by fingers alone, on a tablet', async () => {
   await button(/^Accept the other/).tap();
   await expect.poll(async () => Object.keys((await viewer.review()).verdicts)).toHaveLength(plan.stations.length);
   await film('touch', 'verdicts');
+  await figuresAreKnown();
   await page.getByLabel(/^Sign off with th/).tap();
   await film('touch', 'open-points');
   await button('Sign off as Ada').tap();
@@ -168,6 +173,7 @@ test('by keys alone', async () => {
   await use(button(/^Accept the other/));
   await expect.poll(async () => Object.keys((await viewer.review()).verdicts)).toHaveLength(plan.stations.length);
   await film('keys', 'verdicts');
+  await figuresAreKnown();
   await reach(page.getByLabel(/^Sign off with th/));
   await keyboard.press('Space');
   await film('keys', 'open-points');

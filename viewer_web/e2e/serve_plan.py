@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import numpy as np
 
 import scenes_synthetic
-from planner_core.model import Greedy, PlanSettings
+from planner_core.model import Greedy, PlanSettings, PreAlignment, Requirements
 from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.planning import plan
 from planner_core.planning.choose import choose_greedily
@@ -58,6 +58,7 @@ def main() -> None:
             scanner=load_scanner("hdl-64e"),
             grid_step_m=GRID_STEP_M,
             instrument_heights_m=(INSTRUMENT_HEIGHT_M,),
+            requirements=Requirements(pre_alignment=PreAlignment.TRACKED),  # or no network is one
             method=Greedy(),
         )
         plan.choose_greedily = choose_listed

@@ -68,3 +68,17 @@ test('a plan that keeps all that is required falls short of nothing, and groups 
   const noOverlap = { ...plan, requirements: { ...plan.requirements, overlap: 0 } };
   expect(shortfallsOf(noOverlap, totals)).toEqual([]);
 });
+
+test('groups fall short where links need a probability alone, and not where they need nothing', () => {
+  const words = (overlap: number, min_probability: number): string[] => {
+    const plan = joined();
+    const requirements = { ...plan.requirements, overlap, min_probability };
+    const totals = { ...planTotals(plan), requirements: [], nNetworks: 3 };
+    return shortfallsOf({ ...plan, requirements, sealed: [] }, totals).map((each) => each.words);
+  };
+  expect([words(0, 0.99), words(0.3, 0), words(0, 0)]).toEqual([
+    ['3 unconnected groups'],
+    ['3 unconnected groups'],
+    [],
+  ]);
+});

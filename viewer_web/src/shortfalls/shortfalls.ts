@@ -98,4 +98,5 @@ export function sealedPlaces({ sealed }: PlanJson): readonly SealedPlace[] {
 }
 
 /** Whether all stations are to be connected. */
-const isJoined = ({ requirements: { network, overlap } }: PlanJson): boolean => network !== 'none' && overlap > 0;
+const isJoined = ({ requirements: { network, overlap, min_probability: probability } }: PlanJson): boolean =>
+  network !== 'none' && (overlap > 0 || probability > 0);
