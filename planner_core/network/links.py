@@ -75,9 +75,12 @@ def overlap_links(
         if of_pairs is not None:
             sums = of_pairs.of(pairs.first, pairs.second)
             matrix = matrices_of(sums)
-            strength, motions = strengths_of(matrix), [weak_motion(one) for one in matrix]
-            if position_m is not None:
-                held = held_by(sums, position_m[pairs.first], position_m[pairs.second])
+            motions = [weak_motion(one) for one in matrix]
+            if position_m is None:
+                strength = strengths_of(matrix)
+            else:
+                held = held_by(sums, matrix, position_m[pairs.first], position_m[pairs.second])
+                strength = held.strength
                 probability = probabilities(pairs.share, held.hold_m2, held.range_m, pre_alignment)
         links += [
             Link(station_ids[i], station_ids[j], overlap, held, motion, probability=registers)

@@ -234,7 +234,7 @@ class PairSums:
         held = HeldPairs(*np.empty((3, first.size)))
 
         def keep(pairs: Int64Array, sums: FloatArray) -> None:
-            of = held_by(sums, position_m[first[pairs]], position_m[second[pairs]])
+            of = held_by(sums, matrices_of(sums), position_m[first[pairs]], position_m[second[pairs]])
             held.strength[pairs], held.hold_m2[pairs], held.range_m[pairs] = of.strength, of.hold_m2, of.range_m
 
         self._each(first, second, keep)
@@ -277,8 +277,8 @@ def strengths_of(matrix: FloatArray) -> FloatArray:
     return np.clip(3.0 * np.linalg.eigvalsh(matrix)[:, 0], 0.0, 1.0) if matrix.shape[0] else np.empty(0)
 
 
-def held_by(sums: FloatArray, one_m: FloatArray, other_m: FloatArray) -> HeldPairs:
-    """What surfaces hold, of their sums (K, 24) and both stations' positions, (K, 3) each, local."""
+def held_by(sums: FloatArray, matrix: FloatArray, one_m: FloatArray, other_m: FloatArray) -> HeldPairs:
+    """What surfaces hold, of their sums (K, 24), their matrices and both stations' positions, (K, 3) each, local."""
     if sums.shape[0] == 0:
         return HeldPairs(*np.empty((3, 0)))
     nn = _squares_of_normals(sums)
@@ -290,7 +290,7 @@ def held_by(sums: FloatArray, one_m: FloatArray, other_m: FloatArray) -> HeldPai
         along = (at_m * sums[:, 20:23]).sum(axis=1)
         squared = (sums[:, 23] - 2.0 * along) / area_m2 + (at_m * at_m).sum(axis=1)
         squared_m2 = np.maximum(squared_m2, squared)
-    return HeldPairs(strengths_of(matrices_of(sums)), hold_m2, np.sqrt(squared_m2))
+    return HeldPairs(strengths_of(matrix), hold_m2, np.sqrt(squared_m2))
 
 
 def _squares_of_normals(sums: FloatArray) -> FloatArray:

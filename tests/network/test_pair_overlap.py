@@ -114,7 +114,8 @@ def test_what_pairs_hold_is_that_of_their_common_patches_one_by_one(make_view, s
     first, second, _ = all_pairs(view, min_overlap=0.05)
     sums = PairSums(view.visibility, view.area_m2, surface)
     held = sums.held(first, second, at_m)
-    again = held_by(sums.of(first, second), at_m[first], at_m[second])
+    found = sums.of(first, second)
+    again = held_by(found, matrices_of(found), at_m[first], at_m[second])
     for name, figures in vars(held).items():
         assert figures.tobytes() == getattr(again, name).tobytes(), name
     for i, j, hold_m2, range_m in zip(first, second, held.hold_m2, held.range_m, strict=True):

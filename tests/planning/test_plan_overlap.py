@@ -15,7 +15,7 @@ from stages import find_positions, make_pool
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
-from planner_core.model import Plan, PlanSettings, PointLimits, Proven, Requirements
+from planner_core.model import Plan, PlanSettings, PointLimits, PreAlignment, Proven, Requirements
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.pool import Pool
@@ -108,6 +108,23 @@ def test_what_is_asked_decides_the_links(pools: dict[tuple[str, str], Pool]) -> 
     for of in ("all-seen", "seen-as-required"):
         assert n_links["jaccard", of] < n_links["smaller-share", of]
     assert n_links["smaller-share", "seen-as-required"] < n_links["smaller-share", "all-seen"]
+
+
+def test_where_registration_starts_decides_the_links_of_candidates(small: PlanSettings) -> None:
+    """As required, else as the scanner has it."""
+    scene, none = scenes_synthetic.build("l-room").scene, np.zeros(0, dtype=np.int64)
+    survey = make_survey(scene, small)
+    engine = open_engine(scene, survey.patches)
+    at = find_positions(survey, small, engine, floors=(0,)).candidates
+    linked = []
+    for start, of_scanner in ((None, "tracked"), ("tracked", "manual"), (None, "manual"), ("none", "tracked")):
+        scanner = replace(survey.scanner, pre_alignment=PreAlignment(of_scanner))
+        required = replace(small.requirements, min_probability=0.999, pre_alignment=start)
+        settings = replace(small, scanner=scanner, requirements=required)
+        pool = make_pool(replace(survey, scanner=scanner), settings, engine, at, given=none, kept=none)
+        assert pool.links is not None
+        linked.append(pool.links.n_links)
+    assert linked[0] == linked[1] > linked[2] > linked[3] == 0
 
 
 @pytest.mark.slow

@@ -12,9 +12,10 @@ from tlsplan import inputs
 from tlsplan.options import RequirementOptions
 
 from planner_core.errors import RequirementError
-from planner_core.model import PartRequirement, PointLimits, Requirements, Scope, Site
+from planner_core.model import LinkLimits, PartRequirement, PointLimits, PreAlignment, Requirements, Scope, Site
 from planner_core.requirements.read import read_requirements, requirements_from
 from planner_core.requirements.yaml_or_json import MOST_BYTES
+from planner_core.scanner.load_scanner import load_scanner
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGES = (DOCS / "formats" / "requirements.md", DOCS / "howto" / "requirements.md")
@@ -350,3 +351,16 @@ def test_options_name_the_overlap_in_place_of_the_file(tmp_path: Path) -> None:
         RequirementOptions(overlap_of="seen-as-required"), deliverable="none", scope=Scope.ALL
     )
     assert found == Requirements(overlap_of="seen-as-required")
+
+
+def test_what_links_need_is_read_and_follows_the_scanner_where_nobody_says_it() -> None:
+    found, _ = requirements_from({"link_probability": "98 %", "pre_alignment": "Manual", "overlap": "30 %"})
+    assert (found.link_limits, found.pre_alignment) == (LinkLimits(0.3, 0.01, 0.98), PreAlignment.MANUAL)
+    usual, tracked = Requirements(), load_scanner("rtc360")
+    assert (usual.link_limits, usual.start_of(tracked)) == (LinkLimits(0.0, 0.01, 0.99), PreAlignment.TRACKED)
+    assert found.start_of(tracked) == PreAlignment.MANUAL
+    assert usual.start_of(load_scanner("focus-premium-70")) == PreAlignment.MANUAL
+    for wrong in ({"link_probability": "100 %"}, {"link_probability": "120 %"}, {"pre_alignment": "hand"}):
+        with pytest.raises(RequirementError) as caught:
+            requirements_from(wrong)
+        assert "\n" not in str(caught.value)

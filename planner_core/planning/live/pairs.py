@@ -121,7 +121,8 @@ class PairFinder:
         self._learn(mine)
         sums = common_sums([common[index] for index in listed], self._sums)
         theirs_m = np.array([others[index].position_m for index in listed])
-        of = held_by(sums, np.broadcast_to(np.array(look.position_m), theirs_m.shape), theirs_m)
+        matrix = matrices_of(sums)
+        of = held_by(sums, matrix, np.broadcast_to(np.array(look.position_m), theirs_m.shape), theirs_m)
         share = overlap
         if self._measure != OverlapMeasure.SMALLER_SHARE:
             share = overlap_by(OverlapMeasure.SMALLER_SHARE, ticks, self._ticks[mine].sum(), whole)
@@ -130,7 +131,7 @@ class PairFinder:
             listed.tolist(),
             overlap[listed].tolist(),
             of.strength.tolist(),
-            map(weak_motion, matrices_of(sums)),
+            map(weak_motion, matrix),
             registers.tolist(),
             strict=True,
         )
