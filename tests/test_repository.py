@@ -93,6 +93,19 @@ def test_files_and_programs_do_not_speak() -> None:
     assert not hits, "write states, reports, given, required or examined instead:\n" + "\n".join(hits)
 
 
+def test_browser_tests_wait_for_what_they_read() -> None:
+    """A page answers when it can: what a browser test reads at once fails on a busy machine and nowhere else."""
+    reads = re.compile(r"expect\(await .*\.(is[A-Z]\w+|textContent|count|getAttribute|inputValue|hash)\(.*\)\)[.]")
+    hits = []
+    for path in sorted((ROOT / "viewer_web" / "e2e").glob("*.e2e.ts")):
+        hits += [
+            f"{path.name}: {line.strip()}"
+            for line in path.read_text(encoding="utf-8").splitlines()
+            if reads.search(line)
+        ]
+    assert not hits, "write `await expect.poll(() => ...)` instead:\n" + "\n".join(hits)
+
+
 def test_modules_import_one_another_in_no_circle() -> None:
     """Imports inside functions and for type checkers count, too: a circle is one thing that was cut into several."""
     graph = grimp.build_graph("planner_core", cache_dir=None)

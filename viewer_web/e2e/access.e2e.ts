@@ -93,10 +93,10 @@ test('keys of one character are switched off, and stay switched off', async () =
   await choice.uncheck();
   await page.reload();
   await viewer.settle();
-  expect(await choice.isChecked()).toBe(false);
+  await expect.poll(() => choice.isChecked()).toBe(false);
   await choice.blur();
   await page.keyboard.press('0');
-  expect(await shown()).toBe(floor.id);
+  await expect.poll(shown).toBe(floor.id);
   await page.keyboard.press('Escape');
   await expect.poll(shown).toBe('');
   await choice.check();

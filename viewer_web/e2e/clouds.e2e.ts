@@ -17,7 +17,7 @@ test('closer by, the live server gives all beams of what is in view', async () =
   await viewer.open(`${hash}&camera=${[x + 0.3, y, z + 0.2, x - 1.5, y, z].join()}`);
   const detail = page.getByTestId('cloud-detail');
   await detail.waitFor();
-  expect(await detail.textContent()).toBe(`Closer, from ${station.id}: all beams`);
+  await expect.poll(() => detail.textContent()).toBe(`Closer, from ${station.id}: all beams`);
   await page.getByRole('button', { name: '3D' }).click();
   await detail.waitFor({ state: 'detached' });
 });

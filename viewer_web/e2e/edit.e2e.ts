@@ -37,13 +37,13 @@ test('a station dragged out of the building stops where a tripod can stand, besi
   expect((await ground()).at([position_m![0], position_m![1]])).toBe(GROUND.admissible);
   await page.getByRole('radio', { name: 'As planned' }).click();
   await viewer.settle();
-  expect(await viewer.marker(first.id).getAttribute('class')).not.toContain('marker-moved');
+  await expect.poll(() => viewer.marker(first.id).getAttribute('class')).not.toContain('marker-moved');
   await page.getByRole('radio', { name: /^Edited/ }).click();
   await page.getByRole('tab', { name: 'Runs' }).click();
   await page.getByLabel('The edited plan compared with').selectOption('');
   const rows = page.getByTestId('comparison').locator('tbody tr');
   await rows.first().waitFor();
-  expect(await rows.first().textContent()).toContain(String(plan.stations.length));
+  await expect.poll(() => rows.first().textContent()).toContain(String(plan.stations.length));
   await expect.poll(() => page.locator('.legend').textContent()).toContain('gained');
   await page.getByRole('tab', { name: 'Plan' }).click();
   await page.locator(`.rows [data-station="${first.id}"]`).click();
@@ -57,7 +57,7 @@ test('a station is locked, removed and restored, and one is added where the grou
   await page.getByRole('button', { name: 'Lock', exact: true }).click();
   await expect.poll(async () => (await viewer.review()).stations[id]?.locked).toBe(true);
   const remove = page.getByRole('button', { name: 'Remove', exact: true });
-  expect(await remove.isDisabled()).toBe(true);
+  await expect.poll(() => remove.isDisabled()).toBe(true);
   await page.keyboard.press('Delete');
   await page.getByText(`${id} is locked: unlock it first`).waitFor();
   await page.getByRole('button', { name: 'Unlock', exact: true }).click();
@@ -103,9 +103,9 @@ async function cardShows(id: string, positionM: readonly number[], state: string
   await page.getByRole('tab', { name: 'Plan' }).click();
   const card = page.getByRole('complementary', { name: 'Chosen station' });
   await card.getByText(`Station ${id}`).waitFor();
-  expect(await card.textContent()).toContain(state);
+  await expect.poll(() => card.textContent()).toContain(state);
   const [x, y, z] = positionM.map((value) => `${value.toFixed(3)} m`);
-  expect(await viewer.figures('station-figures')).toMatchObject({ x, y, z });
+  await expect.poll(() => viewer.figures('station-figures')).toMatchObject({ x, y, z });
   await expect.poll(async () => (await viewer.figures('station-figures'))['Seen area']).toMatch(/^\d+\.\d m²$/);
 }
 
@@ -140,7 +140,7 @@ test('zones are drawn corner by corner: a keep-out bars stations, a priority zon
     [-30, 34],
   ]);
   await page.getByText('The outline crosses itself').waitFor();
-  expect(await page.getByRole('button', { name: 'Finish' }).isDisabled()).toBe(true);
+  await expect.poll(() => page.getByRole('button', { name: 'Finish' }).isDisabled()).toBe(true);
   await page.keyboard.press('Backspace');
   await page.getByText('3 corners').waitFor();
   const share = page.getByRole('textbox', { name: /^Required coverage/ });
@@ -201,7 +201,7 @@ test('messages, bars, cards and a panorama each have a place of their own, on sm
     await viewer.screenshot(`edit-places-${width}x${height}`);
     expect(await overlaps(['.sidebar', '.messages', '.draft-bar', '.scene', '.sheet-panorama'])).toEqual([]);
     expect(await overlaps(['.toolbar', '.legend', '.cards'])).toEqual([]);
-    expect(await page.getByRole('button', { name: 'Keep theirs' }).isVisible()).toBe(true);
+    await expect.poll(() => page.getByRole('button', { name: 'Keep theirs' }).isVisible()).toBe(true);
   }
   await page.getByRole('button', { name: 'Keep theirs' }).click();
   await page.unroute('**/api/events');

@@ -68,10 +68,12 @@ test('done, moved, skipped, notes and photos stay over a reload, and go into the
   await page.context().setOffline(true);
   await page.goto(`file://${file}`);
   const station = page.locator('#station');
-  expect(await station.textContent()).toBe(first.id);
-  expect(await page.locator('#place').textContent()).toMatch(/^(x -?\d+\.\d\d, y -?\d|E -?\d+\.\d\d, N -?\d)/);
+  await expect.poll(() => station.textContent()).toBe(first.id);
+  await expect
+    .poll(() => page.locator('#place').textContent())
+    .toMatch(/^(x -?\d+\.\d\d, y -?\d|E -?\d+\.\d\d, N -?\d)/);
   await phone.screenshot('field-file-1-opened');
-  expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(390);
+  await expect.poll(() => page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(390);
   await page.locator('#act-done').tap();
   await expect.poll(() => station.textContent()).toBe(second.id);
   await page.locator('#act-moved').tap();
@@ -100,9 +102,9 @@ test('done, moved, skipped, notes and photos stay over a reload, and go into the
   await expect.poll(() => station.textContent()).toBe(fourth.id);
   await page.locator('#name').fill('Ada');
   await page.reload();
-  expect(await page.locator('#count').textContent()).toBe(`2 of ${plan.stations.length} done`);
-  expect(await station.textContent()).toBe(fourth.id);
-  expect(await page.locator('#name').inputValue()).toBe('Ada');
+  await expect.poll(() => page.locator('#count').textContent()).toBe(`2 of ${plan.stations.length} done`);
+  await expect.poll(() => station.textContent()).toBe(fourth.id);
+  await expect.poll(() => page.locator('#name').inputValue()).toBe('Ada');
   await phone.screenshot('field-file-3-kept');
   const [download] = await Promise.all([page.waitForEvent('download'), page.locator('#save').tap()]);
   const saved = join(folder, 'result.json');
@@ -125,12 +127,12 @@ test('done, moved, skipped, notes and photos stay over a reload, and go into the
   await chooser.setInputFiles(walled);
   const accept = viewer.page.getByLabel(`Move ${second.id} in the plan`);
   await accept.waitFor();
-  expect(await accept.isChecked()).toBe(false);
+  await expect.poll(() => accept.isChecked()).toBe(false);
   await viewer.page.getByText('No tripod stands there').waitFor();
   await viewer.screenshot('field-file-4-walled');
   await viewer.page.getByRole('button', { name: 'Cancel' }).click();
   await chooser.setInputFiles(saved);
-  expect(await accept.isChecked()).toBe(true);
+  await expect.poll(() => accept.isChecked()).toBe(true);
   await viewer.page.getByRole('button', { name: 'Take in the result' }).click();
   await expect.poll(async () => Object.keys((await viewer.review()).comments)).toHaveLength(3);
   const { stations, comments } = await viewer.review();

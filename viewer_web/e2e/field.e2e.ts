@@ -81,7 +81,9 @@ test('stations at one spot are one dot with their number, and a tap lists them',
   await page.getByTestId('field-count').waitFor();
   const map = page.getByRole('group', { name: 'Map of the floor' });
   const stack = map.getByRole('button', { name: /^\d stations here: / });
-  expect(await stack.first().getAttribute('aria-label')).toContain(`${first.stationId}; ${second.stationId}`);
+  await expect
+    .poll(() => stack.first().getAttribute('aria-label'))
+    .toContain(`${first.stationId}; ${second.stationId}`);
   await stack.first().tap();
   const list = page.getByRole('region', { name: 'Stations at this position' });
   await viewer.screenshot('field-3-one-spot');

@@ -45,10 +45,9 @@ test('a file that is switched off is neither drawn nor clicked, and an unseen pi
   const { page } = viewer;
   const tick = (name: string) => page.getByRole('group', { name: 'Files' }).getByLabel(name);
   await viewer.open(`#floor=${new PlanFiles(server.folder).ground.id}&layer=plain`);
-  expect(await page.getByRole('group', { name: 'Files' }).locator('label').allTextContents()).toEqual([
-    'walls.ifc',
-    'rest.ifc',
-  ]);
+  await expect
+    .poll(() => page.getByRole('group', { name: 'Files' }).locator('label').allTextContents())
+    .toEqual(['walls.ifc', 'rest.ifc']);
   await page.keyboard.press('t');
   await viewer.settle();
   const all = await viewer.canvasPixels();
@@ -62,12 +61,14 @@ test('a file that is switched off is neither drawn nor clicked, and an unseen pi
   expect(left.length).toBeGreaterThan(0);
   expect(left.filter((name) => !name.endsWith('(rest.ifc)'))).toEqual([]);
   await viewer.screenshot('f-without-walls');
-  expect(await viewer.hash()).toContain('without=0');
+  await expect.poll(() => viewer.hash()).toContain('without=0');
 
   // The address has it, so others see the same.
   const theirs = await openPage({}, server.address);
   await theirs.open(await viewer.hash());
-  expect(await theirs.page.getByRole('group', { name: 'Files' }).getByLabel('walls.ifc').isChecked()).toBe(false);
+  await expect
+    .poll(() => theirs.page.getByRole('group', { name: 'Files' }).getByLabel('walls.ifc').isChecked())
+    .toBe(false);
   await theirs.page.close();
 
   await page.getByRole('tab', { name: 'Unseen' }).click();
@@ -76,7 +77,7 @@ test('a file that is switched off is neither drawn nor clicked, and an unseen pi
   await viewer.settle();
   expect((await viewer.canvasPixels()).share(isPurple)).toBeGreaterThan(0.002);
   await page.getByRole('tab', { name: 'Plan', exact: true }).click();
-  expect(await tick('walls.ifc').isChecked()).toBe(true);
+  await expect.poll(() => tick('walls.ifc').isChecked()).toBe(true);
   // Hidden again, its mark is hidden with it.
   await tick('walls.ifc').uncheck();
   await viewer.settle();
@@ -87,6 +88,6 @@ test('a file that is switched off is neither drawn nor clicked, and an unseen pi
 test('a plan of one file has no list of files', async () => {
   const one = await openPage();
   await one.open();
-  expect(await one.page.locator('[data-floor]').count()).toBeGreaterThan(1);
-  expect(await one.page.getByRole('group', { name: 'Files' }).count()).toBe(0);
+  await expect.poll(() => one.page.locator('[data-floor]').count()).toBeGreaterThan(1);
+  await expect.poll(() => one.page.getByRole('group', { name: 'Files' }).count()).toBe(0);
 });

@@ -12,7 +12,7 @@ test('in Firefox the plan opens, a station is picked by its number, and its lock
   await onFirefoxPage(`${inject('address')}#floor=${ground.id}&tab=edit`, async (page) => {
     await page.waitForSelector('[data-testid=totals]');
     const coverage = `${(100 * plan.coverage.fraction_of_achievable).toFixed(1)} %`;
-    expect(await page.$eval('[data-testid=totals]', (totals) => totals.textContent)).toContain(coverage);
+    await expect.poll(() => page.$eval('[data-testid=totals]', (totals) => totals.textContent)).toContain(coverage);
     const { x, y } = await centreOf(page, id);
     await page.mouse.click(x, y);
     await page.locator('::-p-aria([name="Lock"][role="button"])').click();

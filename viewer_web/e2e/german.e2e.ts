@@ -11,8 +11,8 @@ test('a language that was chosen is kept, with what is shown', async () => {
   await page.getByRole('combobox', { name: 'Language' }).selectOption('de');
   await page.getByRole('tab', { name: 'Netz', selected: true }).waitFor();
   await viewer.open();
-  expect(await page.getByRole('tab').last().textContent()).toBe('Prüfung');
+  await expect.poll(() => page.getByRole('tab').last().textContent()).toBe('Prüfung');
   await page.getByRole('combobox', { name: 'Sprache' }).selectOption('en');
   await page.getByRole('tab', { name: 'Network' }).waitFor();
-  expect(await page.locator('html').getAttribute('lang')).toBe('en');
+  await expect.poll(() => page.locator('html').getAttribute('lang')).toBe('en');
 });

@@ -33,13 +33,13 @@ test('every layer has a legend and a picture of its own', async () => {
   for (const id of ids) {
     await choose(id);
     const title = await viewer.page.locator(`option[value="${id}"]`).textContent();
-    expect(await legend().textContent()).toContain(title);
+    await expect.poll(() => legend().textContent()).toContain(title);
     const after = await viewer.canvasPixels();
     expect(before.shareChanged(after), id).toBeGreaterThan(0.01);
     before = after;
     await viewer.screenshot(`i-layer-${id}`);
   }
-  expect(await viewer.hash()).toContain('layer=reason');
+  await expect.poll(() => viewer.hash()).toContain('layer=reason');
 });
 
 test('a clicked surface has the figures that the files have of its patch', async () => {
@@ -84,7 +84,7 @@ test('floors outside the plan are neither seen nor unseen, and comparisons leave
   await viewer.open(`#floor=${upper.id}&layer=seen`);
   const before = await viewer.canvasPixels();
   expect(before.share(isOrange)).toBeGreaterThan(0.002);
-  expect(await legend().textContent()).not.toContain('not to be covered');
+  await expect.poll(() => legend().textContent()).not.toContain('not to be covered');
 
   const serve = async (folder: string): Promise<void> => {
     await page.route(`**/plan/${folder}plan.json`, (route) => route.fulfill({ json: some }));
@@ -93,12 +93,12 @@ test('floors outside the plan are neither seen nor unseen, and comparisons leave
   await serve('');
   await page.goto('about:blank');
   await viewer.open(`#floor=${ground.id}&layer=seen`);
-  expect(await legend().textContent()).toContain('not to be covered');
+  await expect.poll(() => legend().textContent()).toContain('not to be covered');
   await page.locator(`[data-floor=${upper.id}]`).click();
   await viewer.settle();
   const after = await viewer.canvasPixels();
   expect(after.share(isOrange)).toBeLessThan(0.0005);
-  expect(await page.locator(`[data-floor=${upper.id}]`).textContent()).toContain('not in this plan');
+  await expect.poll(() => page.locator(`[data-floor=${upper.id}]`).textContent()).toContain('not in this plan');
   await viewer.screenshot('i-some-floors');
   await page.unrouteAll();
 
@@ -110,14 +110,16 @@ test('floors outside the plan are neither seen nor unseen, and comparisons leave
   await viewer.open('#tab=runs&layer=difference&compare=runs/R009/plan');
   await page.getByTestId('comparison').waitFor();
   await page.locator('[data-testid=legend][data-state=shown]').waitFor();
-  expect(await legend().textContent()).toContain('not to be covered, or in one plan only');
+  await expect.poll(() => legend().textContent()).toContain('not to be covered, or in one plan only');
   const included = page.getByText(/^The plan includes /);
-  expect(await included.textContent()).toBe(
-    `The plan includes ${floors.map(({ name }) => name).join(' and ')}; Run R009 includes ${ground.name}. ` +
-      `Only ${ground.name} is compared.`,
-  );
+  await expect
+    .poll(() => included.textContent())
+    .toBe(
+      `The plan includes ${floors.map(({ name }) => name).join(' and ')}; Run R009 includes ${ground.name}. ` +
+        `Only ${ground.name} is compared.`,
+    );
   const row = page.getByTestId('comparison').locator('tr', { hasText: `Coverage, ${upper.name}` });
-  expect(await row.textContent()).toContain('not planned');
+  await expect.poll(() => row.textContent()).toContain('not planned');
   await viewer.screenshot('i-compare-floors');
 });
 
@@ -181,7 +183,7 @@ test('the building is walked at eye height with keys, and left with Escape', asy
   await viewer.screenshot('i-walk');
   await page.keyboard.press('Escape');
   await viewer.settle();
-  expect(await page.getByRole('region', { name: 'Walk-through' }).count()).toBe(0);
+  await expect.poll(() => page.getByRole('region', { name: 'Walk-through' }).count()).toBe(0);
 });
 
 test('the route is drawn and stepped through from stop to stop', async () => {
@@ -193,9 +195,11 @@ test('the route is drawn and stepped through from stop to stop', async () => {
   expect(before.shareChanged(await viewer.canvasPixels())).toBeGreaterThan(0.002);
   for (const id of plan.route!.order.slice(0, 3)) {
     await page.getByRole('button', { name: 'Next ›' }).click();
-    expect(await page.getByRole('heading', { name: `Station ${id}` }).count()).toBe(1);
+    await expect.poll(() => page.getByRole('heading', { name: `Station ${id}` }).count()).toBe(1);
   }
-  expect(await page.locator('.route-steps').textContent()).toContain(`stop 3 of ${plan.route!.order.length}`);
+  await expect
+    .poll(() => page.locator('.route-steps').textContent())
+    .toContain(`stop 3 of ${plan.route!.order.length}`);
   await viewer.screenshot('i-route');
 });
 
@@ -214,7 +218,7 @@ test('ceilings and roofs are hidden, and walls stay in their full height', async
 test('a plan of an older version is shown, and says what it lacks', async () => {
   await viewer.page.route('**/plan/viewer/layers.json', (route) => route.fulfill({ status: 404 }));
   await viewer.open(`#floor=${ground.id}&layer=range`);
-  expect(await legend().textContent()).toMatch(/no layer "range".*older version.*Plan again/);
+  await expect.poll(() => legend().textContent()).toMatch(/no layer "range".*older version.*Plan again/);
   await viewer.page.getByLabel('Colour of the building').selectOption('times_seen');
   await viewer.page.locator('[data-testid=legend][data-state=shown]').waitFor();
   expect(viewer.faults.splice(0)).toEqual([expect.stringContaining('404')]);

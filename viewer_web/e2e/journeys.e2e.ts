@@ -39,9 +39,9 @@ test('a plan is opened: its figures, floors and clouds, and a station with its p
   await countGl(page);
   await viewer.open();
   const coverage = `${(100 * plan.coverage.fraction_of_achievable).toFixed(1)} %`;
-  expect(await page.getByTestId('coverage').textContent()).toBe(coverage);
-  expect(await page.getByTestId('station-count').textContent()).toBe(String(plan.stations.length));
-  expect(await page.locator('li [data-station]').count()).toBe(plan.stations.length);
+  await expect.poll(() => page.getByTestId('coverage').textContent()).toBe(coverage);
+  await expect.poll(() => page.getByTestId('station-count').textContent()).toBe(String(plan.stations.length));
+  await expect.poll(() => page.locator('li [data-station]').count()).toBe(plan.stations.length);
   expect(await page.title()).toContain(plan.scene.file);
   let before = await viewer.canvasPixels();
   const background = before.at(950, 300);
@@ -55,8 +55,8 @@ test('a plan is opened: its figures, floors and clouds, and a station with its p
     await viewer.settle();
     const after = await viewer.canvasPixels();
     expect(before.shareChanged(after)).toBeGreaterThan(0.05);
-    expect(await viewer.shownStations()).toEqual(stationsOf(floor.id).map(({ id }) => id));
-    expect(await page.locator('li [data-station]').count()).toBe(stationsOf(floor.id).length);
+    await expect.poll(() => viewer.shownStations()).toEqual(stationsOf(floor.id).map(({ id }) => id));
+    await expect.poll(() => page.locator('li [data-station]').count()).toBe(stationsOf(floor.id).length);
     before = after;
   }
   await page.getByLabel('Height of the cut').fill('0.4');
@@ -65,7 +65,7 @@ test('a plan is opened: its figures, floors and clouds, and a station with its p
   await page.locator('[data-floor=all]').click();
   await page.getByText('Spread floors apart').click();
   await viewer.settle();
-  expect(await viewer.shownStations()).toEqual(plan.stations.map(({ id }) => id).sort());
+  await expect.poll(() => viewer.shownStations()).toEqual(plan.stations.map(({ id }) => id).sort());
 
   await viewer.open(`#floor=${ground.id}`);
   const building = await viewer.canvasPixels();
@@ -73,9 +73,11 @@ test('a plan is opened: its figures, floors and clouds, and a station with its p
   await page.getByRole('button', { name: 'Clouds' }).click();
   await cloud.waitFor();
   const key = page.getByRole('list', { name: 'Clouds by station' });
-  expect(await key.getByRole('checkbox').count()).toBe(stations.length);
+  await expect.poll(() => key.getByRole('checkbox').count()).toBe(stations.length);
   // The previews have half of the lidar's beams, and the page states it.
-  expect(await cloud.textContent()).toMatch(new RegExp(`from ${stations.length} stations: 1 beam in 2 drawn`));
+  await expect
+    .poll(() => cloud.textContent())
+    .toMatch(new RegExp(`from ${stations.length} stations: 1 beam in 2 drawn`));
   await viewer.settle();
   const all = await viewer.canvasPixels();
   const { bytes } = await glCount(page);
@@ -97,27 +99,29 @@ test('a plan is opened: its figures, floors and clouds, and a station with its p
   await cloud.waitFor();
   await viewer.settle();
   const [x, y, z] = first.position.map((value) => `${value.toFixed(3)} m`);
-  expect(await viewer.figures('station-figures')).toMatchObject({
-    x,
-    y,
-    z,
-    'Instrument height': `${first.instrument_height_m?.toFixed(2)} m`,
-    'Seen area': `${first.covered_area_m2.toFixed(1)} m²`,
-    'Unique area': `${first.own_area_m2.toFixed(1)} m²`,
-  });
+  await expect
+    .poll(() => viewer.figures('station-figures'))
+    .toMatchObject({
+      x,
+      y,
+      z,
+      'Instrument height': `${first.instrument_height_m?.toFixed(2)} m`,
+      'Seen area': `${first.covered_area_m2.toFixed(1)} m²`,
+      'Unique area': `${first.own_area_m2.toFixed(1)} m²`,
+    });
   const links = plan.registration.links.filter(({ a, b }) => a === first.id || b === first.id);
   const { threshold, min_probability } = plan.registration;
   const strong = links.filter(
     ({ overlap, probability }) => overlap >= threshold && (probability ?? 0) >= min_probability,
   );
-  expect(await page.locator('.links .chip-strong').count()).toBe(Math.min(8, strong.length));
-  expect(await viewer.marker(first.id).getAttribute('aria-pressed')).toBe('true');
-  expect(await viewer.hash()).toBe(`#floor=${ground.id}&station=${first.id}`);
+  await expect.poll(() => page.locator('.links .chip-strong').count()).toBe(Math.min(8, strong.length));
+  await expect.poll(() => viewer.marker(first.id).getAttribute('aria-pressed')).toBe('true');
+  await expect.poll(() => viewer.hash()).toBe(`#floor=${ground.id}&station=${first.id}`);
   const steps = files.values(`clouds/${first.id}.u16`);
   // Two thirds are ranges; intensities and incidences of one byte follow.
   const ranges = steps.subarray(0, (2 * steps.length) / 3);
   const returns = ranges.filter((step) => step > 0).length;
-  expect(await page.getByTestId('cloud').textContent()).toContain(returns.toLocaleString('en'));
+  await expect.poll(() => page.getByTestId('cloud').textContent()).toContain(returns.toLocaleString('en'));
   const withCloud = await viewer.canvasPixels();
   expect(building.shareChanged(withCloud)).toBeGreaterThan(0.1);
   // The building has stepped back to grey: what is strongly coloured is the cloud.
@@ -164,7 +168,7 @@ test('a plan is inspected: unseen surfaces, the network, who sees a surface, len
   await page.locator('[data-testid=legend][data-state=shown]').waitFor();
   await viewer.settle();
   expect((await viewer.canvasPixels()).share(isPurple)).toBeGreaterThan(0.005);
-  expect(await legend.textContent()).toContain('reachable, left out');
+  await expect.poll(() => legend.textContent()).toContain('reachable, left out');
   // The list, the legend and the highlighted surface have one figure.
   const [piece] = unseen.find(({ reason }) => reason === 'not worth a station')!.pieces;
   expect(areaIn(await legend.textContent())).toBeCloseTo(piece.area_m2, 1);
@@ -182,7 +186,7 @@ test('a plan is inspected: unseen surfaces, the network, who sees a surface, len
   expect(shown['Weakest link']).toContain(`${weakest!.a} – ${weakest!.b}`);
   await page.getByTestId('network-figures').getByRole('button').click();
   await page.getByRole('heading', { name: `${weakest!.a} – ${weakest!.b}` }).waitFor();
-  expect(await page.locator('.graph-node').count()).toBe(ids.length);
+  await expect.poll(() => page.locator('.graph-node').count()).toBe(ids.length);
 
   await viewer.open(`#floor=${ground.id}`);
   await viewer.press('p');
@@ -200,10 +204,10 @@ test('a plan is inspected: unseen surfaces, the network, who sees a surface, len
     nSeeing = Math.max(nSeeing, await expectSights(viewer));
   }
   expect(nSeeing).toBeGreaterThan(1);
-  expect(await page.locator('.sight-lines polyline').count()).toBeGreaterThan(1);
+  await expect.poll(() => page.locator('.sight-lines polyline').count()).toBeGreaterThan(1);
   await viewer.screenshot('journey-2-sights');
   await page.getByRole('button', { name: 'Close' }).click();
-  expect(await page.locator('.sight-lines polyline').count()).toBe(0);
+  await expect.poll(() => page.locator('.sight-lines polyline').count()).toBe(0);
   await expectWallDistances(viewer);
   await page.getByRole('button', { name: 'Measure', exact: true }).click();
   await page.getByRole('button', { name: 'Surface', exact: true }).click();
@@ -234,9 +238,9 @@ async function expectPlanToScale(viewer: ViewerPage): Promise<void> {
   const words = page.getByTestId('scale-words');
   const bar = Number(await words.getAttribute('data-pixels'));
   expect(bar / lengthIn(await words.textContent()) / scales[0]).toBeCloseTo(1, 1.9);
-  expect(await page.getByTestId('plan-grid').locator('line').count()).toBeGreaterThan(5);
-  expect(await page.getByTestId('plan-scale').textContent()).toContain('north');
-  expect(await viewer.hash()).toContain('flat');
+  await expect.poll(() => page.getByTestId('plan-grid').locator('line').count()).toBeGreaterThan(5);
+  await expect.poll(() => page.getByTestId('plan-scale').textContent()).toContain('north');
+  await expect.poll(() => viewer.hash()).toContain('flat');
   await viewer.dragFrom([900, 480], 30, -20, 2);
   await page.mouse.up();
   const [x, y] = await viewer.centreOf(first.id);
@@ -292,24 +296,24 @@ async function measureHouse(viewer: ViewerPage): Promise<void> {
   });
   await page.mouse.move(...corners[1]);
   await viewer.settle();
-  expect(await page.locator('.measure-mark').getAttribute('data-on')).toBe('corner');
+  await expect.poll(() => page.locator('.measure-mark').getAttribute('data-on')).toBe('corner');
   for (const i of [1, 2]) await page.mouse.click(...corners[i]);
   expect(lengthIn(await results.first().locator('strong').textContent())).toBeCloseTo(8, 3);
   await kind('Area');
   for (const i of [0, 1, 2, 3, 0]) await page.mouse.click(...corners[i]);
   await expect.poll(() => results.count()).toBe(2);
-  expect(await results.first().locator('strong').textContent()).toBe('80.00 m²');
+  await expect.poll(() => results.first().locator('strong').textContent()).toBe('80.00 m²');
   expect(lengthIn(await results.first().locator('dd').first().textContent())).toBeCloseTo(36, 2);
   await kind('Angle');
   for (const i of [0, 1, 2]) await page.mouse.click(...corners[i]);
   await expect.poll(() => results.count()).toBe(3);
-  expect(await results.first().locator('strong').textContent()).toBe('90.00°');
+  await expect.poll(() => results.first().locator('strong').textContent()).toBe('90.00°');
   await viewer.screenshot('journey-2-measured');
   await page.setViewportSize({ width: 960, height: 600 });
   await page.getByRole('button', { name: 'Plan view' }).click();
   await viewer.settle();
-  expect(await page.getByTestId('plan-scale').count()).toBe(0);
-  expect(await viewer.hash()).not.toContain('flat');
+  await expect.poll(() => page.getByTestId('plan-scale').count()).toBe(0);
+  await expect.poll(() => viewer.hash()).not.toContain('flat');
 }
 
 /** The card of a station in the living room has its distances square to the walls. */
@@ -325,9 +329,9 @@ async function expectWallDistances(viewer: ViewerPage): Promise<void> {
   const lengths = rows.map(lengthIn).slice(0, 3);
   const expected = [x - spine, y - south, north - y];
   expect(lengths.sort((a, b) => a - b)).toEqual(expected.sort((a, b) => a - b).map((m) => expect.closeTo(m, 2)));
-  expect(await page.locator('.set-up polyline').count()).toBe(2 * rows.length);
+  await expect.poll(() => page.locator('.set-up polyline').count()).toBe(2 * rows.length);
   await page.getByText('Distances to walls').click();
-  expect(await page.locator('.set-up polyline').count()).toBe(0);
+  await expect.poll(() => page.locator('.set-up polyline').count()).toBe(0);
 }
 
 /** A box is dragged, moved by keys and typed; what is outside it is not shown, stations included. */
@@ -355,24 +359,24 @@ async function cutByBox(viewer: ViewerPage): Promise<void> {
 
   await south.focus();
   await page.keyboard.press('ArrowUp');
-  expect(await southM()).toBeCloseTo(dragged + 0.1, 2);
-  expect(await page.getByLabel('Shown floor').inputValue()).toBe('');
+  await expect.poll(southM).toBeCloseTo(dragged + 0.1, 2);
+  await expect.poll(() => page.getByLabel('Shown floor').inputValue()).toBe('');
   await field('South').fill('4.5');
   await field('South').press('Enter');
   await viewer.settle();
-  expect(await southM()).toBeCloseTo(4.5, 3);
+  await expect.poll(southM).toBeCloseTo(4.5, 3);
   const northern = onFloor.filter(({ position }) => position[1] > 4.5).map(({ id }) => id);
   const ofGround = (await viewer.shownStations()).filter((id) => stations.some((one) => one.id === id));
   expect(ofGround).toEqual(northern.sort());
   // An invalid value is marked, and nothing changes.
   await field('North').fill('far');
   await field('North').press('Enter');
-  expect(await field('North').getAttribute('aria-invalid')).toBe('true');
+  await expect.poll(() => field('North').getAttribute('aria-invalid')).toBe('true');
   await field('North').press('Escape');
   await page.getByRole('button', { name: 'Whole building' }).click();
   await viewer.settle();
-  expect(await page.getByLabel('Shown floor').inputValue()).toBe(ground.id);
-  expect(await viewer.shownStations()).toEqual(stations.map(({ id }) => id).sort());
+  await expect.poll(() => page.getByLabel('Shown floor').inputValue()).toBe(ground.id);
+  await expect.poll(() => viewer.shownStations()).toEqual(stations.map(({ id }) => id).sort());
 }
 
 test('stations are edited: dragged, undone and redone, moved by coordinates, and several together', async () => {
@@ -394,7 +398,7 @@ test('stations are edited: dragged, undone and redone, moved by coordinates, and
   await viewer.settle();
   const end = await viewer.centreOf(first.id);
   expect(Math.hypot(end[0] - start[0], end[1] - start[1])).toBeGreaterThan(15);
-  expect(await viewer.marker(first.id).getAttribute('class')).toContain('marker-moved');
+  await expect.poll(() => viewer.marker(first.id).getAttribute('class')).toContain('marker-moved');
   await page.keyboard.press('Control+z');
   await expect.poll(() => positionOf(first.id)).toBeNull();
   await expect.poll(totals).toBe(before);
@@ -437,7 +441,7 @@ test('stations are edited: dragged, undone and redone, moved by coordinates, and
   await viewer.marker(a.id).click();
   await viewer.marker(b.id).click({ modifiers: ['Shift'] });
   await page.getByRole('heading', { name: '2 stations selected' }).waitFor();
-  expect(await viewer.marker(a.id).getAttribute('aria-pressed')).toBe('true');
+  await expect.poll(() => viewer.marker(a.id).getAttribute('aria-pressed')).toBe('true');
   const north = page.getByLabel('North, m', { exact: true });
   await north.fill('-0.2');
   await page.getByRole('button', { name: 'Move', exact: true }).click();
@@ -446,7 +450,7 @@ test('stations are edited: dragged, undone and redone, moved by coordinates, and
     [0, -0.2],
   ]);
   await viewer.undo();
-  expect(await shifts()).toEqual([null, null]);
+  await expect.poll(shifts).toEqual([null, null]);
   const together = (await viewer.review()).revision;
   await north.fill('-2');
   await page.getByRole('button', { name: 'Move', exact: true }).click();
@@ -467,7 +471,7 @@ test('stations are edited: dragged, undone and redone, moved by coordinates, and
   await viewer.screenshot('journey-3-removed');
   await viewer.undo();
   await page.keyboard.press('Escape');
-  expect(await page.getByRole('heading', { name: /stations? selected/ }).count()).toBe(0);
+  await expect.poll(() => page.getByRole('heading', { name: /stations? selected/ }).count()).toBe(0);
 });
 
 test('the site is edited: an entrance where the route begins, and doors open or shut in the next plan', async () => {
@@ -498,7 +502,7 @@ test('the site is edited: an entrance where the route begins, and doors open or 
   const length = page.locator('.section-head', { hasText: 'Route' }).locator('.muted');
   await expect.poll(() => length.textContent()).toBe(`${route!.length_m.toFixed(0)} m`);
   await page.getByLabel('Show route').check();
-  expect(await length.textContent()).toBe(`${route!.length_m.toFixed(0)} m`);
+  await expect.poll(() => length.textContent()).toBe(`${route!.length_m.toFixed(0)} m`);
   expect(Math.hypot(route!.start![0] - x, route!.start![1] - y)).toBeLessThan(0.3);
   expect(route!.legs[0].to).toBe(last.id);
   await viewer.settle();
@@ -526,9 +530,9 @@ test('the site is edited: an entrance where the route begins, and doors open or 
   await expect.poll(marked).toEqual({ [oneId]: 'open' });
   await page.getByTestId('doors-note').waitFor();
   const changes = page.getByRole('list', { name: 'Changes' }).locator('li');
-  expect(await changes.allTextContents()).toEqual([
-    `${one.element.name}: openin the next plan, ${ground.name}As planned`,
-  ]);
+  await expect
+    .poll(() => changes.allTextContents())
+    .toEqual([`${one.element.name}: openin the next plan, ${ground.name}As planned`]);
   await click(one);
   await page.getByText('This door is marked as open already.').waitFor();
   await viewer.tool('Shut');
@@ -537,7 +541,7 @@ test('the site is edited: an entrance where the route begins, and doors open or 
   await click(other);
   await expect.poll(marked).toEqual({ [oneId]: 'shut', [otherId]: 'shut' });
   await viewer.screenshot('journey-4-doors');
-  expect(await page.getByTestId('totals').textContent()).toBe(figures);
+  await expect.poll(() => page.getByTestId('totals').textContent()).toBe(figures);
   await page.keyboard.press('Control+z');
   await expect.poll(marked).toEqual({ [oneId]: 'shut' });
   await page.keyboard.press('Control+z');
@@ -553,7 +557,7 @@ test('a plan is reviewed: comments and verdicts by a limited link, and the sign-
   const manager = limited.page;
   for (const name of ['Edit', 'Runs']) {
     await manager.getByRole('tab', { name }).click();
-    expect(await manager.locator('.tab-page .callout').textContent()).toMatch(/for comments and verdicts/);
+    await expect.poll(() => manager.locator('.tab-page .callout').textContent()).toMatch(/for comments and verdicts/);
   }
   await manager.getByRole('tab', { name: 'Review' }).click();
   await manager.getByLabel('Your name').fill('Site manager');
@@ -563,7 +567,7 @@ test('a plan is reviewed: comments and verdicts by a limited link, and the sign-
   await manager.getByRole('button', { name: `Reject ${second.id}`, exact: true }).click();
   const rejected = /rejected by Site manager/;
   await manager.getByText(rejected).first().waitFor();
-  expect(await manager.getByRole('button', { name: /^Sign off/ }).count()).toBe(0);
+  await expect.poll(() => manager.getByRole('button', { name: /^Sign off/ }).count()).toBe(0);
   await limited.screenshot('journey-5-limited');
   expect(await limited.changeAs('Site manager', { kind: 'remove_station', station: first.id })).toBe(403);
   // The browser itself notes the refusal.
@@ -583,11 +587,11 @@ test('a plan is reviewed: comments and verdicts by a limited link, and the sign-
   await expect.poll(async () => Object.keys((await viewer.review()).verdicts).length).toBe(plan.stations.length);
   expect((await viewer.review()).verdicts[second.id]).toMatchObject({ verdict: 'rejected', by: 'Site manager' });
   const points = page.getByRole('list', { name: 'Open points' });
-  expect(await points.textContent()).toContain(`${second.id} is rejected and still in the plan`);
-  expect(await points.textContent()).toMatch(/comments? (is|are) open/);
+  await expect.poll(() => points.textContent()).toContain(`${second.id} is rejected and still in the plan`);
+  await expect.poll(() => points.textContent()).toMatch(/comments? (is|are) open/);
   const signing = page.getByRole('button', { name: 'Sign off as Grace' });
   const agreeing = page.getByLabel(/^Sign off with th/);
-  expect(await signing.isDisabled()).toBe(true);
+  await expect.poll(() => signing.isDisabled()).toBe(true);
   await agreeing.check();
   await viewer.screenshot('journey-5-open-points');
   // Whoever agreed to some open points has to agree again when there are more.
@@ -601,12 +605,12 @@ test('a plan is reviewed: comments and verdicts by a limited link, and the sign-
   const zone = addZone({ kind: 'keep_out', outline, floor: ground.id, name: '', coverage: null });
   expect(await viewer.changeAs('Ada', zone)).toBe(200);
   await expect.poll(() => points.textContent()).toContain('keep-out zone');
-  expect(await signing.isDisabled()).toBe(true);
+  await expect.poll(() => signing.isDisabled()).toBe(true);
   await agreeing.check();
   await signing.click();
   const signature = page.getByTestId('signature');
   await signature.waitFor();
-  expect(await signature.textContent()).toMatch(/Grace signed off on .*No changes since/);
+  await expect.poll(() => signature.textContent()).toMatch(/Grace signed off on .*No changes since/);
   expect(await viewer.changeAs('Ada', { kind: 'lock_station', station: first.id, locked: true })).toBe(200);
   await expect.poll(() => signature.textContent()).toContain('1 change since');
 });
@@ -638,20 +642,20 @@ test('a run is started, watched, opened, compared and deleted', { timeout: 1_500
   const banner = page.getByRole('status', { name: 'Shown stations' });
   try {
     await banner.getByText(`Showing the best stations of run ${id} so far`).waitFor();
-    expect(await markers.count()).toBe(7);
-    expect(await page.getByLabel('Chosen station').count()).toBe(0);
+    await expect.poll(() => markers.count()).toBe(7);
+    await expect.poll(() => page.getByLabel('Chosen station').count()).toBe(0);
     await viewer.screenshot('journey-6-running');
     await banner.getByRole('button', { name: 'Back to the plan' }).click();
-    expect(await markers.count()).toBe(plan.stations.length);
+    await expect.poll(() => markers.count()).toBe(plan.stations.length);
     await page.getByLabel('Chosen station').waitFor();
     await banner.getByRole('button', { name: 'Watch the run' }).click();
-    expect(await markers.count()).toBe(7);
+    await expect.poll(() => markers.count()).toBe(7);
   } finally {
     goOn();
   }
   await expect.poll(() => card.getAttribute('data-state'), { timeout: RUN_MS }).toBe('finished');
-  expect(await card.getByTestId('run-best').textContent()).toMatch(/\d+ stations?/);
-  expect(await banner.count()).toBe(0);
+  await expect.poll(() => card.getByTestId('run-best').textContent()).toMatch(/\d+ stations?/);
+  await expect.poll(() => banner.count()).toBe(0);
   await card.getByRole('button', { name: 'Compare' }).click();
   await page.getByTestId('comparison').waitFor();
   await expect.poll(() => page.locator('.legend').textContent()).toContain(`seen only in Run ${id}`);
@@ -661,10 +665,10 @@ test('a run is started, watched, opened, compared and deleted', { timeout: 1_500
   const opened = page.waitForEvent('load');
   await card.getByRole('link', { name: 'Open' }).click();
   await opened;
-  expect(await viewer.hash()).toContain('plan=runs');
+  await expect.poll(() => viewer.hash()).toContain('plan=runs');
   await page.locator('.marker:not([hidden])').first().waitFor();
   const [run] = await runs();
-  expect(await markers.count()).toBe(run.best?.n_stations);
+  await expect.poll(() => markers.count()).toBe(run.best?.n_stations);
   await tab('Edit');
   await page.getByText('This is the plan of a run').waitFor();
   await banner.getByText(`Showing run ${id}, Ground floor, seven stations: 7 stations`).waitFor();
@@ -739,9 +743,9 @@ test('on site a German tablet has German texts that fit, fingers drag a station,
   const { page } = viewer;
   const titles = ['Plan', 'Lücken', 'Netz', 'Ändern', 'Läufe', 'Prüfung'];
   await viewer.open();
-  expect(await page.locator('html').getAttribute('lang')).toBe('de');
-  expect(await page.getByRole('tab').allTextContents()).toEqual(titles);
-  expect(await page.getByTestId('coverage').textContent()).toMatch(/^\d+,\d %$/);
+  await expect.poll(() => page.locator('html').getAttribute('lang')).toBe('de');
+  await expect.poll(() => page.getByRole('tab').allTextContents()).toEqual(titles);
+  await expect.poll(() => page.getByTestId('coverage').textContent()).toMatch(/^\d+,\d %$/);
   const cut: Record<string, string[]> = {};
   for (const title of titles) {
     await page.getByRole('tab', { name: title, exact: true }).click();
@@ -774,7 +778,7 @@ test('on site a German tablet has German texts that fit, fingers drag a station,
     await reads('field-number', String(stop.number));
     await reads('field-station', stop.stationId);
     const way = page.getByTestId('field-way');
-    if (i > 0 && stop.wayM! > 0) expect(await way.textContent()).toMatch(/^noch \d+(,\d)?\sm$/);
+    if (i > 0 && stop.wayM! > 0) await expect.poll(() => way.textContent()).toMatch(/^noch \d+(,\d)?\sm$/);
     await page.getByRole('button', { name: 'Erledigt', exact: true }).tap();
     await reads('field-count', `${i + 1} von ${stops.length}`);
   }

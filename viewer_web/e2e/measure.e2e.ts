@@ -30,20 +30,20 @@ test('a distance between stations is that of plan.json, in metres and in feet, a
   await results().first().waitFor();
   const [dx, dy, dz] = a.position.map((x, k) => x - b.position[k]);
   expect(lengthIn(await results().textContent())).toBeCloseTo(Math.hypot(dx, dy), 3);
-  expect(await results().textContent()).toContain('Distance in plan');
+  await expect.poll(() => results().textContent()).toContain('Distance in plan');
   const rest = await results().locator('dd').allTextContents();
   expect(lengthIn(rest[0])).toBeCloseTo(Math.hypot(dx, dy, dz), 3);
   // A station was measured to, not chosen.
-  expect(await page.getByRole('heading', { name: /^Station S/ }).count()).toBe(0);
+  await expect.poll(() => page.getByRole('heading', { name: /^Station S/ }).count()).toBe(0);
   await results().getByRole('button', { name: 'Points' }).click();
-  expect(await results().textContent()).toContain(a.position.map((x) => x.toFixed(2)).join(', '));
+  await expect.poll(() => results().textContent()).toContain(a.position.map((x) => x.toFixed(2)).join(', '));
   await page.getByRole('button', { name: 'Feet' }).click();
   const [, feet, inches] = /(\d+)' (\d+)/.exec((await results().locator('strong').textContent())!)!;
   expect(Number(feet) + Number(inches) / 12).toBeCloseTo(Math.hypot(dx, dy) / 0.3048, 0);
   await viewer.screenshot('m-distance');
   await page.getByRole('button', { name: 'Feet' }).click();
   await page.getByRole('button', { name: /^Remove distance/ }).click();
-  expect(await results().count()).toBe(0);
+  await expect.poll(() => results().count()).toBe(0);
 });
 
 test('where the scene has a map conversion, points have site coordinates, and the arrow points to grid north', async () => {
@@ -58,7 +58,7 @@ test('where the scene has a map conversion, points have site coordinates, and th
   await results().getByRole('button', { name: 'Points' }).click();
   for (const { position } of [a, b]) {
     const [e, n, h] = siteOf(position).map((value) => value.toFixed(3));
-    expect(await results().textContent()).toContain(`E ${e}, N ${n}, H ${h}`);
+    await expect.poll(() => results().textContent()).toContain(`E ${e}, N ${n}, H ${h}`);
   }
   await page.keyboard.press('Escape');
   await page.keyboard.press('Escape');
@@ -90,17 +90,17 @@ test('keys alone measure: arrows move a crosshair, Enter takes points, Escape le
   // Ends may have snapped to what is near to them.
   expect(Math.abs(shown * perMetre - Math.hypot(120, 3))).toBeLessThan(25);
   // The floor below was not opened meanwhile, nor another station chosen.
-  expect(await page.getByLabel('Shown floor').inputValue()).toBe(floor.id);
+  await expect.poll(() => page.getByLabel('Shown floor').inputValue()).toBe(floor.id);
   await page.keyboard.press('Enter');
   await page.keyboard.press('Escape');
-  expect(await page.locator('.measure-crosshair').count()).toBe(1);
+  await expect.poll(() => page.locator('.measure-crosshair').count()).toBe(1);
   await page.keyboard.press('Escape');
-  expect(await page.locator('.measure-crosshair').count()).toBe(0);
-  expect(await page.evaluate(() => document.activeElement?.id)).toBe('site-tool-measure');
+  await expect.poll(() => page.locator('.measure-crosshair').count()).toBe(0);
+  await expect.poll(() => page.evaluate(() => document.activeElement?.id)).toBe('site-tool-measure');
   await page.keyboard.press('Escape');
-  expect(await page.getByRole('region', { name: 'Measure' }).count()).toBe(0);
+  await expect.poll(() => page.getByRole('region', { name: 'Measure' }).count()).toBe(0);
   // The result stays on the picture, and in the panel when it opens again.
-  expect(await page.locator('.measured polyline').count()).toBeGreaterThan(0);
+  await expect.poll(() => page.locator('.measured polyline').count()).toBeGreaterThan(0);
 });
 
 test('a finger measures with taps, and drags shift the plan', async () => {
@@ -115,9 +115,9 @@ test('a finger measures with taps, and drags shift the plan', async () => {
     await page.touchscreen.tap(x, y + 22);
   }
   await results().first().waitFor();
-  expect(await results().first().textContent()).toContain('Height');
+  await expect.poll(() => results().first().textContent()).toContain('Height');
   const apartM = Math.hypot(low.position[0] - high.position[0], low.position[1] - high.position[1]);
   expect(lengthIn(await results().first().locator('dd').first().textContent())).toBeCloseTo(apartM, 0.9);
-  expect(await page.getByRole('heading', { name: /^Station S/ }).count()).toBe(0);
+  await expect.poll(() => page.getByRole('heading', { name: /^Station S/ }).count()).toBe(0);
   await viewer.screenshot('m-touch');
 });

@@ -30,13 +30,15 @@ test('links are drawn and listed by what they are worth, each with its weakest d
   const register = page.getByRole('list', { name: 'Registration links' }).locator('.row-link');
   const tooWeak = page.getByRole('list', { name: 'Weak links' }).locator('.row-link');
   const nCounting = report.counting.length - report.bridges.size;
-  expect(await register.count()).toBe(Math.min(nCounting, 40));
+  await expect.poll(() => register.count()).toBe(Math.min(nCounting, 40));
   for (const words of await register.locator('.link-words').allTextContents()) {
     expect(words).toMatch(/^weakest direction: (shift|tilt about|turn) ?(N|E|NE|NW|up|\(|on|about)/);
   }
   const nWeak = registration.links.length - report.counting.length - report.gaps.length;
-  expect(await tooWeak.count()).toBe(Math.min(nWeak, 10));
-  expect(await tooWeak.first().locator('.link-words').textContent()).toMatch(/^(overlap|strength|probability) below /);
+  await expect.poll(() => tooWeak.count()).toBe(Math.min(nWeak, 10));
+  await expect
+    .poll(() => tooWeak.first().locator('.link-words').textContent())
+    .toMatch(/^(overlap|strength|probability) below /);
   // Nothing of it is cut off.
   const isCut = await page
     .locator('.link-words')
@@ -71,7 +73,7 @@ test('the matrix is read and chosen from by pointer and keys; enlarged it has fi
   const { page } = viewer;
   await viewer.open('#tab=network');
   await page.getByRole('radio', { name: 'Matrix' }).click();
-  expect(await page.locator('.matrix-figure').count()).toBe(0);
+  await expect.poll(() => page.locator('.matrix-figure').count()).toBe(0);
   const small = page.getByRole('application');
   const rim = await small.boundingBox();
   await page.mouse.move(rim!.x + 0.6 * rim!.width, rim!.y + 0.55 * rim!.height);
@@ -102,12 +104,14 @@ test('the matrix is read and chosen from by pointer and keys; enlarged it has fi
   await matrix.focus();
   for (let i = 0; i < row; i++) await page.keyboard.press('ArrowDown');
   for (let i = 0; i < column; i++) await page.keyboard.press('ArrowRight');
-  expect(await words.textContent()).toContain(`${link.a} – ${link.b}: ${overlapWords(link.overlap)} overlap`);
+  await expect
+    .poll(() => words.textContent())
+    .toContain(`${link.a} – ${link.b}: ${overlapWords(link.overlap)} overlap`);
   await viewer.screenshot('n-matrix');
   const figures = sheet.locator('.matrix-figure');
   await figures.first().waitFor();
   const withStrength = registration.links.filter(({ strength }) => strength !== null);
-  expect(await figures.count()).toBe(registration.links.length + withStrength.length);
+  await expect.poll(() => figures.count()).toBe(registration.links.length + withStrength.length);
   const texts = await figures.allTextContents();
   const least = 100 * registration.threshold;
   const overlaps = registration.links.map(({ overlap }) =>
@@ -117,13 +121,13 @@ test('the matrix is read and chosen from by pointer and keys; enlarged it has fi
   const cell = await sheet.locator('.matrix-diagonal').first().boundingBox();
   const widths = await figures.evaluateAll((all) => all.map((one) => one.getBoundingClientRect().width));
   expect(Math.max(...widths)).toBeLessThan(cell!.width);
-  expect(await sheet.getByTestId('overlap-legend').textContent()).toMatch(/0 %.*100 %/);
+  await expect.poll(() => sheet.getByTestId('overlap-legend').textContent()).toMatch(/0 %.*100 %/);
   await viewer.screenshot('n-matrix-figures');
   await sheet.getByRole('checkbox', { name: /^Figures/ }).click();
-  expect(await figures.count()).toBe(0);
+  await expect.poll(() => figures.count()).toBe(0);
   await matrix.focus();
   await page.keyboard.press('Enter');
-  expect(await page.getByRole('heading', { name: `${link.a} – ${link.b}` }).count()).toBe(1);
+  await expect.poll(() => page.getByRole('heading', { name: `${link.a} – ${link.b}` }).count()).toBe(1);
   await page.locator('.sheet').getByRole('button', { name: 'Close' }).click();
   await viewer.settle();
   await viewer.screenshot('n-pair-dark');

@@ -39,7 +39,7 @@ test('a locked station is not dragged, and its place not forbidden', async () =>
   await viewer.page.mouse.up();
   await expect.poll(() => alert().textContent()).toContain(`Station ${first.id} is locked. Unlock it to move it.`);
   await viewer.screenshot('onsite-1-locked');
-  expect(await viewer.page.getByRole('button', { name: 'Forbid this position' }).isDisabled()).toBe(true);
+  await expect.poll(() => viewer.page.getByRole('button', { name: 'Forbid this position' }).isDisabled()).toBe(true);
   await viewer.tool('Forbid position');
   const [x, y] = await viewer.centreOf(first.id);
   await viewer.page.mouse.click(x - 16, y + 4);
@@ -60,7 +60,7 @@ test('who changed a station while it was dragged is named, and nothing of it is 
   await viewer.page.getByText(`${id} moved`).waitFor();
   await viewer.page.mouse.up();
   await viewer.page.getByRole('alertdialog').waitFor();
-  expect(await viewer.page.getByRole('alertdialog').textContent()).toContain(`Ben changed station ${id}`);
+  await expect.poll(() => viewer.page.getByRole('alertdialog').textContent()).toContain(`Ben changed station ${id}`);
   await viewer.screenshot('onsite-2-conflict');
   await viewer.page.getByRole('button', { name: 'Keep theirs' }).click();
   expect((await viewer.review()).stations[id].instrument_height_m).toBeCloseTo(raised);
@@ -202,8 +202,8 @@ test('what is not planned and what is not met stand beside the headline, and sho
   expect(words[2] ?? '').toContain(nGroups > 1 ? `${nGroups} unconnected groups` : '');
   // No green for a share that leaves so much out.
   const whole = viewer.page.getByTestId('requirements').locator('tr', { hasText: 'Whole building' });
-  expect(await whole.locator('.badge-good').count()).toBe(0);
-  expect(await whole.textContent()).toContain('without 1,096.0 m² of floor that can’t be reached');
+  await expect.poll(() => whole.locator('.badge-good').count()).toBe(0);
+  await expect.poll(() => whole.textContent()).toContain('without 1,096.0 m² of floor that can’t be reached');
   await viewer.screenshot('onsite-4-shortfalls');
   const before = await viewer.canvasPixels();
   await list.first().click();
@@ -232,10 +232,10 @@ test('a coverage reads the same in headline, curve, floors, the bar of the edite
   const report = readFileSync(join(planFolder, 'report', 'index.html'), 'utf8').replaceAll('\u00a0', ' ');
   expect(report).toContain(`${headline} of the ${plan.coverage.achievable_area_m2.toFixed(0)} m² scannable`);
   const rows = viewer.page.getByTestId('requirements').locator('tr');
-  expect(await rows.filter({ hasText: 'Whole building' }).textContent()).toContain(headline);
+  await expect.poll(() => rows.filter({ hasText: 'Whole building' }).textContent()).toContain(headline);
   for (const { id, name } of plan.floors) {
     const share = await viewer.page.locator(`[data-floor="${id}"] .row-figure`).textContent();
-    expect(await rows.filter({ hasText: name }).textContent()).toContain(share!.trim());
+    await expect.poll(() => rows.filter({ hasText: name }).textContent()).toContain(share!.trim());
   }
 });
 
@@ -321,7 +321,7 @@ test('on paper the numbers stand where they do on the screen, and nothing is cut
   const pdf = (await viewer.page.pdf({ format: 'A4', printBackground: true })).toString('latin1');
   expect((pdf.match(/\/Type\s*\/Page\b/g) ?? []).length).toBeGreaterThan(1);
   await viewer.page.evaluate(() => window.dispatchEvent(new Event('afterprint')));
-  expect(await viewer.page.locator('.print-picture').count()).toBe(0);
+  await expect.poll(() => viewer.page.locator('.print-picture').count()).toBe(0);
 });
 
 test('on paper the review has all stations, and the date of each verdict', async () => {
@@ -329,11 +329,13 @@ test('on paper the review has all stations, and the date of each verdict', async
   await viewer.changeAs('Ben', { kind: 'set_verdict', station: second.id, verdict: 'accepted' });
   const list = viewer.page.getByRole('list', { name: 'Verdicts' });
   await list.getByText('accepted by Ben').waitFor();
-  expect(await list.getByText('accepted by Ben').textContent()).toMatch(/ on \d+ [A-Z][a-z]+ \d{4} at \d\d:\d\d$/);
+  await expect
+    .poll(() => list.getByText('accepted by Ben').textContent())
+    .toMatch(/ on \d+ [A-Z][a-z]+ \d{4} at \d\d:\d\d$/);
   await viewer.page.emulateMedia({ media: 'print' });
   await viewer.page.setViewportSize({ width: 718, height: 1046 });
   await viewer.settle();
-  expect(await list.locator('li').count()).toBe(plan.stations.length);
+  await expect.poll(() => list.locator('li').count()).toBe(plan.stations.length);
   const clipped = await viewer.page
     .locator('.sidebar, .sidebar ul, .sidebar section')
     .evaluateAll((all) => all.filter((one) => one.scrollHeight > one.clientHeight + 1).map((one) => one.className));

@@ -116,7 +116,7 @@ test('by keys alone', async () => {
     for (let n = 0; n < 6 && (await tab(name).getAttribute('aria-selected')) !== 'true'; n++) {
       await keyboard.press('ArrowRight');
     }
-    expect(await tab(name).getAttribute('aria-selected')).toBe('true');
+    await expect.poll(() => tab(name).getAttribute('aria-selected')).toBe('true');
   };
   await viewer.open();
   await film('keys', 'opened');

@@ -31,8 +31,8 @@ test('comments are pinned to stations and surfaces, shown as text, and resolved'
   await post.click();
   const entry = page.locator('[data-comment]').first();
   await entry.waitFor();
-  expect(await entry.textContent()).toContain('<img src=x onerror="document.title=1"> too near');
-  expect(await entry.locator('img').count()).toBe(0);
+  await expect.poll(() => entry.textContent()).toContain('<img src=x onerror="document.title=1"> too near');
+  await expect.poll(() => entry.locator('img').count()).toBe(0);
   expect(Object.values((await viewer.review()).comments)[0]).toMatchObject({ author: 'Ada', target: first.id });
 
   await page.getByRole('button', { name: 'Pin to a surface' }).click();
@@ -74,11 +74,11 @@ test('comments are pinned to stations and surfaces, shown as text, and resolved'
   await post.click();
   await isHeld;
   await text.fill('Second');
-  expect(await post.isDisabled()).toBe(true);
+  await expect.poll(() => post.isDisabled()).toBe(true);
   send();
   await page.getByText('First', { exact: true }).waitFor();
   await page.unroute('**/api/review/changes');
-  expect(await text.inputValue()).toBe('Second');
+  await expect.poll(() => text.inputValue()).toBe('Second');
 
   await page.getByRole('button', { name: 'Resolve' }).first().click();
   await expect
@@ -99,12 +99,13 @@ test('the edited plan stands beside the plan, in words, and what is unseen follo
   const requirements = page.getByTestId('requirements');
   await expect.poll(() => requirements.textContent()).toContain('NOT MET');
   const row = requirements.locator('tr', { hasText: 'Stations' });
-  expect(await row.locator('td').allTextContents()).toEqual([
-    `${plan.stations.length}`,
-    `${plan.stations.length - removed.length}`,
-  ]);
-  expect(await requirements.locator('thead').textContent()).toBe('as plannedas edited');
-  expect(await page.getByTestId('station-count').textContent()).toBe(`${plan.stations.length - removed.length}`);
+  await expect
+    .poll(() => row.locator('td').allTextContents())
+    .toEqual([`${plan.stations.length}`, `${plan.stations.length - removed.length}`]);
+  await expect.poll(() => requirements.locator('thead').textContent()).toBe('as plannedas edited');
+  await expect
+    .poll(() => page.getByTestId('station-count').textContent())
+    .toBe(`${plan.stations.length - removed.length}`);
   await expect.poll(() => page.getByTestId('met').textContent()).toMatch(/^Requirements\d of \d NOT MET$/);
   await viewer.screenshot('review-4-beside');
 
@@ -113,11 +114,11 @@ test('the edited plan stands beside the plan, in words, and what is unseen follo
     return Number(/[\d.]+/.exec(text ?? '')?.[0]);
   };
   await page.getByRole('tab', { name: 'Unseen' }).click();
-  expect(await page.getByTestId('unseen-of').textContent()).toMatch(/^Of the edited plan/);
+  await expect.poll(() => page.getByTestId('unseen-of').textContent()).toMatch(/^Of the edited plan/);
   const edited = await leftM2('left unseen by edits');
   await page.getByRole('radio', { name: 'As planned' }).click();
-  expect(await page.getByTestId('unseen-of').count()).toBe(0);
-  expect(await leftM2('reachable, left out')).toBeLessThan(edited);
+  await expect.poll(() => page.getByTestId('unseen-of').count()).toBe(0);
+  await expect.poll(() => leftM2('reachable, left out')).toBeLessThan(edited);
   await page.getByRole('radio', { name: /^Edited/ }).click();
 
   await page.locator('.unseen > button').first().click();
@@ -125,7 +126,7 @@ test('the edited plan stands beside the plan, in words, and what is unseen follo
   await page.getByRole('button', { name: 'left unseen by edits' }).click();
   await page.locator('.unseen > button').first().click();
   await page.locator('[data-testid=legend][data-state=shown]').waitFor();
-  expect(await page.getByTestId('legend').textContent()).toContain('left unseen by edits');
+  await expect.poll(() => page.getByTestId('legend').textContent()).toContain('left unseen by edits');
   await viewer.settle();
   await viewer.screenshot('review-5-unseen');
   await page.goto('about:blank');
@@ -161,7 +162,7 @@ test('a floor that is ground already is not marked again, and marks leave the co
   await page.getByRole('radio', { name: 'Floor surface' }).click();
   await page.mouse.click(...at);
   await page.getByText(/^Already a walkable floor/).waitFor();
-  expect(await count()).toBe(0);
+  await expect.poll(count).toBe(0);
   await page.getByRole('tab', { name: 'Unseen' }).click();
   await viewer.settle();
   const before = await viewer.canvasPixels();
@@ -197,9 +198,9 @@ test('two people who change the same station learn of each other, and neither lo
   expect(await grace.changeAs('Grace', { kind: 'set_verdict', station: id, verdict: 'rejected' })).toBe(200);
   await ada.page.getByRole('button', { name: `Reject ${id}`, exact: true }).click();
   await ada.page.getByRole('alertdialog').waitFor();
-  expect(await ada.page.getByRole('alertdialog').textContent()).toMatch(
-    new RegExp(`Grace changed the verdict on station ${id} on \\d+ \\w+ \\d{4} at \\d\\d:\\d\\d`),
-  );
+  await expect
+    .poll(() => ada.page.getByRole('alertdialog').textContent())
+    .toMatch(new RegExp(`Grace changed the verdict on station ${id} on \\d+ \\w+ \\d{4} at \\d\\d:\\d\\d`));
   await ada.screenshot('review-3-conflict');
   expect((await grace.review()).verdicts[id].by).toBe('Grace');
   await ada.page.getByRole('button', { name: 'Keep mine' }).click();
@@ -226,7 +227,7 @@ test('a server that is killed has lost nothing it has answered', async () => {
   await expect.poll(() => post.isEnabled()).toBe(true);
   await page.getByRole('alert').waitFor();
   // What could not be sent is still there to be sent again.
-  expect(await text.inputValue()).toBe('While it was away');
+  await expect.poll(() => text.inputValue()).toBe('While it was away');
   viewer.faults.splice(0);
   await page.close();
   const again = await servePlan(server.folder, inject('scene'));

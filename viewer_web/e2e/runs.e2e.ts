@@ -14,17 +14,17 @@ test('a form that makes no sense is refused before a run starts, and a cancelled
   const coverage = page.getByRole('textbox', { name: /^Coverage/ });
   const start = page.getByRole('button', { name: 'Start' });
   const required = String(100 * plan.requirements.coverage);
-  expect(await coverage.inputValue()).toBe(required);
+  await expect.poll(() => coverage.inputValue()).toBe(required);
   await coverage.fill('120');
   await page.getByText('Coverage: 1 to 100 %').waitFor();
-  expect(await start.isDisabled()).toBe(true);
+  await expect.poll(() => start.isDisabled()).toBe(true);
   await coverage.fill(required);
   await page.getByRole('textbox', { name: 'Title' }).fill('Never mind');
   await start.click();
   const card = page.locator('[data-run]');
   await expect.poll(() => card.count()).toBe(1);
   const { runs } = (await page.evaluate(async () => (await fetch('api/runs')).json())) as { runs: Run[] };
-  expect(await start.isDisabled()).toBe(true);
+  await expect.poll(() => start.isDisabled()).toBe(true);
   await card.getByRole('button', { name: 'Cancel' }).click();
   await expect.poll(() => card.getAttribute('data-state')).toBe('cancelled');
   // Deleted as by another page, of which this one gets an event. The server refuses it until the run's process has ended.

@@ -127,7 +127,7 @@ describe.each(names)('%s', (name) => {
     await viewer.page.getByLabel('Spread floors apart').uncheck();
     await viewer.page.getByRole('button', { name: 'Top', exact: true }).click();
     await viewer.settle();
-    expect(await coveredNumbers()).toEqual([]);
+    await expect.poll(coveredNumbers).toEqual([]);
     await shot('1-whole-from-above');
   });
 
@@ -178,7 +178,7 @@ describe.each(names)('%s', (name) => {
     const here = plan.registration.links.filter(({ a }) => stations.some(({ id }) => id === a));
     const [link] = [...here].sort((a, b) => b.overlap - a.overlap);
     await viewer.open(`#tab=network&floor=${floor.id}`);
-    expect(await viewer.page.locator('.graph-node').count()).toBe(plan.stations.length);
+    await expect.poll(() => viewer.page.locator('.graph-node').count()).toBe(plan.stations.length);
     await shot('4-network');
     await viewer.page
       .locator('.row-link')

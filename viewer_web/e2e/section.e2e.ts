@@ -23,21 +23,21 @@ test('a line on the plan cuts the building upright, seen squarely and to scale, 
   await viewer.screenshot('section-line');
   const cutIds = (isNorth: boolean) =>
     plan.stations.filter(({ position }) => position[1] > cutY === isNorth).map(({ id }) => id);
-  expect(await viewer.shownStations()).toEqual(cutIds(true).sort());
+  await expect.poll(() => viewer.shownStations()).toEqual(cutIds(true).sort());
   // Squarely and without perspective: stations of one height are on one level, however far off they are.
   const northern = cutIds(true).filter((id) => stations.some((one) => one.id === id));
   const levels = await Promise.all(northern.map(async (id) => (await viewer.centreOf(id))[1]));
   expect(Math.max(...levels) - Math.min(...levels)).toBeLessThan(60);
-  expect(await page.getByTestId('plan-scale').count()).toBe(1);
+  await expect.poll(() => page.getByTestId('plan-scale').count()).toBe(1);
   await page.getByRole('button', { name: 'Look the other way' }).click();
   await viewer.settle();
-  expect(await viewer.shownStations()).toEqual(cutIds(false).sort());
+  await expect.poll(() => viewer.shownStations()).toEqual(cutIds(false).sort());
   await page.getByText('Look at it squarely').click();
   await viewer.settle();
-  expect(await page.getByTestId('plan-scale').count()).toBe(0);
+  await expect.poll(() => page.getByTestId('plan-scale').count()).toBe(0);
   await page.getByRole('button', { name: 'Whole building' }).click();
   await viewer.settle();
-  expect(await viewer.shownStations()).toEqual(stations.map(({ id }) => id).sort());
+  await expect.poll(() => viewer.shownStations()).toEqual(stations.map(({ id }) => id).sort());
 
   await page.getByRole('button', { name: 'Box', exact: true }).click();
   await viewer.settle();
@@ -49,5 +49,5 @@ test('a line on the plan cuts the building upright, seen squarely and to scale, 
   await viewer.touch('touchStart', at(0));
   for (const dy of [10, 20, 30]) await viewer.touch('touchMove', at(dy));
   await viewer.touch('touchEnd');
-  expect(await topM()).toBeLessThan(before - 0.2);
+  await expect.poll(topM).toBeLessThan(before - 0.2);
 });

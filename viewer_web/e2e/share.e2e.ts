@@ -15,7 +15,7 @@ test('a picture has the scene with its title and legend, and a link shows the sa
   await viewer.dragFrom([700, 320], 80, 30, 3);
   await page.mouse.up();
   await expect.poll(() => viewer.hash()).toContain('camera=');
-  expect(await viewer.hash()).not.toBe(home);
+  await expect.poll(() => viewer.hash()).not.toBe(home);
   await page.getByRole('button', { name: 'Share' }).click();
   const menu = page.getByRole('region', { name: 'Share and download' });
   const [download] = await Promise.all([

@@ -61,7 +61,7 @@ test('a station goes to a typed easting, and its scene coordinates follow the ma
   await page.getByRole('radio', { name: 'Site', exact: true }).click();
   const easting = page.getByLabel('Easting, m', { exact: true });
   const [e, n] = siteOf(position);
-  expect(await easting.inputValue()).toBe(e.toFixed(3));
+  await expect.poll(() => easting.inputValue()).toBe(e.toFixed(3));
   await easting.fill((e + 0.2).toFixed(3));
   await easting.press('Enter');
   await expect.poll(async () => (await viewer.review()).stations[id]?.position_m ?? null).not.toBeNull();

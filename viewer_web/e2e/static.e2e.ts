@@ -56,12 +56,9 @@ test('an export that was opened once opens without network: clouds, downloads an
     menu.getByRole('link', { name: /Station list/ }).click(),
   ]);
   expect(download.suggestedFilename()).toBe('stations.csv');
-  expect(await menu.getByRole('link').allTextContents()).toEqual([
-    'Station listCSV',
-    'Reportopens',
-    'Unseen elementsCSV',
-    'Unseen surfacesCSV',
-  ]);
+  await expect
+    .poll(() => menu.getByRole('link').allTextContents())
+    .toEqual(['Station listCSV', 'Reportopens', 'Unseen elementsCSV', 'Unseen surfacesCSV']);
   await page.keyboard.press('Escape');
   await page.getByRole('button', { name: 'Clouds' }).click();
   await expect
@@ -94,12 +91,14 @@ test('a newer export at the same address is offered, and shown when it is chosen
 test('a copy opened as a file explains how to open it, and a German browser has it in German', async () => {
   const file = await openPage({}, `file://${copy}/index.html`);
   await file.page.goto(`file://${copy}/index.html`);
-  expect(await file.page.getByRole('status').textContent()).toContain('python3 -m http.server');
+  await expect.poll(() => file.page.getByRole('status').textContent()).toContain('python3 -m http.server');
   // A browser refuses scripts of a file.
   file.faults.splice(0);
   const german = await openCopy('de-DE');
   await german.open();
-  expect(await german.page.getByRole('tab').allTextContents()).toEqual(['Plan', 'Lücken', 'Netz', 'Prüfung']);
+  await expect
+    .poll(() => german.page.getByRole('tab').allTextContents())
+    .toEqual(['Plan', 'Lücken', 'Netz', 'Prüfung']);
   await german.page.getByText('Der Plan ist jetzt auf diesem Gerät').waitFor();
 });
 

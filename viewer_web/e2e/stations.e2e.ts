@@ -18,16 +18,18 @@ test('a card lists by requirement what would be lost without the station, and po
   await viewer.open(`#station=${station.id}`);
   const { page } = viewer;
   const rows = page.locator('.losses button');
-  expect(await rows.count()).toBe(station.losses?.length);
+  await expect.poll(() => rows.count()).toBe(station.losses?.length);
   for (const [i, loss] of (station.losses ?? []).entries()) {
     await rows.nth(i).click();
     await page.locator('[data-testid=legend][data-state=shown]').waitFor();
     await viewer.settle();
     const area = `${loss.area_m2.toFixed(loss.area_m2 < 0.05 ? 2 : 1)} m²`;
-    expect(await rows.nth(i).textContent()).toContain(`−${area}`);
-    expect(await rows.nth(i).textContent()).toMatch(loss.met ? /still met/ : /no longer met|not met either way/);
+    await expect.poll(() => rows.nth(i).textContent()).toContain(`−${area}`);
+    await expect
+      .poll(() => rows.nth(i).textContent())
+      .toMatch(loss.met ? /still met/ : /no longer met|not met either way/);
     await expect.poll(() => page.getByTestId('legend').textContent()).toContain(area);
-    expect(await rows.nth(i).getAttribute('aria-pressed')).toBe('true');
+    await expect.poll(() => rows.nth(i).getAttribute('aria-pressed')).toBe('true');
   }
   await viewer.screenshot('s-losses');
   await rows.last().click();
@@ -49,8 +51,8 @@ test('from above the stations that upper floors hide are counted, and their floo
     .getByRole('button', { name: `Open ${ground.name}` })
     .click();
   await note().waitFor({ state: 'detached' });
-  expect(await viewer.hash()).toContain(`floor=${ground.id}`);
-  expect(await page.locator('.marker:not([hidden])').count()).toBe(stationsOf(ground.id).length);
+  await expect.poll(() => viewer.hash()).toContain(`floor=${ground.id}`);
+  await expect.poll(() => page.locator('.marker:not([hidden])').count()).toBe(stationsOf(ground.id).length);
 });
 
 test('a chosen station behind an upper floor is marked through it, says so, and opens its floor', async () => {
@@ -65,14 +67,14 @@ test('a chosen station behind an upper floor is marked through it, says so, and 
   await viewer.press('t');
   const mark = viewer.marker(hidden ?? '');
   await expect.poll(() => mark.getAttribute('class')).toContain('marker-through');
-  expect(await mark.isVisible()).toBe(true);
-  expect(await note().textContent()).toContain(`${hidden} is behind ${upper.name}`);
+  await expect.poll(() => mark.isVisible()).toBe(true);
+  await expect.poll(() => note().textContent()).toContain(`${hidden} is behind ${upper.name}`);
   await viewer.screenshot('s-through');
   await note()
     .getByRole('button', { name: `Open ${ground.name}` })
     .first()
     .click();
   await note().waitFor({ state: 'detached' });
-  expect(await mark.getAttribute('class')).not.toContain('marker-through');
-  expect(await viewer.hash()).toContain(`floor=${ground.id}&station=${hidden}`);
+  await expect.poll(() => mark.getAttribute('class')).not.toContain('marker-through');
+  await expect.poll(() => viewer.hash()).toContain(`floor=${ground.id}&station=${hidden}`);
 });

@@ -26,7 +26,7 @@ test('two fingers pinch the building closer, on a number too, and no station mov
       await viewer.touch('touchMove', [x + 6 * i, y - 4 * i], [x - 40 - 6 * i, y + 30 + 4 * i]);
     }
     await viewer.touch('touchEnd');
-    expect(await spacing()).toBeGreaterThan(1.2 * before);
+    await expect.poll(spacing).toBeGreaterThan(1.2 * before);
     await viewer.press('t');
   }
   expect((await viewer.review()).revision).toBe(revision);
@@ -42,7 +42,7 @@ test('where stations are not edited, a finger that begins on a number turns the 
   for (let i = 1; i <= 6; i++) await viewer.touch('touchMove', [x + 10 * i, y]);
   await viewer.touch('touchEnd');
   await expect.poll(() => viewer.hash()).not.toBe(before);
-  expect(await viewer.hash()).not.toContain('station=');
+  await expect.poll(() => viewer.hash()).not.toContain('station=');
   await viewer.press('t');
   await viewer.marker(station.id).tap();
   await expect.poll(() => viewer.hash()).toContain(`station=${station.id}`);

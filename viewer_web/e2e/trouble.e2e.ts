@@ -20,17 +20,19 @@ test('a damaged review and a missing scene are reported, and a page goes on when
   await viewer.open('#tab=edit');
   const trouble = page.getByTestId('trouble');
   await trouble.getByText('the review is damaged (line 3: it breaks off)').waitFor();
-  expect(await page.locator('.callout').first().textContent()).toContain('rename it to begin a new review');
-  expect(await page.locator('body').textContent()).not.toMatch(/Start `tlsplan view` again|only shows files/);
+  await expect.poll(() => page.locator('.callout').first().textContent()).toContain('rename it to begin a new review');
+  await expect
+    .poll(() => page.locator('body').textContent())
+    .not.toMatch(/Start `tlsplan view` again|only shows files/);
   await page.getByRole('tab', { name: 'Runs' }).click();
-  expect(await page.locator('.callout').first().textContent()).toContain('the review is damaged');
+  await expect.poll(() => page.locator('.callout').first().textContent()).toContain('the review is damaged');
   await viewer.screenshot('trouble-1-review');
 
   renameSync(review, join(folder, 'damaged.usda'));
   await page.getByRole('button', { name: 'Start' }).waitFor();
   await page.getByText(/No run can be started: .*house.ifc is not found.*--scene/).waitFor();
-  expect(await page.getByRole('button', { name: 'Start' }).isDisabled()).toBe(true);
-  expect(await trouble.count()).toBe(0);
+  await expect.poll(() => page.getByRole('button', { name: 'Start' }).isDisabled()).toBe(true);
+  await expect.poll(() => trouble.count()).toBe(0);
   await viewer.screenshot('trouble-2-scene');
 
   const port = Number(new URL(first.address).port);
@@ -38,12 +40,12 @@ test('a damaged review and a missing scene are reported, and a page goes on when
   await trouble.getByText('The server does not answer; retrying.').waitFor();
   const second = await servePlan(folder, '', port);
   await trouble.getByText('The server was started again').waitFor();
-  expect(await trouble.textContent()).toContain('open the address that `tlsplan view` printed');
-  expect(await page.locator('body').textContent()).not.toContain('does not answer');
+  await expect.poll(() => trouble.textContent()).toContain('open the address that `tlsplan view` printed');
+  await expect.poll(() => page.locator('body').textContent()).not.toContain('does not answer');
   await viewer.screenshot('trouble-3-started-again');
   await page.reload();
   await page.getByText('The server was started again').waitFor();
-  expect(await page.locator('body').textContent()).not.toMatch(/answered 401/);
+  await expect.poll(() => page.locator('body').textContent()).not.toMatch(/answered 401/);
 
   await page.goto(second.address);
   await page.locator('.marker:not([hidden])').first().waitFor();
@@ -71,7 +73,7 @@ test('a page goes on with another start of a server that keeps its links', async
   await trouble.waitFor({ state: 'detached' });
   await page.reload();
   await page.locator('.marker:not([hidden])').first().waitFor();
-  expect(await trouble.count()).toBe(0);
+  await expect.poll(() => trouble.count()).toBe(0);
   expect(viewer.faults.splice(0).filter((fault) => !/Failed to load resource|ERR_/.test(fault))).toEqual([]);
   await page.close();
   await second.stop();

@@ -63,7 +63,7 @@ test('a click on ground picks its floor', async () => {
       if (picked === floor.id && (await groundPicked()) === floor.name) break;
     }
     expect(picked).toBe(floor.id);
-    expect(await groundPicked()).toBe(floor.name);
+    await expect.poll(groundPicked).toBe(floor.name);
     expect((await viewer.hash()).split('&')[0]).toBe(`#floor=${floor.id}`); // a marker may have been hit on the way
   }
   await viewer.screenshot('5-picked-ground');
@@ -158,7 +158,7 @@ test('the keyboard chooses floors and stations and lets go', async () => {
     await viewer.press(key);
     expect(await checkedFloor(), key).toBe(floorId);
     expect(await viewer.page.locator('li [aria-pressed=true]').count(), key).toBe(stationId === null ? 0 : 1);
-    if (stationId !== null) expect(await viewer.hash()).toContain(`station=${stationId}`);
+    if (stationId !== null) await expect.poll(() => viewer.hash()).toContain(`station=${stationId}`);
   }
 });
 
@@ -175,8 +175,8 @@ test('plain painting takes the coverage colours away', async () => {
 test('a view in the address is restored', async () => {
   const station = stationsOf(floorsLowestFirst[1].id)[0];
   await viewer.open(`#floor=${station.floor}&station=${station.id}`);
-  expect(await checkedFloor()).toBe(station.floor);
-  expect(await viewer.page.getByRole('heading', { name: `Station ${station.id}` }).count()).toBe(1);
+  await expect.poll(checkedFloor).toBe(station.floor);
+  await expect.poll(() => viewer.page.getByRole('heading', { name: `Station ${station.id}` }).count()).toBe(1);
   await viewer.open('#floor=nowhere&station=nothing');
   await expect.poll(checkedFloor).toBe('all');
 });
@@ -217,14 +217,14 @@ test.each([
   await viewer.page.route(`**/plan/${file}`, (route) => route.fulfill({ body }));
   await viewer.page.goto(address);
   await viewer.page.getByRole('alert').waitFor();
-  expect(await viewer.page.getByRole('alert').textContent()).toMatch(words);
+  await expect.poll(() => viewer.page.getByRole('alert').textContent()).toMatch(words);
 });
 
 test('a file that is missing is explained', async () => {
   await viewer.page.route('**/plan/viewer/stage.usdc', (route) => route.fulfill({ status: 404 }));
   await viewer.page.goto(address);
   await viewer.page.getByRole('alert').waitFor();
-  expect(await viewer.page.getByRole('alert').textContent()).toMatch(/stage\.usdc.*404.*not complete/);
+  await expect.poll(() => viewer.page.getByRole('alert').textContent()).toMatch(/stage\.usdc.*404.*not complete/);
   // The browser itself notes the failed request.
   expect(viewer.faults.splice(0)).toEqual([expect.stringContaining('404')]);
 });
