@@ -9,13 +9,25 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import click
+
 from .options import METRES_PER_UNIT, FileOptions, MethodOptions, PriorStations, RequirementOptions
 from .output import repairs
 
 if TYPE_CHECKING:
     from planner_core.cluster.executor import Cluster
     from planner_core.engine.scan_engine import ScanEngine
-    from planner_core.model import LengthUnit, PlanSettings, PriorStation, Requirements, Scene, Scope, Site, Survey
+    from planner_core.model import (
+        Doors,
+        LengthUnit,
+        PlanSettings,
+        PriorStation,
+        Requirements,
+        Scene,
+        Scope,
+        Site,
+        Survey,
+    )
     from planner_core.progress import Progress
 
     from .progress import ProgressReporter
@@ -45,9 +57,19 @@ def opened_cluster(scheduler: str | None, reporter: ProgressReporter) -> Iterato
             reporter.warn_last(cluster.last_words())
 
 
+def _doors(reading: FileOptions) -> Doors:
+    from planner_core.model import Doors
+
+    if reading.join == "outside":
+        if reading.doors == "closed":
+            raise click.UsageError("--join outside leads through open doors: leave out --doors closed.")
+        return Doors.OUTSIDE
+    return Doors.SHUT if reading.doors == "closed" else Doors(reading.doors)
+
+
 def load(scenes: Sequence[Path], reading: FileOptions, *, progress: Progress) -> Scene:
     """Load the scene files with the options of the command line."""
-    from planner_core.model import Doors, Glass, UpAxis
+    from planner_core.model import Glass, UpAxis
     from planner_core.scene.load import LoadOptions, load_scene
 
     units = _of_each(scenes, reading.units, "--units")
@@ -58,7 +80,7 @@ def load(scenes: Sequence[Path], reading: FileOptions, *, progress: Progress) ->
             up_axis=UpAxis(up.upper()) if up else None,
             skip_bad_faces=reading.skip_bad_faces,
             glass=Glass(reading.glass),
-            doors=Doors.SHUT if reading.doors == "closed" else Doors(reading.doors),
+            doors=_doors(reading),
             doors_open=tuple(reading.doors_open),
             doors_shut=tuple(reading.doors_closed),
             leave_out=tuple(reading.leave_out),

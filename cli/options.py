@@ -144,6 +144,11 @@ door_open_option = click.option(
     "--door-open", "doors_open", multiple=True, metavar="GLOBALID",
     help="This door (its IFC GlobalId) is open, whatever --doors is; may be repeated.",
 )  # fmt: skip
+join_option = click.option(
+    "--join", type=click.Choice(["inside", "outside"]), default="inside", show_default=True,
+    help="Where stations may stand that register rooms with each other. outside: outdoors, too, for dwellings and "
+    "wings that no interior door joins; all doors are open.",
+)  # fmt: skip
 door_closed_option = click.option(
     "--door-closed", "doors_closed", multiple=True, metavar="GLOBALID",
     help="This door (its IFC GlobalId) is closed, whatever --doors is; may be repeated.",
@@ -400,6 +405,7 @@ class FileOptions:
     doors: str = "open"
     doors_open: tuple[str, ...] = ()
     doors_closed: tuple[str, ...] = ()
+    join: str = "inside"
     leave_out: tuple[str, ...] = ()
 
 
@@ -481,6 +487,7 @@ scene_options = _gathered(
     doors_option,
     door_open_option,
     door_closed_option,
+    join_option,
     leave_out_option,
 )
 requirement_options = _gathered(

@@ -195,7 +195,12 @@ class PlanFigures(FloorFigures):
         self.places = _places_of(plan.survey, reach)
         super().__init__(plan.survey.scene, plan.survey.floors, plan.survey.planned)
         of = {self.floors[index].id for index in self.planned}
-        self.stations: tuple[Station, ...] = tuple(each for each in plan.stations if each.floor in of)
+        stations = [each for each in plan.stations if each.floor in of]
+        if stations and plan.survey.scope is not None:  # those that only join what is surveyed stand beside it
+            height_m = np.array([[0.0, 0.0, each.instrument_height_m] for each in stations])
+            beside = ~plan.survey.scope.surveys(np.stack([each.position_m for each in stations]) - height_m)
+            stations = [each for each, is_out in zip(stations, beside.tolist(), strict=True) if not is_out]
+        self.stations: tuple[Station, ...] = tuple(stations)
 
     @cached_property
     def planned_m2(self) -> float:
@@ -268,7 +273,7 @@ def _places_of(survey: Survey, reach: Reach) -> FloorPlaces:
     reached = of_region[reach.near_region[chosen]]
     planned = reached & np.isin(floor, survey.planned)
     if survey.scope is not None:
-        planned[planned] = survey.scope.admits(ground_m[planned])
+        planned[planned] = survey.scope.surveys(ground_m[planned])
     return FloorPlaces(chosen, ground_m, count * space.cell_m2, floor, reached, planned)
 
 

@@ -12,6 +12,7 @@ from planner_core.coverage.observations import GroundSides
 from planner_core.engine.patch_mode import PatchMode, scan_mode_of
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
+    Doors,
     FloatArray,
     Paper,
     PlanSettings,
@@ -26,6 +27,7 @@ from planner_core.scanner.template import make_template
 from planner_core.scene.extent import check_extent
 from planner_core.scene.floors import find_floors, floor_of_triangles
 from planner_core.scene.ground_planes import with_ceilings, with_ground_planes
+from planner_core.scene.outdoor_ground import with_outdoor_ground
 from planner_core.scene.patches import make_patches
 
 
@@ -38,7 +40,8 @@ def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = si
     Raises
     ------
     RequirementError
-        Floors that are not there, see `planned_floors`; picks that mark no ground, see `with_ground_picks`.
+        Floors that are not there, see `planned_floors`; picks that mark no ground, see `with_ground_picks`; stations
+        outdoors without an exterior door, see `with_outdoor_ground`.
     SceneError
         A scene in the wrong unit, see `check_extent`.
     """
@@ -46,7 +49,11 @@ def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = si
     progress(ProgressEvent("survey", 0, 2, "floors"))
     report = with_ground_picks(scene, find_floors(scene), settings.site.ground_picks)
     planned = planned_floors(report.floors, settings.requirements.floors)
-    scene, floors = with_ground_planes(scene, report.floors)
+    floors, warnings = report.floors, report.warnings
+    if scene.source.doors == Doors.OUTSIDE:
+        floors, assumed = with_outdoor_ground(scene, floors)
+        warnings = (*warnings, *assumed)
+    scene, floors = with_ground_planes(scene, floors)
     floor_of_triangle = floor_of_triangles(scene, floors)
     if not isinstance(settings.method, Paper):  # which counts what is seen from either side
         scene, floor_below = with_ceilings(scene, floors, report.open_below)
@@ -65,7 +72,7 @@ def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = si
         scan_mode=scan_mode_of(settings.scan_mode, template),
         planned=planned,
         reflectivity=settings.requirements.reflectivity,
-        warnings=report.warnings,
+        warnings=warnings,
         as_in_paper=isinstance(settings.method, Paper),
     )
 

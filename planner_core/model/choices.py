@@ -104,11 +104,15 @@ class Glass(StrEnum):
 
 
 class Doors(StrEnum):
-    """Which doors are open, their leaves left out: none, those indoors, or all, see `planner_core.scene.doors`."""
+    """Which doors are open, their leaves left out: none, those indoors, or all, see `planner_core.scene.doors`.
+
+    With `OUTSIDE` all are, and stations may stand outdoors, too, see `planner_core.scene.outdoor_ground`.
+    """
 
     SHUT = "shut"
     OPEN = "open"
     ALL = "all"
+    OUTSIDE = "outside"
 
 
 class UpAxis(StrEnum):

@@ -294,4 +294,4 @@ class Survey:
     @property
     def patches_observed(self) -> BoolArray | None:
         """(P,) bool: patches that visibility is computed of; the others only occlude. None: all are."""
-        return None if self.scope is None or self.scope.in_scope.all() else self.scope.in_scope
+        return None if self.scope is None or self.scope.observed.all() else self.scope.observed

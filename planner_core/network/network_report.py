@@ -14,6 +14,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import reduce
 from types import MappingProxyType
 
 from planner_core.coverage.percent import probability_percent, reached_percent
@@ -86,16 +87,18 @@ def registration_warnings(
     *,
     offset_m: FloatArray | tuple[float, float, float] = (0.0, 0.0, 0.0),
     pre_alignment: PreAlignment = PreAlignment.MANUAL,
+    has_way_out: bool = False,
 ) -> tuple[str, ...]:
     """One line for each unconnected group that overlaps others, one for two that are the nearest to each other, one for
     all that overlap none, and one for each group held together by single links where a redundant network is required;
-    and one where registration starts from too little.
+    one where stations outdoors may join what no link does; and one where registration starts from too little.
 
     Groups that are nearest to one another have a further line for what all of them together lack to the others: closing
     the gaps of all lines makes one network, where links can.
 
     floor_names : names of floor ids, for people; ids stand for themselves where they have none.
-    offset_m : scene = local + offset, for places of targets. pre_alignment : where registration starts.
+    offset_m : scene = local + offset, for places of targets. pre_alignment : where registration starts. has_way_out :
+    whether exterior doors lead to places where no station of this plan may stand.
     """
     registration = replace(registration, gaps=tuple(_moved(gap, offset_m) for gap in registration.gaps))
     gaps = _best_gaps(registration)
@@ -117,6 +120,10 @@ def registration_warnings(
         )
     if alone:
         lines.append(_alone([registration.networks[number] for number in alone], floor_names))
+    if has_way_out and len(set(_joined_by_gaps(registration))) > 1:
+        lines.append(
+            "--join outside plans stations outdoors, too, which join through exterior doors what no door indoors joins"
+        )
     if pre_alignment in _UNPLACED and not registration.connected:
         lines.append(
             f"no pair of scans that are {_UNPLACED[pre_alignment]} registers surely; place them by hand "
@@ -307,6 +314,11 @@ def _together(
     for least in sorted({of for of in group if of > 0 and group.count(of) > 1}):
         networks = [registration.networks[number] for number, of in enumerate(group) if of == least]
         yield _alone(networks, floor_names, joined=True)
+
+
+def _joined_by_gaps(registration: Registration) -> list[int]:
+    """The group that each network is in once all gaps are closed."""
+    return reduce(_joined, registration.gaps, list(range(len(registration.networks))))
 
 
 def _joined(group: Sequence[int], gap: NetworkGap) -> list[int]:

@@ -182,8 +182,8 @@ def _link(link: Link, plan: Plan, linking: BoolArray) -> CheckedLink:
 
 
 def _points(survey: Survey, goals: Goals, n_points: int, rng: np.random.Generator) -> _Points:
-    """Points at even steps of area through all patches of which something may be required, at random places in each."""
-    wanted = np.flatnonzero(goals.patches)
+    """Points at even steps of area through all patches that somebody looks at, at random places in each."""
+    wanted = np.flatnonzero(goals.patches if survey.scope is None else survey.scope.observed)
     patch_m2 = replace(survey.patches, countable_share=None).area_m2
     sum_m2 = np.cumsum(patch_m2[wanted])
     step = (np.arange(n_points) + rng.random(n_points)) * (sum_m2[-1] / n_points)

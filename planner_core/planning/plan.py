@@ -179,6 +179,7 @@ def _described(
             *explain(pool.survey, pool.demand),
             *choice.warnings,
             *_on_flights(places, rows, names),
+            *_outdoors(pool.survey, pool.take(rows), names),
             *_not_held(settings, choice, rows, names),
         ),
         progress=progress,
@@ -215,6 +216,22 @@ def _on_flights(places: AllowedPositions, rows: Int64Array, names: list[str]) ->
             f"{'station' if one else 'stations'} {', '.join(stairs)} {'stands' if one else 'stand'} on a flight of "
             "stairs, each leg of the tripod on a tread of its own, to register storeys with each other"
         )
+
+
+def _outdoors(survey: Survey, at: Candidates, names: list[str]) -> Iterator[str]:
+    """A line about stations of the interior that stand outdoors."""
+    if survey.scope is None or not survey.scope.outdoors_m:
+        return
+    ground_m = at.position_m - np.column_stack([np.zeros((len(names), 2)), at.instrument_height_m])
+    is_inside = survey.scope.surveys(ground_m).tolist()
+    out = sorted(name for name, inside in zip(names, is_inside, strict=True) if not inside)
+    if out:
+        yield (
+            f"{'station' if len(out) == 1 else 'stations'} {', '.join(out)} {'stands' if len(out) == 1 else 'stand'} "
+            "outdoors, to register through exterior doors what no interior door joins; keep these doors open"
+        )
+    else:
+        yield "no station stands outdoors (--join outside): none there joins more"
 
 
 def _not_held(settings: PlanSettings, choice: Choice, rows: Int64Array, names: list[str]) -> Iterator[str]:

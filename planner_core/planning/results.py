@@ -25,6 +25,7 @@ from planner_core.coverage.why import explain
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
     BoolArray,
+    Doors,
     FloatArray,
     Link,
     NetworkKind,
@@ -56,6 +57,7 @@ from planner_core.requirements.goals import NO_COVER
 from planner_core.requirements.observe_candidates import SeenPatches
 from planner_core.route.route import field_time, route_warnings
 from planner_core.route.sealed import reach_warnings, sealed_areas
+from planner_core.scene.doors import exterior_doors
 
 #: What moves between two scans, or may not be stuck on.
 NO_TARGETS = (*NO_COVER, "IfcDoor", "IfcWindow")
@@ -262,4 +264,11 @@ def _registration_warnings(survey: Survey, requirements: Requirements, registrat
         return ()
     names = {floor.id: floor.name for floor in survey.floors}
     start = requirements.start_of(survey.scanner)
-    return registration_warnings(registration, names, offset_m=survey.scene.offset_m, pre_alignment=start)
+    is_inside = not registration.connected and survey.scene.source.doors != Doors.OUTSIDE
+    return registration_warnings(
+        registration,
+        names,
+        offset_m=survey.scene.offset_m,
+        pre_alignment=start,
+        has_way_out=is_inside and bool(exterior_doors(survey.scene)),
+    )

@@ -268,7 +268,7 @@ class TripodTests:
         self._reach_m = float(np.linalg.norm(extent_m)) + 1.0  # longer than any line through the scene
         self._is_ground = np.zeros(scene.n_triangles + 1, dtype=bool)  # the last entry is the miss, -1
         self._is_ground[floor.ground_triangles] = True
-        self._has_slab = floor.origin == "slab" or not floor.plane_m.size
+        self._has_slab = not _stands_on_plane(floor)
         self._feet = Feet(tripods.ring_radius_m, MAX_STEP_M, tripods.n_ring_rays, 1, SHIN_M)
         self._mostly_covered = self._has_slab and self._is_mostly_covered()
 
@@ -372,11 +372,13 @@ class TripodTests:
 
     def _is_outside(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
         del ground_m
+        scope = self._tripods.survey.scope
+        if scope is not None and scope.outdoors_m:  # which ground that is depends on rooms, see `SurveyScope.admits`
+            return np.zeros(position_m.shape[0], dtype=bool)
         if not self._has_slab:
             hits = self._cast(position_m, _circle(_ENCLOSURE_DIRECTIONS), self._reach_m)
             ends = np.isfinite(hits.range_m).reshape(-1, _ENCLOSURE_DIRECTIONS)
             return np.asarray(ends.mean(axis=1) < _ENCLOSED_SHARE)
-        scope = self._tripods.survey.scope
         if not self._mostly_covered or (scope is not None and scope.kind != Scope.INTERIOR):
             return np.zeros(position_m.shape[0], dtype=bool)
         return ~self._hits_any(position_m, _UP, self._reach_m)
@@ -425,7 +427,7 @@ def refusals_in_words(rejected: dict[str, int], floors: list[Floor], heights: In
     height that was given is the first thing to change.
     """
     largest_first = sorted(rejected, key=lambda cause: (cause == NO_GROUND, -rejected[cause]))
-    has_plane = any(floor.origin != "slab" and floor.plane_m.size for floor in floors)
+    has_plane = any(map(_stands_on_plane, floors))
     remedies = {**_OF_SITE, **_OF_PLACE, OUTSIDE: _NOT_ENCLOSED if has_plane else _IN_THE_OPEN}
     of_site = [cause for cause in largest_first if cause in _OF_SITE]
     deciding = (of_site or largest_first or [NO_GROUND])[0]
@@ -439,6 +441,11 @@ def refusals_in_words(rejected: dict[str, int], floors: list[Floor], heights: In
             f"tripods of this scanner stand at {heights.low_m:g} to {heights.high_m:g} m"
         )
     return f"({counts}); {where}: {remedy}"
+
+
+def _stands_on_plane(floor: Floor) -> bool:
+    """Whether a plane stands for the floor's slab, and not for ground beside it."""
+    return floor.origin not in ("slab", "surface") and floor.plane_m.size > 0
 
 
 def _in_passage(near: BoolArray) -> BoolArray:

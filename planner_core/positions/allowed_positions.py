@@ -42,6 +42,8 @@ _NEAR_M = 0.1
 #: Moving a place into the middle of its doorway changes the ground below by this much at most: a threshold.
 _THRESHOLD_M = 0.3
 _MAX_NAMES = 4
+#: Of the grid outdoors one position is a candidate in each square of this side, in steps.
+_OUTDOOR_STEPS = 2
 #: Heights that differ by less are the same: stations are staked out to centimetres.
 _SAME_HEIGHT_M = 0.05
 
@@ -153,6 +155,7 @@ def find_positions(
     if tripods.special_places:
         parts += _special(tripods, reach.space, grid, tally)
     found = _allowed(_joined(parts), site, reach, tally)
+    found = found.take(_sparse_outdoors(site, found, tripods.grid_step_m))
     order = np.lexsort((found.height_m, found.position_m[:, 0], found.position_m[:, 1], found.floor))
     found = found.take(order)
     placed, remarks = _prior(tripods, site, reach)
@@ -220,6 +223,20 @@ def _allowed(found: _Admitted, site: LocalSite, reach: Reach, tally: RefusalTall
         tally.refuse(reason, int(np.count_nonzero(bad & left)))
         left &= ~bad
     return found.take(left)
+
+
+def _sparse_outdoors(site: LocalSite, found: _Admitted, grid_step_m: float) -> BoolArray:
+    """(N,) bool: all but most of the grid outdoors of a survey of the interior, whose views differ little there."""
+    if site.scope is None or not site.scope.outdoors_m:
+        return np.ones(found.floor.size, dtype=bool)
+    ground_m = found.position_m.copy()
+    ground_m[:, 2] -= found.height_m
+    spare: BoolArray = (found.kind == KINDS.index("grid")) & ~site.scope.surveys(ground_m)
+    square = np.floor(found.position_m[:, :2] / (_OUTDOOR_STEPS * grid_step_m))
+    key = np.column_stack([square, found.floor, np.round(found.height_m, 2)])[spare]
+    _, first = np.unique(key, axis=0, return_index=True)
+    spare[np.flatnonzero(spare)[first]] = False
+    return ~spare
 
 
 # ------------------------------------------------------------------------------------------ special places

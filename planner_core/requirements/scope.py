@@ -12,10 +12,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from planner_core.coverage.patch_reasons import Surfaces, samples_of, viewpoints
+from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import (
     BoolArray,
+    Doors,
     FloatArray,
     Int32Array,
     Int64Array,
@@ -28,7 +30,8 @@ from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.reach import MIN_REGION_M2, reachability
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.goals import wanted_of
-from planner_core.scene.patches import patch_triangles
+from planner_core.scene.outdoor_ground import OUTDOORS_M, with_exterior_doors_shut
+from planner_core.scene.patches import make_patches, patch_triangles
 
 #: The ground is observed from one place of each square of this side: less than a wall and a person on both
 #: sides of it take.
@@ -103,36 +106,49 @@ def with_scope(
     """
     required, wanted = requirements.scope, wanted_of(survey, requirements)
     if required == Scope.ALL:
-        return _scoped(survey, required, wanted, None)
+        return _scoped(survey, required, wanted, wanted, None)
     progress(ProgressEvent("scope", 0, 2, "indoors and outdoors"))
+    joins_outside = survey.scene.source.doors == Doors.OUTSIDE
+    if joins_outside:  # which opens the doors of rooms that are indoors all the same
+        shut = with_exterior_doors_shut(survey.scene)
+        engine = Open3DEngine(shut, make_patches(shut, max_area_m2=survey.patches.max_area_m2))
     places = find_places(survey, engine, free_space(survey) if space is None else space)
     lost = _not_a_building(survey, places)
     kind = (Scope.ALL if lost else Scope.INTERIOR) if required == Scope.AUTO else required
     if required == Scope.INTERIOR and places.indoors_m2 < _LEAST_M2:
         raise RequirementError(f"scope interior: got a building without any, {lost}; use scope all")
     progress(ProgressEvent("scope", 1, 2, "surfaces"))
-    in_scope = wanted
+    if joins_outside and kind != Scope.INTERIOR:
+        raise RequirementError(
+            f"join outside: got scope {kind}{f', as {lost}' if lost else ''}, expected interior, which stations "
+            "outdoors join; leave the option out"
+        )
+    in_scope = observed = wanted
     if kind != Scope.ALL:
-        inner, outer = patches_by_side(survey, engine, places, np.flatnonzero(wanted), outside=kind == Scope.EXTERIOR)
+        outside = joins_outside or kind == Scope.EXTERIOR
+        inner, outer = patches_by_side(survey, engine, places, np.flatnonzero(wanted), outside=outside)
         in_scope = inner if kind == Scope.INTERIOR else outer
+        observed = inner | outer if joins_outside else in_scope
         if not in_scope.any():
             raise RequirementError(
                 f"scope {kind}: got no surface of it, expected some; use scope all, or check what was loaded"
             )
     progress(ProgressEvent("scope", 2, 2))
-    found = _scoped(survey, kind, in_scope, places if kind != Scope.ALL else None)
+    found = _scoped(survey, kind, in_scope, observed, places if kind != Scope.ALL else None)
     lines = (*_yards(survey, places), *_open_sides(survey, engine, places)) if kind == Scope.INTERIOR else ()
     if lost and required == Scope.AUTO:
         lines = (f"scope: all surfaces are planned, as {lost}; --scope interior or exterior chooses",)
     return replace(found, warnings=(*found.warnings, *lines))
 
 
-def _scoped(survey: Survey, kind: Scope, in_scope: BoolArray, places: Places | None) -> Survey:
+def _scoped(survey: Survey, kind: Scope, in_scope: BoolArray, observed: BoolArray, places: Places | None) -> Survey:
     scope = SurveyScope(
         kind=kind,
         in_scope=in_scope,
+        observed=observed,
         ground_m=np.empty((0, 3)) if places is None else places.ground_m,
         indoors=np.empty(0, dtype=np.bool_) if places is None else places.indoors,
+        outdoors_m=OUTDOORS_M if survey.scene.source.doors == Doors.OUTSIDE else 0.0,
     )
     return replace(survey, scope=scope)
 

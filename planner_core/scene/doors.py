@@ -84,7 +84,7 @@ def _check_are_doors(scene: Scene, names: tuple[str, ...]) -> None:
 
 
 def _is_open(scene: Scene, doors: Doors, door: int, triangles: Int64Array) -> bool:
-    return doors == Doors.ALL or (doors == Doors.OPEN and not is_outer(scene, door, triangles))
+    return doors in (Doors.ALL, Doors.OUTSIDE) or (doors == Doors.OPEN and not is_outer(scene, door, triangles))
 
 
 def is_outer(scene: Scene, door: int, triangles: Int64Array) -> bool:
@@ -96,13 +96,43 @@ def is_outer(scene: Scene, door: int, triangles: Int64Array) -> bool:
     if is_external is not None or not scene.rooms:
         return bool(is_external)
     corners_m = scene.vertices_m[scene.triangles[triangles]]
-    angle = _angle(corners_m)
     low, high = corners_m.min(axis=(0, 1)), corners_m.max(axis=(0, 1))
     middle = np.array([*(0.5 * (low + high))[:2], low[2] + _KNEE_M])
-    across = np.array([np.cos(angle), np.sin(angle), 0.0])
+    across = np.append(_across(corners_m), 0.0)
     away_m = np.array(_BESIDE_M)[:, None]
     sides = [room_of_points(scene, middle + sign * away_m * across) >= 0 for sign in (-1.0, 1.0)]
     return bool(sides[0].any() != sides[1].any())
+
+
+@dataclass(frozen=True)
+class ExteriorDoor:
+    """A door that leads outdoors. box_m : (2, 3) lowest and highest corner, local frame. across : (2,) through it."""
+
+    element: int
+    box_m: FloatArray
+    across: FloatArray
+
+
+def exterior_doors(scene: Scene) -> list[ExteriorDoor]:
+    """Find the doors that lead outdoors, by `is_outer`, of which the scene has a frame or more."""
+    found = []
+    for door in np.unique(scene.element_of_triangle).tolist():
+        if scene.elements[door].kind != DOOR_KIND:
+            continue
+        triangles = np.flatnonzero(scene.element_of_triangle == door)
+        if is_outer(scene, door, triangles):
+            corners_m = scene.vertices_m[scene.triangles[triangles]]
+            box_m = np.stack([corners_m.min(axis=(0, 1)), corners_m.max(axis=(0, 1))])
+            found.append(ExteriorDoor(door, box_m, _across(corners_m)))
+    return found
+
+
+def _across(corners_m: FloatArray) -> FloatArray:
+    """(2,) unit direction in plan through a door, of whole ones and of frames alone: that in which it is thinnest."""
+    plan_m = corners_m[..., :2].reshape(-1, 2)
+    _, directions = np.linalg.eigh(np.cov(plan_m, rowvar=False))
+    across: FloatArray = directions[:, 0]
+    return across
 
 
 @dataclass(frozen=True)

@@ -77,7 +77,7 @@ def plane_pieces(survey: LevelSurvey, bounds_m: FloatArray, elevation_m: float, 
         np.concatenate([[low], 0.5 * (lines[1:] + lines[:-1]), [high]])
         for lines, low, high in zip((columns.x_m[x_in], columns.y_m[y_in]), *bounds_m, strict=True)
     )
-    corner = np.array(_rectangles(cells), dtype=np.int64).reshape(-1, 2, 2)
+    corner = np.array(rectangles(cells), dtype=np.int64).reshape(-1, 2, 2)
     return np.stack([x_m[corner[:, :, 0]], y_m[corner[:, :, 1]]], axis=2)
 
 
@@ -143,8 +143,8 @@ def with_ground_planes(scene: Scene, floors: tuple[Floor, ...]) -> tuple[Scene, 
         plane = np.arange(n_triangles, n_triangles + len(triangles), dtype=np.int32)
         grounds.append(replace(floor, ground_triangles=np.concatenate([floor.ground_triangles, plane])))
         n_triangles += len(triangles)
-    more = _with_triangles(replace(scene, elements=tuple(elements)), np.concatenate(corners), np.concatenate(owners))
-    return more, tuple(grounds)
+    named = replace(scene, elements=tuple(elements))
+    return with_more_triangles(named, np.concatenate(corners), np.concatenate(owners)), tuple(grounds)
 
 
 def with_ceilings(scene: Scene, floors: tuple[Floor, ...], open_below: BoolArray) -> tuple[Scene, Int32Array]:
@@ -170,11 +170,11 @@ def with_ceilings(scene: Scene, floors: tuple[Floor, ...], open_below: BoolArray
     optics = None if scene.optics_of_triangle is None else scene.optics_of_triangle[sheets]
     starts = np.array([floor.elevation_m for floor in floors])
     floor_below = np.searchsorted(starts, under[:, :, 2].mean(axis=1) - _LEVEL_M, side="right") - 1
-    more = _with_triangles(scene, under, scene.element_of_triangle[sheets], optics)
+    more = with_more_triangles(scene, under, scene.element_of_triangle[sheets], optics)
     return more, floor_below.astype(np.int32)
 
 
-def _with_triangles(
+def with_more_triangles(
     scene: Scene, corners_m: FloatArray, element: Int32Array, optics: UInt8Array | None = None
 ) -> Scene:
     """The scene with triangles (K, 3, 3) of elements (K,) behind its own; optics (K,), None: all return."""
@@ -294,7 +294,7 @@ def _without_small(cells: BoolArray, least: float) -> BoolArray:
     return kept
 
 
-def _rectangles(cells: BoolArray) -> list[tuple[int, int, int, int]]:
+def rectangles(cells: BoolArray) -> list[tuple[int, int, int, int]]:
     """Cover `cells` (ny, nx) by rectangles (x0, y0, x1, y1), ends exclusive: equal runs of rows above one another."""
     found = []
     begun: dict[tuple[int, int], int] = {}

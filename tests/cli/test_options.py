@@ -33,6 +33,10 @@ def test_what_names_no_scheduler_is_refused_in_one_line(address: str) -> None:
     [
         (["plan", "a.ifc", "--grid", "1in"], "or the unit: 20in. See `tlsplan plan --help`."),
         (["plan", "a.ifc", "--glass", "no"], "'stop', 'pass', 'return'. See `tlsplan plan --help`."),
+        (
+            ["plan", "a.ifc", "--join", "outside", "--doors", "closed"],
+            "through open doors: leave out --doors closed. See `tlsplan plan --help`.",
+        ),
         (["plan", "a.ifc", "--gird", "1"], "? See `tlsplan plan --help`."),
     ],
 )

@@ -322,6 +322,12 @@ def test_networks_that_see_nothing_of_others_share_a_line():
         "stations C, D on floor 'F1'; station E on floor 'F1' do not register with the others: no link reaches 5 % "
         "overlap; look for shut doors in between, or register with targets"
     )
+    joined = report([Link("A", "B", 0.5, 0.1), Link("C", "D", 0.5, 0.1)], ids)
+    assert registration_warnings(joined, has_way_out=True)[1:] == (
+        "--join outside plans stations outdoors, too, which join through exterior doors what no door indoors joins",
+    )
+    near = report([Link("A", "B", 0.5, 0.1), Link("B", "C", 0.1, 0.1)], ids[:3])
+    assert not any("--join" in line for line in registration_warnings(near, has_way_out=True))  # targets join these
     (line,) = registration_warnings(report([], [f"S{number}" for number in range(20)]))
     assert "S6 on floor 'F1' and 13 more do not register" in line
 

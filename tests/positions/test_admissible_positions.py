@@ -110,7 +110,7 @@ def test_room_without_ceiling_has_positions_where_all_is_in_scope(engine, kind):
     ]  # fmt: skip
     floor, ceiling = ("floor", "Mesh", 0, (0, 0, -0.2), (10, 4, 0)), ("top", "Mesh", 0, (0, 0, 2.5), (6, 4, 2.7))
     survey = make_survey(scene_of([*walls, floor, ceiling]), SETTINGS)
-    scope = SurveyScope(kind, np.ones(survey.patches.n_patches, bool), np.empty((0, 3)), np.empty(0, bool))
+    scope = SurveyScope(kind, *[np.ones(survey.patches.n_patches, bool)] * 2, np.empty((0, 3)), np.empty(0, bool))
     scan_engine = open_engine(survey.scene, survey.patches, engine=engine)
     found = find_candidates(replace(survey, scope=scope), SETTINGS, scan_engine, floors=(0,))
     assert {"covered": any(x < 6 for x, _ in places(found)), "open": any(x > 6.1 for x, _ in places(found))} == {

@@ -441,7 +441,7 @@ export interface LoadOptionsSection {
    */
   skip_bad_faces: boolean;
   glass: 'pass' | 'stop' | 'return';
-  doors: 'shut' | 'open' | 'all';
+  doors: 'shut' | 'open' | 'all' | 'outside';
   /**
    * GlobalIds of doors that were taken to be open whatever `doors` is.
    */
@@ -958,7 +958,7 @@ export interface SceneSection {
   /**
    * Which doors were taken to be open: none, those indoors, or those that lead outdoors, too.
    */
-  doors: 'shut' | 'open' | 'all';
+  doors: 'shut' | 'open' | 'all' | 'outside';
   load_options: LoadOptionsSection | null;
   /**
    * The files after the first, where the scene is several; entries above of a file are of the first.
