@@ -92,7 +92,7 @@ def test_terrain_of_the_model_is_the_ground_outdoors() -> None:
 
 def test_without_exterior_doors_there_is_no_way_out() -> None:
     scene = twin_house(doors=False)
-    with pytest.raises(RequirementError, match="join outside: got no exterior door .* leave the option out"):
+    with pytest.raises(RequirementError, match=r"join outside: got no exterior door .* leave the option out"):
         with_outdoor_ground(scene, find_floors(scene).floors)
 
 
