@@ -99,9 +99,8 @@ export class CloudDetailFollower {
     const asking = new AbortController();
     this.asking = asking;
     const { azimuthRad, widthRad, lowRad, highRad } = shown;
-    // Six digits of half pi are less than it, five are more: the server refuses what is below straight down.
-    const [azimuth, width, low, high] = [azimuthRad, widthRad, lowRad, highRad].map((rad) => rad.toFixed(6));
-    const query = `azimuth=${azimuth}&width=${width}&low=${low}&high=${high}`;
+    // Not rounded: straight down would become lower than that, which the server refuses.
+    const query = `azimuth=${azimuthRad}&width=${widthRad}&low=${lowRad}&high=${highRad}`;
     try {
       const path = `live/stations/${encodeURIComponent(station.id)}/cloud-window?${query}`;
       const { head, body } = await client.framed<CloudHead>(path, asking.signal);
