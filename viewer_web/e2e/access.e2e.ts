@@ -1,28 +1,13 @@
 /** WCAG 2.2 AA by axe: every tab, the cards and dialogs, the field views, also at 200 % zoom and in the dark. */
-import { readFileSync } from 'node:fs';
-import { fileURLToPath } from 'node:url';
-import type { Page } from 'playwright-core';
 import { expect, inject, test } from 'vitest';
 import { TABS } from '../src/panels/tabs.tsx';
+import { violations } from './axe.ts';
 import { type ViewerPage, viewerPages } from './browser.ts';
 import { PlanFiles } from './plan-files.ts';
 
-const AXE = readFileSync(fileURLToPath(new URL('../node_modules/axe-core/axe.min.js', import.meta.url)), 'utf8');
-const STANDARDS = ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'];
 const { plan, ground: floor, stationsOf } = new PlanFiles(inject('planFolder'));
 const [first, second] = stationsOf(floor.id);
 const openPage = viewerPages({ width: 1280, height: 800 });
-
-/** What axe objects to, one line each: the rule, and the elements. */
-async function violations(page: Page): Promise<string[]> {
-  // Not as a script of the page: its policy allows none but its own.
-  await page.evaluate(AXE);
-  return page.evaluate(async (values) => {
-    const { axe } = window as unknown as { axe: typeof import('axe-core') };
-    const found = await axe.run(document, { runOnly: { type: 'tag', values } });
-    return found.violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ target }) => target.join(' ')).join(', ')}`);
-  }, STANDARDS);
-}
 
 test.each([
   ['a desk', {}],

@@ -4,6 +4,7 @@ import { batch } from '@preact/signals';
 import { t } from '../language/language.ts';
 import { lengthWords } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
+import { whyNoPicture } from '../scene/state.ts';
 import type { Store } from '../store.ts';
 import { DoorOption } from './entrance-parts.tsx';
 import { ENTRANCE_WORDS } from './entrance-words.ts';
@@ -18,6 +19,9 @@ interface ToolEntry {
   /** Only with the live side: it knows where a tripod can stand. */
   readonly needsLive: boolean;
 }
+
+/** What these do shows in the plan of a floor, too; what the others draw, in the 3D picture alone. */
+const IN_PLAN: readonly Tool[] = ['select', 'add'];
 
 const TOOLS: readonly ToolEntry[] = [
   {
@@ -63,6 +67,7 @@ const TOOLS: readonly ToolEntry[] = [
 export function ToolPicker({ store }: { store: Store }) {
   const { editing } = store;
   const tool = editing.tool.value;
+  const offOf = (entry: ToolEntry): string | null => (IN_PLAN.includes(entry.tool) ? null : whyNoPicture(store));
   const chosen = TOOLS.find((entry) => entry.tool === tool);
   const hint =
     tool === 'select' && !isLive(store)
@@ -78,7 +83,8 @@ export function ToolPicker({ store }: { store: Store }) {
             type="button"
             role="radio"
             aria-checked={tool === entry.tool}
-            disabled={entry.needsLive && !isLive(store)}
+            disabled={(entry.needsLive && !isLive(store)) || offOf(entry) !== null}
+            title={offOf(entry) ?? undefined}
             onClick={() => choose(store, entry.tool)}
           >
             {entry.tool === 'select' && !isLive(store) ? t('Select') : entry.title}

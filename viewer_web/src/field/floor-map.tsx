@@ -3,6 +3,7 @@
 import { useEffect, useMemo, useState } from 'preact/hooks';
 import { t } from '../language/language.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
+import type { Stage } from '../load/stage.ts';
 import { heightWords } from '../panels/figures.ts';
 import type { Stop } from './route.ts';
 import { sectionLines } from './section-lines.ts';
@@ -24,8 +25,8 @@ interface FloorMapProps {
 }
 
 export function FloorMap({ loaded, floorId, stops, next, done, onPick }: FloorMapProps) {
-  const ground = useMemo(() => groundOf(loaded, floorId), [loaded, floorId]);
-  const walls = useMemo(() => wallsOf(loaded, floorId), [loaded, floorId]);
+  const ground = useMemo(() => groundOf(loaded.stage, floorId), [loaded, floorId]);
+  const walls = useMemo(() => wallsOf(loaded.stage, floorId), [loaded, floorId]);
   const here = stops.filter((stop) => stop.floorId === floorId);
   const box = boxOf([...ground.points, ...here.map(({ positionM }) => positionM)]);
   const dot = Math.max(box.width, box.height) / 34;
@@ -169,7 +170,8 @@ function StackList({ stack, done, onPick, onClose }: StackListProps) {
 const flat = (points: readonly (readonly [number, number, number])[]): string =>
   points.map(([x, y]) => `${x.toFixed(2)},${(-y).toFixed(2)}`).join(' ');
 
-function wallsOf({ stage }: LoadedPlan, floorId: string): string {
+/** Walls of a floor as one path, scene frame with y turned round. */
+export function wallsOf(stage: Stage, floorId: string): string {
   const lines = sectionLines(stage, floorId);
   const parts: string[] = [];
   for (let i = 0; i < lines.length; i += 4) {
@@ -182,8 +184,7 @@ function wallsOf({ stage }: LoadedPlan, floorId: string): string {
 type Flat = readonly [number, number, ...number[]];
 
 /** Triangles of the floor's ground as one path, scene frame with y turned round. */
-function groundOf({ stage }: LoadedPlan, floorId: string): { path: string; points: Flat[] } {
-  const { triangles, floors, offsetM } = stage;
+export function groundOf({ triangles, floors, offsetM }: Stage, floorId: string): { path: string; points: Flat[] } {
   const index = floors.find(({ id }) => id === floorId)?.index;
   const own: number[] = [];
   for (let t = 0; t < triangles.count; t++) {

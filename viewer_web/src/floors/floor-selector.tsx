@@ -7,6 +7,7 @@ import type { PlanFloor } from '../load/plan-json.ts';
 import { counted, lengthWords, reachedPercent } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import { Meter } from '../panels/summary.tsx';
+import { whyNoPicture } from '../scene/state.ts';
 import type { Store } from '../store.ts';
 import { DEFAULT_CUT_M, highestCutM, LOWEST_CUT_M } from './cut.ts';
 import { isPlanned } from './planned.ts';
@@ -91,8 +92,9 @@ function CutControl({ store }: { store: Store }) {
   const isOpen = chosen !== undefined || store.isSpread.value;
   const highest = Math.max(LOWEST_CUT_M, ...(chosen ? [chosen] : floors).map(highestCutM));
   const cutM = Math.min(store.cutM.value, highest);
+  const off = whyNoPicture(store);
   return (
-    <div class="controls">
+    <fieldset class="controls" disabled={off !== null} title={off ?? undefined}>
       {chosen === undefined && (
         <label class="check">
           <input
@@ -135,6 +137,6 @@ function CutControl({ store }: { store: Store }) {
           />
         </label>
       )}
-    </div>
+    </fieldset>
   );
 }

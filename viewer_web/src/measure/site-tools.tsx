@@ -1,6 +1,7 @@
 /** Over the canvas: the plan view, measuring and sections. */
 import { t } from '../language/language.ts';
 import type { PlanView } from '../scene/plan-view.ts';
+import { whyNoPicture } from '../scene/state.ts';
 import { SectionPanel } from '../section/section-panel.tsx';
 import type { Store } from '../store.ts';
 import { MeasurePanel } from './measure-panel.tsx';
@@ -15,6 +16,7 @@ export function SiteTools({ store, view }: { store: Store; view: PlanView }) {
     // From there on arrows move the crosshair.
     if (!isOpen && which === 'measure') view.focus();
   };
+  const off = whyNoPicture(store);
   const hasSection = store.sectionBox.value !== null || store.sectionLine.value !== null;
   return (
     <div class="site-tools">
@@ -23,7 +25,8 @@ export function SiteTools({ store, view }: { store: Store; view: PlanView }) {
           type="button"
           class="tool"
           aria-pressed={store.isPlanView.value}
-          title={t('Straight from above, to scale, with grid and north (P)')}
+          disabled={off !== null}
+          title={off ?? t('Straight from above, to scale, with grid and north (P)')}
           onClick={() => (store.isPlanView.value ? view.showAll('side') : view.showPlan())}
         >
           {t('Plan view')}
@@ -45,7 +48,8 @@ export function SiteTools({ store, view }: { store: Store; view: PlanView }) {
           class="tool"
           aria-pressed={panel.value === 'section' || hasSection}
           aria-expanded={panel.value === 'section'}
-          title={t('Cut the building with a box, or along a line on the plan')}
+          disabled={off !== null && !hasSection}
+          title={off ?? t('Cut the building with a box, or along a line on the plan')}
           onClick={() => open('section')}
         >
           {t('Section')}

@@ -17,6 +17,7 @@ import { PlanScale } from '../measure/plan-grid.tsx';
 import { SiteTools } from '../measure/site-tools.tsx';
 import { PairCard } from '../network/pair-card.tsx';
 import { RunBanner } from '../runs/run-banner.tsx';
+import { FlatPicture } from '../scene/flat-picture.tsx';
 import { PlanView } from '../scene/plan-view.ts';
 import { CoveredNote } from '../stations/covered-note.tsx';
 import { Markers } from '../stations/markers.tsx';
@@ -75,18 +76,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
   const [view, setView] = useState<PlanView | null>(null);
   useEffect(() => {
     if (canvas.current === null) return undefined;
-    let shown: PlanView;
-    try {
-      shown = new PlanView(canvas.current, store, loaded);
-    } catch (error) {
-      const reason = (error as Error).message;
-      const message = t(
-        "The browser can't draw the building: {reason} Switch on WebGL 2 (hardware acceleration), or use another browser.",
-        { reason },
-      );
-      store.phase.value = { kind: 'failed', message };
-      return undefined;
-    }
+    const shown = new PlanView(canvas.current, store, loaded);
     const stopKeys = listenToKeys(window, store, shown);
     const stopPrint = printPicture(window, canvas.current, shown);
     setView(shown);
@@ -96,6 +86,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
       shown.dispose();
     };
   }, [store, loaded]);
+  const hasPicture = store.hasPicture.value;
   return (
     <div class={store.isSidebarOpen.value ? 'workspace' : 'workspace workspace-wide'}>
       <nav class="sidebar" aria-label={t('Plan')}>
@@ -113,16 +104,30 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
         <Tabs store={store} view={view} />
       </nav>
       <main class="stage">
+        {!hasPicture && (
+          <p class="no-picture" role="status">
+            {t(
+              'This browser shows no 3D picture: switch on hardware acceleration (WebGL 2) in its settings and load the page again, or use another browser. The floor plan takes its place; what needs the picture is greyed out.',
+            )}
+          </p>
+        )}
         {view !== null && <RunBanner store={store} />}
         {view !== null && <DraftBar store={store} />}
         <div class="scene">
           <canvas
             ref={canvas}
             tabIndex={0}
-            aria-label={t(
-              'The building in 3D. Drag to rotate, scroll to zoom, click a floor to open it. By keys: Q and E turn, R and F tilt, plus and minus zoom, arrows move a cross, Space clicks there.',
-            )}
+            aria-label={
+              hasPicture
+                ? t(
+                    'The building in 3D. Drag to rotate, scroll to zoom, click a floor to open it. By keys: Q and E turn, R and F tilt, plus and minus zoom, arrows move a cross, Space clicks there.',
+                  )
+                : t(
+                    'The floor plan. Drag to shift, scroll to zoom, click a floor to open it. By keys: plus and minus zoom, arrows move a cross, Space clicks there.',
+                  )
+            }
           />
+          {view !== null && !hasPicture && <FlatPicture store={store} loaded={loaded} view={view} />}
           {view !== null && <MeasureLayer store={store} loaded={loaded} view={view} />}
           {view !== null && store.measuring.tool.value === null && <KeyCursor canvas={canvas} />}
           {view !== null && <Markers store={store} view={view} />}
@@ -132,7 +137,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
           <div class="corner">
             {view !== null && <PlanScale store={store} view={view} />}
             {view !== null && <CoveredNote store={store} view={view} />}
-            <Legend store={store} />
+            {hasPicture && <Legend store={store} />}
             {view !== null && <WalkPanel store={store} view={view} />}
           </div>
           <div class="cards">

@@ -3,6 +3,7 @@
 import { PLAIN } from '../heat/layers.ts';
 import { t } from '../language/language.ts';
 import type { PlanView } from '../scene/plan-view.ts';
+import { whyNoPicture } from '../scene/state.ts';
 import { ShareMenu } from '../share/share-menu.tsx';
 import type { Store } from '../store.ts';
 import { chooseUnits, units } from './units.ts';
@@ -11,6 +12,7 @@ import { chooseUnits, units } from './units.ts';
 const ALL_FLOORS = '';
 
 export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
+  const off = whyNoPicture(store);
   return (
     <div class="toolbar" role="toolbar" aria-label={t('View')}>
       <button
@@ -37,6 +39,7 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
       <Toggle
         name={t('Clouds')}
         hint={t('Point clouds of all stations on the shown floors')}
+        off={off}
         isOn={store.showClouds.value}
         onClick={() => {
           store.showClouds.value = !store.showClouds.value;
@@ -52,13 +55,15 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
         <Toggle
           name={t('Walk')}
           hint={t('Walk through the building at eye height (W)')}
+          off={off}
           isOn={store.isWalking.value}
           onClick={() => (store.isWalking.value ? view.walk.leave() : view.startWalk())}
         />
         <button
           type="button"
           class="tool"
-          title={t('Whole building, from the side (H)')}
+          disabled={off !== null}
+          title={off ?? t('Whole building, from the side (H)')}
           onClick={() => view.showAll('side')}
         >
           3D
@@ -93,11 +98,13 @@ function FloorSelect({ store }: { store: Store }) {
 }
 
 function LayerSelect({ store }: { store: Store }) {
+  const off = whyNoPicture(store);
   return (
-    <label class="tool tool-select">
+    <label class="tool tool-select" title={off ?? undefined}>
       <span class="muted">{t('Colour')}</span>
       <select
         aria-label={t('Colour of the building')}
+        disabled={off !== null}
         value={store.layerId.value}
         onChange={(event) => {
           store.layerId.value = event.currentTarget.value;
@@ -120,13 +127,22 @@ function LayerSelect({ store }: { store: Store }) {
 interface ToggleProps {
   readonly name: string;
   readonly hint: string;
+  /** Why it is switched off; null: it is not. */
+  readonly off?: string | null;
   readonly isOn: boolean;
   readonly onClick: () => void;
 }
 
-function Toggle({ name, hint, isOn, onClick }: ToggleProps) {
+function Toggle({ name, hint, off = null, isOn, onClick }: ToggleProps) {
   return (
-    <button type="button" class="tool" aria-pressed={isOn} title={hint} onClick={onClick}>
+    <button
+      type="button"
+      class="tool"
+      aria-pressed={isOn}
+      disabled={off !== null}
+      title={off ?? hint}
+      onClick={onClick}
+    >
       {name}
     </button>
   );

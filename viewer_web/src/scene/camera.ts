@@ -45,6 +45,11 @@ export function homeView(
   return { target, position: target.clone().addScaledVector(back, Math.max(distance, 1)) };
 }
 
+/** As far from what it looks at, straight above it: where nothing but a plan is drawn, a drag shifts along that. */
+export function straightAbove({ position, target }: View): Vector3 {
+  return target.clone().addScaledVector(DIRECTIONS.top, position.distanceTo(target));
+}
+
 /** So near to straight from above or below the camera goes: beyond it, left and right would change places. */
 const NEAREST_TO_UP_RAD = 0.0005;
 

@@ -68,7 +68,9 @@ export class PlanView {
       (x, y) => this.click(x, y),
       (isTaken) => this.viewport.holdCamera(isTaken),
     );
-    this.viewport = new Viewport(canvas);
+    this.viewport = new Viewport(canvas, (hasPicture) => {
+      store.hasPicture.value = hasPicture;
+    });
     this.building = new Building(loaded);
     this.patchPaint = new PatchPaint(store, loaded, this.building, () => this.requestFrame());
     this.picker = new SurfacePicker(loaded.stage.triangles.cornersM, loaded.tree);
@@ -122,6 +124,7 @@ export class PlanView {
       this.route.setResolution(width, height);
     };
     this.followTheme();
+    this.followPicture();
     this.followFloors();
     this.followLook();
     this.followLinks();
@@ -223,9 +226,9 @@ export class PlanView {
     this.patchPaint.patch(indices, timesSeen, layerId, values);
   }
 
-  /** Look from a station's sensor in a direction. */
+  /** Look from a station's sensor in a direction, where there is a picture. */
   lookFrom(stationId: string, direction: Direction): void {
-    this.flights.lookFrom(stationId, direction);
+    if (this.store.hasPicture.peek()) this.flights.lookFrom(stationId, direction);
   }
 
   /** Stand where a station stands, the eye at its sensor. */
@@ -373,6 +376,27 @@ export class PlanView {
     apply();
   }
 
+  /** Without a picture there is the plan view alone; with it again, the one before. */
+  private followPicture(): void {
+    const { store } = this;
+    let wasPlanView: boolean | null = null;
+    this.endings.push(
+      effect(() => {
+        const [hasPicture, isPlanView] = [store.hasPicture.value, store.isPlanView.value];
+        untracked(() => {
+          if (!hasPicture) {
+            wasPlanView ??= isPlanView;
+            store.isPlanView.value = true;
+            this.walk.leave();
+          } else if (wasPlanView !== null) {
+            store.isPlanView.value = wasPlanView;
+            wasPlanView = null;
+          }
+        });
+      }),
+    );
+  }
+
   private followFloors(): void {
     this.endings.push(
       effect(() => {
@@ -445,7 +469,7 @@ export class PlanView {
       }),
       effect(() => this.viewport.setWide(store.isWalking.value)),
       effect(() => {
-        const isFacing = store.isFacing.value && store.sectionLine.value !== null;
+        const isFacing = store.isFacing.value && store.sectionLine.value !== null && store.hasPicture.value;
         const flat = isFacing ? 'facing' : store.isPlanView.value ? 'plan' : 'perspective';
         this.viewport.setProjection(store.isWalking.value ? 'perspective' : flat);
       }),
@@ -468,7 +492,8 @@ export class PlanView {
       if (!place) continue;
       const coverId = cover?.slice.floorId ?? null;
       const coveredBy = coverId === station.floorId ? null : coverId;
-      places.set(station.id, { ...place, isHidden: cover !== null, coveredBy });
+      // In a plan the roof is no reason to show a number dimmed.
+      places.set(station.id, { ...place, isHidden: cover !== null && this.store.hasPicture.peek(), coveredBy });
     }
     return places;
   }

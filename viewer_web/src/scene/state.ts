@@ -1,5 +1,6 @@
 /** The 3D picture: where the camera is, which surface was clicked, light or dark. */
 import { type Signal, signal } from '@preact/signals';
+import { t } from '../language/language.ts';
 import type { StageElement } from '../load/stage.ts';
 
 /** A surface that was clicked. */
@@ -24,6 +25,8 @@ export interface Picked {
 }
 
 export interface SceneState {
+  /** The browser draws the building in 3D; where not, its floors stand there in plan. */
+  readonly hasPicture: Signal<boolean>;
   /** Where the camera was left by hand: position and target, local metres; null: where the choice of floor puts it. */
   readonly camera: Signal<readonly number[] | null>;
   readonly picked: Signal<Picked | null>;
@@ -35,9 +38,15 @@ export interface SceneState {
 
 export function createSceneState(): SceneState {
   return {
+    hasPicture: signal(true),
     camera: signal<readonly number[] | null>(null),
     picked: signal<Picked | null>(null),
     isPlanView: signal(false),
     isDark: signal(false),
   };
+}
+
+/** Why what is drawn in 3D alone is switched off; null: it is not. */
+export function whyNoPicture({ hasPicture }: SceneState): string | null {
+  return hasPicture.value ? null : t('Needs the 3D picture, which this browser does not show');
 }

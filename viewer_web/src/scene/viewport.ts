@@ -15,7 +15,7 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Extent } from '../floors/cut.ts';
-import { type Flight, flightAt, homeView, orbited, type View } from './camera.ts';
+import { type Flight, flightAt, homeView, orbited, straightAbove, type View } from './camera.ts';
 import type { Palette } from './palette.ts';
 
 const FIELD_OF_VIEW_DEG = 34;
@@ -47,7 +47,8 @@ export class Viewport {
     this.resize();
   }
   private resizeListener: (width: number, height: number) => void = () => undefined;
-  private readonly renderer: WebGLRenderer;
+  /** Null: the browser gives no WebGL. All but the picture is as with it. */
+  private readonly renderer: WebGLRenderer | null;
   private readonly controls: OrbitControls;
   private readonly resizing: ResizeObserver;
   private readonly background = new Color();
@@ -56,10 +57,19 @@ export class Viewport {
   private flight: Flight | null = null;
   private isScheduled = false;
   private isDisposed = false;
+  private hasPicture = true;
+  /** From what is looked at to where the camera was while there was a picture. */
+  private away: Vector3 | null = null;
 
-  constructor(private readonly canvas: HTMLCanvasElement) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
-    this.renderer.setPixelRatio(Math.min(MOST_PIXEL_RATIO, window.devicePixelRatio));
+  /** onPicture : called with whether there is a picture, at once and whenever the browser takes it away or gives it back. */
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly onPicture: (hasPicture: boolean) => void,
+  ) {
+    const look = { antialias: true, powerPreference: 'high-performance' } as const;
+    // First whether there is one: three.js would write an error to the console.
+    this.renderer = canvas.getContext('webgl2', look) === null ? null : new WebGLRenderer({ canvas, ...look });
+    this.setDetail(1);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.zoomToCursor = true;
@@ -78,6 +88,10 @@ export class Viewport {
       // A click begins and ends a movement too.
       if (pose.some((value, i) => Math.abs(value - before[i]) > 1e-6)) this.onMovedByHand(pose);
     });
+    // Called after those of three.js, which makes anew what was on the graphics card.
+    canvas.addEventListener('webglcontextlost', () => this.setPicture(false));
+    canvas.addEventListener('webglcontextrestored', () => this.setPicture(true));
+    this.setPicture(this.renderer !== null);
     this.resizing = new ResizeObserver(() => this.resize());
     this.resizing.observe(canvas.parentElement ?? canvas);
     this.resize();
@@ -86,13 +100,13 @@ export class Viewport {
   setPalette(palette: Palette): void {
     // Not through Color.set: the shaders here write screen colours, and the clear colour must match theirs.
     this.background.set(palette.background);
-    this.renderer.setClearColor(this.background);
+    this.renderer?.setClearColor(this.background);
     this.requestFrame();
   }
 
   /** Draw a share of the pixels across and down: for pictures that keep changing on machines that draw slowly. */
   setDetail(share: number): void {
-    this.renderer.setPixelRatio(share * Math.min(MOST_PIXEL_RATIO, window.devicePixelRatio));
+    this.renderer?.setPixelRatio(share * Math.min(MOST_PIXEL_RATIO, window.devicePixelRatio));
     this.requestFrame();
   }
 
@@ -122,6 +136,8 @@ export class Viewport {
     this.flight = null;
     this.camera.position.set(x, y, z);
     this.controls.target.fromArray(target);
+    if (!this.hasPicture)
+      this.camera.position.copy(straightAbove({ position: this.camera.position, target: this.target() }));
     this.requestFrame();
   }
 
@@ -234,12 +250,13 @@ export class Viewport {
     this.isDisposed = true;
     this.resizing.disconnect();
     this.controls.dispose();
-    this.renderer.dispose();
+    this.renderer?.dispose();
   }
 
   /** Move the camera to a view, at once where motion is not wanted. */
   flyTo(to: View, isInstant = false): void {
-    const isCalm = isInstant || window.matchMedia('(prefers-reduced-motion: reduce)').matches;
+    // A plan that flies is no help.
+    const isCalm = isInstant || !this.hasPicture || window.matchMedia('(prefers-reduced-motion: reduce)').matches;
     this.onFlight();
     const from = { position: this.camera.position.clone(), target: this.controls.target.clone() };
     if (isCalm) {
@@ -248,6 +265,21 @@ export class Viewport {
       return;
     }
     this.flight = { from, to, start: performance.now(), durationMs: FLIGHT_MS };
+    this.requestFrame();
+  }
+
+  /** Without a picture it is looked straight down, with it again from where it was before. */
+  private setPicture(hasPicture: boolean): void {
+    if (this.isDisposed) return;
+    this.hasPicture = hasPicture;
+    const [back, target] = [this.away, this.target()];
+    const away = this.camera.position.clone().sub(target);
+    this.away = hasPicture ? null : away;
+    if (!hasPicture) this.place(this.pose());
+    else if (back !== null) this.camera.position.copy(target).add(back.setLength(away.length()));
+    // It is not among what three.js makes anew.
+    this.renderer?.setClearColor(this.background);
+    this.onPicture(hasPicture);
     this.requestFrame();
   }
 
@@ -263,7 +295,7 @@ export class Viewport {
     // As far off as the view allows: thin panes and touching walls need the depth buffer's precision.
     this.camera.near = this.camera.position.distanceTo(this.controls.target) / 40;
     this.camera.updateProjectionMatrix();
-    this.renderer.render(this.scene, this.eye());
+    this.renderer?.render(this.scene, this.eye());
     this.onFrame();
   }
 
@@ -292,7 +324,7 @@ export class Viewport {
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement ?? this.canvas;
     if (width === 0 || height === 0) return;
-    this.renderer.setSize(width, height, false);
+    this.renderer?.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.resizeListener(width, height);

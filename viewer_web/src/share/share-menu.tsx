@@ -6,6 +6,7 @@ import { t } from '../language/language.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { counted } from '../panels/figures.ts';
 import type { PlanView } from '../scene/plan-view.ts';
+import { whyNoPicture } from '../scene/state.ts';
 import type { Store } from '../store.ts';
 import { type Download, heldDownloads, madeDownloads, make, saveFile } from './downloads.ts';
 import { copied, linkTo } from './link.ts';
@@ -79,8 +80,8 @@ function ViewItems({ store, view }: { store: Store; view: PlanView }) {
     <>
       <h2>{t('This view')}</h2>
       <ul>
-        <Item name={t('Copy link')} kind="" onClick={copy} />
-        <Item name={t('Picture')} kind="PNG" onClick={picture} />
+        <Item name={t('Copy link')} kind="" obstacle={null} onClick={copy} />
+        <Item name={t('Picture')} kind="PNG" obstacle={whyNoPicture(store)} onClick={picture} />
       </ul>
       {link !== null && (
         <input
@@ -235,24 +236,26 @@ function DownloadItem({ download, isMaking, isBusy, onMake, onStop }: DownloadIt
       </li>
     );
   }
+  return <Item name={name} kind={kind} isBusy={isBusy} obstacle={obstacle} onClick={onMake} />;
+}
+
+interface ItemProps {
+  readonly name: string;
+  readonly kind: string;
+  readonly isBusy?: boolean;
+  /** Why it can't be had; null: it can. */
+  readonly obstacle: string | null;
+  readonly onClick: () => void;
+}
+
+function Item({ name, kind, isBusy = false, obstacle, onClick }: ItemProps) {
   return (
     <li>
-      <button type="button" class="share-item" disabled={isBusy || obstacle !== null} onClick={onMake}>
+      <button type="button" class="share-item" disabled={isBusy || obstacle !== null} onClick={onClick}>
         <span>{name}</span>
         <small>{kind}</small>
       </button>
       {obstacle !== null && <p class="note note-warn">{obstacle}</p>}
-    </li>
-  );
-}
-
-function Item({ name, kind, onClick }: { name: string; kind: string; onClick: () => Promise<void> }) {
-  return (
-    <li>
-      <button type="button" class="share-item" onClick={() => void onClick()}>
-        <span>{name}</span>
-        <small>{kind}</small>
-      </button>
     </li>
   );
 }

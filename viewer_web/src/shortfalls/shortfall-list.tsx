@@ -83,9 +83,8 @@ function approach(place: SealedPlace, store: Store, loaded: LoadedPlan, view: Pl
 function useSealedPins(store: Store, loaded: LoadedPlan, view: PlanView | null): void {
   const { value: slices } = store.slices;
   useEffect(() => {
-    const places = sealedPlaces(loaded.plan);
-    if (view === null || places.length === 0) return undefined;
-    const grounds = places.flatMap((place) => groundOf(place, loaded, slices) ?? []);
+    const grounds = sealedGrounds(loaded, slices);
+    if (view === null || grounds.length === 0) return undefined;
     const [pins, areas] = [new Pins(RED), new SealedOverlay()];
     pins.set(grounds.map(({ insideM }) => insideM));
     areas.set(grounds);
@@ -96,6 +95,11 @@ function useSealedPins(store: Store, loaded: LoadedPlan, view: PlanView | null):
       areas.dispose();
     };
   }, [loaded, view, slices]);
+}
+
+/** Those of the floors that are shown. */
+export function sealedGrounds(loaded: LoadedPlan, slices: readonly Slice[]): readonly SealedGround[] {
+  return sealedPlaces(loaded.plan).flatMap((place) => groundOf(place, loaded, slices) ?? []);
 }
 
 /** An area as it is drawn; null: its floor is not shown. */

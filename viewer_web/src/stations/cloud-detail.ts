@@ -53,7 +53,7 @@ export class CloudDetailFollower {
         store.stationId.value;
         store.cloud.value;
         store.shownStations.value;
-        const isReady = isLive(store) && store.planBase.value === OWN_PLAN;
+        const isReady = store.hasPicture.value && isLive(store) && store.planBase.value === OWN_PLAN;
         untracked(() => {
           this.letGo();
           if (isReady) this.wait();
@@ -70,7 +70,7 @@ export class CloudDetailFollower {
 
   /** Called after each drawn frame. */
   onFrame(): void {
-    if (this.store.cloud.peek().kind !== 'shown' || !isLive(this.store)) return;
+    if (this.store.cloud.peek().kind !== 'shown' || !isLive(this.store) || !this.store.hasPicture.peek()) return;
     const pose = this.sight.pose();
     if (pose === this.pose) return;
     this.pose = pose;

@@ -4,6 +4,7 @@ import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { quantity } from '../heat/quantity.ts';
 import { t } from '../language/language.ts';
 import type { PlanView } from '../scene/plan-view.ts';
+import { whyNoPicture } from '../scene/state.ts';
 import type { Store } from '../store.ts';
 import { BeamFinder, type Direction, directionAt, frameOf, panoramaPixels } from './panorama-image.ts';
 import { rampRgb } from './range-ramp.ts';
@@ -17,6 +18,7 @@ export function Panorama({ store, view }: { store: Store; view: PlanView | null 
   const canvas = useRef<HTMLCanvasElement>(null);
   const [words, setWords] = useState('');
   const chosen = store.chosenCloud.value;
+  const off = whyNoPicture(store);
   const [paint, farthestM] = [store.cloudPaint.value, store.cloudFarthestM.value];
   const order = store.shownStations.value.find(({ id }) => id === chosen?.stationId)?.order ?? 0;
   const frame = useMemo(() => (chosen === null ? null : frameOf(chosen.beams, WIDTH)), [chosen]);
@@ -60,13 +62,17 @@ export function Panorama({ store, view }: { store: Store; view: PlanView | null 
         onPointerMove={(event) => setWords(describe(at(event)))}
         onPointerLeave={() => setWords('')}
         onClick={(event) => {
+          if (off !== null) return;
           view?.lookFrom(chosen.stationId, at(event));
           store.sheet.value = null;
         }}
       />
       <Compass leftRad={frame.leftRad} spanRad={frame.spanRad} />
       <p class="muted" aria-live="polite">
-        {words || t('Point to read the range; click to look that way from the station.')}
+        {words ||
+          (off === null
+            ? t('Point to read the range; click to look that way from the station.')
+            : t('Point to read the range.'))}
       </p>
     </div>
   );

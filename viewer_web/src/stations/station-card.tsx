@@ -12,6 +12,7 @@ import { Card } from '../panels/card.tsx';
 import { areaWords, coordinateWords, counted, duration, heightWords, overlapNoun } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
+import { whyNoPicture } from '../scene/state.ts';
 import type { Store } from '../store.ts';
 import { CloudControl } from './cloud-control.tsx';
 import './losses.css';
@@ -34,6 +35,7 @@ export function StationCard({ store, view }: { store: Store; view: PlanView | nu
   const station = stations.find(({ id }) => id === store.stationId.value);
   if (plan === undefined || station === undefined || station.isRemoved) return null;
   const floor = plan.floors.find(({ id }) => id === station.floorId);
+  const off = whyNoPicture(store);
   return (
     <Card
       title={t('Station {id}', { id: station.id })}
@@ -60,12 +62,18 @@ export function StationCard({ store, view }: { store: Store; view: PlanView | nu
         >
           {t('Panorama')}
         </button>
-        <button type="button" class="chip chip-strong" onClick={() => view?.standAt(station.id)}>
+        <button
+          type="button"
+          class="chip chip-strong"
+          disabled={off !== null}
+          title={off ?? undefined}
+          onClick={() => view?.standAt(station.id)}
+        >
           {t('View from here')}
         </button>
       </div>
       <SetUpDistances store={store} />
-      <CloudControl store={store} />
+      {off === null && <CloudControl store={store} />}
     </Card>
   );
 }
@@ -124,6 +132,7 @@ function OwnSurface({ store, plan, station }: StationProps) {
   const worth = worthOf(store, plan, station);
   const isAsPlanned = plan.stations.some((one) => one === worth);
   const results = isAsPlanned ? plan.requirements.results : store.reviewClient?.figures.value?.requirements;
+  const off = whyNoPicture(store);
   // The elements are those of the plan as it was made.
   const parts = isAsPlanned ? (plan.why?.stations.find((one) => one.station === station.id)?.own_parts ?? []) : [];
   return (
@@ -141,9 +150,10 @@ function OwnSurface({ store, plan, station }: StationProps) {
         </ul>
       )}
       <Losses store={store} losses={worth?.losses ?? []} results={results ?? plan.requirements.results} />
-      <label class="check">
+      <label class="check" title={off ?? undefined}>
         <input
           type="checkbox"
+          disabled={off !== null}
           checked={store.showsOwn.value}
           onChange={(event) => showOwn(store, event.currentTarget.checked, null)}
         />
@@ -163,6 +173,7 @@ interface LossesProps {
 /** What each requirement would lose without the station, and whether it would still be met; a click highlights it. */
 function Losses({ store, losses, results }: LossesProps) {
   if (losses.length === 0) return null;
+  const off = whyNoPicture(store);
   return (
     <>
       <h3>{t('If removed')}</h3>
@@ -176,7 +187,8 @@ function Losses({ store, losses, results }: LossesProps) {
                 type="button"
                 class={loss.met ? 'loss' : 'loss loss-broken'}
                 aria-pressed={isShown}
-                title={t('Highlight what this requirement would lose')}
+                disabled={off !== null}
+                title={off ?? t('Highlight what this requirement would lose')}
                 onClick={() => showOwn(store, !isShown, isShown ? null : loss.requirement)}
               >
                 <span>{requirementName(loss.requirement)}</span>

@@ -66,9 +66,10 @@ export class WalkMode {
     private readonly stage: WalkStage,
   ) {}
 
-  /** Begin at a place, looking along a heading. */
+  /** Begin at a place, looking along a heading, where there is a picture to look at. */
   enter(eyeM: readonly [number, number, number], headingRad: number, eyeHeightM = DEFAULT_EYE_HEIGHT_M): void {
     this.end();
+    if (!this.store.hasPicture.peek()) return;
     this.store.isWalking.value = true;
     this.stage.holdCamera(true);
     this.ending = new AbortController();

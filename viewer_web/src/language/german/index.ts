@@ -14,6 +14,7 @@ import { PANELS } from './panels.ts';
 import { REVIEW } from './review.ts';
 import { ROUTE } from './route.ts';
 import { RUNS } from './runs.ts';
+import { SCENE } from './scene.ts';
 import { SECTION } from './section.ts';
 import { SHARE } from './share.ts';
 import { SHARED } from './shared.ts';
@@ -39,6 +40,7 @@ export const GERMAN = {
   ...REVIEW,
   ...ROUTE,
   ...RUNS,
+  ...SCENE,
   ...SECTION,
   ...SHARE,
   ...SHARED,

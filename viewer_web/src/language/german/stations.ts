@@ -36,6 +36,7 @@ export const STATIONS = {
   'Panorama of station {id}': 'Panorama von Standpunkt {id}',
   'Point to read the range; click to look that way from the station.':
     'Zeigen Sie hin, um die Entfernung zu lesen; ein Klick blickt vom Standpunkt dorthin.',
+  'Point to read the range.': 'Zeigen Sie hin, um die Entfernung zu lesen.',
   'Chosen station': 'Gewählter Standpunkt',
   'View from here': 'Ansicht von hier',
   'Sensor origin, scene coordinates': 'Ursprung des Sensors, Szenenkoordinaten',
