@@ -107,7 +107,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
         {!hasPicture && (
           <p class="no-picture" role="status">
             {t(
-              'This browser shows no 3D picture: switch on hardware acceleration (WebGL 2) in its settings and load the page again, or use another browser. The floor plan takes its place; what needs the picture is greyed out.',
+              'This browser shows no 3D picture. Switch on hardware acceleration (WebGL 2) and load the page again, or use another browser. What needs the picture is greyed out.',
             )}
           </p>
         )}

@@ -3,8 +3,8 @@ export const PANELS = {
   'The plan can’t be shown': 'Der Plan lässt sich nicht zeigen',
   'Try again': 'Erneut versuchen',
   'Open the main plan': 'Hauptplan öffnen',
-  'This browser shows no 3D picture: switch on hardware acceleration (WebGL 2) in its settings and load the page again, or use another browser. The floor plan takes its place; what needs the picture is greyed out.':
-    'Dieser Browser zeigt kein 3D-Bild: Schalten Sie in seinen Einstellungen die Hardwarebeschleunigung (WebGL 2) ein und laden Sie die Seite neu, oder nehmen Sie einen anderen Browser. An seiner Stelle steht der Grundriss; was das Bild braucht, ist ausgegraut.',
+  'This browser shows no 3D picture. Switch on hardware acceleration (WebGL 2) and load the page again, or use another browser. What needs the picture is greyed out.':
+    'Dieser Browser zeigt kein 3D-Bild. Schalten Sie die Hardwarebeschleunigung (WebGL 2) ein und laden Sie die Seite neu, oder nehmen Sie einen anderen Browser. Was das Bild braucht, ist ausgegraut.',
   Plan: 'Plan',
   'The building in 3D. Drag to rotate, scroll to zoom, click a floor to open it. By keys: Q and E turn, R and F tilt, plus and minus zoom, arrows move a cross, Space clicks there.':
     'Das Gebäude in 3D. Ziehen dreht, Scrollen zoomt, ein Klick auf ein Stockwerk öffnet es. Mit Tasten: Q und E drehen, R und F neigen, Plus und Minus zoomen, Pfeile bewegen ein Kreuz, die Leertaste klickt dort.',
