@@ -14,7 +14,7 @@ import numpy as np
 
 from planner_core.coverage.percent import link_limits_words
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import FloatArray, Floor, Plan
+from planner_core.model import Float32Array, FloatArray, Floor, Plan
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.canvas import Box, Pen
 from planner_core.plan_folder.drawing.marks import (
@@ -296,18 +296,20 @@ def _draw_view(canvas: PngCanvas, plan: Plan, floor: Floor, at: PlacedView, *, c
     canvas.lines(list(at.on_paper(view_lines_m(plan.survey, at.view))), _SECTION)
 
 
-def view_rgb(plan: Plan, floor: Floor, view: SectionView, *, coloured: bool = True) -> FloatArray:
+def view_rgb(plan: Plan, floor: Floor, view: SectionView, *, coloured: bool = True) -> Float32Array:
     """(H, W, 3) sRGB: patches in the colours of coverage, or all pale; cut walls dark, edges drawn, nothing white."""
     there = view.triangle >= 0
-    rgb = np.ones((*view.triangle.shape, 3))
-    rgb[there] = palette.colours_of_patches(plan, view.patch[there]) if coloured else PALE
+    index = np.append(palette.patch_colour_index(plan.times_seen, plan.achievable, plan.required), -1)
+    colours = palette.PATCH_COLOURS_SRGB if coloured else np.full_like(palette.PATCH_COLOURS_SRGB, PALE)
+    rgb: Float32Array = np.append(colours, [[1.0, 1.0, 1.0]], axis=0).astype(np.float32)[index[view.patch]]
     ground = marked(floor.ground_triangles, plan.survey.scene.n_triangles)[view.triangle]
-    rgb[there & ~ground] = 0.25 + 0.75 * rgb[there & ~ground]
-    shade = 0.62 + 0.38 * np.abs(np.where(there, view.facing, 1.0))
-    rgb *= shade[..., None]
-    rgb[_depth_edges(view)] *= 0.72
+    shade = 0.62 + 0.38 * np.abs(np.where(there, view.facing, np.float32(1.0)))
+    shade[_depth_edges(view)] *= 0.72
+    colour = np.where(ground, np.float32(1.0), np.float32(0.75))
+    rgb *= (shade * colour)[..., None]
+    rgb += (shade * (1 - colour))[..., None]
     rgb[inside_solid(plan.survey, view, floor)] = palette.WALL
-    return np.clip(rgb, 0.0, 1.0)
+    return rgb
 
 
 def _depth_edges(view: SectionView) -> np.ndarray:

@@ -42,8 +42,8 @@ CUT_HEIGHT_M = 1.2
 BELOW_GROUND_M = 0.5
 """Steps and lower parts down to here are shown; farther down it is another floor's picture."""
 
-_BEAMS_AT_ONCE = 400_000
-"""Bounds memory to some 100 MB."""
+_BEAMS_AT_ONCE = 100_000
+"""Few enough for the processor's cache, and they bound memory."""
 
 
 @dataclass(frozen=True)
@@ -60,11 +60,8 @@ class Camera:
 
     def on_plane(self, u_m: FloatArray, v_m: FloatArray, z_m: float) -> FloatArray:
         """(..., 3) points of the plane z = z_m that the camera shows at (u, v), which broadcast to (...)."""
-        points: FloatArray = u_m[..., None] * self.right + v_m[..., None] * self.up
-        away = (z_m - points[..., 2]) / self.forward[2]
-        for axis in range(3):
-            points[..., axis] += self.forward[axis] * away
-        return points
+        right, up = (axis - self.forward * (axis[2] / self.forward[2]) for axis in (self.right, self.up))
+        return np.asarray(u_m[..., None] * right + (v_m[..., None] * up + self.forward * (z_m / self.forward[2])))
 
 
 @dataclass(frozen=True)
@@ -252,8 +249,8 @@ def solid_cells(
 ) -> tuple[BoolArray, float]:
     """`inside_solid` of `floor` seen from above, and the side of a cell in metres; parameters as of `view_section`."""
     cell_m, height = _pixels(window_m, width)
-    starts_m = _starts_m(camera_from_above(), window_m, cell_m, cut_m, range(height), width)
-    return np.asarray(_element_around(survey, floor, cut_m, starts_m, cell_m) >= 0), cell_m
+    low_m = np.array([window_m[0, 0], window_m[1, 1] - height * cell_m]) + 0.5 * cell_m
+    return np.asarray(_even_odd_fill(survey, floor, cut_m, low_m, cell_m, (height, width))[::-1] >= 0), cell_m
 
 
 def _element_around(survey: Survey, floor: Floor, cut_m: float, starts_m: FloatArray, step_m: float) -> Int32Array:

@@ -130,23 +130,32 @@ def patch_code(barycentric: ArrayLike, squared_edges: ArrayLike, depth: ArrayLik
 def patch_of_points(scene: Scene, patches: Patches, *, points_m: FloatArray, triangle: Int32Array) -> Int32Array:
     """Patch (N,) int32 of points (N, 3), local frame, on the triangles (N,); -1 where `triangle` is -1."""
     hit = np.flatnonzero(triangle >= 0)
-    of = triangle[hit]
-    corners = scene.vertices_m[scene.triangles[of]]
-    weights = barycentric_of_points(corners, points_m[hit])
+    on = triangle[hit]
+    used = np.zeros(scene.n_triangles, dtype=np.bool_)
+    used[on] = True
+    corners = scene.vertices_m[scene.triangles[used]]  # millions of pixels show some hundred triangles
+    of = (np.cumsum(used, dtype=np.int32) - 1)[on]
+    weights = barycentric_of_points(corners, points_m[hit], of)
     patch = np.full(triangle.shape, -1, dtype=np.int32)
-    patch[hit] = patches.first_patch[of] + patch_code(weights, squared_edges(corners), patches.depth[of])
+    patch[hit] = patches.first_patch[on] + patch_code(weights, squared_edges(corners)[of], patches.depth[on])
     return patch
 
 
-def barycentric_of_points(corners_m: FloatArray, points_m: FloatArray) -> FloatArray:
-    """Weights (N, 3) of the vertices of triangles (N, 3, 3) at points (N, 3), along the normal; NaN: no area."""
+def barycentric_of_points(corners_m: FloatArray, points_m: FloatArray, of: Int32Array) -> FloatArray:
+    """Weights (N, 3) of the vertices at points (N, 3), along the normal; NaN: no area.
+
+    of : (N,) which of the triangles (K, 3, 3) each point is on.
+    """
     edge1, edge2 = corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0]
-    at = points_m - corners_m[:, 0]
     normal = np.cross(edge1, edge2)
     with np.errstate(divide="ignore", invalid="ignore"):
-        scale = 1.0 / (normal * normal).sum(axis=1)
-        l1 = (np.cross(at, edge2) * normal).sum(axis=1) * scale
-        l2 = (np.cross(edge1, at) * normal).sum(axis=1) * scale
+        scale = (1.0 / (normal * normal).sum(axis=1))[:, None]
+        slope1, slope2 = np.cross(edge2, normal) * scale, np.cross(normal, edge1) * scale
+    l1, l2 = np.zeros((2, len(points_m)))
+    for axis in range(3):
+        at = points_m[:, axis] - corners_m[:, 0, axis][of]
+        l1 += at * slope1[:, axis][of]
+        l2 += at * slope2[:, axis][of]
     return np.stack([1.0 - l1 - l2, l1, l2], axis=1)
 
 

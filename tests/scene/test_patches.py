@@ -120,7 +120,9 @@ def test_barycentric_weights_rebuild_the_point() -> None:
     corners = random_corners(100, seed=5)
     weights = rng.dirichlet([1, 1, 1], size=100)
     points = np.einsum("nk,nkd->nd", weights, corners)
-    np.testing.assert_allclose(barycentric_of_points(corners, points), weights, atol=1e-9)
+    np.testing.assert_allclose(
+        barycentric_of_points(corners, points, np.arange(100, dtype=np.int32)), weights, atol=1e-9
+    )
 
 
 def test_a_triangle_without_area_has_one_patch() -> None:
