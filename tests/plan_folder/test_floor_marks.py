@@ -63,8 +63,7 @@ class Paper:
 
     def near(self, x_m: float, y_m: float, colour: tuple[float, float, float], *, within_m: float = 0.04) -> bool:
         if self.pixels is None:
-            self.canvas.figure.canvas.draw()
-            self.pixels = np.asarray(self.canvas.figure.canvas.buffer_rgba())[:, :, :3].astype(float) / 255
+            self.pixels = self.canvas.drawn()[:, :, :3] / 255
         pixels = self.pixels
         pixels_per_m = pixels.shape[1] / SIZE_M[0]
         row, column = int((SIZE_M[1] - y_m) * pixels_per_m), int(x_m * pixels_per_m)
