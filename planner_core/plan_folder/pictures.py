@@ -1,7 +1,7 @@
 """The coverage picture of a floor: cut open, in perspective, every patch in its colour. Plan, ScanEngine -> PNG.
 
-PyVista draws the building off-screen (shading, hidden surfaces, edges); matplotlib adds what must be readable: title,
-legend, station numbers. Local frame, metres.
+PyVista draws the building off-screen (shading, hidden surfaces, edges); matplotlib adds what must be sharp: tripods and
+links where the building does not hide them, station numbers, title, legend. Local frame, metres.
 
       (1)----(2)         number on the sensor, link to another sensor
        |      |
@@ -19,11 +19,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.model import BoolArray, FloatArray, Floor, Plan, Station, Survey, UInt8Array
+from planner_core.model import BoolArray, Float32Array, FloatArray, Floor, Plan, Station, Survey, UInt8Array
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.canvas import PAPER, Box, Canvas, Pen
 from planner_core.plan_folder.drawing.marks import Labels, draw_stations
 from planner_core.plan_folder.drawing.png_canvas import pixels
+from planner_core.plan_folder.occlusion import brightness
 from planner_core.plan_folder.offscreen import offscreen_plotter
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.section_view import (
@@ -65,21 +66,22 @@ CAP_CELLS = 1600
 """Cells across the floor in which cut walls are found: about one a pixel."""
 
 N_LEVELS = 51
-"""Steps of brightness a channel: no eye sees them, and the noise of the occlusion costs half the bytes."""
+"""Steps of brightness a channel: no eye sees them, and occlusion in more of them costs twice the bytes."""
 
 WHITE_SHARE = 0.2
 """Mixed into everything but the ground, so that furniture reads against it."""
 
-OCCLUSION_RADIUS_M = 0.5
-"""How far corners and furniture darken what is beside them."""
-
 EDGE_ANGLE_DEG = 25.0
 """Edges at which faces turn by more than this are drawn: corners yes, the facets of round things no."""
 
-POLE_RADIUS_M = 0.018
-BALL_RADIUS_M = 0.085
+POLE_WIDTH_M = 0.036
+LINK_WIDTH_M = 0.032
 LEG_SPREAD_M = 0.28
-LINK_RADIUS_M = 0.016
+LEAST_WIDTH_MM = 0.35
+"""Of tripods and links in pictures of large floors."""
+
+HIDDEN_BY_M = 0.03
+"""What lies this far in front of a line hides it: legs stand on the ground."""
 
 _HIDDEN_LINK = Pen(0.27, palette.LINK, (0.8, 0.8))
 _HIDDEN_POLE = Pen(0.27, palette.STATION, (0.8, 0.8))
@@ -102,9 +104,12 @@ class Eye:
     def project(self, points_m: FloatArray) -> FloatArray:
         """(N, 2) of points (N, 3): -1 to 1 from the left to the right and from the bottom to the top of the picture."""
         away = points_m - self.position_m
-        depth = away @ self.forward
         across = np.stack([away @ self.right / self.half_width_tan, away @ self.up / self.half_height_tan], axis=1)
-        return across / depth[:, None]
+        return across / self.depth_m(points_m)[:, None]
+
+    def depth_m(self, points_m: FloatArray) -> FloatArray:
+        """(N,) how far points (N, 3) lie along `forward`."""
+        return np.asarray((points_m - self.position_m) @ self.forward)
 
 
 def eye_on(points_m: FloatArray, *, azimuth_rad: float, elevation_rad: float) -> Eye:
@@ -148,15 +153,14 @@ def write_floor_picture(plan: Plan, floor_index: int, path: Path, *, source: Pla
     """
     floor = plan.survey.floors[floor_index]
     stations = stations_of(plan, floor)
-    rgb, eye = render_floor(plan, floor)
-    box = picture_box(eye.half_width_tan, eye.half_height_tan)
+    seen = render_floor(plan, floor)
+    box = picture_box(seen.eye.half_width_tan, seen.eye.half_height_tan)
     canvas = new_sheet(box.height)
-    # Bytes, as matplotlib would make them itself after half a dozen copies of the floats.
-    canvas.raster((255 * rgb).astype(np.uint8), box.left, box.bottom)
+    canvas.raster(seen.rgb, box.left, box.bottom)
     with canvas.clip(box):
         number = {station.id: station.number for station in source.stations}
         numbers = [number[station.id] for station in stations]
-        _draw_marks(canvas, stations, numbers, strong_links(plan, stations), eye, box)
+        _draw_marks(canvas, stations, numbers, strong_links(plan, stations), seen, box)
     draw_header(canvas, floor.name, floor_subtitle(plan, source, floor), floor_figures(source, floor.id))
     draw_footer(canvas, legend=coverage_legend(plan), lines=(("registration link", Pen(0.5, palette.LINK)),))
     canvas.save(path)
@@ -167,20 +171,35 @@ def stations_of(plan: Plan, floor: Floor) -> list[Station]:
     return sorted((s for s in plan.stations if s.floor == floor.id), key=lambda station: station.order)
 
 
-def render_floor(plan: Plan, floor: Floor) -> tuple[FloatArray, Eye]:
-    """Draw building, tripods and links: (H, W, 3) sRGB in [0, 1], and the eye that sees them so."""
-    stations = stations_of(plan, floor)
-    links_m = strong_links(plan, stations)
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """The building as an eye sees it: rgb (H, W, 3) sRGB, and depth_m (H, W) along the eye's direction, inf at none."""
+
+    eye: Eye
+    rgb: UInt8Array
+    depth_m: Float32Array
+
+    def shown(self, ends_m: FloatArray) -> list[FloatArray]:
+        """(2, 3) parts of a line with ends (2, 3), local, that nothing hides."""
+        height, width = self.depth_m.shape
+        across = 0.5 * np.ptp(self.eye.project(ends_m), axis=0) * (width, height)
+        share = np.linspace(0.0, 1.0, 2 + int(across.max()))
+        points_m = ends_m[0] + share[:, None] * (ends_m[1] - ends_m[0])
+        at = 0.5 * (self.eye.project(points_m) * (1, -1) + 1) * (width, height)
+        column, row = np.clip(at.astype(np.int64), 0, (width - 1, height - 1)).T
+        free = self.eye.depth_m(points_m) <= self.depth_m[row, column] + HIDDEN_BY_M
+        turns = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(np.int8)))
+        return [points_m[[first, end - 1]] for first, end in turns.reshape(-1, 2) if end - first > 1]
+
+
+def render_floor(plan: Plan, floor: Floor) -> Seen:
+    """Draw the building, without tripods and links."""
     box = box_m(plan, floor)
-    eye = _eye_on_box(box, stations)
+    eye = _eye_on_box(box, stations_of(plan, floor))
     size = picture_box(eye.half_width_tan, eye.half_height_tan)
     with offscreen_plotter(OVERSAMPLING * pixels(size.width), OVERSAMPLING * pixels(size.height)) as plotter:
         _add_building(plotter, plan, floor, box)
-        _add_stations(plotter, stations)
-        if len(links_m):
-            tubes = _segments(links_m).tube(radius=LINK_RADIUS_M, n_sides=8)
-            plotter.add_mesh(tubes, color=palette.LINK, lighting=False)
-        return shoot(plotter, eye), eye
+        return shoot(plotter, eye)
 
 
 def _eye_on_box(box: FloatArray, stations: list[Station]) -> Eye:
@@ -220,7 +239,7 @@ def _add_building(plotter: Any, plan: Plan, floor: Floor, box: FloatArray) -> No
     scene, cut_m = plan.survey.scene, float(box[1, 2])
     used = triangles_in(plan.survey, box)
     patches = cut_out(coloured_patches(plan, floor, used), box)
-    plotter.add_mesh(patches, scalars="rgb", rgb=True, ambient=1.0, diffuse=0.0, show_scalar_bar=False)
+    plotter.add_mesh(patches, scalars="rgb", rgb=True, lighting=False, show_scalar_bar=False)
     caps = _caps(plan.survey, floor, box)
     if caps.n_cells:
         plotter.add_mesh(caps, color=palette.WALL, lighting=False)
@@ -308,23 +327,17 @@ def _segments(ends_m: FloatArray) -> Any:
     return pyvista.PolyData(ends_m.reshape(-1, 3), lines=_faces(np.arange(2 * len(ends_m)).reshape(-1, 2)))
 
 
-def _add_stations(plotter: Any, stations: list[Station]) -> None:
-    """Tripods: a ball at the sensor, a pole below it, three legs."""
-    import pyvista
-
-    poles = []
+def tripod_lines(stations: list[Station]) -> FloatArray:
+    """(N, 2, 3) local: of each station the pole up to the sensor, and three legs."""
+    lines = []
     for station in stations:
         foot, sensor = foot_m(station), station.position_m
+        hub = foot + 0.7 * (sensor - foot)
+        turn = 2 * np.pi / 3 * np.arange(3) + np.pi / 6
+        feet = foot + LEG_SPREAD_M * np.stack([np.cos(turn), np.sin(turn), np.zeros(3)], axis=1)
         if sensor[2] > foot[2]:
-            hub = foot + 0.7 * (sensor - foot)
-            turn = 2 * np.pi / 3 * np.arange(3) + np.pi / 6
-            feet = foot + LEG_SPREAD_M * np.stack([np.cos(turn), np.sin(turn), np.zeros(3)], axis=1)
-            poles += [(foot, sensor), *((hub, leg) for leg in feet)]
-        ball = pyvista.Sphere(radius=BALL_RADIUS_M, center=sensor)
-        plotter.add_mesh(ball, color=palette.STATION, lighting=False)
-    if poles:
-        tubes = _segments(np.array(poles)).tube(radius=POLE_RADIUS_M, n_sides=10)
-        plotter.add_mesh(tubes, color=palette.STATION, lighting=False)
+            lines += [(foot, sensor), *((hub, leg) for leg in feet)]
+    return np.array(lines).reshape(-1, 2, 3)
 
 
 def strong_links(plan: Plan, stations: list[Station]) -> FloatArray:
@@ -336,13 +349,8 @@ def strong_links(plan: Plan, stations: list[Station]) -> FloatArray:
     return np.array(ends).reshape(-1, 2, 3)
 
 
-def shoot(plotter: Any, eye: Eye) -> FloatArray:
-    """(H, W, 3) sRGB in [0, 1], averaged down from what is drawn `OVERSAMPLING` times as fine."""
-    import pyvista
-
-    # The light changes no colour, all light being ambient; but VTK occludes only what some light could shine on.
-    plotter.add_light(pyvista.Light(light_type="headlight"))
-    plotter.enable_ssao(radius=OCCLUSION_RADIUS_M, bias=0.02, kernel_size=32, blur=True)
+def shoot(plotter: Any, eye: Eye) -> Seen:
+    """Draw what the plotter holds, each pixel the mean of `OVERSAMPLING` by as many, darker in corners."""
     plotter.set_background(PAPER)
     camera = plotter.camera
     camera.position = eye.position_m
@@ -350,36 +358,61 @@ def shoot(plotter: Any, eye: Eye) -> FloatArray:
     camera.up = eye.up
     camera.view_angle = 2 * np.rad2deg(np.arctan(eye.half_height_tan))
     plotter.renderer.ResetCameraClippingRange()
-    return averaged(plotter.screenshot(return_img=True))
+    plotter.render_window.Render()
+    near_m, far_m = camera.clipping_range
+    place = slice(OVERSAMPLING // 2, None, OVERSAMPLING)
+    share = _drawn(plotter, depth=True)[place, place, 0]
+    depth_m = np.where(share < 1, near_m * far_m / (far_m - share * (far_m - near_m)), np.inf).astype(np.float32)
+    light = brightness(depth_m, depth_m.shape[1] / (2 * eye.half_width_tan))
+    return Seen(eye, averaged(_drawn(plotter), light), depth_m)
 
 
-def averaged(drawn: UInt8Array) -> FloatArray:
-    """(H, W, 3) in [0, 1], in `N_LEVELS` steps: means of pixels drawn `OVERSAMPLING` times as fine, (.., .., 3) uint8.
+def _drawn(plotter: Any, *, depth: bool = False) -> Any:
+    """(H, W, K) as it was drawn, row 0 the top: uint8 colours, or the depth buffer. `screenshot` would draw again."""
+    import pyvista
+    from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
-    Where a mean lies midway between two steps, the order of its sum decides: pixel by pixel, row by row.
-    """
-    value = np.arange(256) / 255
+    reader = vtkWindowToImageFilter()
+    reader.SetInput(plotter.render_window)
+    reader.ReadFrontBufferOff()
+    reader.ShouldRerenderOff()
+    if depth:
+        reader.SetInputBufferTypeToZBuffer()
+    reader.Update()
+    image = pyvista.wrap(reader.GetOutput())
+    width, height, _ = image.dimensions
+    return np.asarray(image.active_scalars).reshape(height, width, -1)[::-1]
+
+
+def averaged(drawn: UInt8Array, light: Float32Array) -> UInt8Array:
+    """(H, W, 3) in `N_LEVELS` steps: means of pixels drawn `OVERSAMPLING` times as fine, times `light` (H, W)."""
     n = OVERSAMPLING
-    total = np.zeros((drawn.shape[0] // n, drawn.shape[1] // n, 3))
+    total = np.zeros((*light.shape, 3), dtype=np.uint16)
     for i, j in np.ndindex(n, n):
-        total += value[drawn[i::n, j::n]]
-    levels: FloatArray = np.rint(total / n**2 * N_LEVELS) / N_LEVELS
-    return levels
+        total += drawn[i::n, j::n]
+    level = np.rint(total * (light * np.float32(N_LEVELS / (255 * n**2)))[:, :, None])
+    return np.asarray(level * np.float32(255 / N_LEVELS), dtype=np.uint8)
 
 
 def _draw_marks(
-    canvas: Canvas, stations: list[Station], numbers: list[int], links_m: FloatArray, eye: Eye, box: Box
+    canvas: Canvas, stations: list[Station], numbers: list[int], links_m: FloatArray, seen: Seen, box: Box
 ) -> None:
-    """Numbers of the stations; poles and links once more as thin lines that show through walls."""
+    """Tripods and links, dashed where something hides them, and numbers of the stations."""
 
     def on_paper(points_m: FloatArray) -> FloatArray:
-        at = 0.5 * (eye.project(points_m) + 1) * (box.width, box.height)
+        at = 0.5 * (seen.eye.project(points_m) + 1) * (box.width, box.height)
         return np.asarray(at + np.array([box.left, box.bottom]))
 
     if not stations:
         return
     sensors_m = np.array([station.position_m for station in stations])
+    mm_per_m = box.width / (2 * seen.eye.half_width_tan * float(seen.eye.depth_m(sensors_m).mean()))
     poles_m = np.stack([np.array([foot_m(station) for station in stations]), sensors_m], axis=1)
-    for lines_m, pen in ((poles_m, _HIDDEN_POLE), (links_m, _HIDDEN_LINK)):
-        canvas.lines(list(on_paper(lines_m.reshape(-1, 3)).reshape(-1, 2, 2)), pen)
+    for lines_m, hidden_m, width_m, hidden in (
+        (tripod_lines(stations), poles_m, POLE_WIDTH_M, _HIDDEN_POLE),
+        (links_m, links_m, LINK_WIDTH_M, _HIDDEN_LINK),
+    ):
+        canvas.lines([on_paper(ends_m) for ends_m in hidden_m], hidden)
+        shown = [on_paper(part_m) for ends_m in lines_m for part_m in seen.shown(ends_m)]
+        canvas.lines(shown, Pen(max(width_m * mm_per_m, LEAST_WIDTH_MM), hidden.colour, round=True))
     draw_stations(Labels(canvas, box, []), on_paper(sensors_m), numbers)

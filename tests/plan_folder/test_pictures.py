@@ -16,7 +16,9 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import MissingPackageError
 from planner_core.model import FloatArray, Link, Plan
 from planner_core.plan_folder import offscreen, palette, pictures
+from planner_core.plan_folder.drawing import png_canvas
 from planner_core.plan_folder.folder import write_plan_folder
+from planner_core.plan_folder.sheet import new_sheet, picture_box
 from planner_core.progress import ProgressEvent
 
 DRAW = """
@@ -37,15 +39,14 @@ def fresh_choice() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def ground_floor(plan: Plan) -> tuple[FloatArray, pictures.Eye]:
+def ground_floor(plan: Plan) -> pictures.Seen:
     return pictures.render_floor(plan, plan.survey.floors[0])
 
 
-def colour_at(drawn: tuple[FloatArray, pictures.Eye], point_m: tuple[float, float, float]) -> FloatArray:
-    rgb, eye = drawn
-    height, width = rgb.shape[:2]
-    ((x, y),) = 0.5 * (eye.project(np.array([point_m])) + 1) * np.array([width, height])
-    return rgb[int(height - y), int(x)]
+def colour_at(seen: pictures.Seen, point_m: tuple[float, float, float]) -> FloatArray:
+    height, width = seen.depth_m.shape
+    ((x, y),) = 0.5 * (seen.eye.project(np.array([point_m])) + 1) * np.array([width, height])
+    return seen.rgb[int(height - y), int(x)] / 255
 
 
 @given(
@@ -68,10 +69,12 @@ def test_a_ball_is_drawn_where_the_eye_projects_its_middle() -> None:
     ball_m = np.array([6.5, 1.0, 1.5])
     with offscreen.offscreen_plotter(width, height) as plotter:
         plotter.add_mesh(pyvista.Sphere(radius=0.1, center=ball_m), color="red", lighting=False)
-        rgb = pictures.shoot(plotter, eye)
-    row, column = np.nonzero(rgb[:, :, 1] < 0.5)
-    expected = 0.5 * (eye.project(ball_m[None])[0] + 1) * np.array(rgb.shape[1::-1])
-    np.testing.assert_allclose([column.mean() + 0.5, rgb.shape[0] - row.mean() - 0.5], expected, atol=1.0)
+        seen = pictures.shoot(plotter, eye)
+    row, column = np.nonzero(seen.rgb[:, :, 1] < 128)
+    expected = 0.5 * (eye.project(ball_m[None])[0] + 1) * np.array(seen.rgb.shape[1::-1])
+    np.testing.assert_allclose([column.mean() + 0.5, seen.rgb.shape[0] - row.mean() - 0.5], expected, atol=1.0)
+    assert seen.depth_m.min() == pytest.approx(float(eye.depth_m(ball_m[None])[0]) - 0.1, abs=0.005)
+    assert (np.isfinite(seen.depth_m) == (seen.rgb[:, :, 1] < 128)).mean() > 0.9999
 
 
 def test_pixels_are_means_of_what_is_drawn_finer(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -79,15 +82,18 @@ def test_pixels_are_means_of_what_is_drawn_finer(monkeypatch: pytest.MonkeyPatch
     for times in (1, 2, 3, 4):
         monkeypatch.setattr(pictures, "OVERSAMPLING", times)
         part = drawn[: 40 // times * times, : 60 // times * times]
-        mean = part.reshape(len(part) // times, times, -1, times, 3).mean(axis=(1, 3)) / 255
-        shown = pictures.averaged(part)
-        assert np.abs(shown - mean).max() <= 0.5 / pictures.N_LEVELS + 1e-12
-        np.testing.assert_allclose(shown * pictures.N_LEVELS, np.rint(shown * pictures.N_LEVELS), atol=1e-9)
+        mean = part.reshape(len(part) // times, times, -1, times, 3).mean(axis=(1, 3))
+        light = np.linspace(0.5, 1.0, mean.shape[1], dtype=np.float32) * np.ones((len(mean), 1), dtype=np.float32)
+        shown = pictures.averaged(part, light)
+        step = 255 // pictures.N_LEVELS
+        assert shown.dtype == np.uint8
+        assert np.abs(shown - mean * light[:, :, None]).max() <= 0.5 * step + 1e-3
+        assert (shown % step == 0).all()
 
 
 @pytest.mark.slow
 def test_picture_shows_walls_cut_dark_and_ground_in_the_colour_of_its_patch(
-    plan: Plan, ground_floor: tuple[FloatArray, pictures.Eye]
+    plan: Plan, ground_floor: pictures.Seen
 ) -> None:
     cut_m = pictures.picture_cut_m(plan, plan.survey.floors[0])
     step = 0.5 / pictures.N_LEVELS + 1 / 255
@@ -99,17 +105,45 @@ def test_picture_shows_walls_cut_dark_and_ground_in_the_colour_of_its_patch(
     np.testing.assert_allclose(colour_at(ground_floor, (-0.55, -0.55, 1.5)), [1, 1, 1], atol=step)
 
 
-def test_stations_and_strong_links_are_drawn_and_weak_ones_are_not(
-    plan: Plan, ground_floor: tuple[FloatArray, pictures.Eye]
-) -> None:
-    step = 0.5 / pictures.N_LEVELS + 1 / 255
+def test_lines_are_shown_but_where_a_wall_hides_them(plan: Plan, ground_floor: pictures.Seen) -> None:
+    for ends_m in pictures.strong_links(plan, list(plan.stations)):  # over the cut walls and through the doorway
+        np.testing.assert_allclose(ground_floor.shown(ends_m), [ends_m])
+    # Through the partition between the rooms, x from 3.9 to 4.1, below the cut.
+    ends_m = np.array([(2.0, 0.7, 1.3), (6.0, 0.7, 1.3)])
+    parts = ground_floor.shown(ends_m)
+    assert 0.5 < sum(np.linalg.norm(part[1] - part[0]) for part in parts) < 4.0 - 0.2
+    for part in parts:
+        np.testing.assert_allclose(part[:, 1:], ends_m[:, 1:], atol=1e-9)
+        assert part[1, 0] < 3.92 or part[0, 0] > 4.08
+    assert ground_floor.shown(ends_m - (0.0, 0.0, 1.5)) == []  # below the ground
+    legs_m = pictures.tripod_lines(pictures.stations_of(plan, plan.survey.floors[0]))
+    assert legs_m.shape == (8, 2, 3)
+    assert len(ground_floor.shown(legs_m[0])) == 1
+
+
+def test_tripods_and_strong_links_are_drawn_and_weak_ones_are_not(plan: Plan, ground_floor: pictures.Seen) -> None:
     first, second, upstairs = plan.stations
-    np.testing.assert_allclose(colour_at(ground_floor, tuple(first.position_m)), palette.STATION, atol=step)
     ends = pictures.strong_links(plan, [first, second])
     np.testing.assert_array_equal(ends, [[first.position_m, second.position_m]])
     weak = dataclasses.replace(plan, links=(Link(first.id, second.id, 0.29, 1.0),))
     assert pictures.strong_links(weak, [first, second]).shape == (0, 2, 3)
     assert pictures.strong_links(plan, [upstairs]).shape == (0, 2, 3)
+    eye = ground_floor.eye
+    box = picture_box(eye.half_width_tan, eye.half_height_tan)
+    for links_m, n_seen in ((ends, 1), (ends[:0], 0)):
+        canvas = new_sheet(box.height)
+        pictures._draw_marks(canvas, [first, second], [1, 2], links_m, ground_floor, box)
+        drawn = canvas.drawn()[:, :, :3] / 255
+        at_m = np.array([ends[0].mean(axis=0), first.position_m - (0.0, 0.0, 0.4)])
+        x_mm, y_mm = (0.5 * (eye.project(at_m) + 1) * (box.width, box.height) + (box.left, box.bottom)).T
+        row, column = len(drawn) - pixels_at(y_mm), pixels_at(x_mm)
+        link, pole = (drawn[r - 2 : r + 2, c - 2 : c + 2].reshape(-1, 3) for r, c in zip(row, column, strict=True))
+        assert (np.abs(link - palette.LINK).max(axis=1) < 0.01).any() == n_seen
+        assert (np.abs(pole - palette.STATION).max(axis=1) < 0.01).any()
+
+
+def pixels_at(length_mm: FloatArray) -> FloatArray:
+    return np.rint(length_mm / 25.4 * png_canvas.DPI).astype(int)
 
 
 def test_every_patch_is_a_cell_and_level_ground_has_the_palettes_colour(plan: Plan) -> None:
