@@ -37,8 +37,7 @@ def show(document: dict[str, Any]) -> None:
     for line in output.materials(scene["glass_area_m2"], scene["mirror_area_m2"], glass=scene["glass"]):
         output.say(line)
     if scene["n_doors_open"]:
-        doors = "door is" if scene["n_doors_open"] == 1 else "doors are"
-        _say("doors", f"{scene['n_doors_open']} {doors} open (--doors closed leaves them as modelled)")
+        _say("doors", _doors(scene))
     names = {floor["id"]: floor["name"] for floor in document["floors"]}
     for floor in words.planned_floors(document):
         n_stations = sum(station["floor"] == floor for station in document["stations"])
@@ -63,6 +62,17 @@ def _say(name: str, words: str) -> None:
 def _plain(words: str) -> str:
     """Square metres as every terminal shows them."""
     return words.replace("m²", "m2")
+
+
+def _doors(scene: dict[str, Any]) -> str:
+    """Say how many doors are open, and which option closes them: with `--join outside` it is not --doors."""
+    is_open = f"{scene['n_doors_open']} {'door is' if scene['n_doors_open'] == 1 else 'doors are'} open"
+    if scene["doors"] == "outside":
+        return (
+            f"{is_open}, exterior ones too, for stations outdoors "
+            "(--join inside, the default, keeps exterior doors closed)"
+        )
+    return f"{is_open} (--doors closed leaves them as modelled)"
 
 
 def _scope(scope: dict[str, Any]) -> list[str]:

@@ -21,7 +21,7 @@ def document(reached: float) -> dict[str, Any]:
         },
         "floors": [{"id": "F0", "name": "Ground"}],
         "scope": {"kind": "all", "obstacles": [], "left_out": []},
-        "scene": {"glass_area_m2": 0.0, "mirror_area_m2": 0.0, "glass": "stop", "n_doors_open": 0},
+        "scene": {"glass_area_m2": 0.0, "mirror_area_m2": 0.0, "glass": "stop", "doors": "open", "n_doors_open": 0},
         "requirements": {
             **USUAL,
             "coverage": 0.95,
@@ -76,3 +76,24 @@ def test_rooms_that_nobody_enters_and_surface_that_no_position_sees_stand_beside
         "Not planned: 40 m2 of floor that can't be reached on foot, in 2 areas",
         "Not scannable: 180 m2 of 448 m2 in scope, from no valid tripod position",
     ]
+
+
+@pytest.mark.parametrize(
+    ("scene", "line"),
+    [
+        ({"n_doors_open": 1}, "1 door is open (--doors closed leaves them as modelled)"),
+        ({"doors": "all", "n_doors_open": 14}, "14 doors are open (--doors closed leaves them as modelled)"),
+        (
+            {"doors": "outside", "n_doors_open": 14},
+            "14 doors are open, exterior ones too, for stations outdoors "
+            "(--join inside, the default, keeps exterior doors closed)",
+        ),
+    ],
+)
+def test_open_doors_stand_beside_the_option_that_closes_them(
+    scene: dict[str, Any], line: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = document(0.96)
+    told["scene"] |= scene
+    summary.show(told)
+    assert f"doors         {line}\n" in capsys.readouterr().out
