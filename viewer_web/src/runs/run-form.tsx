@@ -9,23 +9,25 @@ import type { Store } from '../store.ts';
 import { FIELD_RULES, faultsOf, formFrom, type NumberField, type RunForm, requestOf } from './run-request.ts';
 
 const MORE: readonly NumberField[] = ['spacingMm', 'rangeM', 'incidenceDeg', 'noiseMm', 'seenFrom', 'timeLimitS'];
-const OBJECTIVES = [
-  ['fewest', t('Fewest stations')],
-  ['coverage', t('Most coverage, number of stations given')],
-  ['time', t('Least field time')],
-] as const;
-const STARTS = [
-  ['', t('As the scanner has it')],
-  ['tracked', t('Tracked by the scanner')],
-  ['manual', t('Placed by hand')],
-  ['level', t('Level only')],
-  ['none', t('None')],
-] as const;
-const NETWORKS = [
-  ['connected', t('Connected')],
-  ['redundant', t('Connected, redundant')],
-  ['none', t('Not required')],
-] as const;
+const CHOICES = {
+  objective: [
+    ['fewest', t('Fewest stations')],
+    ['coverage', t('Most coverage, number of stations given')],
+    ['time', t('Least field time')],
+  ],
+  network: [
+    ['connected', t('Connected')],
+    ['redundant', t('Connected, redundant')],
+    ['none', t('Not required')],
+  ],
+  preAlignment: [
+    ['', t('As the scanner has it')],
+    ['tracked', t('Tracked by the scanner')],
+    ['manual', t('Placed by hand')],
+    ['level', t('Level only')],
+    ['none', t('None')],
+  ],
+} as const;
 
 interface FormProps {
   readonly store: Store;
@@ -114,19 +116,7 @@ function MainFields({ form, set, faults }: PartProps & { faults: Partial<Record<
           onInput={(event) => set({ title: event.currentTarget.value })}
         />
       </label>
-      <label class="field">
-        {t('Objective')}
-        <select
-          value={form.objective}
-          onChange={(event) => set({ objective: event.currentTarget.value as RunForm['objective'] })}
-        >
-          {OBJECTIVES.map(([value, words]) => (
-            <option key={value} value={value}>
-              {words}
-            </option>
-          ))}
-        </select>
-      </label>
+      <Choice label={t('Objective')} field="objective" form={form} set={set} />
       <div class="fields">
         {form.objective === 'coverage' && (
           <NumberInput form={form} field="maxStations" set={set} fault={faults.maxStations} />
@@ -134,33 +124,37 @@ function MainFields({ form, set, faults }: PartProps & { faults: Partial<Record<
         <NumberInput form={form} field="coveragePercent" set={set} fault={faults.coveragePercent} />
         <NumberInput form={form} field="overlapPercent" set={set} fault={faults.overlapPercent} />
       </div>
-      <label class="field">
-        {t('Network')}
-        <select
-          value={form.network}
-          onChange={(event) => set({ network: event.currentTarget.value as RunForm['network'] })}
-        >
-          {NETWORKS.map(([value, words]) => (
-            <option key={value} value={value}>
-              {words}
-            </option>
-          ))}
-        </select>
-      </label>
-      <label class="field" title={t('Where registration of two scans starts')}>
-        {t('Pre-alignment')}
-        <select
-          value={form.preAlignment}
-          onChange={(event) => set({ preAlignment: event.currentTarget.value as RunForm['preAlignment'] })}
-        >
-          {STARTS.map(([value, words]) => (
-            <option key={value} value={value}>
-              {words}
-            </option>
-          ))}
-        </select>
-      </label>
+      <Choice label={t('Network')} field="network" form={form} set={set} />
+      <Choice
+        label={t('Pre-alignment')}
+        hint={t('Where registration of two scans starts')}
+        field="preAlignment"
+        form={form}
+        set={set}
+      />
+      <NumberInput form={form} field="linkProbabilityPercent" set={set} fault={faults.linkProbabilityPercent} />
     </>
+  );
+}
+
+interface ChoiceProps extends PartProps {
+  readonly label: string;
+  readonly hint?: string;
+  readonly field: keyof typeof CHOICES;
+}
+
+function Choice({ form, set, label, hint, field }: ChoiceProps) {
+  return (
+    <label class="field" title={hint}>
+      {label}
+      <select value={form[field]} onChange={(event) => set({ [field]: event.currentTarget.value })}>
+        {CHOICES[field].map(([value, words]) => (
+          <option key={value} value={value}>
+            {words}
+          </option>
+        ))}
+      </select>
+    </label>
   );
 }
 

@@ -11,6 +11,7 @@ const ASKED = {
   seen_from: 2,
   network: 'redundant',
   pre_alignment: 'manual' as const,
+  min_probability: 0.995,
   floors: ['F0'],
   asked: { spacing_m: 0.0065, range_m: 20, incidence_rad: (65 * Math.PI) / 180, noise_m: null },
 };
@@ -24,6 +25,7 @@ test('the form begins with what the plan was asked', () => {
       overlap: '30 %',
       network: 'redundant',
       pre_alignment: 'manual',
+      link_probability: '99.5 %',
       spacing: '6.5 mm',
       range: '20 m',
       incidence: '65 deg',
@@ -50,6 +52,7 @@ test('a request is understood by the reader of requirements, and means what the 
   rmSync(folder, { recursive: true });
   expect(read).toMatchObject({ coverage: 0.95, overlap: 0.3, seen_from: 2, network: 'redundant', floors: ['F0'] });
   expect(read.pre_alignment).toBe('manual');
+  expect(read.min_probability).toBeCloseTo(0.995, 9);
   expect(requestOf(form({ preAlignment: '' })).requirements).not.toHaveProperty('pre_alignment');
   expect(read.asked.spacing_m).toBeCloseTo(0.0065, 9);
   expect(read.asked.range_m).toBe(20);
@@ -60,6 +63,8 @@ test('a request is understood by the reader of requirements, and means what the 
 test.each([
   [{ coveragePercent: '120' }, 'coveragePercent', /1 to 100 %/],
   [{ coveragePercent: 'most' }, 'coveragePercent', /a number/],
+  [{ linkProbabilityPercent: '100' }, 'linkProbabilityPercent', /0 to below 100 %/],
+  [{ linkProbabilityPercent: '-1' }, 'linkProbabilityPercent', /0 to below 100 %/],
   [{ seenFrom: '1.5' }, 'seenFrom', /whole number/],
   [{ objective: 'coverage', maxStations: '' }, 'maxStations', /enter the number of stations/],
 ] as [Partial<RunForm>, keyof RunForm, RegExp][])('%j is told to be wrong', (changes, field, words) => {

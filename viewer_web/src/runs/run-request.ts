@@ -17,6 +17,7 @@ export interface RunForm {
   readonly overlapPercent: string;
   readonly network: NetworkKind;
   readonly preAlignment: PreAlignment;
+  readonly linkProbabilityPercent: string;
   readonly spacingMm: string;
   readonly rangeM: string;
   readonly incidenceDeg: string;
@@ -38,6 +39,8 @@ interface FieldRule {
   readonly unit: string;
   /** Smallest and largest value taken. */
   readonly range: readonly [number, number];
+  /** The largest is not taken itself. */
+  readonly isBelow?: boolean;
   readonly isWhole?: boolean;
   readonly hint: string;
 }
@@ -45,6 +48,13 @@ interface FieldRule {
 export const FIELD_RULES: Readonly<Record<NumberField, FieldRule>> = {
   coveragePercent: { label: t('Coverage'), unit: '%', range: [1, 100], hint: t('Share of the scannable area') },
   overlapPercent: { label: t('Overlap'), unit: '%', range: [0, 100], hint: t('Minimum overlap of a link; 0: none') },
+  linkProbabilityPercent: {
+    label: t('Link probability'),
+    unit: '%',
+    range: [0, 100],
+    isBelow: true,
+    hint: t('Minimum probability with which the two scans of a link register; 0: none'),
+  },
   spacingMm: { label: t('Spacing'), unit: 'mm', range: [0.1, 100_000], hint: t('Maximum point spacing') },
   rangeM: { label: t('Range'), unit: 'm', range: [0.1, 10_000], hint: t('Maximum range') },
   incidenceDeg: { label: t('Incidence'), unit: 'deg', range: [1, 90], hint: t('Maximum angle of incidence') },
@@ -74,12 +84,14 @@ export const FIELD_RULES: Readonly<Record<NumberField, FieldRule>> = {
 /** What a number is, or what is wrong with how it was typed. */
 export function numberOf(form: RunForm, field: NumberField): { value: number | null } | { fault: string } {
   const typed = form[field].trim().replace(',', '.');
-  const { label, unit, range, isWhole } = FIELD_RULES[field];
+  const { label, unit, range, isBelow, isWhole } = FIELD_RULES[field];
   if (typed === '') return { value: null };
   const value = Number(typed);
-  const limits = `${t('{low} to {high}', { low: plain(range[0]), high: plain(range[1]) })}${unit === '' ? '' : ` ${unit}`}`;
+  const [low, high] = range.map(plain) as [string, string];
+  const words = isBelow ? t('{low} to below {high}', { low, high }) : t('{low} to {high}', { low, high });
+  const limits = `${words}${unit === '' ? '' : ` ${unit}`}`;
   if (!Number.isFinite(value)) return { fault: t('{label}: a number from {limits}', { label, limits }) };
-  if (value < range[0] || value > range[1]) return { fault: `${label}: ${limits}` };
+  if (value < range[0] || value > range[1] || (isBelow && value === range[1])) return { fault: `${label}: ${limits}` };
   if (isWhole && !Number.isInteger(value)) return { fault: t('{label}: a whole number', { label }) };
   return { value };
 }
@@ -113,6 +125,7 @@ export function requestOf(form: RunForm): RunRequest {
     overlap: withUnit('overlapPercent', '%'),
     network: form.network,
     pre_alignment: form.preAlignment === '' ? undefined : form.preAlignment,
+    link_probability: withUnit('linkProbabilityPercent', '%'),
     spacing: withUnit('spacingMm', 'mm'),
     range: withUnit('rangeM', 'm'),
     incidence: withUnit('incidenceDeg', 'deg'),
@@ -138,6 +151,7 @@ export interface AskedOfPlan {
   readonly seen_from?: number | undefined;
   readonly network?: string | undefined;
   readonly pre_alignment?: Exclude<PreAlignment, ''> | null | undefined;
+  readonly min_probability?: number | undefined;
   readonly floors?: readonly string[] | undefined;
   readonly asked?:
     | {
@@ -168,6 +182,7 @@ export function formFrom(asked: AskedOfPlan): RunForm {
     overlapPercent: typed(asked.overlap, 100),
     network: networkOf(asked.network),
     preAlignment: asked.pre_alignment ?? '',
+    linkProbabilityPercent: typed(asked.min_probability, 100),
     spacingMm: typed(limits?.spacing_m, 1000),
     rangeM: typed(limits?.range_m, 1),
     incidenceDeg: typed(limits?.incidence_rad, 180 / Math.PI),

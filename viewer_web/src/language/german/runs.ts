@@ -54,6 +54,9 @@ export const RUNS = {
   'Pre-alignment': 'Voranordnung',
   'Share of the scannable area': 'Anteil der erfassbaren Fläche',
   'Minimum overlap of a link; 0: none': 'Mindestüberdeckung einer Verknüpfung; 0: keine',
+  'Link probability': 'Wahrscheinlichkeit der Verknüpfung',
+  'Minimum probability with which the two scans of a link register; 0: none':
+    'Mindestwahrscheinlichkeit, mit der sich die zwei Scans einer Verknüpfung registrieren lassen; 0: keine',
   Spacing: 'Punktabstand',
   'Maximum point spacing': 'Größter Punktabstand',
   'Maximum range': 'Größte Entfernung',
@@ -65,6 +68,7 @@ export const RUNS = {
   'Time limit': 'Zeitgrenze',
   'The best plan so far is kept': 'Der bisher beste Plan bleibt erhalten',
   '{low} to {high}': '{low} bis {high}',
+  '{low} to below {high}': '{low} bis unter {high}',
   '{label}: a number from {limits}': '{label}: eine Zahl von {limits}',
   '{label}: a whole number': '{label}: eine ganze Zahl',
   'Stations: enter the number of stations for the most coverage':
