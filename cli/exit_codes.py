@@ -12,7 +12,7 @@ EXIT_CODES: dict[int, str] = {
     0: "done",
     1: "internal error: a bug of tlsplan; please report it with the output of --debug. Of doctor: something is "
     "missing, or a plan would fall back to the host",
-    2: "the command line is wrong: unknown option, missing argument, bad value",
+    2: "the command line is wrong: unknown option, missing argument, bad value; or an environment variable is",
     3: "an input file can't be used: scene, station list, plan folder; or a file can't be read or written",
     4: "an option or requirement can't be met: unknown or unusable scanner, unknown scene or floor, no valid tripod "
     "position, a value out of its range, port in use",
@@ -32,6 +32,7 @@ def exit_code_of(error: BaseException) -> int:
     if errors.is_of_full_disk(error):
         return FULL_DISK
     by_type: tuple[tuple[type[BaseException], int], ...] = (
+        (errors.EnvironmentVariableError, 2),
         (errors.RequirementError, 4),
         (errors.OutputExistsError, 5),
         (errors.DeviceError, 6),

@@ -66,4 +66,7 @@ def _renamed(argument: str) -> str:
 @click.pass_context
 def cli(ctx: click.Context, debug: bool) -> None:
     """Plan terrestrial laser scanning of a building, and prove how good the plan is."""
+    from planner_core.environment_variables import date_from_env
+
     ctx.obj = {"debug": debug}
+    date_from_env()  # a wrong one is refused now: NumPy, among others, fails at it as it is imported

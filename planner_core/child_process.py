@@ -13,7 +13,6 @@ not.
 from __future__ import annotations
 
 import json
-import math
 import mmap
 import os
 import signal
@@ -33,6 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core import errors
+from planner_core.environment_variables import limit_from_env
 from planner_core.operating_system import end_with_parent, memory_bytes, own_session, process_use, thread_times_s
 from planner_core.progress import Progress, ProgressEvent
 
@@ -94,11 +94,11 @@ def limits_for(n_bytes: int) -> ChildLimits:
 
     Raises
     ------
-    RequirementError
-        A variable of the environment is no number.
+    EnvironmentVariableError
+        A variable is no number.
     """
-    silent_s = _limit_of(LIMIT_VARIABLE, "seconds")
-    memory_gb = _limit_of(MEMORY_VARIABLE, "GB")
+    silent_s = limit_from_env(LIMIT_VARIABLE, "seconds")
+    memory_gb = limit_from_env(MEMORY_VARIABLE, "GB")
     own = memory_bytes()
     return ChildLimits(
         silent_s=SILENT_S + SILENT_S_PER_BYTE * n_bytes if silent_s is None else silent_s or None,
@@ -106,19 +106,6 @@ def limits_for(n_bytes: int) -> ChildLimits:
         step_cpu_s=STEP_CPU_S + STEP_CPU_S_PER_BYTE * n_bytes if silent_s is None else silent_s or None,
         whole_cpu_s=WHOLE_CPU_S + WHOLE_CPU_S_PER_BYTE * n_bytes if silent_s is None else None,
     )
-
-
-def _limit_of(variable: str, unit: str) -> float | None:
-    text = os.environ.get(variable, "")
-    if not text:
-        return None
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value >= 0):
-        raise errors.RequirementError(f"{variable}: got {text[:40]!r}, expected {unit}, or 0 for no limit; set it so.")
-    return value
 
 
 # ------------------------------------------------------------------------------------------------ this side

@@ -110,6 +110,10 @@ class RequirementError(PlannerError, ValueError):
     """A requirement or option can't be met or makes no sense: bad coverage, unknown scanner or floor."""
 
 
+class EnvironmentVariableError(RequirementError):
+    """An environment variable has a value that makes no sense."""
+
+
 class StationListError(PlannerError, ValueError):
     """A given station list (CSV or plan.json) can't be read."""
 

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from planner_core.device.faults import device_error, driver_errors
 from planner_core.device.pocl import HIGHEST_LEVEL, name_given
 from planner_core.device.sources import kernel_source, kernels_hash
+from planner_core.environment_variables import memory_from_env
 from planner_core.errors import DeviceError, DeviceMemoryError
-from planner_core.memory_settings import memory_from_env
 
 #: Device memory that we may use at most, such as `8GB` or `500MB`; unset: what the device has.
 MEMORY_VARIABLE = "TLSPLAN_MEMORY"

@@ -5,7 +5,6 @@ PlanSource -> Topics, places in the local frame, metres.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -13,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.errors import ExportError
+from planner_core.environment_variables import date_from_env
 from planner_core.export.bcf_views import NO_ELEMENT, ViewTarget
 from planner_core.export.chosen import chosen_floors
 from planner_core.export.options import Options
@@ -28,8 +27,6 @@ from planner_core.review.stations import reviewed_station
 COMMENT, UNSEEN = "Comment", "Unseen surface"
 OPEN, RESOLVED = "Open", "Resolved"
 AUTHOR = "tlsplan"
-DATE_VARIABLE = "SOURCE_DATE_EPOCH"
-"""Seconds since 1970 that are written instead of the time of the plan; https://reproducible-builds.org/specs/."""
 LEAST_AREA_M2 = 0.5
 """What is unseen in a place with less is no work for anybody: all such places share one topic."""
 
@@ -303,24 +300,17 @@ def _listed(areas_m2: Iterable[tuple[str, float]]) -> str:
 
 
 def time_of(plan: PlanSource) -> str:
-    """When the plan was made, as BCF has times: when plan.json was written, or what `DATE_VARIABLE` states.
+    """When the plan was made, as BCF has times: when plan.json was written, or what `date_from_env` finds.
 
     plan.json itself has no time, as the same input gives the same bytes.
 
     Raises
     ------
-    ExportError
+    EnvironmentVariableError
         The variable is no number of seconds.
     """
-    given = os.environ.get(DATE_VARIABLE)
-    try:
-        seconds = (plan.folder / "plan.json").stat().st_mtime if given is None else int(given)
-        time = datetime.fromtimestamp(seconds, UTC)
-    except (ValueError, OverflowError, OSError) as error:
-        raise ExportError(
-            f"{DATE_VARIABLE}: got {given!r}, expected seconds since 1970-01-01; correct it, or unset it for the "
-            "time of plan.json"
-        ) from error
+    given = date_from_env()
+    time = given or datetime.fromtimestamp((plan.folder / "plan.json").stat().st_mtime, UTC)
     return time.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 

@@ -15,8 +15,8 @@ from typing import IO, Any
 
 import numpy as np
 
+from planner_core.environment_variables import memory_from_env
 from planner_core.errors import RequirementError
-from planner_core.memory_settings import memory_from_env
 from planner_core.model.arrays import BoolArray, Int32Array, Int64Array, UInt8Array
 from planner_core.model.scans import ENTRIES_A_PIECE, Visibility
 

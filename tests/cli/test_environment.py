@@ -12,8 +12,11 @@ from typing import Any
 
 import pytest
 from tlsplan import environment
+from tlsplan.exit_codes import exit_code_of
 from tlsplan.progress import ProgressReporter
 
+from planner_core.environment_variables import memory_from_env
+from planner_core.errors import EnvironmentVariableError
 from planner_core.progress import ProgressEvent
 
 
@@ -69,6 +72,34 @@ def test_closed_standard_error_is_no_error() -> None:
     done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, timeout=240)
     assert done.returncode == 0
     assert "hdl-64e" in done.stdout
+
+
+@pytest.mark.parametrize("date", ["", "abc", "-1", "1.5", "1_000", "253402300800", "9" * 5000])
+def test_a_date_that_numpy_could_not_be_imported_with_is_refused_in_one_line(
+    date: str, tlsplan: Callable[..., Any]
+) -> None:
+    done = tlsplan("scanners", env={"SOURCE_DATE_EPOCH": date})
+    assert done.returncode == 2
+    assert done.stderr == (
+        f"tlsplan: SOURCE_DATE_EPOCH: got {date[:40]!r}, expected whole seconds since 1970-01-01, up to the year 9999; "
+        "correct or unset it\n"
+    )
+
+
+def test_the_last_second_of_the_year_9999_is_a_date(tlsplan: Callable[..., Any]) -> None:
+    assert tlsplan("scanners", env={"SOURCE_DATE_EPOCH": "253402300799"}).returncode == 0
+
+
+@pytest.mark.parametrize("variable", ["TLSPLAN_MEMORY", "TLSPLAN_VISIBILITY_MEMORY"])
+@pytest.mark.parametrize("size", ["much", "0GB", "0.0000001MB", "9" * 400 + "GB"])
+def test_sizes_that_are_none_are_refused_in_one_line(variable: str, size: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(variable, size)
+    with pytest.raises(EnvironmentVariableError) as refused:
+        memory_from_env(variable)
+    assert exit_code_of(refused.value) == 2
+    assert str(refused.value) == (
+        f"{variable}: got {size[:40]!r}, expected a size such as 8GB or 500MB; correct or unset it"
+    )
 
 
 @pytest.mark.parametrize("arguments", [["plan"], ["plan", "x.ifc", "--grid", "abc"], ["view", "x", "--port", "99999"]])

@@ -22,7 +22,7 @@ import pytest
 from PIL import Image
 
 from planner_core.coordinates.request import FrameRequest
-from planner_core.errors import ExportError, PlanFolderError
+from planner_core.errors import EnvironmentVariableError, PlanFolderError
 from planner_core.export.options import Options
 from planner_core.export.write import export_plan
 from planner_core.model import FloatArray
@@ -294,7 +294,7 @@ def test_topics_of_the_plan_have_its_time_or_that_of_the_environment(
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
     assert exported(plan)[0][0].text("Topic/CreationDate") == "1970-01-02T00:00:00Z"
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "yesterday")
-    with pytest.raises(ExportError, match="SOURCE_DATE_EPOCH: got 'yesterday', expected seconds"):
+    with pytest.raises(EnvironmentVariableError, match="SOURCE_DATE_EPOCH: got 'yesterday', expected whole seconds"):
         exported(plan)
 
 
