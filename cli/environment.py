@@ -51,6 +51,7 @@ def prepare(*, debug: bool) -> None:
     sys.unraisablehook = _hear_unraisable
     if not debug:
         warnings.simplefilter("ignore")
+    os.environ.pop("MPLBACKEND", None)  # no window is opened, and matplotlib can't be imported with an unknown one
     _use_writable_caches()
 
 

@@ -90,6 +90,11 @@ def test_the_last_second_of_the_year_9999_is_a_date(tlsplan: Callable[..., Any])
     assert tlsplan("scanners", env={"SOURCE_DATE_EPOCH": "253402300799"}).returncode == 0
 
 
+def test_a_backend_that_matplotlib_does_not_know_is_left_aside() -> None:
+    program = "from tlsplan.environment import prepare; prepare(debug=False); import matplotlib"
+    assert run(program, MPLBACKEND="no-such").returncode == 0
+
+
 @pytest.mark.parametrize("variable", ["TLSPLAN_MEMORY", "TLSPLAN_VISIBILITY_MEMORY"])
 @pytest.mark.parametrize("size", ["much", "0GB", "0.0000001MB", "9" * 400 + "GB"])
 def test_sizes_that_are_none_are_refused_in_one_line(variable: str, size: str, monkeypatch: pytest.MonkeyPatch) -> None:
