@@ -30,7 +30,8 @@ class SceneSource:
     glass: str = "pass"
     """What glass does, by the user: `pass`, `stop` or `return`, see `Optics`."""
     doors: str = "shut"
-    """State of doors, by the user: `shut`, as modelled; without their leaves those indoors, `open`, or `all`."""
+    """State of doors, by the user: `shut`, as modelled; without their leaves those indoors, `open`, or `all`; or
+    `outside`, all of them, and stations may stand outdoors."""
     doors_open: tuple[str, ...] = ()
     """GlobalIds of doors that are open by the user, whatever `doors` is; so with the next."""
     doors_shut: tuple[str, ...] = ()

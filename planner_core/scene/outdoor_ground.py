@@ -23,6 +23,8 @@ from planner_core.scene.level_surfaces import MAX_SLOPE_RAD, WALL_CUT_M, cut_of_
 #: facades are in view round a corner; a plain facade alone lets scans slide along it.
 STRIP_M, OUTDOORS_M = 6.0, 7.0
 _STEP_M = 0.1
+#: On sites of more cells in plan, these grow.
+_MAX_CELLS = 4_000_000
 #: Doors of a floor end this near to its height. Outdoors ground lies so far below it, or above: some steps.
 _FOOT_M, _BELOW_M, _ABOVE_M = 0.6, 1.5, 0.5
 #: Between walls there is as much of a floor's ground, or its walls are not closed.
@@ -41,15 +43,17 @@ def with_outdoor_ground(scene: Scene, floors: tuple[Floor, ...]) -> tuple[tuple[
     """
     index, doors_m = _entrance_floor(scene, floors)
     floor = floors[index]
-    low_m = np.floor((floor.bounds_m[0] - STRIP_M) / _STEP_M - 2.0) * _STEP_M
-    nx, ny = (np.ceil((floor.bounds_m[1] + STRIP_M - low_m) / _STEP_M) + 2).astype(int).tolist()
+    size_m = floor.bounds_m[1] - floor.bounds_m[0] + 2.0 * STRIP_M
+    step_m = max(_STEP_M, float(np.sqrt(np.prod(size_m) / _MAX_CELLS)))
+    low_m = np.floor((floor.bounds_m[0] - STRIP_M) / step_m - 2.0) * step_m
+    nx, ny = (np.ceil((floor.bounds_m[1] + STRIP_M - low_m) / step_m) + 2).astype(int).tolist()
     is_site = np.array([element.kind in SITE_KINDS for element in scene.elements], dtype=bool)
     is_site = is_site[scene.element_of_triangle]
-    house = _house(scene, floor, ~is_site, doors_m, low_m, (ny, nx))
-    strip = ~house & (_STEP_M * ndimage.distance_transform_edt(~house) <= STRIP_M)
+    house = _house(scene, floor, ~is_site, doors_m, low_m, step_m, (ny, nx))
+    strip = ~house & (step_m * ndimage.distance_transform_edt(~house) <= STRIP_M)
 
     level = np.flatnonzero(_is_level(scene)).astype(np.int32)
-    columns = sample_scene(scene, level, low_m=low_m, step_m=_STEP_M, shape=(nx, ny))
+    columns = sample_scene(scene, level, low_m=low_m, step_m=step_m, shape=(nx, ny))
     away_m, of_site = columns.z_m - floor.elevation_m, is_site[columns.triangle]
     near = (away_m >= -np.where(of_site, _BELOW_M, _ABOVE_M)) & (away_m <= _ABOVE_M)
     near[np.flatnonzero(near)[:-1]] = np.diff(columns.column[near]) > 0  # the highest of each line
@@ -60,14 +64,14 @@ def with_outdoor_ground(scene: Scene, floors: tuple[Floor, ...]) -> tuple[tuple[
     assumed = ndimage.binary_dilation(assumed)  # up to the ground beside it, without a joint
 
     corners = np.array(rectangles(assumed), dtype=np.float64).reshape(-1, 2, 2)
-    pieces_m = low_m + _STEP_M * (corners - 0.5)
+    pieces_m = low_m + step_m * (corners - 0.5)
     cells = np.argwhere(strip)[:, ::-1]
-    bounds_m = low_m + _STEP_M * np.stack([cells.min(axis=0), cells.max(axis=0)])
+    bounds_m = low_m + step_m * np.stack([cells.min(axis=0), cells.max(axis=0)])
     new = near & in_strip & ~np.isin(columns.triangle, floor.ground_triangles)
     n_new = np.unique(columns.column[new]).size + int(assumed.sum())
     wider = replace(
         floor,
-        ground_area_m2=floor.ground_area_m2 + n_new * _STEP_M**2,
+        ground_area_m2=floor.ground_area_m2 + n_new * step_m**2,
         ground_triangles=np.union1d(floor.ground_triangles, columns.triangle[new]).astype(np.int32),
         bounds_m=np.stack([np.minimum(floor.bounds_m[0], bounds_m[0]), np.maximum(floor.bounds_m[1], bounds_m[1])]),
         plane_m=np.concatenate([floor.plane_m, pieces_m]),
@@ -76,7 +80,7 @@ def with_outdoor_ground(scene: Scene, floors: tuple[Floor, ...]) -> tuple[tuple[
     if assumed.any():
         height_m = floor.elevation_m + float(scene.offset_m[2])
         lines.append(
-            f"floor {floor.name!r}: the model has no ground outdoors on {assumed.sum() * _STEP_M**2:.0f} m2 around it; "
+            f"floor {floor.name!r}: the model has no ground outdoors on {assumed.sum() * step_m**2:.0f} m2 around it; "
             f"level ground at {height_m:.2f} m is assumed there for stations outdoors, so check the way round the "
             "building"
         )
@@ -116,21 +120,27 @@ def _entrance_floor(scene: Scene, floors: tuple[Floor, ...]) -> tuple[int, Float
 
 
 def _house(
-    scene: Scene, floor: Floor, built: BoolArray, doors_m: FloatArray, low_m: FloatArray, shape: tuple[int, int]
+    scene: Scene,
+    floor: Floor,
+    built: BoolArray,
+    doors_m: FloatArray,
+    low_m: FloatArray,
+    step_m: float,
+    shape: tuple[int, int],
 ) -> BoolArray:
     """(ny, nx) bool: what the walls around a floor enclose, doors included; its ground where they are not closed."""
     _, walls_m = cut_of_scene(scene, built, floor.elevation_m + WALL_CUT_M)
-    cut = cut_cells(walls_m, low_m, _STEP_M, shape)
-    for first, end in np.rint((doors_m - low_m) / _STEP_M).astype(int):
+    cut = cut_cells(walls_m, low_m, step_m, shape)
+    for first, end in np.rint((doors_m - low_m) / step_m).astype(int):
         cut[first[1] : end[1] + 1, first[0] : end[0] + 1] = True
-    label, n_labels = ndimage.label(ndimage.binary_fill_holes(closed_walls(cut, _STEP_M)))
-    ground = sample_scene(scene, floor.ground_triangles, low_m=low_m, step_m=_STEP_M, shape=(shape[1], shape[0]))
+    label, n_labels = ndimage.label(ndimage.binary_fill_holes(closed_walls(cut, step_m)))
+    ground = sample_scene(scene, floor.ground_triangles, low_m=low_m, step_m=step_m, shape=(shape[1], shape[0]))
     on_ground = np.zeros(shape, dtype=bool)
     on_ground.ravel()[ground.column] = True
     # What encloses as good as no ground stands in the garden.
-    enclosed_m2 = _STEP_M**2 * np.bincount(label[on_ground], minlength=n_labels + 1)
+    enclosed_m2 = step_m**2 * np.bincount(label[on_ground], minlength=n_labels + 1)
     house: BoolArray = (enclosed_m2[label] >= _LEAST_M2) & (label > 0)
-    return house if _STEP_M**2 * house.sum() >= _BETWEEN_SHARE * floor.ground_area_m2 else on_ground
+    return house if step_m**2 * house.sum() >= _BETWEEN_SHARE * floor.ground_area_m2 else on_ground
 
 
 def _is_level(scene: Scene) -> BoolArray:

@@ -120,7 +120,8 @@ class SceneSection(Document):
     glass: GlassWord = Glass.RETURN
     """What glass was taken to do to beams."""
     doors: DoorsWord = Doors.SHUT
-    """Which doors were taken to be open: none, those indoors, or those that lead outdoors, too."""
+    """Which doors were taken to be open: none, those indoors, or those that lead outdoors, too; `outside`: all, and
+    stations may stand outdoors."""
     load_options: LoadOptionsSection | None = None
     other_files: tuple[SceneFileSection, ...] = ()
     """The files after the first, where the scene is several; entries above of a file are of the first."""

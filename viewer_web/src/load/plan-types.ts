@@ -956,7 +956,8 @@ export interface SceneSection {
    */
   glass: 'pass' | 'stop' | 'return';
   /**
-   * Which doors were taken to be open: none, those indoors, or those that lead outdoors, too.
+   * Which doors were taken to be open: none, those indoors, or those that lead outdoors, too; `outside`: all, and
+   * stations may stand outdoors.
    */
   doors: 'shut' | 'open' | 'all' | 'outside';
   load_options: LoadOptionsSection | null;
