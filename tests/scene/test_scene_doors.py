@@ -218,7 +218,7 @@ def test_outer_doors_stay_shut_unless_all_are_to_be_open(
 def test_the_outer_doors_of_a_file_are_open_where_all_are_asked_for(tmp_path: Path) -> None:
     path = write(build("house"), tmp_path / "house.ifc")
     n_open = {doors: load_scene(path, options=LoadOptions(doors=doors)).report.n_doors_open for doors in Doors}
-    assert n_open == {"shut": 0, "open": 7, "all": 8}
+    assert n_open == {"shut": 0, "open": 7, "all": 8, "outside": 8}
 
 
 @pytest.mark.parametrize("said", [None, True, False])
