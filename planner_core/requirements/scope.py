@@ -105,10 +105,12 @@ def with_scope(
         Interior or exterior is required, and there is none.
     """
     required, wanted = requirements.scope, wanted_of(survey, requirements)
+    joins_outside = survey.scene.source.doors == Doors.OUTSIDE
+    if joins_outside and required not in (Scope.AUTO, Scope.INTERIOR):
+        raise _nothing_to_join(required)
     if required == Scope.ALL:
         return _scoped(survey, required, wanted, wanted, None)
     progress(ProgressEvent("scope", 0, 2, "indoors and outdoors"))
-    joins_outside = survey.scene.source.doors == Doors.OUTSIDE
     if joins_outside:  # which opens the doors of rooms that are indoors all the same
         shut = with_exterior_doors_shut(survey.scene)
         engine = Open3DEngine(shut, make_patches(shut, max_area_m2=survey.patches.max_area_m2))
@@ -119,10 +121,7 @@ def with_scope(
         raise RequirementError(f"scope interior: got a building without any, {lost}; use scope all")
     progress(ProgressEvent("scope", 1, 2, "surfaces"))
     if joins_outside and kind != Scope.INTERIOR:
-        raise RequirementError(
-            f"join outside: got scope {kind}{f', as {lost}' if lost else ''}, expected interior, which stations "
-            "outdoors join; leave the option out"
-        )
+        raise _nothing_to_join(kind, lost)
     in_scope = observed = wanted
     if kind != Scope.ALL:
         outside = joins_outside or kind == Scope.EXTERIOR
@@ -139,6 +138,13 @@ def with_scope(
     if lost and required == Scope.AUTO:
         lines = (f"scope: all surfaces are planned, as {lost}; --scope interior or exterior chooses",)
     return replace(found, warnings=(*found.warnings, *lines))
+
+
+def _nothing_to_join(kind: Scope, why: str = "") -> RequirementError:
+    return RequirementError(
+        f"join outside: got scope {kind}{f', as {why}' if why else ''}, expected interior, which stations outdoors "
+        "join; leave the option out"
+    )
 
 
 def _scoped(survey: Survey, kind: Scope, in_scope: BoolArray, observed: BoolArray, places: Places | None) -> Survey:

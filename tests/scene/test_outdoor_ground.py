@@ -135,6 +135,14 @@ def test_the_same_is_in_scope_as_with_shut_doors_and_stations_may_stand_beside_t
     assert scope.admits(places_m).tolist() == [True, True, False, False]
 
 
+@pytest.mark.parametrize("scope", [Scope.ALL, Scope.EXTERIOR])
+def test_only_the_interior_is_joined(scope: Scope) -> None:
+    survey = make_survey(twin_house(), settings())
+    engine = Open3DEngine(survey.scene, survey.patches)
+    with pytest.raises(RequirementError, match=f"join outside: got scope {scope}, expected interior"):
+        with_scope(survey, Requirements(scope=scope), engine)
+
+
 def test_two_dwellings_become_one_network_by_stations_outdoors() -> None:
     joined = make_plan(twin_house(), settings())
     assert joined.connected
