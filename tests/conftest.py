@@ -1,4 +1,5 @@
-"""What holds for all tests: they share no cache with the user, workers share no work, and chance plays no part.
+"""What holds for all tests: of the user's cache they share compiled functions alone, workers share no work, and chance
+plays no part.
 
 `make pytest` deals tests out to its workers file by file. Hypothesis tries the same examples in every run, however slow
 the machine is; `--hypothesis-profile=default` tries others.
@@ -18,8 +19,16 @@ import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis.internal.conjecture import providers
 
-#: Devices are checked, and host twins compiled, once for all runs of the tests: both are kept by a hash of their
-#: sources. `make clean` removes it; where it can't be written, every process does its own. numba is imported below.
+from planner_core.cache import cache_folder
+
+#: Devices are checked, and functions compiled, once for all runs of the tests. What the demo has compiled here is in
+#: the user's cache, known by path and time of its source; where that can't be written, and for all else, there is the
+#: folder below, which `make clean` removes. numba is imported after this.
+os.environ["NUMBA_CACHE_DIR"] = os.environ.get("NUMBA_CACHE_DIR") or str(
+    users / "numba"
+    if (users := cache_folder()) is not None and os.access(users, os.W_OK)
+    else Path(__file__).resolve().parents[1] / "build" / "test-cache" / "numba"
+)
 os.environ["TLSPLAN_CACHE"] = str(Path(__file__).resolve().parents[1] / "build" / "test-cache")
 
 from planner_core.device import Device, list_devices, open_device
