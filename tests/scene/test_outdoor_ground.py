@@ -22,15 +22,15 @@ from planner_core.scene.outdoor_ground import OUTDOORS_M, STRIP_M, with_exterior
 from planner_core.scene.patches import make_patches
 from tests.coverage.conftest import BOX_FACES, box_corners
 
-#: Two rooms of 4 x 4 x 2.6 m that no door joins, walls of 0.3 m, a door of 1 x 2.1 m to the south each.
+#: Two rooms of 4 x 4 x 2.6 m that no door joins, walls of 0.3 m, to the south a gate of 3.4 and a door of 1 x 2.1 m.
 LOW, HIGH = (-0.3, -0.3), (8.6, 4.3)
-DOORS_X = ((1.5, 2.5), (5.8, 6.8))
+DOORS_X = ((0.3, 3.7), (5.8, 6.8))
 SLAB, ROOF = ((*LOW, -0.2), (*HIGH, 0.0)), ((*LOW, 2.6), (*HIGH, 2.8))
 TERRAIN = ((-20.0, -20.0, -0.5), (28.0, 24.0, -0.1))
 WALLS = [
     ((-0.3, -0.3, 0.0), (0.0, 4.3, 2.6)), ((4.0, -0.3, 0.0), (4.3, 4.3, 2.6)), ((8.3, -0.3, 0.0), (8.6, 4.3, 2.6)),
     ((0.0, 4.0, 0.0), (4.0, 4.3, 2.6)), ((4.3, 4.0, 0.0), (8.3, 4.3, 2.6)),
-    *(((x0, -0.3, 0.0), (x1, 0.0, 2.6)) for x0, x1 in ((0.0, 1.5), (2.5, 4.0), (4.3, 5.8), (6.8, 8.3))),
+    *(((x0, -0.3, 0.0), (x1, 0.0, 2.6)) for x0, x1 in ((0.0, 0.3), (3.7, 4.0), (4.3, 5.8), (6.8, 8.3))),
     *(((x0, -0.3, 2.1), (x1, 0.0, 2.6)) for x0, x1 in DOORS_X),
 ]  # fmt: skip
 #: Walls in the garden, by which scans outdoors are held.
@@ -124,9 +124,13 @@ def test_the_same_is_in_scope_as_with_shut_doors_and_stations_may_stand_beside_t
         survey = make_survey(twin_house(state=state), settings())
         scoped = with_scope(survey, settings().requirements, open_engine(survey.scene, survey.patches))
         in_scope_m2.append(float(scoped.patches.area_m2[scoped.scope.in_scope].sum()))
-    leaves_m2 = 2 * 0.9 * 2.05
+    leaves_m2 = (3.3 + 0.9) * 2.05
     assert in_scope_m2[0] - leaves_m2 - 2.0 <= in_scope_m2[1] <= in_scope_m2[0] + 1.0
     scope = scoped.scope
+    # Right behind open doors, too.
+    in_room = ((scope.ground_m > [0.0, 0.0, -0.1]) & (scope.ground_m < [8.3, 4.0, 0.1])).all(axis=1)
+    assert in_room.sum() > 100
+    assert scope.indoors[in_room].all()
     assert (scope.observed | ~scope.in_scope).all()
     seen_beside = scope.observed & ~scope.in_scope
     assert scoped.patches.area_m2[seen_beside].sum() > 100.0
