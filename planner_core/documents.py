@@ -7,13 +7,24 @@ docs/formats of it. What does not fit is reported in one line, by its place in t
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
-from dataclasses import fields
 from difflib import get_close_matches
 from enum import StrEnum
-from typing import Annotated, Any, ClassVar, TypeVar
+from functools import cache
+from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, PlainSerializer, ValidationError, WithJsonSchema, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    TypeAdapter,
+    ValidationError,
+    WithJsonSchema,
+    model_validator,
+    with_config,
+)
 
 from planner_core.errors import PlannerError, RequirementError
 
@@ -23,7 +34,7 @@ Number = Annotated[
 """Finite; whole numbers too, true and false not. -0.0 is written as 0.0."""
 Whole = Annotated[int, Field(strict=True)]
 YesNo = Annotated[bool, Field(strict=True)]
-_Model = TypeVar("_Model", bound=BaseModel)
+_Class = TypeVar("_Class")
 
 _SHOWN_CHARACTERS = 60
 _EXPECTED = {
@@ -37,6 +48,7 @@ _EXPECTED = {
     "tuple_type": "a list",
     "dict_type": "keys with values",
     "model_type": "keys with values",
+    "dataclass_type": "keys with values",
     "model_attributes_type": "keys with values",
     "greater_than": "more than {gt:g}",
     "greater_than_equal": "{ge:g} or more",
@@ -55,27 +67,27 @@ class Document(BaseModel):
 
     model_config = ConfigDict(use_attribute_docstrings=True, populate_by_name=True, frozen=True)
 
-
-class RoundTripModel(Document):
-    """A mapping of the fields of `dataclass`, in the order of the file: written from one, and read back to one."""
-
-    dataclass: ClassVar[type[Any]]
-
     @classmethod
-    def to_document(cls, value: object) -> dict[str, Any]:
-        """Return the file's entry for `value`, as plain dicts and lists."""
+    def of(cls, value: object) -> dict[str, Any]:
+        """Return the file's entry for an object with attributes of these names, as plain dicts and lists."""
         return cls.model_validate(value, from_attributes=True).model_dump(mode="json", by_alias=True)
 
-    def to_dataclass(self, **more: object) -> Any:
-        """Return the dataclass that this was written from; `more` are fields that are not of this mapping."""
-        own = {field.name for field in fields(self.dataclass)} & type(self).model_fields.keys()
-        return self.dataclass(**{name: _as_dataclass(getattr(self, name)) for name in own}, **more)
+
+def document(kind: type[_Class]) -> type[_Class]:
+    """Make a dataclass a mapping of a document, as `Document` is: its fields' types and docstrings are the schema."""
+    return with_config(ConfigDict(use_attribute_docstrings=True))(kind)
 
 
-def _as_dataclass(value: Any) -> Any:
-    if isinstance(value, tuple):
-        return tuple(_as_dataclass(each) for each in value)
-    return value.to_dataclass() if isinstance(value, RoundTripModel) else value
+def to_document(value: object) -> dict[str, Any]:
+    """Return the file's entry for such a dataclass, as plain dicts and lists."""
+    kind: Any = type(value)
+    entry: dict[str, Any] = _adapter(kind).dump_python(value, mode="json", by_alias=True)
+    return entry
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
 
 
 class Entries(Document):
@@ -129,8 +141,8 @@ def key_of(text: str) -> str:
 
 
 def read_as(
-    model: type[_Model], value: object, where: str, *, remedy: str, error: type[PlannerError] = RequirementError
-) -> _Model:
+    model: type[_Class], value: object, where: str, *, remedy: str, error: type[PlannerError] = RequirementError
+) -> _Class:
     """Validate a document.
 
     Parameters
@@ -146,7 +158,9 @@ def read_as(
         `error`, in one line: the first value that does not fit, by its place, and what was expected there.
     """
     try:
-        return model.model_validate(value)
+        kind: Any = model
+        read: _Class = _adapter(kind).validate_python(value)
+        return read
     except ValidationError as refused:
         found = refused.errors(include_url=False)[0]
         place, message = _place(found["loc"], value), _message(found, remedy)
@@ -184,7 +198,19 @@ def words_of(kind: type[StrEnum], *earlier: str) -> WithJsonSchema:
 def schema_text(model: type[BaseModel], name: str) -> str:
     """Return the JSON Schema of a document as text of a file; `name` as in `tlsplan:plan:1`."""
     schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": name, **model.model_json_schema()}
+    written = model.model_json_schema(mode="serialization").get("$defs", {})
+    for kind, of in schema.get("$defs", {}).items():
+        _add_computed(of, written[kind])
     return json.dumps(_untitled(schema), indent=2, ensure_ascii=False) + "\n"
+
+
+def _add_computed(of: dict[str, Any], written: Mapping[str, Any]) -> None:
+    """Add the properties that are written and not read: computed from the others."""
+    for name, value in written.get("properties", {}).items():
+        if value.get("readOnly"):
+            of["properties"][name] = {key: each for key, each in value.items() if key != "readOnly"}
+            if "default" not in value:
+                of["required"].append(name)
 
 
 def _message(found: Any, remedy: str) -> str:
@@ -226,8 +252,14 @@ def _untitled(schema: Any, *, is_properties: bool = False) -> Any:
         return schema
     return {
         key if is_properties else _LIMITS.get(key, key): _untitled(
-            value, is_properties=key in ("properties", "$defs") and not is_properties
+            _in_json(value) if key == "description" and not is_properties else value,
+            is_properties=key in ("properties", "$defs") and not is_properties,
         )
         for key, value in schema.items()
         if key != "title" or is_properties
     }
+
+
+def _in_json(docstring: Any) -> Any:
+    """A docstring in words of JSON."""
+    return re.sub(r"\bNone\b", "null", docstring) if isinstance(docstring, str) else docstring

@@ -17,10 +17,10 @@ from typing import Any
 from urllib.parse import quote
 
 from planner_core.errors import PlannerError
+from planner_core.model import Scanner
 from planner_core.plan_folder import html_parts
 from planner_core.plan_folder.atomic import staged_file
 from planner_core.plan_folder.plan_json import read_plan
-from planner_core.plan_folder.plan_model.given import ScannerSection
 from planner_core.plan_folder.plan_tables import Column, Table
 
 from .sites_file import PriceEntries
@@ -129,7 +129,7 @@ def hours(seconds: float | None) -> str:
     return "" if seconds is None else f"{round(seconds / 60) // 60} h {round(seconds / 60) % 60:02d} min"
 
 
-def _why_no_time(scanner: ScannerSection, time_s: float | None) -> str:
+def _why_no_time(scanner: Scanner, time_s: float | None) -> str:
     """Say why field time, and the cost by the hour, are empty."""
     if time_s is not None:
         return ""

@@ -12,7 +12,6 @@ import numpy as np
 from planner_core.coordinates.checks import FAR_M, Doubt, doubts_of, doubts_of_renaming, notes_of
 from planner_core.coordinates.control_points import ControlPoints, read_control_points
 from planner_core.coordinates.crs import MapCrs, VerticalCrs, map_crs, vertical_crs, vertical_crs_of_datum
-from planner_core.coordinates.georeference import GeoreferenceSection
 from planner_core.coordinates.helmert import Fit, fit_4, fit_7
 from planner_core.coordinates.request import FrameRequest
 from planner_core.documents import read_as
@@ -99,10 +98,7 @@ def georeference_of(document: Mapping[str, Any]) -> Georeference | None:
     if row is None:
         return None
     where = "plan.json: scene.georeference."
-    georeference: Georeference = read_as(
-        GeoreferenceSection, row, where, remedy="plan again", error=PlanFolderError
-    ).to_dataclass()
-    return georeference
+    return read_as(Georeference, row, where, remedy="plan again", error=PlanFolderError)
 
 
 def matrix_of(origin_m: Sequence[float], rotation_rad: float, scale: float) -> FloatArray:

@@ -16,13 +16,13 @@ from types import MappingProxyType
 import numpy as np
 
 from planner_core.child_process import progress_of_child
+from planner_core.documents import to_document
 from planner_core.errors import ExportError
 from planner_core.export.chosen import named
 from planner_core.export.options import Options
 from planner_core.export.write import export_plan
 from planner_core.model import Plan
 from planner_core.model.review import PlanUnderReview, Review, ReviewedStation, StationEdit
-from planner_core.plan_folder.plan_model.given import SiteSection
 from planner_core.plan_folder.plan_settings import ScenePaths, settings_of
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource, open_plan, station_numbers
 from planner_core.progress import Progress, silent
@@ -148,7 +148,7 @@ def _with_areas(plan: PlanSource, planned: PlanUnderReview, review: Review) -> P
     if not (review.forbidden or any(zone.kind == "keep_out" for zone in review.zones.values())):
         return plan
     site = site_with_areas(settings_of(plan.document).site, review, planned)
-    return replace(plan, document={**plan.document, "site": SiteSection.to_document(site)}, _made={})
+    return replace(plan, document={**plan.document, "site": to_document(site)}, _made={})
 
 
 def _of_evaluated(

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
+from planner_core.documents import Number, Whole, YesNo, document
 from planner_core.errors import RequirementError
 from planner_core.model.arrays import BoolArray, FloatArray, Int32Array, Int64Array
 from planner_core.model.choices import Objective, OverlapMeasure, OverlapOf, PreAlignment, Role, ScanBy, one_of
@@ -14,6 +16,7 @@ from planner_core.model.scans import BeamTemplate, Scanner
 from planner_core.model.scene import Floor, Patches, Scene
 from planner_core.model.scope import SurveyScope
 from planner_core.model.site import Site
+from planner_core.model.values import Count, ObjectiveWord
 
 #: No mast is longer; a larger figure is a slip in its unit.
 MAX_INSTRUMENT_HEIGHT_M = 100.0
@@ -88,8 +91,45 @@ class Crew:
     walking_m_per_s: float
 
 
+@document
+@dataclass(frozen=True, kw_only=True)
+class PlanParameters:
+    """What decides a plan besides scene, scanner, requirements, method and site."""
+
+    objective: ObjectiveWord = Objective.FEWEST
+    """What the plan is best in."""
+    grid_step_m: Number = 0.5
+    instrument_heights_m: tuple[Number, ...] = ()
+    """Heights to try; empty: what crews set the scanner's tripod to, else its range in steps of `height_step_m`."""
+    height_step_m: Number = 0.4
+    clearance_m: Number = 0.4
+    ground_ring_radius_m: Number = 0.2
+    n_ground_ring_rays: Count = 16
+    max_patch_area_m2: Number = 0.04
+    scan_mode: ScanBy = ScanBy.AUTO
+    special_places: YesNo = True
+    """Doorways, middles of rooms and landings are candidates besides the grid."""
+    refine: YesNo = True
+    """Look for better places off the grid once stations are chosen (method `proven`)."""
+    max_stations: Whole | None = None
+    """Of objective `coverage`, at most."""
+    seconds_per_scan: Number | None = None
+    """None: that of the scanner's mode."""
+    set_up_s: Number = 60.0
+    """Levelling a tripod, checking the battery, starting the scan."""
+    set_up_tolerance_m: Number = 0.1
+    """Crews set up within this of a mark in plan, and half of it in height: links hold wherever they do. 0: exactly."""
+    walking_m_per_s: Number = 1.0
+    """At a stroll, with a tripod over the shoulder."""
+
+
+def fields_of(kind: type[Any], value: object) -> dict[str, Any]:
+    """Return the values that `value` has of the fields of a dataclass, by name."""
+    return {field.name: getattr(value, field.name) for field in fields(kind)}
+
+
 @dataclass(frozen=True)
-class PlanSettings:
+class PlanSettings(PlanParameters):
     """Everything that decides a plan besides the scene: same scene, same settings, same plan, byte for byte.
 
     Settings that make no sense raise a `RequirementError` of one line when they are made.
@@ -97,34 +137,10 @@ class PlanSettings:
 
     scanner: Scanner
     requirements: Requirements = field(default_factory=Requirements)
-    objective: Objective = Objective.FEWEST
-    max_stations: int | None = None
-    """Of objective `coverage`, at most."""
     method: Method = field(default_factory=Proven)
     """`Greedy`, `Proven` or `Paper`, with its own settings."""
     seed: int = 0
-    grid_step_m: float = 0.5
-    instrument_heights_m: tuple[float, ...] = ()
-    """Heights to try; empty: what crews set the scanner's tripod to, else its range in steps of `height_step_m`."""
-    height_step_m: float = 0.4
-    clearance_m: float = 0.4
-    ground_ring_radius_m: float = 0.2
-    n_ground_ring_rays: int = 16
-    special_places: bool = True
-    """Doorways, middles of rooms and landings besides the grid, see `planner_core.positions.allowed_positions`."""
-    max_patch_area_m2: float = 0.04
-    scan_mode: ScanBy = ScanBy.AUTO
     site: Site = field(default_factory=Site)
-    refine: bool = True
-    """Look for better places off the grid once stations are chosen (method `proven`)."""
-    seconds_per_scan: float | None = None
-    """None: that of the scanner's mode."""
-    set_up_s: float = 60.0
-    """Levelling a tripod, checking the battery, starting the scan."""
-    set_up_tolerance_m: float = 0.1
-    """Crews set up within this of a mark in plan, and half of it in height: links hold wherever they do. 0: exactly."""
-    walking_m_per_s: float = 1.0
-    """At a stroll, with a tripod over the shoulder."""
 
     def __post_init__(self) -> None:
         if type(self.method) not in METHODS.values():

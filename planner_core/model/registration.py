@@ -4,22 +4,42 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
+
+from pydantic import Field, PlainSerializer, computed_field
+
+from planner_core.documents import Number, YesNo, document
+from planner_core.model.values import ProbabilityIfKnown, Share, StrengthIfKnown
 
 #: A link holds as set up with this share of the overlap and so many times the risk that limits allow on the marks:
 #: docs/method/registration.md has the figures.
 SET_UP_SHARE, SET_UP_RISK = 5.0 / 6.0, 3.0
 
 
+def _to_micro(direction: tuple[float, float, float]) -> tuple[float, ...]:
+    return tuple(round(part, 6) + 0.0 for part in direction)
+
+
+@document
 @dataclass(frozen=True)
 class WeakMotion:
-    """The small motion of one scan against another that the surface they share holds least.
-
-    direction : unit vector in axes of the scene, along the shift or about the turn; either of its two senses.
-    """
+    """The small motion of one scan against another that the surface they share holds least."""
 
     kind: Literal["shift", "turn"]
-    direction: tuple[float, float, float]
+    direction: Annotated[tuple[Number, Number, Number], PlainSerializer(_to_micro)]
+    """Unit vector in axes of the scene, along the shift or about the turn; either of its two senses."""
+
+    @property
+    def by_axes(self) -> str:
+        """In words by axes of the scene, as plan.json keeps it: `tilts about 134 degrees from x to y`."""
+        x, y, z = self.direction
+        if z == 1.0:
+            return "slides along the vertical" if self.kind == "shift" else "turns about the vertical"
+        named = f"({x:.2f}, {y:.2f}, {z:.2f})"
+        if z == 0.0:
+            angle_deg = round(math.degrees(math.atan2(y, x))) % 180
+            named = {0: "x", 90: "y"}.get(angle_deg, f"{angle_deg} degrees from x to y")
+        return f"{'slides along' if self.kind == 'shift' else 'tilts about'} {named}"
 
 
 @dataclass(frozen=True)
@@ -55,23 +75,30 @@ class LinkLimits:
         return min(ratios)
 
 
+@document
 @dataclass(frozen=True)
 class Link:
-    """Overlap of two stations. `overlap`: as the requirements measure it, see `OverlapMeasure` and `OverlapOf`.
-
-    `strength`: smallest eigenvalue of the shared surface's point-to-plane normal matrix, scaled to [0, 1]; NaN where
-    it was not computed. `weak_motion`: None where it was not computed. `as_set_up`: it counts below what is required,
-    since both stations are scanned and need no margin for setting up. `probability`: that the two scans register, from
-    where registration starts; NaN where it was not computed.
-    """
+    """Overlap of two stations."""
 
     a: str
     b: str
-    overlap: float
-    strength: float
+    overlap: Share
+    """What both see, as a share, measured as `requirements.overlap_measure` and `overlap_of` say."""
+    strength: StrengthIfKnown
+    """Smallest eigenvalue of the shared surface's point-to-plane normal matrix, scaled to [0, 1]: how well the surface
+    holds the two together in its weakest direction. NaN, in documents null, where not computed."""
     weak_motion: WeakMotion | None = None
-    as_set_up: bool = False
-    probability: float = math.nan
+    """The motion that the shared surface holds least; None where not computed, and in plans of older versions."""
+    as_set_up: Annotated[YesNo, Field(exclude_if=lambda value: not value)] = False
+    """It counts below what is required: both stations are scanned and need no margin for setting up."""
+    probability: ProbabilityIfKnown = math.nan
+    """That the two scans register, from `registration.pre_alignment`; NaN, in documents null, where not computed."""
+
+    @computed_field(json_schema_extra={"default": ""})  # type: ignore[prop-decorator]
+    @property
+    def weak_axis(self) -> str:
+        """The weak motion in words by axes of the scene; empty where not computed."""
+        return "" if self.weak_motion is None else self.weak_motion.by_axes
 
     def counts(self, limits: LinkLimits) -> bool:
         """Whether it is good enough to register the scans; figures that were not computed decide nothing."""

@@ -3,24 +3,40 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
+from typing import Annotated
 
+from pydantic import Field
+
+from planner_core.documents import Number, document
 from planner_core.errors import RequirementError
 from planner_core.model.choices import NetworkKind, OverlapMeasure, OverlapOf, PreAlignment, Scope, one_of
 from planner_core.model.registration import LinkLimits
 from planner_core.model.scans import Scanner
+from planner_core.model.values import (
+    Corner,
+    NetworkWord,
+    OverlapMeasureWord,
+    OverlapOfWord,
+    PreAlignmentWord,
+    Required,
+    ScopeWord,
+    SeenFrom,
+    Text,
+)
 
 
+@document
 @dataclass(frozen=True)
 class PointLimits:
-    """What a client asks of the points on a surface; None: nothing. All limits are included."""
+    """Limits on how surfaces are seen; None: none. All limits are included."""
 
-    spacing_m: float | None = None
+    spacing_m: Number | None = None
     """Greatest distance between neighbouring points, LOD."""
-    range_m: float | None = None
-    incidence_rad: float | None = None
+    range_m: Number | None = None
+    incidence_rad: Number | None = None
     """Greatest angle between beam and surface normal."""
-    noise_m: float | None = None
+    noise_m: Number | None = None
     """Greatest one sigma of range noise, LOA."""
 
     def __post_init__(self) -> None:
@@ -29,6 +45,7 @@ class PointLimits:
                 raise RequirementError(f"{name}: got {limit}, expected 0 or more; leave it out for none")
 
 
+@document
 @dataclass(frozen=True)
 class PartRequirement:
     """Requirement of one part of the building. The part is what `floors`, `classes`, `zone` and `heights_m` all name.
@@ -36,22 +53,22 @@ class PartRequirement:
     A part that is one whole floor takes the place of the general one for that floor; any other part is required
     besides. A patch lies where its centroid lies.
 
-    floors : ids or names; empty: all planned. classes : patterns (`*`, `?`) of element classes or names, such as
-    `IfcWall*`; empty: all. zone : corners (x, y) of a polygon in plan, SCENE frame, metres; empty: everywhere.
-    heights_m : (lowest, highest) z in the scene frame; None: all.
     """
 
     name: str
-    coverage: float = 0.95
+    coverage: Required = 0.95
     """Fraction of the part's area that is achievable by `asked` and `seen_from`; 0: of the part nothing is required,
     also where other requirements are about it: it is an obstacle only."""
-    asked: PointLimits = field(default_factory=PointLimits)
-    seen_from: int = 1
-    """Stations that each meet `asked` on a surface for it to count."""
+    asked: PointLimits = PointLimits()
+    seen_from: SeenFrom = 1
     floors: tuple[str, ...] = ()
+    """Ids or names; empty: all planned."""
     classes: tuple[str, ...] = ()
-    zone: tuple[tuple[float, float], ...] = ()
-    heights_m: tuple[float, float] | None = None
+    """Patterns (`*`, `?`) of element classes or names, such as `IfcWall*`; empty: all."""
+    zone: tuple[Corner, ...] = ()
+    """Corners (x, y) of a polygon in plan, scene coordinates; empty: everywhere."""
+    heights_m: Annotated[Corner | None, Field(alias="heights")] = None
+    """Lowest and highest z, scene coordinates; None: all."""
 
     def __post_init__(self) -> None:
         what = f"requirement {self.name!r}: "
@@ -75,39 +92,41 @@ def _check_seen_from(seen_from: int, what: str = "") -> None:
         raise RequirementError(f"{what}seen from: got {seen_from} stations, expected 1 or more; leave it out for 1")
 
 
+@document
 @dataclass(frozen=True)
 class Requirements:
-    """The client's requirements. `coverage` is a fraction of the achievable area, overall and on each floor.
-
-    What counts as covered meets `asked` from at least `seen_from` stations; achievable is what candidates can.
+    """The client's requirements. What counts as covered meets `asked` from at least `seen_from` stations; achievable is
+    what candidates can.
     """
 
-    coverage: float = 0.95
-    overlap: float = 0.0
+    coverage: Required = 0.95
+    """Share of the achievable area, overall and on each floor."""
+    overlap: Required = 0.0
     """Least overlap of a link that counts, as a contract may name it; 0: none."""
+    overlap_measure: OverlapMeasureWord = OverlapMeasure.SMALLER_SHARE
+    """What both see, as a share of what the one sees that sees more, or (jaccard) of what either sees."""
+    overlap_of: OverlapOfWord = OverlapOf.ALL_SEEN
+    """Which surface overlap is counted on: all that a station sees, or where it meets the limits required of all."""
     floors: tuple[str, ...] = ()
     """Ids or names of the floors to plan; empty: all."""
-    asked: PointLimits = field(default_factory=PointLimits)
-    seen_from: int = 1
-    reflectivity: float = 0.8
+    asked: PointLimits = PointLimits()
+    seen_from: SeenFrom = 1
+    reflectivity: Number = 0.8
     """Of the surfaces, for range noise."""
-    parts: tuple[PartRequirement, ...] = ()
-    network: NetworkKind = NetworkKind.CONNECTED
-    """By links that reach `link_limits`."""
-    min_strength: float = 0.01
+    network: NetworkWord = NetworkKind.CONNECTED
+    """How links that count must connect the stations, as far as candidates can be linked at all."""
+    min_strength: Number = 0.01
     """Least strength of a link that counts: all six motions are held, the worst of them ten times as badly as if all
     were held alike. See docs/method/registration.md."""
-    min_probability: float = 0.99
+    min_probability: Number = 0.99
     """Least probability with which the scans of a link that counts register; 0: none."""
-    pre_alignment: PreAlignment | None = None
+    pre_alignment: PreAlignmentWord | None = None
     """Where registration starts; None: as the scanner has it."""
-    scope: Scope = Scope.ALL
+    scope: ScopeWord = Scope.ALL
     """What of the building counts, and where stations stand."""
-    deliverable: str | None = None
+    deliverable: Text | None = None
     """Where limits and overlap were taken from that the client did not give, by name; they count, not it."""
-    overlap_measure: OverlapMeasure = OverlapMeasure.SMALLER_SHARE
-    overlap_of: OverlapOf = OverlapOf.ALL_SEEN
-    """What `overlap` is a share of. See docs/method/registration.md."""
+    parts: tuple[PartRequirement, ...] = ()
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.coverage) and 0.0 < self.coverage <= 1.0):
@@ -170,7 +189,7 @@ class PartResult:
     covered_area_m2: float
     total_area_m2: float
     seen_from: int = 1
-    asked: PointLimits = field(default_factory=PointLimits)
+    asked: PointLimits = PointLimits()
 
     @property
     def fraction_of_achievable(self) -> float:

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
+from pydantic import Field
+
+from planner_core.documents import Number, document
 from planner_core.model.arrays import BoolArray, FloatArray, Int32Array, UInt8Array
 from planner_core.model.planning import PlanSettings, Survey
 from planner_core.model.registration import Link, Registration
 from planner_core.model.requirements import PartResult, PointLimits
 from planner_core.model.route import FieldTime, Route, SealedArea
 from planner_core.model.unseen import Why
+from planner_core.model.values import Count, rounded
 
 
 @dataclass(frozen=True)
@@ -78,37 +83,41 @@ class Loss:
     """Whether the requirement would be met without it."""
 
 
+@document
 @dataclass(frozen=True)
 class CheckedFigure:
-    """A figure of a plan beside that of the independent check. error : one standard error of `judged`."""
+    """A figure of a plan beside what random points say."""
 
-    told: float
-    judged: float
-    error: float
+    planned: Annotated[Number, Field(alias="told")]
+    """Of the plan."""
+    judged: Annotated[Number, rounded(9)]
+    """Of the points."""
+    error: Annotated[Number, rounded(9)]
+    """One standard error of it."""
 
 
+@document
 @dataclass(frozen=True)
 class CheckedLink:
-    """Overlap of two stations, as fractions, measured as the plan's requirements say."""
+    """Overlap of two stations by random points, as fractions, measured as the plan's requirements say."""
 
     a: str
     b: str
     overlap: CheckedFigure
 
 
+@document
 @dataclass(frozen=True)
 class IndependentCheck:
-    """A plan's figures by random points, see `planner_core.planning.independent_check`.
+    """Figures by random points, each checked by itself with rays of Open3D, of all requirements together."""
 
-    covered_m2, achievable_m2 : of all that is planned. share : covered of achievable, a fraction. Achievable is what as
-    many candidates and stations meet as are required.
-    """
-
-    n_points: int
+    n_points: Count
     engine: str
     covered_m2: CheckedFigure
     achievable_m2: CheckedFigure
+    """Scannable from as many candidates and stations as are required."""
     share: CheckedFigure
+    """Covered of scannable, a fraction."""
     links: tuple[CheckedLink, ...]
 
 

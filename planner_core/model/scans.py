@@ -4,62 +4,79 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, computed_field
 
+from planner_core.documents import Number, Whole, YesNo, document
 from planner_core.model.arrays import Float32Array, FloatArray, Int32Array, Int64Array
 from planner_core.model.choices import PreAlignment
+from planner_core.model.values import PreAlignmentWord
 
 ENTRIES_A_PIECE = 1_000_000
 """Entries of rows that are treated together where they are many."""
 
 
-@dataclass(frozen=True)
+_Sector = Annotated[
+    tuple[Number, Number] | None,
+    BeforeValidator(lambda value: value or None),
+    PlainSerializer(lambda value: value or ()),
+    WithJsonSchema({"type": "array", "items": {"type": "number"}, "maxItems": 2}),
+    Field(json_schema_extra={"default": []}),
+]
+
+
+@document
+@dataclass(frozen=True, kw_only=True)
 class Scanner:
     """A scanner's specification, in the instrument's own frame. Channels are the rows of a scan, azimuths its columns.
 
-    elevation_rad : one angle a channel, highest first.
+    Figures that are None are not known.
     """
 
     name: str
+    mode: str = ""
+    """Which of its resolutions this is: a mode's id, or a point spacing at 10 m such as `6mm`; empty: it has one."""
     title: str
     source: str
     """Where the figures are from."""
-    range_min_m: float
-    range_max_m: float
-    n_azimuths: int
-    elevation_rad: tuple[float, ...]
-    instrument_height_min_m: float
-    instrument_height_max_m: float
-    instrument_height_usual_m: float | None = None
-    """What a crew sets its tripod to; None: any height of the range is as good."""
-    azimuth_range_rad: tuple[float, float] | None = None
-    """First and last of `n_azimuths` even azimuths, both included; None: a full turn from 0."""
-    azimuth_offset_rad: tuple[float, ...] = ()
+    range_min_m: Annotated[Number, Field(ge=0)]
+    range_max_m: Annotated[Number, Field(gt=0)]
+    n_azimuths: Annotated[Whole, Field(ge=1)]
+    elevation_rad: Annotated[tuple[Number, ...], Field(min_length=1)]
+    """One angle a channel, up from the horizontal, highest first."""
+    azimuth_range_rad: _Sector = None
+    """First and last of `n_azimuths` even azimuths of a sector, both included, counter-clockwise from +x; empty: a full
+    turn from 0."""
+    azimuth_offset_rad: tuple[Number, ...] = ()
     """One angle a channel, added to its azimuths; empty: none."""
-    inverted: bool = False
+    inverted: YesNo = False
     """Hangs upside down: turned by 180 degrees about its x axis."""
-    mode: str = ""
-    """Which of its resolutions this is: a mode's id, or a point spacing at 10 m such as `6mm`; empty: it has one."""
-    seconds_per_scan: float | None = None
-    """Of a whole scan in this mode; None: not known, as with all that follows."""
-    range_noise: tuple[tuple[float, float, float], ...] = ()
+    instrument_height_min_m: Number
+    instrument_height_max_m: Number
+    instrument_height_usual_m: Number | None = None
+    """What a crew sets its tripod to; None: any height of the range is as good."""
+    seconds_per_scan: Number | None = None
+    """Of a whole scan in this mode."""
+    range_noise: tuple[tuple[Number, Number, Number], ...] = ()
     """Rows (range in metres, reflectivity in 0..1, one sigma in metres), by reflectivity, then range."""
-    ranging_accuracy: tuple[float, float] | None = None
+    ranging_accuracy: tuple[Number, Number] | None = None
     """(a, b): a range r is accurate to a + b r metres, as the maker states it."""
-    angular_accuracy_rad: float | None = None
+    angular_accuracy_rad: Number | None = None
     """Of either angle, as the maker states it."""
-    beam_divergence_rad: float | None = None
+    beam_divergence_rad: Number | None = None
     """Full angle, by the definition of a beam's width that `beam_width_at` names."""
-    beam_diameter_m: float | None = None
+    beam_diameter_m: Number | None = None
     """At the exit, by the same definition."""
     beam_width_at: str = ""
     """`1/e`, `1/e2`, `FWHM`, or empty: not given."""
-    wavelength_m: float | None = None
-    dual_axis_compensator: bool | None = None
-    pre_alignment: PreAlignment = PreAlignment.MANUAL
+    wavelength_m: Number | None = None
+    dual_axis_compensator: YesNo | None = None
+    pre_alignment: PreAlignmentWord = PreAlignment.MANUAL
     """How well a scan's pose is known before it is registered."""
 
+    @computed_field  # type: ignore[prop-decorator]
     @property
     def n_channels(self) -> int:
         """Number of rows of a scan."""

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
+from planner_core.documents import Number, document
 from planner_core.model.arrays import FloatArray
 from planner_core.model.length_units import METRE, LengthUnit
 
@@ -106,31 +109,39 @@ class SiteFrame:
         return np.asarray(np.linalg.solve(self.matrix[:3, :3], points.T).T)
 
 
+_Row = Annotated[tuple[Number, ...], Field(min_length=4, max_length=4)]
+
+
+@document
 @dataclass(frozen=True)
 class Georeference:
-    """Where on earth a scene is by its file; words as the file has them, not checked against any registry.
-
-    to_map : rows of a (4, 4) matrix, scene frame -> easting, northing, height, all in metres; None: the file has no map
-    conversion. site_position_m : of the site's own origin, scene frame. true_north : (x, y) in the plan of the scene.
-    """
+    """Where on earth the scene is by its file, unchecked; texts as the file has them, empty: not given."""
 
     operation: str = ""
     """`IfcMapConversion`, `IfcMapConversionScaled`, `IfcRigidOperation` or `ePset_MapConversion`; empty: none."""
-    to_map: tuple[tuple[float, ...], ...] | None = None
+    to_map: Annotated[tuple[_Row, ...], Field(min_length=4, max_length=4)] | None = None
+    """Rows of the matrix from scene positions to easting, northing and height, metres to metres; None: no map
+    conversion."""
     crs_name: str = ""
-    """Mostly `EPSG:25832`."""
+    """Name of the coordinate reference system, mostly `EPSG:25832`."""
     crs_text: str = ""
-    """WKT; empty in most files."""
+    """The same as WKT; empty in most files."""
     description: str = ""
+    """Of the coordinate reference system."""
     geodetic_datum: str = ""
     vertical_datum: str = ""
     map_projection: str = ""
     map_zone: str = ""
     map_unit: str = ""
-    site_latitude_deg: float | None = None
-    site_longitude_deg: float | None = None
-    site_elevation_m: float | None = None
-    site_position_m: tuple[float, float, float] | None = None
-    true_north: tuple[float, float] | None = None
+    site_latitude_deg: Number | None = None
+    """Of the site; north is positive."""
+    site_longitude_deg: Number | None = None
+    """Of the site; east is positive."""
+    site_elevation_m: Number | None = None
+    """Of the site."""
+    site_position_m: Annotated[tuple[Number, Number, Number] | None, Field(alias="site_position")] = None
+    """Scene position that latitude, longitude and elevation are of."""
+    true_north: tuple[Number, Number] | None = None
+    """Direction in the plan of the scene, of length 1; None: not given."""
     warnings: tuple[str, ...] = ()
-    """One line each, for the user."""
+    """What is odd about it, one line each, for the user."""

@@ -52,20 +52,6 @@ def motion_words(motion: WeakMotion | None, *, north_rad: float | None = 0.0, of
     return f"{'tilt about' if turns else 'shift'} {line}{of_north}"
 
 
-def words_by_axes(motion: WeakMotion | None) -> str:
-    """Name a motion by axes of the scene, as plan.json keeps it: `tilts about 134 degrees from x to y`."""
-    if motion is None:
-        return ""
-    x, y, z = motion.direction
-    if z == 1.0:
-        return "slides along the vertical" if motion.kind == "shift" else "turns about the vertical"
-    named = f"({x:.2f}, {y:.2f}, {z:.2f})"
-    if z == 0.0:
-        angle_deg = round(math.degrees(math.atan2(y, x))) % 180
-        named = {0: "x", 90: "y"}.get(angle_deg, f"{angle_deg} degrees from x to y")
-    return f"{'slides along' if motion.kind == 'shift' else 'tilts about'} {named}"
-
-
 def weak_motion(matrix: FloatArray) -> WeakMotion | None:
     """Find the motion that a normal matrix (6, 6) holds least; None where nothing is common.
 

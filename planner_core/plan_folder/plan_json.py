@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.coordinates.frame import site_frame
-from planner_core.coordinates.georeference import GeoreferenceSection
-from planner_core.documents import is_deeper, read_as
+from planner_core.documents import is_deeper, read_as, to_document
 from planner_core.errors import PlanFolderError
 from planner_core.model import (
     Doors,
@@ -38,21 +37,13 @@ from planner_core.model import (
     UpAxis,
 )
 from planner_core.model.options import options_of
+from planner_core.model.planning import PlanParameters, fields_of
 from planner_core.plan_folder.plan_model.document import SCHEMA, PlanDocument
-from planner_core.plan_folder.plan_model.given import (
-    LoadOptionsSection,
-    RequirementsSection,
-    ResultSection,
-    ScannerSection,
-    SettingsSection,
-    SiteSection,
-)
+from planner_core.plan_folder.plan_model.given import PlannedParameters, PlannedRequirements, ResultSection
 from planner_core.plan_folder.plan_model.results import (
     CoverageFigures,
     FieldTimeSection,
     GapSection,
-    JudgeSection,
-    LinkSection,
     LossSection,
     NetworkSection,
 )
@@ -80,13 +71,13 @@ def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
         "schema": SCHEMA,
         "scene": _scene(plan.survey.scene),
         "source": _source(plan.survey.scene, folder),
-        "scanner": ScannerSection.to_document(plan.settings.scanner),
+        "scanner": to_document(plan.settings.scanner),
         "requirements": _requirements(plan),
         "method": plan.settings.method.name,
         "method_options": options_of(plan.settings.method),
         "seed": plan.settings.seed,
         "settings": _settings(plan),
-        "site": SiteSection.to_document(plan.settings.site),
+        "site": to_document(plan.settings.site),
         "floors": [_floor(floor, plan) for floor in plan.survey.floors],
         "stations": _stations(plan),
         "scope": _scope(plan),
@@ -95,11 +86,11 @@ def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
         "optimality": _optimality(plan),
         "registration": _registration(plan),
         "route": route_document(plan),
-        "field_time": None if plan.field_time is None else FieldTimeSection.to_document(plan.field_time),
+        "field_time": None if plan.field_time is None else FieldTimeSection.of(plan.field_time),
         "sealed": sealed_document(plan),
         "unseen": [_unseen(part, plan.survey.scene) for part in plan.unseen],
         "why": None if plan.why is None else why_document(plan.why, plan.survey.scene),
-        "judge": None if plan.independent_check is None else JudgeSection.to_document(plan.independent_check),
+        "judge": None if plan.independent_check is None else to_document(plan.independent_check),
         "warnings": list(plan.warnings),
         "device": plan.engine,
         "versions": _versions(),
@@ -225,7 +216,7 @@ def _file(source: SceneSource) -> dict[str, Any]:
 
 
 def _options_section(source: SceneSource) -> dict[str, Any]:
-    return {"load_options": LoadOptionsSection.to_document(_load_options(source))}
+    return {"load_options": to_document(_load_options(source))}
 
 
 def _load_options(source: SceneSource) -> LoadOptions:
@@ -243,7 +234,7 @@ def _load_options(source: SceneSource) -> LoadOptions:
 
 def _georeference(scene: Scene) -> dict[str, Any] | None:
     """The scene file's georeference, with all digits: coordinates are made of it."""
-    return None if scene.georeference is None else GeoreferenceSection.to_document(scene.georeference)
+    return None if scene.georeference is None else to_document(scene.georeference)
 
 
 def _n_of(scene: Scene, optics: Optics) -> int:
@@ -251,17 +242,18 @@ def _n_of(scene: Scene, optics: Optics) -> int:
 
 
 def _requirements(plan: Plan) -> dict[str, Any]:
-    written = RequirementsSection.to_document(plan.settings.requirements)
-    return {**written, "results": [ResultSection.to_document(result) for result in plan.requirements]}
+    written = to_document(PlannedRequirements(**vars(plan.settings.requirements)))
+    return {**written, "results": [ResultSection.of(result) for result in plan.requirements]}
 
 
 def _settings(plan: Plan) -> dict[str, Any]:
     used = {
+        **fields_of(PlanParameters, plan.settings),
         "scan_mode": plan.survey.scan_mode,
         "n_candidates": plan.n_candidates,
         "n_patches": plan.survey.patches.n_patches,
     }
-    return SettingsSection.to_document({**vars(plan.settings), **used})
+    return to_document(PlannedParameters(**used))
 
 
 def _registration(plan: Plan) -> dict[str, Any]:
@@ -272,15 +264,15 @@ def _registration(plan: Plan) -> dict[str, Any]:
         "min_probability": required.min_probability,
         "pre_alignment": str(plan.settings.pre_alignment),
         "connected": plan.connected,
-        "links": [LinkSection.to_document(link) for link in plan.links],
+        "links": [to_document(link) for link in plan.links],
     }
     if found is None:
         return links
     return {
         **links,
-        "networks": [NetworkSection.to_document(network) for network in found.networks],
+        "networks": [NetworkSection.of(network) for network in found.networks],
         "floor_joins": [[link.a, link.b] for link in found.floor_joins],
-        "gaps": [GapSection.to_document(_in_scene(gap, plan.survey.scene)) for gap in found.gaps],
+        "gaps": [GapSection.of(_in_scene(gap, plan.survey.scene)) for gap in found.gaps],
     }
 
 
@@ -329,7 +321,7 @@ def _losses(losses: tuple[Loss, ...], plan: Plan) -> dict[str, Any]:
     lost = np.unique(np.concatenate([loss.patch for loss in losses]))
     return {
         "lost_area_m2": rounded(float(plan.survey.patches.area_m2[lost].sum())),
-        "losses": [LossSection.to_document(loss) for loss in losses if loss.patch.size],
+        "losses": [LossSection.of(loss) for loss in losses if loss.patch.size],
     }
 
 
@@ -357,8 +349,8 @@ def _coverage(plan: Plan) -> dict[str, Any]:
     floors = zip(plan.survey.floors, plan.coverage_by_floor, strict=True)
     return {
         "max_patch_area_m2": rounded(plan.survey.patches.max_area_m2, 9),
-        **CoverageFigures.to_document(plan.coverage),
-        "floors": [{"floor": floor.id, **CoverageFigures.to_document(coverage)} for floor, coverage in floors],
+        **CoverageFigures.of(plan.coverage),
+        "floors": [{"floor": floor.id, **CoverageFigures.of(coverage)} for floor, coverage in floors],
     }
 
 

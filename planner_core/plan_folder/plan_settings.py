@@ -14,8 +14,9 @@ from typing import Any
 
 from planner_core.documents import read_as
 from planner_core.errors import PlanFolderError
-from planner_core.model import PlanSettings
+from planner_core.model import PlanSettings, Requirements
 from planner_core.model.options import method_of
+from planner_core.model.planning import PlanParameters, fields_of
 from planner_core.plan_folder.plan_model.document import PlanDocument
 from planner_core.scene.load import LoadOptions
 
@@ -38,14 +39,14 @@ def settings_of(document: Mapping[str, Any]) -> PlanSettings:
         A setting of the document makes no sense, as of one that was edited.
     """
     plan = _plan_of(document)
-    settings: PlanSettings = plan.settings.to_dataclass(
-        scanner=plan.scanner.to_dataclass(),
-        requirements=plan.requirements.to_dataclass(),
+    return PlanSettings(
+        scanner=plan.scanner,
+        requirements=Requirements(**fields_of(Requirements, plan.requirements)),
         method=method_of(plan.method, plan.method_options.items()),
         seed=plan.seed,
-        site=plan.site.to_dataclass(),
+        site=plan.site,
+        **fields_of(PlanParameters, plan.settings),
     )
-    return settings
 
 
 def load_options_of(document: Mapping[str, Any]) -> tuple[LoadOptions, ...]:
@@ -53,7 +54,7 @@ def load_options_of(document: Mapping[str, Any]) -> tuple[LoadOptions, ...]:
     scene = _plan_of(document).scene
     if scene.load_options is None:
         return (LoadOptions(glass=scene.glass, doors=scene.doors),)
-    return (scene.load_options.to_dataclass(), *(file.load_options.to_dataclass() for file in scene.other_files))
+    return (scene.load_options, *(file.load_options for file in scene.other_files))
 
 
 def _plan_of(document: Mapping[str, Any]) -> PlanDocument:

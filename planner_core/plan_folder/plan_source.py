@@ -14,8 +14,9 @@ import numpy as np
 from planner_core.coordinates.frame import site_frame
 from planner_core.coordinates.request import FrameRequest
 from planner_core.coverage.percent import probability_percent, reached_percent
+from planner_core.documents import read_as
 from planner_core.errors import ExportError, PlanFolderError, one_line
-from planner_core.model import FloatArray, Link, LinkLimits, Plan, Scene, SiteFrame, Survey, WeakMotion
+from planner_core.model import FloatArray, Link, LinkLimits, Plan, Scene, SiteFrame, Survey
 from planner_core.model.scene import scene_title
 from planner_core.plan_folder.plan_json import plan_document, read_plan
 from planner_core.plan_folder.plan_model.document import PlanDocument
@@ -226,21 +227,14 @@ def _source(
     return PlanSource(folder, document, frame, stations, floors, links, title, given_scene)
 
 
-#: Figures of a link that need not have been computed.
-_MAY_BE_UNKNOWN = ("strength", "probability")
-
-
 def links_of(registration: Mapping[str, Any]) -> tuple[Link, ...]:
     """Return the links of `registration` of plan.json."""
     return tuple(link_of(row) for row in registration["links"])
 
 
 def link_of(row: Mapping[str, Any]) -> Link:
-    """Return a link of plan.json; its strength and probability are NaN where none was computed."""
-    weak = row.get("weak_motion")  # plans of older versions have none, and no probability
-    motion = None if weak is None else WeakMotion(weak["kind"], tuple(weak["direction"]))
-    strength, probability = (math.nan if (each := row.get(name)) is None else each for name in _MAY_BE_UNKNOWN)
-    return Link(row["a"], row["b"], row["overlap"], strength, motion, bool(row.get("as_set_up")), probability)
+    """Return a link of plan.json."""
+    return read_as(Link, row, "plan.json: registration.", remedy="plan again", error=PlanFolderError)
 
 
 def limits_of(registration: Mapping[str, Any]) -> LinkLimits:

@@ -119,7 +119,7 @@ def why_document(why: Why, scene: Scene) -> dict[str, Any]:
             unlisted[surface.reason] += surface.area_m2
     return {
         "stations": [_station_reason(reason, scene) for reason in why.stations],
-        "curve": [StepSection.to_document(step) for step in why.curve],
+        "curve": [StepSection.of(step) for step in why.curve],
         "area_by_reason_m2": {reason: rounded(area) for reason, area in areas.items()},
         "unlisted_area_m2": {reason: rounded(area) for reason, area in unlisted.items()},
         "unseen_surfaces": [_surface(surface, scene) for surface in listed],

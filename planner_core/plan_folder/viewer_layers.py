@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.coverage.observations import Observations, observations_in_batches, observations_meeting
+from planner_core.documents import to_document
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import REASONS, FloatArray, Int32Array, Loss, Plan, PointLimits, Scanner
 from planner_core.model.unseen import OUT_OF_SCOPE
-from planner_core.plan_folder.plan_model.given import LimitsSection
 from planner_core.plan_folder.usd_names import station_prim_names
 from planner_core.plan_folder.viewer_files import NONE
 
@@ -228,5 +228,5 @@ def _document(plan: Plan) -> dict[str, Any]:
         "out_of_scope": OUT_OF_SCOPE,
         "counted": None if plan.survey.patches.countable_share is None else "counted.u8",
         "pieces": None if plan.why is None or plan.why.piece_of_patch is None else _PIECES,
-        "qualities": [LimitsSection.to_document(limits) for limits in plan.qualities],
+        "qualities": [to_document(limits) for limits in plan.qualities],
     }

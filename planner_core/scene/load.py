@@ -16,9 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
+from planner_core.documents import Number, YesNo, document
 from planner_core.errors import SceneError, SceneNotFoundError, grouped
 from planner_core.model import Doors, Georeference, Glass, LoadReport, Optics, Scene, SceneSource, UpAxis
 from planner_core.model.choices import one_of
+from planner_core.model.values import DoorsWord, GlassWord, UpAxisWord
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.doors import without_door_leaves
@@ -41,21 +43,23 @@ _ROOM_VOLUME = "ifcspace"
 _OPTICS_OF_GLASS = {Glass.PASS: Optics.PASSES, Glass.STOP: Optics.STOPS, Glass.RETURN: Optics.RETURNS}
 
 
+@document
 @dataclass(frozen=True)
 class LoadOptions:
-    """What a user may set for a file. `None`: the file's own; where it has none, metres and z up."""
+    """How a file is read. None: the file's own; where it has none, metres and z up."""
 
-    metres_per_unit: float | None = None
-    up_axis: UpAxis | None = None
-    skip_bad_faces: bool = False
+    metres_per_unit: Number | None = None
+    up_axis: UpAxisWord | None = None
+    skip_bad_faces: YesNo = False
     """Drop faces that name a vertex which does not exist, instead of refusing the file."""
-    glass: Glass = Glass.PASS
+    glass: GlassWord = Glass.PASS
     """What glass does to beams."""
-    doors: Doors = Doors.SHUT
+    doors: DoorsWord = Doors.SHUT
     """Which doors (`IfcDoor`) have their leaves left out."""
     doors_open: tuple[str, ...] = ()
-    """GlobalIds of doors that have their leaves left out whatever `doors` is; of those of `doors_shut` they stay."""
+    """GlobalIds of doors that have their leaves left out whatever `doors` is."""
     doors_shut: tuple[str, ...] = ()
+    """GlobalIds of doors that keep them whatever `doors` is."""
     leave_out: tuple[str, ...] = ()
     """Classes and patterns of names (`IfcFurnishingElement`, `name=*tree*`) whose elements are left out."""
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from planner_core.errors import SceneError, grouped
 from planner_core.model import BoolArray, Element, FloatArray, Int32Array, Int64Array
+from planner_core.model.values import MAX_COORDINATE_M
 from planner_core.scene.array_rows import first_of_equal_rows, first_of_equal_triples
 from planner_core.scene.extent import STRAY_DISTANCE_M, face_weights, is_astray, named_few
 
@@ -22,9 +23,6 @@ National grids have coordinates of up to 1e7 m, which float64 rounds by 1e-9 m a
 height of a line comes out as up to 4e-9 m: anything below 1e-8 m is a line that was meant to be one. Slivers above it
 are kept: dropping those would open cracks. A scanner resolves 1e-4 m at best. It gets models of a micrometre wrong.
 """
-
-MAX_COORDINATE_M = 1e9
-"""Coordinates beyond this are damage, not places: the Earth's circumference is 4e7 m. Counted as not finite."""
 
 MAX_DROPPED_LINES = 100
 """Length of `LoadReport.dropped`."""

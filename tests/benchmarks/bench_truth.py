@@ -87,11 +87,11 @@ def plan_and_check(
 
 def row(name: str, scanner: str, patch_area_m2: float, n_stations: int, found: IndependentCheck) -> str:
     def areas(figure: CheckedFigure) -> str:
-        off = 100 * (figure.told / figure.judged - 1)
-        return f"{figure.told:.1f} | {figure.judged:.1f} ± {figure.error:.1f} | {off:+.2f}"
+        off = 100 * (figure.planned / figure.judged - 1)
+        return f"{figure.planned:.1f} | {figure.judged:.1f} ± {figure.error:.1f} | {off:+.2f}"
 
-    ours, judged = 100 * found.share.told, 100 * found.share.judged
-    gaps = [100 * abs(link.overlap.told - link.overlap.judged) for link in found.links] or [0.0]
+    ours, judged = 100 * found.share.planned, 100 * found.share.judged
+    gaps = [100 * abs(link.overlap.planned - link.overlap.judged) for link in found.links] or [0.0]
     return (
         f"| {name} | {scanner} | {patch_area_m2:g} | {n_stations} | "
         f"{areas(found.covered_m2)} | {areas(found.achievable_m2)} | "

@@ -279,7 +279,7 @@ def test_a_place_that_the_grid_does_not_have_is_refused() -> None:
         site_frame(plan_of(told), FrameRequest(crs="EPSG:25832", by_site_placement=True))
 
 
-@pytest.mark.parametrize("broken", [{"to_map": None}, {**TOLD, "to_map": [["x"]]}, {**TOLD, "site_position": [1.0]}, 5])
+@pytest.mark.parametrize("broken", [{**TOLD, "to_map": [["x"]]}, {**TOLD, "site_position": [1.0]}, 5])
 def test_a_georeference_that_nobody_wrote_is_refused(broken: Any) -> None:
     with pytest.raises(PlanFolderError, match="georeference"):
         georeference_of(plan_of(broken))

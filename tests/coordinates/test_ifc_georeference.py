@@ -295,9 +295,9 @@ def test_the_surveyed_scene_says_one_place_three_times(surveyed: Path) -> None:
 
 def _with(document: dict[str, Any], told: Georeference | None) -> dict[str, Any]:
     """As plan.json has it."""
-    from planner_core.coordinates.georeference import GeoreferenceSection
+    from planner_core.documents import to_document
 
-    written = json.loads(json.dumps(None if told is None else GeoreferenceSection.to_document(told)))
+    written = json.loads(json.dumps(None if told is None else to_document(told)))
     return {**document, "scene": {"georeference": written}}
 
 

@@ -233,6 +233,6 @@ def test_the_independent_check_agrees() -> None:
     assert [floor.elevation_m for floor in plan.survey.floors] == pytest.approx([0.0, 3.0], abs=1e-6)
     engine = open_engine(plan.survey.scene, plan.survey.patches)
     found = check_independently(plan, engine, n_points=5_000)
-    assert abs(found.covered_m2.told - found.covered_m2.judged) < 4 * found.covered_m2.error
+    assert abs(found.covered_m2.planned - found.covered_m2.judged) < 4 * found.covered_m2.error
     # The lower room with its ceiling, the other side of the sheet that is the upper room's ground.
     assert plan.coverage.covered_area_m2 == pytest.approx(2 * SIDE_M**2 + 4 * SIDE_M * STOREY_M, rel=0.02)

@@ -17,7 +17,7 @@ from planner_core.engine.open_engine import open_engine
 from planner_core.model import PlanSettings, Visibility, WeakMotion
 from planner_core.network.links import SharedSurface, overlap_links, surface_of_patches
 from planner_core.network.pair_overlap import PairSums, matrices_of, strengths_of
-from planner_core.network.weak_motion import motion_words, weak_motion, words_by_axes
+from planner_core.network.weak_motion import motion_words, weak_motion
 from planner_core.scanner.load_scanner import load_scanner
 from scenes_synthetic import hard, rooms
 
@@ -147,30 +147,29 @@ def tower():
 )
 def test_weak_motion_is_the_free_motion(shape, words):
     matrix = matrix_of(shape)
-    assert words_by_axes(weak_motion(matrix)) == words
+    assert weak_motion(matrix).by_axes == words
     assert strengths_of(matrix[None])[0] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_weak_motion_of_motions_that_are_held_alike_does_not_hang_on_rounding():
     wall = turned([plane(0, 3.0)], 30.0)
-    assert words_by_axes(weak_motion(matrix_of(wall))) == "slides along the vertical"
+    assert weak_motion(matrix_of(wall)).by_axes == "slides along the vertical"
     # The three turns of a cube are held alike, about whichever axes they are taken.
     cube = [plane(axis, side) for axis in range(3) for side in (-2.0, 2.0)]
     for degrees in (0.0, 13.0, 45.0, 77.0):
-        assert words_by_axes(weak_motion(matrix_of(turned(turned(cube, degrees), degrees, axis=0)))) == "tilts about x"
+        assert weak_motion(matrix_of(turned(turned(cube, degrees), degrees, axis=0))).by_axes == "tilts about x"
 
 
 def test_weak_motion_is_named_of_links_that_hold_as_well():
     # A little of an end wall: the corridor still slides most easily.
     closed = matrix_of([*corridor(0), plane(0, 4.0, spread_m=(0.3, 0.3), n=3)])
-    assert words_by_axes(weak_motion(closed)) == "slides along x"
+    assert weak_motion(closed).by_axes == "slides along x"
     # Nine patches of 265 face along it: three times that share, a little less for the turns they hold as well.
     assert strengths_of(closed[None])[0] == pytest.approx(3 * 9 / 265, rel=0.01)
 
 
 def test_nothing_in_common_has_no_weak_motion():
     assert weak_motion(np.zeros((6, 6))) is None
-    assert words_by_axes(None) == ""
 
 
 def _links(synthetic, positions_m):

@@ -253,8 +253,8 @@ def test_document_of_picks_noise_and_a_marked_floor_matches_the_schema(plan: Pla
     jsonschema.Draft202012Validator(schema).validate(document)
     for written, name in (
         (document["site"]["ground_picks"][0], "PickSection"),
-        (document["scene"]["load_options"], "LoadOptionsSection"),
-        (document["scanner"], "ScannerSection"),
+        (document["scene"]["load_options"], "LoadOptions"),
+        (document["scanner"], "Scanner"),
     ):
         assert set(written) == set(schema["$defs"][name]["properties"])
 

@@ -9,6 +9,7 @@ import pytest
 from shared_plans import SharedPlan
 
 from planner_core.coverage.survey import make_survey
+from planner_core.documents import read_as, to_document
 from planner_core.engine.open_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import (
@@ -22,7 +23,6 @@ from planner_core.model import (
     Scanner,
     Scene,
 )
-from planner_core.plan_folder.plan_model.results import JudgeSection
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.independent_check import check_independently, with_independent_check
@@ -101,7 +101,7 @@ def test_a_closed_room_is_seen_whole_and_nothing_else_is() -> None:
     # Within half a millimetre of an edge, which of two faces hides the other is Open3D's to say.
     assert found.share.judged > 0.999
     # What the plan counts reaches into the walls.
-    assert found.covered_m2.told > ROOM_M2
+    assert found.covered_m2.planned > ROOM_M2
 
 
 @pytest.mark.slow
@@ -157,7 +157,7 @@ def test_what_only_a_station_sees_is_scannable_as_evaluate_has_it() -> None:
     # From 1.5 m nobody is within a metre of the ceiling.
     disc_m2 = np.pi * (1.0 - 0.5**2)
     assert is_within(found.covered_m2.judged, disc_m2, found.covered_m2.error)
-    assert found.covered_m2.told == pytest.approx(disc_m2, rel=0.1)
+    assert found.covered_m2.planned == pytest.approx(disc_m2, rel=0.1)
 
 
 def test_overlap_is_what_both_see_of_what_the_one_with_more_sees_or_by_jaccard_of_what_either_sees() -> None:
@@ -168,7 +168,7 @@ def test_overlap_is_what_both_see_of_what_the_one_with_more_sees_or_by_jaccard_o
     (link,) = check_of(plan).links
     assert (link.a, link.b) == ("T0", "T1")
     assert is_within(link.overlap.judged, both_m2 / ROOM_M2, link.overlap.error)
-    assert link.overlap.told == pytest.approx(link.overlap.judged, abs=0.02)
+    assert link.overlap.planned == pytest.approx(link.overlap.judged, abs=0.02)
     (share,) = check_of(plan, overlap_measure="smaller-share").links
     assert is_within(share.overlap.judged, both_m2 / (ROOM_M2 - min(discs_m2)), share.overlap.error)
     assert link.overlap.judged < share.overlap.judged - 4 * link.overlap.error
@@ -197,7 +197,7 @@ def test_of_what_is_seen_as_required_overlap_counts_points_within_the_limits(mea
     (link,) = check_of(plan).links
     assert is_within(link.overlap.judged, both_m2 / whole_m2, link.overlap.error)
     assert 0.2 < both_m2 / whole_m2 < 0.9
-    assert link.overlap.told == pytest.approx(link.overlap.judged, abs=0.05)
+    assert link.overlap.planned == pytest.approx(link.overlap.judged, abs=0.05)
     # All of the room is seen from both.
     (all_seen,) = check_of(plan, overlap_of="all-seen").links
     assert all_seen.overlap.judged > 0.999
@@ -239,7 +239,7 @@ def test_a_plan_that_says_too_much_is_told_so() -> None:
         assert check is not None
         assert is_within(check.achievable_m2.judged, ROOM_M2, check.achievable_m2.error)
         # What the points say is in the plan's document, and comes back as it was.
-        back = JudgeSection.model_validate(JudgeSection.to_document(check)).to_dataclass()
+        back = read_as(IndependentCheck, to_document(check), "", remedy="")
         assert back.share.judged == pytest.approx(check.share.judged, abs=1e-9)
         assert (back.n_points, len(back.links)) == (20_000, len(plan.links))
 
@@ -262,5 +262,5 @@ def test_floor_between_the_rows_of_a_coarse_scanner_is_seen_as_far_as_patches_ho
     floor = scene_of([("floor", (-5.0, -5.0, -0.2), (5.0, 5.0, 0.0))])
     plan = evaluated(floor, [(0.0, 0.0, 0.3)], load_scanner("hdl-64e"), ScanBy.PATCHES)
     found = check_of(plan, n_points=15_000).covered_m2
-    assert found.told < 0.9 * np.pi * 5.0**2
-    assert abs(found.judged - found.told) < 4.0 * found.error
+    assert found.planned < 0.9 * np.pi * 5.0**2
+    assert abs(found.judged - found.planned) < 4.0 * found.error

@@ -90,7 +90,7 @@ def test_plans_by_patches_and_by_beams_take_about_as_many_stations_and_say_which
         plans[mode] = plan_survey(replace(survey, scan_mode=mode), settings, engine)
         document = json.loads(json.dumps(plan_document(plans[mode])))
         assert document["settings"]["scan_mode"] == mode
-        assert mode in json.loads(SCHEMA.read_text())["$defs"]["SettingsSection"]["properties"]["scan_mode"]["enum"]
+        assert mode in json.loads(SCHEMA.read_text())["$defs"]["PlannedParameters"]["properties"]["scan_mode"]["enum"]
         summary.show(document)
         said = capsys.readouterr().out
         assert ("patches sampled instead of" in said) == (mode == "patches")

@@ -15,9 +15,9 @@ from tlsplan.api import settings
 from tlsplan.group import cli
 from tlsplan.options import RequirementOptions, problem_options
 
+from planner_core.documents import read_as, to_document
 from planner_core.errors import RequirementError
 from planner_core.model import Paper, PlanSettings, PointLimits, Requirements, Scope
-from planner_core.plan_folder.plan_model.given import RequirementsSection
 from planner_core.requirements.deliverables import DELIVERABLES, Deliverable, deliverable_named
 from planner_core.requirements.read import read_requirements, requirements_from
 from planner_core.scanner.load_scanner import list_scanners, load_scanner
@@ -180,12 +180,12 @@ def test_a_limit_of_noise_needs_a_table_and_the_message_helps() -> None:
 @pytest.mark.parametrize("deliverable", DELIVERABLES.values(), ids=lambda each: each.name)
 def test_plan_json_holds_the_limits_and_the_name(deliverable: Deliverable) -> None:
     asked, _ = requirements_from({"deliverable": deliverable.name})
-    written = RequirementsSection.to_document(asked)
+    written = to_document(asked)
     assert written["deliverable"] == (None if deliverable.name == "none" else deliverable.name)
     assert written["asked"]["spacing_m"] == deliverable.spacing_m
-    assert RequirementsSection.model_validate(written).to_dataclass() == asked
+    assert read_as(Requirements, written, "", remedy="") == asked
     del written["deliverable"]  # plans of before
-    assert RequirementsSection.model_validate(written).to_dataclass().deliverable is None
+    assert read_as(Requirements, written, "", remedy="").deliverable is None
 
 
 def test_names_are_found_however_they_are_spelled() -> None:

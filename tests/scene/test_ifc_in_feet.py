@@ -11,7 +11,7 @@ import pytest
 
 from planner_core.coordinates.crs import map_crs
 from planner_core.coordinates.frame import site_frame
-from planner_core.coordinates.georeference import GeoreferenceSection
+from planner_core.documents import to_document
 from planner_core.model import FOOT, US_SURVEY_FOOT
 from planner_core.scene.load import LoadOptions, load_scene
 
@@ -82,7 +82,7 @@ def test_an_ifc_file_in_feet_is_metres_by_its_own_factor(
 
 def test_a_state_plane_building_lies_where_pyproj_puts_its_feet(tmp_path: Path) -> None:
     scene = load_scene(write_ifc(tmp_path / "feet.ifc", "US SURVEY FOOT", 0.304800609601219, "EPSG:2263"))
-    row = GeoreferenceSection.to_document(scene.georeference)
+    row = to_document(scene.georeference)
     frame = site_frame(
         {
             "scene": {"georeference": row, "metres_per_unit": scene.source.metres_per_unit},

@@ -10,7 +10,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from planner_core.model import FloatArray, Scene, UnseenPiece
+from planner_core.model import FloatArray, Link, Scene, UnseenPiece
 from planner_core.plan_folder.plan_json import plan_document
 from planner_core.plan_folder.plan_model.given import ResultSection
 from planner_core.plan_folder.plan_model.results import (
@@ -18,7 +18,6 @@ from planner_core.plan_folder.plan_model.results import (
     FieldTimeSection,
     FloorCoverage,
     LeftSurfaceSection,
-    LinkSection,
     PieceSection,
     RegistrationSection,
     RoomSection,
@@ -95,7 +94,7 @@ class PreviewHead(BaseModel):
     floors: list[FloorCoverage]
     requirements: list[RequirementFigure]
     station: StationAreas
-    links: list[LinkSection] = Field(description="Of the station.")
+    links: list[Link] = Field(description="Of the station.")
     n_stations: int
     registration: Joined
 
@@ -194,7 +193,7 @@ def preview_head(live: LivePlan, preview: Preview, *, sequence: int, revision: i
         reason=preview.spot.reason,
         coverage=CoverageFigures.model_validate(preview.overall, from_attributes=True),
         floors=[
-            FloorCoverage(floor=floor.id, **CoverageFigures.to_document(covered))
+            FloorCoverage(floor=floor.id, **CoverageFigures.of(covered))
             for floor, covered in zip(live.survey.floors, preview.floors, strict=True)
         ],
         requirements=[
@@ -207,7 +206,7 @@ def preview_head(live: LivePlan, preview: Preview, *, sequence: int, revision: i
             for goal, covered in zip(goals, preview.goals, strict=True)
         ],
         station=StationAreas(covered_area_m2=round(preview.covered_m2, 6), own_area_m2=round(preview.own_m2, 6)),
-        links=[LinkSection.model_validate(link, from_attributes=True) for link in preview.links],
+        links=list(preview.links),
         n_stations=len(preview.draft.stations),
         registration=Joined(connected=registration.connected, n_networks=len(registration.networks)),
     )

@@ -12,19 +12,18 @@ from pydantic import AfterValidator, Field
 
 from planner_core.documents import Document, Number, Whole
 from planner_core.errors import PlanFolderError
+from planner_core.model import IndependentCheck, Scanner, Site
+from planner_core.model.values import Share
 from planner_core.plan_folder.plan_model.given import (
-    RequirementsSection,
-    ScannerSection,
+    PlannedParameters,
+    PlannedRequirements,
     SceneSection,
-    SettingsSection,
-    SiteSection,
     SourceSection,
 )
 from planner_core.plan_folder.plan_model.results import (
     CoverageSection,
     FieldTimeSection,
     FloorSection,
-    JudgeSection,
     OptimalitySection,
     RegistrationSection,
     RouteSection,
@@ -34,7 +33,6 @@ from planner_core.plan_folder.plan_model.results import (
     UnseenSection,
     WhySection,
 )
-from planner_core.plan_folder.plan_model.values import Share
 
 SCHEMA = "tlsplan/plan/1"
 """Grows by new keys only; a change of meaning gets a new number."""
@@ -62,14 +60,14 @@ class PlanDocument(Document):
     scene: SceneSection
     source: SourceSection | None = None
     """null for scenes from memory."""
-    scanner: ScannerSection
-    requirements: RequirementsSection
+    scanner: Scanner
+    requirements: PlannedRequirements
     method: str
     method_options: dict[str, str] = Field({})
     """Options of the method that the user set, by name."""
     seed: Whole
-    settings: SettingsSection
-    site: SiteSection = SiteSection()
+    settings: PlannedParameters
+    site: Site = Site()
     floors: Annotated[tuple[FloorSection, ...], AfterValidator(_own_ids)]
     """Lowest first."""
     stations: Annotated[tuple[StationSection, ...], AfterValidator(_own_ids)]
@@ -89,7 +87,7 @@ class PlanDocument(Document):
     unseen: tuple[UnseenSection, ...]
     """By element and floor."""
     why: WhySection | None = None
-    judge: JudgeSection | None = None
+    judge: IndependentCheck | None = None
     """null where not required, and in plans of older versions."""
     warnings: tuple[str, ...]
     """One line each, for the user."""

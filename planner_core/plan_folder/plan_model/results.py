@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
-from planner_core.documents import Document, Number, RoundTripModel, Whole, YesNo, words_of
+from planner_core.documents import Document, Number, Whole, YesNo, words_of
 from planner_core.errors import PlanFolderError
-from planner_core.model import CheckedFigure, CheckedLink, IndependentCheck, Link, PreAlignment, WeakMotion
-from planner_core.network.weak_motion import words_by_axes
-from planner_core.plan_folder.plan_model.values import (
+from planner_core.model import Link, PreAlignment
+from planner_core.model.values import (
     Area,
     Corner,
     Count,
@@ -28,11 +26,6 @@ from planner_core.plan_folder.plan_model.values import (
     Text,
     rounded,
 )
-
-
-def _to_micro(direction: tuple[float, float, float]) -> tuple[float, float, float]:
-    x, y, z = (round(part, 6) + 0.0 for part in direction)
-    return x, y, z
 
 
 def _pair(link: Any) -> Any:
@@ -67,7 +60,7 @@ class FloorSection(Document):
         return self
 
 
-class LossSection(RoundTripModel):
+class LossSection(Document):
     """What a requirement would lose without a station."""
 
     requirement: str
@@ -132,7 +125,7 @@ class ScopeSection(Document):
     left_out: tuple[LeftOutSection, ...] = ()
 
 
-class CoverageFigures(RoundTripModel):
+class CoverageFigures(Document):
     """Coverage of surface."""
 
     achievable_area_m2: Area
@@ -194,86 +187,7 @@ class OptimalitySection(Document):
     """What no plan on these candidates is better than, in the same unit."""
 
 
-class JudgedSection(RoundTripModel):
-    """A figure of this plan beside what random points say."""
-
-    dataclass: ClassVar = CheckedFigure
-
-    told: Number
-    """Of this plan."""
-    judged: Annotated[Number, rounded(9)]
-    """Of the points."""
-    error: Annotated[Number, rounded(9)]
-    """One standard error of it."""
-
-
-class JudgedLinkSection(RoundTripModel):
-    """Overlap of two stations by random points."""
-
-    dataclass: ClassVar = CheckedLink
-
-    a: str
-    b: str
-    overlap: JudgedSection
-
-
-class JudgeSection(RoundTripModel):
-    """Figures by random points, each checked by itself with rays of Open3D, of all requirements together."""
-
-    dataclass: ClassVar = IndependentCheck
-
-    n_points: Count
-    engine: str
-    covered_m2: JudgedSection
-    achievable_m2: JudgedSection
-    """Scannable from candidates and stations."""
-    share: JudgedSection
-    """Covered of scannable."""
-    links: tuple[JudgedLinkSection, ...]
-
-
-class WeakMotionSection(RoundTripModel):
-    """A motion; its direction is a unit vector in axes of the scene."""
-
-    dataclass: ClassVar = WeakMotion
-
-    kind: Literal["shift", "turn"]
-    direction: Annotated[tuple[Number, Number, Number], AfterValidator(_to_micro)]
-
-
-class LinkSection(RoundTripModel):
-    """Overlap of two stations."""
-
-    a: str
-    b: str
-    overlap: Share
-    """What both see, as a share, measured as `requirements.overlap_measure` and `overlap_of` say."""
-    strength: Annotated[Strength, rounded(9)] | None
-    """How well the shared surface holds the two together in its weakest direction; null where not computed."""
-    weak_axis: str = ""
-    """The motion that the shared surface holds least, in words by axes of the scene; empty where not computed."""
-    weak_motion: WeakMotionSection | None = None
-    """The same as kind and direction; null where not computed, and in plans of older versions."""
-    as_set_up: Annotated[YesNo, Field(exclude_if=lambda value: not value)] = False
-    """Between scanned stations, which need no margin for setting up: it counts, though below what is required."""
-    probability: Annotated[Share, rounded(6)] | None = None
-    """That the two scans register, from `registration.pre_alignment`; null where not computed, and in plans of older
-    versions."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _of_link(cls, value: Any) -> Any:
-        if not isinstance(value, Link):
-            return value
-        figures = {name: _known(getattr(value, name)) for name in ("strength", "probability")}
-        return {**vars(value), **figures, "weak_axis": words_by_axes(value.weak_motion)}
-
-
-def _known(figure: float) -> float | None:
-    return None if math.isnan(figure) else figure
-
-
-class NetworkSection(RoundTripModel):
+class NetworkSection(Document):
     """Stations that links join."""
 
     stations: tuple[str, ...]
@@ -283,16 +197,16 @@ class NetworkSection(RoundTripModel):
     """Links without which it falls apart."""
     articulations: tuple[str, ...]
     """Stations without which the others fall apart."""
-    bottleneck: LinkSection | None
+    bottleneck: Link | None
     """Weakest link that some pair of stations relies on: the nearest to what is required."""
     two_connected: YesNo
 
 
-class GapSection(RoundTripModel):
+class GapSection(Document):
     """Two networks, by their places in the list, and the link between them that comes nearest to counting."""
 
     networks: tuple[Count, ...]
-    best: LinkSection
+    best: Link
     targets_m: Annotated[tuple[Point, ...], Field(alias="targets")] = ()
     """Places for three targets that both stations of the link see, to register the networks by; empty: none found."""
 
@@ -310,7 +224,7 @@ class RegistrationSection(Document):
     """Where registration starts, of links' probabilities."""
     connected: YesNo
     """Links that count join all stations."""
-    links: tuple[LinkSection, ...]
+    links: tuple[Link, ...]
     networks: tuple[NetworkSection, ...] = ()
     """Largest first."""
     floor_joins: tuple[Pair, ...] = ()
@@ -356,7 +270,7 @@ class RouteSection(Document):
     """From stop to stop, in their order."""
 
 
-class FieldTimeSection(RoundTripModel):
+class FieldTimeSection(Document):
     """Seconds in the field."""
 
     scanning_s: Seconds | None
@@ -426,7 +340,7 @@ class StationReasonSection(Document):
     """Stations it has links to that count for registration."""
 
 
-class StepSection(RoundTripModel):
+class StepSection(Document):
     """Coverage after one station more."""
 
     station: str

@@ -25,7 +25,7 @@ export type ConflictAnswer = Frozen<Omit<schema.ConflictDocument, 'review'>> & {
 export type PreviewHead = Frozen<schema.PreviewHead>;
 export type PreviewQuestion = Frozen<schema.PreviewQuestion>;
 export type GroundHead = Frozen<schema.GroundHead>;
-export type DraftLink = Frozen<schema.LinkSection>;
+export type DraftLink = Frozen<schema.Link>;
 
 export type CloudHead = Frozen<schema.CloudHead>;
 

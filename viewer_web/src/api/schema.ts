@@ -10,10 +10,10 @@ export type RoomSection = plan.RoomSection;
 export type PieceSection = plan.PieceSection;
 export type GapSection = plan.GapSection;
 export type LegSection = plan.LegSection;
-export type LimitsSection = plan.LimitsSection;
-export type LinkSection = plan.LinkSection;
+export type Link = plan.Link;
 export type LossSection = plan.LossSection;
 export type NetworkSection = plan.NetworkSection;
+export type PointLimits = plan.PointLimits;
 /**
  * How well a scan's pose is known before it is registered: where registration starts.
  *
@@ -22,7 +22,7 @@ export type NetworkSection = plan.NetworkSection;
  */
 export type PreAlignment = 'tracked' | 'manual' | 'level' | 'none';
 export type RouteSection = plan.RouteSection;
-export type WeakMotionSection = plan.WeakMotionSection;
+export type WeakMotion = plan.WeakMotion;
 
 export interface Documents {
   AddComment: AddComment;
@@ -54,8 +54,7 @@ export interface Documents {
   LastChange: LastChange;
   LeftSurfaceSection: LeftSurfaceSection;
   LegSection: LegSection;
-  LimitsSection: LimitsSection;
-  LinkSection: LinkSection;
+  Link: Link;
   LiveDocument: LiveDocument;
   LockStation: LockStation;
   LossSection: LossSection;
@@ -64,6 +63,7 @@ export interface Documents {
   OfferedExport: OfferedExport;
   PickGround: PickGround;
   PieceSection: PieceSection;
+  PointLimits: PointLimits;
   PreAlignment: PreAlignment;
   PreviewHead: PreviewHead;
   PreviewQuestion: PreviewQuestion;
@@ -98,7 +98,7 @@ export interface Documents {
   UnpickGround: UnpickGround;
   Unsign: Unsign;
   Verdict: Verdict;
-  WeakMotionSection: WeakMotionSection;
+  WeakMotion: WeakMotion;
   Zone: Zone;
 }
 /**
@@ -863,7 +863,7 @@ export interface PreviewHead {
   /**
    * Of the station.
    */
-  links: LinkSection[];
+  links: Link[];
   n_stations: number;
   registration: Joined;
 }

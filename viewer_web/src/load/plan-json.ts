@@ -14,8 +14,8 @@ export type PlanFloor = plan.FloorSection;
 export type RequirementResult = Pick<plan.ResultSection, 'name' | 'required' | 'fraction_of_achievable' | 'met'>;
 /** What a requirement, by its name in the results, would lose without a station. */
 export type StationLoss = plan.LossSection;
-export type PlanLink = plan.LinkSection;
-export type WeakMotion = plan.WeakMotionSection;
+export type PlanLink = plan.Link;
+export type WeakMotion = plan.WeakMotion;
 export type PlanNetwork = plan.NetworkSection;
 export type UnseenSurface = Frozen<plan.UnseenSurfaceSection>;
 export type PlanRoute = plan.RouteSection;

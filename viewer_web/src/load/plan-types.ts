@@ -2,50 +2,50 @@
 
 export interface Documents {
   BestPositionSection: BestPositionSection;
+  CheckedFigure: CheckedFigure;
+  CheckedLink: CheckedLink;
   CoverageSection: CoverageSection;
   FieldTimeSection: FieldTimeSection;
   FloorCoverage: FloorCoverage;
   FloorSection: FloorSection;
   GapSection: GapSection;
-  GeoreferenceSection: GeoreferenceSection;
-  JudgeSection: JudgeSection;
-  JudgedLinkSection: JudgedLinkSection;
-  JudgedSection: JudgedSection;
-  KeepOutSection: KeepOutSection;
+  Georeference: Georeference;
+  IndependentCheck: IndependentCheck;
+  KeepOut: KeepOut;
   LeftOutSection: LeftOutSection;
   LegSection: LegSection;
-  LimitsSection: LimitsSection;
-  LinkSection: LinkSection;
-  LoadOptionsSection: LoadOptionsSection;
+  Link: Link;
+  LoadOptions: LoadOptions;
   LossSection: LossSection;
   NetworkSection: NetworkSection;
   ObstacleSection: ObstacleSection;
   OptimalitySection: OptimalitySection;
   OwnPartSection: OwnPartSection;
-  PartSection: PartSection;
+  PartRequirement: PartRequirement;
   PickSection: PickSection;
   PieceSection: PieceSection;
-  PriorSection: PriorSection;
+  PlannedParameters: PlannedParameters;
+  PlannedRequirements: PlannedRequirements;
+  PointLimits: PointLimits;
+  PriorStation: PriorStation;
   RegistrationSection: RegistrationSection;
   Repairs: Repairs;
-  RequirementsSection: RequirementsSection;
   ResultSection: ResultSection;
   RoomSection: RoomSection;
   RouteSection: RouteSection;
-  ScannerSection: ScannerSection;
+  Scanner: Scanner;
   SceneFileSection: SceneFileSection;
   SceneSection: SceneSection;
   ScopeSection: ScopeSection;
   SealedSection: SealedSection;
-  SettingsSection: SettingsSection;
-  SiteSection: SiteSection;
+  Site: Site;
   SourceSection: SourceSection;
   StationReasonSection: StationReasonSection;
   StationSection: StationSection;
   StepSection: StepSection;
   UnseenSection: UnseenSection;
   UnseenSurfaceSection: UnseenSurfaceSection;
-  WeakMotionSection: WeakMotionSection;
+  WeakMotion: WeakMotion;
   WhySection: WhySection;
   PlanDocument: PlanDocument;
 }
@@ -68,6 +68,31 @@ export interface BestPositionSection {
    * Of all that is not worth a station.
    */
   adds_m2: number;
+}
+/**
+ * A figure of a plan beside what random points say.
+ */
+export interface CheckedFigure {
+  /**
+   * Of the plan.
+   */
+  told: number;
+  /**
+   * Of the points.
+   */
+  judged: number;
+  /**
+   * One standard error of it.
+   */
+  error: number;
+}
+/**
+ * Overlap of two stations by random points, as fractions, measured as the plan's requirements say.
+ */
+export interface CheckedLink {
+  a: string;
+  b: string;
+  overlap: CheckedFigure;
 }
 /**
  * Coverage, overall and floor by floor.
@@ -184,7 +209,7 @@ export interface FloorSection {
  */
 export interface GapSection {
   networks: number[];
-  best: LinkSection;
+  best: Link;
   /**
    * Places for three targets that both stations of the link see, to register the networks by; empty: none found.
    */
@@ -193,7 +218,7 @@ export interface GapSection {
 /**
  * Overlap of two stations.
  */
-export interface LinkSection {
+export interface Link {
   a: string;
   b: string;
   /**
@@ -201,33 +226,35 @@ export interface LinkSection {
    */
   overlap: number;
   /**
-   * How well the shared surface holds the two together in its weakest direction; null where not computed.
+   * Smallest eigenvalue of the shared surface's point-to-plane normal matrix, scaled to [0, 1]: how well the surface
+   * holds the two together in its weakest direction. NaN, in documents null, where not computed.
    */
   strength: number | null;
   /**
-   * The motion that the shared surface holds least, in words by axes of the scene; empty where not computed.
+   * The motion that the shared surface holds least; null where not computed, and in plans of older versions.
    */
-  weak_axis: string;
+  weak_motion: WeakMotion | null;
   /**
-   * The same as kind and direction; null where not computed, and in plans of older versions.
-   */
-  weak_motion: WeakMotionSection | null;
-  /**
-   * Between scanned stations, which need no margin for setting up: it counts, though below what is required.
+   * It counts below what is required: both stations are scanned and need no margin for setting up.
    */
   as_set_up: boolean;
   /**
-   * That the two scans register, from `registration.pre_alignment`; null where not computed, and in plans of older
-   * versions.
+   * That the two scans register, from `registration.pre_alignment`; NaN, in documents null, where not computed.
    */
   probability: number | null;
+  /**
+   * The weak motion in words by axes of the scene; empty where not computed.
+   */
+  weak_axis: string;
 }
 /**
- * A motion; its direction is a unit vector in axes of the scene.
+ * The small motion of one scan against another that the surface they share holds least.
  */
-export interface WeakMotionSection {
+export interface WeakMotion {
   kind: 'shift' | 'turn';
   /**
+   * Unit vector in axes of the scene, along the shift or about the turn; either of its two senses.
+   *
    * @minItems 3
    * @maxItems 3
    */
@@ -236,9 +263,9 @@ export interface WeakMotionSection {
 /**
  * Where on earth the scene is by its file, unchecked; texts as the file has them, empty: not given.
  */
-export interface GeoreferenceSection {
+export interface Georeference {
   /**
-   * IFC class of the map conversion; empty: the file has none.
+   * `IfcMapConversion`, `IfcMapConversionScaled`, `IfcRigidOperation` or `ePset_MapConversion`; empty: none.
    */
   operation: string;
   /**
@@ -254,7 +281,7 @@ export interface GeoreferenceSection {
       ]
     | null;
   /**
-   * Name of the coordinate reference system.
+   * Name of the coordinate reference system, mostly `EPSG:25832`.
    */
   crs_name: string;
   /**
@@ -291,27 +318,27 @@ export interface GeoreferenceSection {
    */
   true_north: [number, number] | null;
   /**
-   * What is odd about it.
+   * What is odd about it, one line each, for the user.
    */
   warnings: string[];
 }
 /**
  * Figures by random points, each checked by itself with rays of Open3D, of all requirements together.
  */
-export interface JudgeSection {
+export interface IndependentCheck {
   n_points: number;
   engine: string;
-  covered_m2: JudgedSection;
-  achievable_m2: JudgedSection1;
-  share: JudgedSection2;
-  links: JudgedLinkSection[];
+  covered_m2: CheckedFigure;
+  achievable_m2: CheckedFigure1;
+  share: CheckedFigure2;
+  links: CheckedLink[];
 }
 /**
- * A figure of this plan beside what random points say.
+ * A figure of a plan beside what random points say.
  */
-export interface JudgedSection {
+export interface CheckedFigure1 {
   /**
-   * Of this plan.
+   * Of the plan.
    */
   told: number;
   /**
@@ -324,11 +351,11 @@ export interface JudgedSection {
   error: number;
 }
 /**
- * A figure of this plan beside what random points say.
+ * A figure of a plan beside what random points say.
  */
-export interface JudgedSection1 {
+export interface CheckedFigure2 {
   /**
-   * Of this plan.
+   * Of the plan.
    */
   told: number;
   /**
@@ -339,40 +366,21 @@ export interface JudgedSection1 {
    * One standard error of it.
    */
   error: number;
-}
-/**
- * A figure of this plan beside what random points say.
- */
-export interface JudgedSection2 {
-  /**
-   * Of this plan.
-   */
-  told: number;
-  /**
-   * Of the points.
-   */
-  judged: number;
-  /**
-   * One standard error of it.
-   */
-  error: number;
-}
-/**
- * Overlap of two stations by random points.
- */
-export interface JudgedLinkSection {
-  a: string;
-  b: string;
-  overlap: JudgedSection;
 }
 /**
  * An area where nobody goes, or, with `access`, the only one on its floor where somebody does.
  */
-export interface KeepOutSection {
-  name: string;
+export interface KeepOut {
+  /**
+   * Corners (x, y) of a simple polygon, scene coordinates.
+   */
+  outline: [number, number][];
+  /**
+   * Id or name; empty: all floors.
+   */
   floor: string;
   access: boolean;
-  outline: [number, number][];
+  name: string;
 }
 /**
  * Elements that were left out of the scene.
@@ -410,48 +418,33 @@ export interface LegSection {
   points: [number, number, number][];
 }
 /**
- * Limits on how surfaces are seen; null: none.
+ * How a file is read. null: the file's own; where it has none, metres and z up.
  */
-export interface LimitsSection {
-  /**
-   * Greatest distance between neighbouring points.
-   */
-  spacing_m: number | null;
-  range_m: number | null;
-  incidence_rad: number | null;
-  /**
-   * Greatest one sigma of range noise.
-   */
-  noise_m: number | null;
-}
-/**
- * How the file was read; null: by its own entries. What it takes to read it again.
- */
-export interface LoadOptionsSection {
-  /**
-   * As the user gave it.
-   */
+export interface LoadOptions {
   metres_per_unit: number | null;
-  /**
-   * As the user gave it.
-   */
   up_axis: ('Y' | 'Z') | null;
   /**
-   * Faces of vertices that do not exist were to be dropped.
+   * Drop faces that name a vertex which does not exist, instead of refusing the file.
    */
   skip_bad_faces: boolean;
+  /**
+   * What glass does to beams.
+   */
   glass: 'pass' | 'stop' | 'return';
+  /**
+   * Which doors (`IfcDoor`) have their leaves left out.
+   */
   doors: 'shut' | 'open' | 'all' | 'outside';
   /**
-   * GlobalIds of doors that were taken to be open whatever `doors` is.
+   * GlobalIds of doors that have their leaves left out whatever `doors` is.
    */
   doors_open: string[];
   /**
-   * GlobalIds of doors that were taken to be shut whatever `doors` is.
+   * GlobalIds of doors that keep them whatever `doors` is.
    */
   doors_shut: string[];
   /**
-   * Classes, and patterns of names, whose elements were left out.
+   * Classes and patterns of names (`IfcFurnishingElement`, `name=*tree*`) whose elements are left out.
    */
   leave_out: string[];
 }
@@ -494,7 +487,7 @@ export interface NetworkSection {
   /**
    * Weakest link that some pair of stations relies on: the nearest to what is required.
    */
-  bottleneck: LinkSection | null;
+  bottleneck: Link | null;
   two_connected: boolean;
 }
 /**
@@ -578,26 +571,57 @@ export interface RoomSection {
   source_id: string;
 }
 /**
- * What is required of a part of the building besides.
+ * Requirement of one part of the building. The part is what `floors`, `classes`, `zone` and `heights_m` all name.
+ *
+ * A part that is one whole floor takes the place of the general one for that floor; any other part is required
+ * besides. A patch lies where its centroid lies.
  */
-export interface PartSection {
+export interface PartRequirement {
   name: string;
+  /**
+   * Fraction of the part's area that is achievable by `asked` and `seen_from`; 0: of the part nothing is required,
+   * also where other requirements are about it: it is an obstacle only.
+   */
   coverage: number;
-  asked: LimitsSection;
+  asked: PointLimits;
   /**
    * Stations that must each meet the limits for a surface to count.
    */
   seen_from: number;
+  /**
+   * Ids or names; empty: all planned.
+   */
   floors: string[];
+  /**
+   * Patterns (`*`, `?`) of element classes or names, such as `IfcWall*`; empty: all.
+   */
   classes: string[];
   /**
    * Corners (x, y) of a polygon in plan, scene coordinates; empty: everywhere.
    */
   zone: [number, number][];
   /**
-   * Lowest and highest z, scene coordinates.
+   * Lowest and highest z, scene coordinates; null: all.
    */
   heights: [number, number] | null;
+}
+/**
+ * Limits on how surfaces are seen; null: none. All limits are included.
+ */
+export interface PointLimits {
+  /**
+   * Greatest distance between neighbouring points, LOD.
+   */
+  spacing_m: number | null;
+  range_m: number | null;
+  /**
+   * Greatest angle between beam and surface normal.
+   */
+  incidence_rad: number | null;
+  /**
+   * Greatest one sigma of range noise, LOA.
+   */
+  noise_m: number | null;
 }
 /**
  * A surface marked as ground, or unmarked: the coplanar region around a point.
@@ -639,16 +663,106 @@ export interface PieceSection {
   patch: number;
 }
 /**
+ * Everything else that decided the plan, and the size of the problem.
+ */
+export interface PlannedParameters {
+  objective: 'fewest' | 'coverage' | 'time';
+  grid_step_m: number;
+  instrument_heights_m: number[];
+  height_step_m: number;
+  clearance_m: number;
+  ground_ring_radius_m: number;
+  n_ground_ring_rays: number;
+  max_patch_area_m2: number;
+  /**
+   * What visibility was computed by: every beam, or samples of every patch.
+   */
+  scan_mode: 'beams' | 'patches';
+  /**
+   * Doorways, room centres and landings were candidates besides the grid.
+   */
+  special_places: boolean;
+  /**
+   * Better places off the grid were searched for.
+   */
+  refine: boolean;
+  max_stations: number | null;
+  seconds_per_scan: number | null;
+  set_up_s: number;
+  /**
+   * Links hold wherever within this of its mark, and half of it in height, each station is set up.
+   */
+  set_up_tolerance_m: number;
+  walking_m_per_s: number;
+  n_candidates: number;
+  n_patches: number;
+}
+/**
+ * What was required, and what became of it.
+ */
+export interface PlannedRequirements {
+  coverage: number;
+  overlap: number;
+  overlap_measure: 'smaller-share' | 'jaccard';
+  overlap_of: 'all-seen' | 'seen-as-required';
+  floors: string[];
+  asked: PointLimits;
+  /**
+   * Stations that must each meet the limits for a surface to count.
+   */
+  seen_from: number;
+  reflectivity: number;
+  /**
+   * How links that count must connect the stations, as far as candidates can be linked at all.
+   */
+  network: 'connected' | 'redundant' | 'none' | 'joined' | 'loops';
+  /**
+   * Least strength of a link that counts.
+   */
+  min_strength: number;
+  /**
+   * Least probability with which the scans of a link that counts register; 0: not required.
+   */
+  min_probability: number;
+  pre_alignment: ('tracked' | 'manual' | 'level' | 'none') | null;
+  scope: 'auto' | 'interior' | 'exterior' | 'all';
+  deliverable: string | null;
+  parts: PartRequirement[];
+  /**
+   * Of floors, overall, of parts.
+   */
+  results: ResultSection[];
+}
+/**
+ * What became of one thing that was required: of a floor, overall, of a part.
+ */
+export interface ResultSection {
+  name: string;
+  required: number;
+  /**
+   * Stations that must each meet the limits for a surface to count.
+   */
+  seen_from: number;
+  asked: PointLimits;
+  achievable_area_m2: number;
+  covered_area_m2: number;
+  total_area_m2: number;
+  fraction_of_achievable: number;
+  met: boolean;
+}
+/**
  * A station, or a forbidden position, given before planning.
  */
-export interface PriorSection {
+export interface PriorStation {
   id: string;
-  role: 'scanned' | 'locked' | 'kept' | 'begun' | 'forbidden';
   /**
+   * The sensor's origin.
+   *
    * @minItems 3
    * @maxItems 3
    */
   position: [number, number, number];
+  role: 'scanned' | 'locked' | 'kept' | 'begun' | 'forbidden';
   floor: string;
   instrument_height_m: number | null;
   /**
@@ -680,7 +794,7 @@ export interface RegistrationSection {
    * Links that count join all stations.
    */
   connected: boolean;
-  links: LinkSection[];
+  links: Link[];
   /**
    * Largest first.
    */
@@ -709,86 +823,6 @@ export interface Repairs {
    * What loading wants the user to know.
    */
   warnings: string[];
-}
-/**
- * What was required, and what became of it.
- */
-export interface RequirementsSection {
-  /**
-   * Share of the scannable area required, overall and on each floor.
-   */
-  coverage: number;
-  /**
-   * Share of seen area that makes two stations linked; 0: not required.
-   */
-  overlap: number;
-  /**
-   * What both see, as a share of what the one sees that sees more, or (jaccard) of what either sees.
-   */
-  overlap_measure: 'smaller-share' | 'jaccard';
-  /**
-   * Which surface overlap is counted on: all that a station sees, or where it meets the limits required of all.
-   */
-  overlap_of: 'all-seen' | 'seen-as-required';
-  /**
-   * Ids or names of the floors that were planned; empty: all.
-   */
-  floors: string[];
-  asked: LimitsSection;
-  /**
-   * Stations that must each meet the limits for a surface to count.
-   */
-  seen_from: number;
-  /**
-   * Of the surfaces, for range noise.
-   */
-  reflectivity: number;
-  /**
-   * How links must connect the stations, as far as candidates can be linked at all.
-   */
-  network: 'connected' | 'redundant' | 'none' | 'joined' | 'loops';
-  /**
-   * Least strength of a link that counts.
-   */
-  min_strength: number;
-  /**
-   * Least probability with which the scans of a link that counts register; 0: not required.
-   */
-  min_probability: number;
-  /**
-   * Where registration starts; null: as the scanner has it.
-   */
-  pre_alignment: ('tracked' | 'manual' | 'level' | 'none') | null;
-  /**
-   * What of the building was to count, and where stations were to stand.
-   */
-  scope: 'auto' | 'interior' | 'exterior' | 'all';
-  /**
-   * Deliverable from which limits and overlap were taken where none were given, such as survey; null: none.
-   */
-  deliverable: string | null;
-  parts: PartSection[];
-  /**
-   * Of floors, overall, of parts.
-   */
-  results: ResultSection[];
-}
-/**
- * What became of one thing that was required: of a floor, overall, of a part.
- */
-export interface ResultSection {
-  name: string;
-  required: number;
-  /**
-   * Stations that must each meet the limits for a surface to count.
-   */
-  seen_from: number;
-  asked: LimitsSection;
-  achievable_area_m2: number;
-  covered_area_m2: number;
-  total_area_m2: number;
-  fraction_of_achievable: number;
-  met: boolean;
 }
 /**
  * The route through the stations.
@@ -832,12 +866,14 @@ export interface RouteSection {
   legs: LegSection[];
 }
 /**
- * The scanner's specification in full.
+ * A scanner's specification, in the instrument's own frame. Channels are the rows of a scan, azimuths its columns.
+ *
+ * Figures that are null are not known.
  */
-export interface ScannerSection {
+export interface Scanner {
   name: string;
   /**
-   * Which of its resolutions; empty: it has one.
+   * Which of its resolutions this is: a mode's id, or a point spacing at 10 m such as `6mm`; empty: it has one.
    */
   mode: string;
   title: string;
@@ -848,17 +884,17 @@ export interface ScannerSection {
   range_min_m: number;
   range_max_m: number;
   n_azimuths: number;
-  n_channels: number;
   /**
-   * One angle per channel, up from the horizontal, highest first.
+   * One angle a channel, up from the horizontal, highest first.
    */
   elevation_rad: number[];
   /**
-   * First and last azimuth of a sector, counter-clockwise from +x; empty: a full turn from 0.
+   * First and last of `n_azimuths` even azimuths of a sector, both included, counter-clockwise from +x; empty: a full
+   * turn from 0.
    */
   azimuth_range_rad: number[];
   /**
-   * One angle per channel, added to its azimuths; empty: none.
+   * One angle a channel, added to its azimuths; empty: none.
    */
   azimuth_offset_rad: number[];
   /**
@@ -872,28 +908,31 @@ export interface ScannerSection {
    */
   instrument_height_usual_m: number | null;
   /**
-   * Of a whole scan in this mode; null, as of all that follows: not known.
+   * Of a whole scan in this mode.
    */
   seconds_per_scan: number | null;
   /**
-   * Rows of range in metres, reflectivity, one sigma in metres; empty: not known.
+   * Rows (range in metres, reflectivity in 0..1, one sigma in metres), by reflectivity, then range.
    */
   range_noise: [number, number, number][];
   /**
-   * [a, b]: a range r is accurate to a + b r metres.
+   * (a, b): a range r is accurate to a + b r metres, as the maker states it.
    */
   ranging_accuracy: [number, number] | null;
+  /**
+   * Of either angle, as the maker states it.
+   */
   angular_accuracy_rad: number | null;
   /**
-   * Full angle.
+   * Full angle, by the definition of a beam's width that `beam_width_at` names.
    */
   beam_divergence_rad: number | null;
   /**
-   * At the exit.
+   * At the exit, by the same definition.
    */
   beam_diameter_m: number | null;
   /**
-   * What both are measured at: 1/e, 1/e2, FWHM; empty: not given.
+   * `1/e`, `1/e2`, `FWHM`, or empty: not given.
    */
   beam_width_at: string;
   wavelength_m: number | null;
@@ -902,6 +941,10 @@ export interface ScannerSection {
    * How well a scan's pose is known before it is registered.
    */
   pre_alignment: 'tracked' | 'manual' | 'level' | 'none';
+  /**
+   * Number of rows of a scan.
+   */
+  n_channels: number;
 }
 /**
  * A file of a scene of several, as it was read.
@@ -923,7 +966,7 @@ export interface SceneFileSection {
   units: string;
   metres_per_unit: number;
   up_axis: 'Y' | 'Z';
-  load_options: LoadOptionsSection;
+  load_options: LoadOptions;
 }
 /**
  * The scene as it was read.
@@ -960,7 +1003,7 @@ export interface SceneSection {
    * stations may stand outdoors.
    */
   doors: 'shut' | 'open' | 'all' | 'outside';
-  load_options: LoadOptionsSection | null;
+  load_options: LoadOptions | null;
   /**
    * The files after the first, where the scene is several; entries above of a file are of the first.
    */
@@ -979,7 +1022,7 @@ export interface SceneSection {
   /**
    * Where on earth the scene is by its file, unchecked; null: not stated.
    */
-  georeference: GeoreferenceSection | null;
+  georeference: Georeference | null;
   n_elements: number;
   n_triangles: number;
   /**
@@ -1038,62 +1081,33 @@ export interface SealedSection {
   rectangles: [[number, number], [number, number]][];
 }
 /**
- * Everything else that decided the plan, and the size of the problem.
- */
-export interface SettingsSection {
-  /**
-   * What the plan is best in.
-   */
-  objective: 'fewest' | 'coverage' | 'time';
-  grid_step_m: number;
-  /**
-   * Heights that were given; empty: the scanner's range in steps of height_step_m.
-   */
-  instrument_heights_m: number[];
-  height_step_m: number;
-  clearance_m: number;
-  ground_ring_radius_m: number;
-  n_ground_ring_rays: number;
-  max_patch_area_m2: number;
-  /**
-   * What visibility was computed by: every beam, or samples of every patch.
-   */
-  scan_mode: 'beams' | 'patches';
-  /**
-   * Doorways, room centres and landings were candidates besides the grid.
-   */
-  special_places: boolean;
-  refine: boolean;
-  max_stations: number | null;
-  /**
-   * As given; null: by the scanner's mode.
-   */
-  seconds_per_scan: number | null;
-  set_up_s: number;
-  /**
-   * Links hold wherever within this of its mark, and half of it in height, each station is set up.
-   */
-  set_up_tolerance_m: number;
-  walking_m_per_s: number;
-  n_candidates: number;
-  n_patches: number;
-}
-/**
  * Where the crew may go, and stations given before planning.
  */
-export interface SiteSection {
+export interface Site {
+  /**
+   * Places on the ground; empty: each floor's largest spaces have one.
+   */
   entrances: [number, number, number][];
-  keep_out: KeepOutSection[];
-  settled: PriorSection[];
+  keep_out: KeepOut[];
+  settled: PriorStation[];
+  /**
+   * Of who carries the scanner; null, as of the next two: of a person.
+   */
   mover_radius_m: number | null;
   step_m: number | null;
   mover_height_m: number | null;
   opens_doors: boolean;
+  /**
+   * Where the route of the day begins; null: at the first entrance, else where it is shortest.
+   */
   start: [number, number, number] | null;
   end: [number, number, number] | null;
+  /**
+   * The route ends where it began.
+   */
   returns: boolean;
   /**
-   * In the order they were made.
+   * In the order they were made: a later one has the last word.
    */
   ground_picks: PickSection[];
 }
@@ -1287,8 +1301,8 @@ export interface PlanDocument {
    * null for scenes from memory.
    */
   source: SourceSection | null;
-  scanner: ScannerSection;
-  requirements: RequirementsSection;
+  scanner: Scanner;
+  requirements: PlannedRequirements;
   method: string;
   /**
    * Options of the method that the user set, by name.
@@ -1297,8 +1311,8 @@ export interface PlanDocument {
     [k: string]: string;
   };
   seed: number;
-  settings: SettingsSection;
-  site: SiteSection;
+  settings: PlannedParameters;
+  site: Site;
   /**
    * Lowest first.
    */
@@ -1335,7 +1349,7 @@ export interface PlanDocument {
   /**
    * null where not required, and in plans of older versions.
    */
-  judge: JudgeSection | null;
+  judge: IndependentCheck | null;
   /**
    * One line each, for the user.
    */
