@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.as_scanned.station_lists import ListedStation
 from planner_core.errors import RequirementError, StationListError
 from planner_core.model import FloatArray, SiteFrame
 from planner_core.plan_folder.plan_source import FieldStation
+from planner_core.plan_folder.stations_csv import GivenStation
 
 #: A crew sets up at most about so far from the planned place.
 WITHIN_M = 2.0
@@ -37,7 +37,7 @@ class Match:
     """
 
     planned: FieldStation | None
-    actual: ListedStation | None
+    actual: GivenStation | None
     by: str = ""
     exchanged: bool = False
 
@@ -49,7 +49,7 @@ class Match:
 
 
 def matched(
-    planned: Sequence[FieldStation], listed: Sequence[ListedStation], *, by: str = "name", within_m: float = WITHIN_M
+    planned: Sequence[FieldStation], listed: Sequence[GivenStation], *, by: str = "name", within_m: float = WITHIN_M
 ) -> tuple[Match, ...]:
     """Match stations: planned ones in their order, then those that are additional, in theirs.
 
@@ -87,14 +87,14 @@ def matched(
 
 
 def _match(
-    station: FieldStation, listed: Sequence[ListedStation], found: tuple[int, str] | None, exchanged: bool
+    station: FieldStation, listed: Sequence[GivenStation], found: tuple[int, str] | None, exchanged: bool
 ) -> Match:
     return Match(station, None) if found is None else Match(station, listed[found[0]], found[1], exchanged)
 
 
 def _exchanged(
     planned: Sequence[FieldStation],
-    listed: Sequence[ListedStation],
+    listed: Sequence[GivenStation],
     known: dict[int, tuple[int, str]],
     within_m: float,
 ) -> dict[int, int]:
@@ -120,7 +120,7 @@ def _exchanged(
 
 def _nearest(
     planned: Sequence[FieldStation],
-    listed: Sequence[ListedStation],
+    listed: Sequence[GivenStation],
     known: dict[int, tuple[int, str]],
     within_m: float,
 ) -> list[tuple[int, int]]:
@@ -139,13 +139,13 @@ def _nearest(
     return list(found.items())
 
 
-def _moved_m(planned: FieldStation, actual: ListedStation) -> FloatArray:
+def _moved_m(planned: FieldStation, actual: GivenStation) -> FloatArray:
     was_m = planned.ground_m if actual.is_ground else planned.position_m
     return np.asarray(actual.position_m - was_m)
 
 
 def check_heights(
-    planned: Sequence[FieldStation], listed: Sequence[ListedStation], *, by: str = "name", within_m: float = WITHIN_M
+    planned: Sequence[FieldStation], listed: Sequence[GivenStation], *, by: str = "name", within_m: float = WITHIN_M
 ) -> None:
     """Refuse lists of sensors that are ground points: all figures would be of a scanner that lies on the floor.
 

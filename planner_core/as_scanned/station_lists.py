@@ -1,6 +1,6 @@
 """Station lists from the field, read as they come and brought to the scene frame: CSV, E57 poses, plan folders.
 
-Output `ListedStation`s, metres. In which coordinates a list is, it does not say itself: the one that lies at the plan.
+Output `GivenStation`s, metres. In which coordinates a list is, it does not say itself: the one that lies at the plan.
 Of one that is not at the plan, or only seems to be, a line for the user names what would bring it there: columns
 exchanged, another unit, a shift that all have, or the plan's shape turned and shifted. No list is moved.
 """
@@ -51,21 +51,6 @@ _SCALES = ((0.001, "millimetres"), (0.01, "centimetres"), (0.3048, "feet"), (120
 _SWAPPED = "easting and northing may be swapped; name the columns, or give --columns"
 
 
-@dataclass(frozen=True, eq=False)
-class ListedStation:
-    """position_m : (3,) float64, the sensor; or, where `is_ground`, the point on the ground below it.
-
-    is_identity : of a scan whose pose is the identity, which is what programs write that have none.
-    """
-
-    id: str
-    position_m: FloatArray
-    instrument_height_m: float | None
-    floor: str | None
-    is_ground: bool = False
-    is_identity: bool = False
-
-
 @dataclass(frozen=True)
 class ActualList:
     """stations : in the scene frame, in the order of the files. coordinates : which they came in, `scene` or `site`.
@@ -73,7 +58,7 @@ class ActualList:
     doubts : what may be wrong with a list that is at the plan, one line each.
     """
 
-    stations: tuple[ListedStation, ...]
+    stations: tuple[GivenStation, ...]
     coordinates: str
     doubts: tuple[str, ...] = ()
 
@@ -129,11 +114,11 @@ def read_actual(
     return _at_plan(lists, plan, coordinates, within_m)
 
 
-def _read_all(paths: Sequence[Path], heights: str, columns: str, unit: LengthUnit) -> list[ListedStation]:
+def _read_all(paths: Sequence[Path], heights: str, columns: str, unit: LengthUnit) -> list[GivenStation]:
     return [station for path in paths for station in _read(path, heights, columns, unit)]
 
 
-def _read(path: Path, heights: str, columns: str, unit: LengthUnit) -> tuple[ListedStation, ...]:
+def _read(path: Path, heights: str, columns: str, unit: LengthUnit) -> tuple[GivenStation, ...]:
     if path.suffix.lower() == ".e57":
         return _poses([path])
     is_list = path.is_dir() or path.suffix.lower() == ".json"
@@ -150,11 +135,11 @@ def _read(path: Path, heights: str, columns: str, unit: LengthUnit) -> tuple[Lis
     return tuple(_listed(each, z_is_ground=z_is_ground) for each in given)
 
 
-def _poses(files: Sequence[Path]) -> tuple[ListedStation, ...]:
-    return tuple(ListedStation(name, at_m, None, None, is_identity=lost) for name, at_m, lost in e57_poses(files))
+def _poses(files: Sequence[Path]) -> tuple[GivenStation, ...]:
+    return tuple(GivenStation(name, at_m, None, None, is_identity=lost) for name, at_m, lost in e57_poses(files))
 
 
-def _check_apart(listed: Sequence[ListedStation]) -> None:
+def _check_apart(listed: Sequence[GivenStation]) -> None:
     """Refuse lists of stations that all stand at one place, as poses do that were lost or are in the points."""
     if all(each.is_identity for each in listed):
         raise StationListError(
@@ -171,7 +156,7 @@ def _check_apart(listed: Sequence[ListedStation]) -> None:
 
 
 def _check_identities(
-    listed: Sequence[ListedStation], at_m: FloatArray, stations: Sequence[FieldStation], within_m: float
+    listed: Sequence[GivenStation], at_m: FloatArray, stations: Sequence[FieldStation], within_m: float
 ) -> None:
     """Refuse scans without pose among others with one, unless a station was planned at the origin.
 
@@ -188,9 +173,9 @@ def _check_identities(
         )
 
 
-def _listed(given: GivenStation, *, z_is_ground: bool) -> ListedStation:
+def _listed(given: GivenStation, *, z_is_ground: bool) -> GivenStation:
     on_ground = z_is_ground and given.instrument_height_m is None
-    return ListedStation(given.id, given.position_m, given.instrument_height_m, given.floor, on_ground)
+    return replace(given, is_ground=on_ground)
 
 
 def _header(columns: str) -> list[str]:
@@ -212,7 +197,7 @@ def _without_remarks(path: Path) -> str:
 
 # ---------------------------------------------------------------------------------------------- coordinates
 def _at_plan(
-    lists: Mapping[str, Sequence[ListedStation]], plan: PlanSource, coordinates: str, within_m: float
+    lists: Mapping[str, Sequence[GivenStation]], plan: PlanSource, coordinates: str, within_m: float
 ) -> ActualList:
     """Choose the reading at the plan. lists : metres, as read in scene and in site coordinates."""
     if plan.frame.is_scene and coordinates == "site":
@@ -241,7 +226,7 @@ def _at_plan(
 
 
 def _guess(
-    lists: Mapping[str, Sequence[ListedStation]], readings: Sequence[str], plan: PlanSource, within_m: float
+    lists: Mapping[str, Sequence[GivenStation]], readings: Sequence[str], plan: PlanSource, within_m: float
 ) -> str:
     """Say what may be wrong; first whether a list of site coordinates is in another unit than it was read in."""
     unit = plan.frame.unit
@@ -276,9 +261,7 @@ def _is_near(at_m: FloatArray, stations: Sequence[FieldStation]) -> bool:
     return bool(((at_m >= low) & (at_m <= high)).all(axis=1).any())
 
 
-def _guess_in_metres(
-    listed: Sequence[ListedStation], readings: Sequence[str], plan: PlanSource, within_m: float
-) -> str:
+def _guess_in_metres(listed: Sequence[GivenStation], readings: Sequence[str], plan: PlanSource, within_m: float) -> str:
     """Return what may be wrong with a list that is elsewhere, by what would bring it to the plan."""
     as_listed = np.array([each.position_m for each in listed])
     swapped = {name: _in_scene(as_listed[:, [1, 0, 2]], name, plan) for name in readings}
@@ -303,7 +286,7 @@ def _in_scene(values: FloatArray, coordinates: str, plan: PlanSource) -> FloatAr
     return plan.frame.to_scene(values) if coordinates == "site" else values
 
 
-def _shift(listed: Sequence[ListedStation], readings: Sequence[str], plan: PlanSource) -> str:
+def _shift(listed: Sequence[GivenStation], readings: Sequence[str], plan: PlanSource) -> str:
     """Return what to do about a shift that all stations have; empty where they have none in common."""
     known = {station.id.casefold(): station for station in plan.stations}
     pairs = [(each, known[each.id.casefold()]) for each in listed if each.id.casefold() in known]
@@ -342,7 +325,7 @@ def _place(station: FieldStation, coordinates: str, of_ground: bool) -> FloatArr
 
 
 # ---------------------------------------------------------------------------------------------- by shape
-def _shape(listed: Sequence[ListedStation], readings: Sequence[str], plan: PlanSource) -> str:
+def _shape(listed: Sequence[GivenStation], readings: Sequence[str], plan: PlanSource) -> str:
     """Return what to do about a list whose names match nothing, by its shape; empty where that is not the plan's."""
     as_listed = np.array([each.position_m for each in listed])
     doubtful = ""
@@ -380,13 +363,13 @@ def _variants(as_listed: FloatArray, planned_m: FloatArray) -> list[tuple[str, F
     return found
 
 
-def _planned_m(listed: Sequence[ListedStation], coordinates: str, plan: PlanSource) -> FloatArray:
+def _planned_m(listed: Sequence[GivenStation], coordinates: str, plan: PlanSource) -> FloatArray:
     """(M, 3) where the plan has stations, or the ground below them where the list has that."""
     of_ground = all(each.is_ground for each in listed)
     return np.array([_place(station, coordinates, of_ground) for station in plan.stations])
 
 
-def _agreeing(fit: ShapeFit, listed: Sequence[ListedStation]) -> str:
+def _agreeing(fit: ShapeFit, listed: Sequence[GivenStation]) -> str:
     return f"{len(fit.pairs)} of {len(listed)} (to {fit.rms_m:.2f} m)"
 
 
@@ -394,7 +377,7 @@ def _degrees(fit: ShapeFit) -> str:
     return f"{math.degrees(fit.turn_rad) + 0.0:.4f}"
 
 
-def _names_words(fit: ShapeFit, listed: Sequence[ListedStation], plan: PlanSource) -> str:
+def _names_words(fit: ShapeFit, listed: Sequence[GivenStation], plan: PlanSource) -> str:
     """Say so where names that the plan has, too, are those of other stations."""
     planned = [station.id.casefold() for station in plan.stations]
     others = [listed[i].id.casefold() for i, k in fit.pairs.tolist() if listed[i].id.casefold() != planned[k]]
@@ -406,7 +389,7 @@ def _names_words(fit: ShapeFit, listed: Sequence[ListedStation], plan: PlanSourc
 
 
 def _shape_doubts(
-    listed: Sequence[ListedStation], at_m: FloatArray, coordinates: str, plan: PlanSource, within_m: float
+    listed: Sequence[GivenStation], at_m: FloatArray, coordinates: str, plan: PlanSource, within_m: float
 ) -> tuple[str, ...]:
     """Return a line where a list (N, 3), read in the scene frame, is at the plan but fits it elsewhere only.
 
@@ -442,7 +425,7 @@ def _shape_doubts(
 
 # ---------------------------------------------------------------------------------------------- at the plan
 def _swap_doubts(
-    listed: Sequence[ListedStation], at_m: FloatArray, coordinates: str, plan: PlanSource, within_m: float
+    listed: Sequence[GivenStation], at_m: FloatArray, coordinates: str, plan: PlanSource, within_m: float
 ) -> tuple[str, ...]:
     """Return a line where a list at the plan fits it with its first two columns exchanged, and does not as it is."""
     as_listed = np.array([each.position_m for each in listed])
@@ -464,7 +447,7 @@ def _swap_doubts(
     )
 
 
-def _fits(listed: Sequence[ListedStation], at_m: FloatArray, plan: PlanSource, within_m: float) -> bool:
+def _fits(listed: Sequence[GivenStation], at_m: FloatArray, plan: PlanSource, within_m: float) -> bool:
     """Whether most stations, (N, 3) in the scene frame, are at planned ones."""
     return _are_most(*_at_stations(listed, at_m, plan.stations, within_m), len(listed))
 
@@ -476,7 +459,7 @@ def _are_most(by_name: int, by_place: int, n_listed: int, *, by_name_only: bool 
 
 
 def _at_stations(
-    listed: Sequence[ListedStation], at_m: FloatArray, stations: Sequence[FieldStation], within_m: float
+    listed: Sequence[GivenStation], at_m: FloatArray, stations: Sequence[FieldStation], within_m: float
 ) -> tuple[int, int]:
     """Count stations at the planned one of their name; and at any, each of which counts once."""
     away_m = np.array([_distances_m(at_m, station) for station in stations])

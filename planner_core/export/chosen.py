@@ -11,13 +11,14 @@ import numpy as np
 from planner_core.errors import ExportError, RequirementError
 from planner_core.export.options import Options
 from planner_core.model import FloatArray
-from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
+from planner_core.plan_folder.plan_model.results import FloorSection
+from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 
 #: Stations that a message names; of more it gives the number.
 _MAX_NAMED = 5
 
 
-def chosen_floors(plan: PlanSource, options: Options) -> tuple[FieldFloor, ...]:
+def chosen_floors(plan: PlanSource, options: Options) -> tuple[FloorSection, ...]:
     """Return the floors that `options.floors` names by id or name, upper and lower case alike; all where it is empty.
 
     Raises

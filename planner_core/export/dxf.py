@@ -37,7 +37,8 @@ from planner_core.export.sheets.unseen import unseen_surface
 from planner_core.model import FloatArray
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.marks import STRONG_TIMES
-from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
+from planner_core.plan_folder.plan_model.results import FloorSection
+from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.progress import Progress, ProgressEvent
 
 BLOCK = "TLSPLAN-STATION"
@@ -144,14 +145,14 @@ class _Drawing:
         self._high = np.full(3, -np.inf)
         self._parts: dict[str, str] = {}
 
-    def add_layers(self, floors: tuple[FieldFloor, ...]) -> None:
+    def add_layers(self, floors: tuple[FloorSection, ...]) -> None:
         for what, description, colour, number, width in _LAYERS:
             for part, of in self._beginnings(floors):
                 if part != BETWEEN or what in _SHARED:
                     layer = DxfLayer(f"{part}-{what}", f"{of}: {description}", colour, number, width)
                     add_layer(self.document, _with_habits(layer, what))
 
-    def _beginnings(self, floors: tuple[FieldFloor, ...]) -> list[tuple[str, str]]:
+    def _beginnings(self, floors: tuple[FloorSection, ...]) -> list[tuple[str, str]]:
         """Beginnings of layers' names, each once whatever the floors' ids, and the floors' names."""
         taken = {BETWEEN}
         for number, floor in enumerate(floors):
@@ -164,7 +165,7 @@ class _Drawing:
         """Name of a floor's layer; of the shared one where the floor has none."""
         return f"{self._parts.get(floor_id, BETWEEN)}-{what}"
 
-    def layers_of_others(self, floor: FieldFloor) -> list[str]:
+    def layers_of_others(self, floor: FloorSection) -> list[str]:
         """Layers of all other floors."""
         others = {f"{part}-" for floor_id, part in self._parts.items() if floor_id != floor.id}
         names = (layer.dxf.name for layer in self.document.layers)
@@ -208,7 +209,7 @@ def _with_habits(layer: DxfLayer, what: str) -> DxfLayer:
 
 
 # -------------------------------------------------------------------------------------------- the building
-def _draw_building(drawing: _Drawing, building: Building, floor: FieldFloor, options: Options) -> None:
+def _draw_building(drawing: _Drawing, building: Building, floor: FloorSection, options: Options) -> None:
     scene = building.scene
     number = next(i for i, each in enumerate(drawing.plan.floors) if each.id == floor.id)
     local = building.local_floor(drawing.plan, floor)
@@ -236,12 +237,12 @@ def _draw_building(drawing: _Drawing, building: Building, floor: FieldFloor, opt
         drawn.dxf.const_width = drawing.unit.of(_STRIP_WIDTH_M)
 
 
-def _above(plan: PlanSource, floor: FieldFloor, offset_m: FloatArray) -> tuple[float, ...]:
+def _above(plan: PlanSource, floor: FloorSection, offset_m: FloatArray) -> tuple[float, ...]:
     """Heights, local, of the grounds above a floor."""
     return tuple(each.elevation_m - float(offset_m[2]) for each in plan.floors if each.elevation_m > floor.elevation_m)
 
 
-def _hatch(drawing: _Drawing, triangles_m: FloatArray, over_m: FloatArray, floor: FieldFloor, what: str) -> None:
+def _hatch(drawing: _Drawing, triangles_m: FloatArray, over_m: FloatArray, floor: FloorSection, what: str) -> None:
     """Hatch the area that triangles (N, 3, 2) cover and those over them (M, 3, 2) leave free."""
     if not len(triangles_m):
         return
@@ -250,7 +251,7 @@ def _hatch(drawing: _Drawing, triangles_m: FloatArray, over_m: FloatArray, floor
         _add_hatch(drawing, rings, floor, what)
 
 
-def _add_hatch(drawing: _Drawing, rings: list[FloatArray], floor: FieldFloor, what: str) -> None:
+def _add_hatch(drawing: _Drawing, rings: list[FloatArray], floor: FloorSection, what: str) -> None:
     site = [drawing.at(ring, floor.elevation_m) for ring in rings]
     height = round(float(site[0][:, 2].mean()), _DECIMALS)
     hatch = drawing.space.add_hatch(
@@ -340,7 +341,7 @@ def _draw_links(drawing: _Drawing, stations: tuple[FieldStation, ...]) -> None:
         say(drawn, a=link.a, b=link.b, overlap=str(overlap), strength=strength, probability=registers)
 
 
-def _draw_route(drawing: _Drawing, floors: tuple[FieldFloor, ...]) -> None:
+def _draw_route(drawing: _Drawing, floors: tuple[FloorSection, ...]) -> None:
     """Draw the legs of the walk in space; those over several floors on the shared layer."""
     wanted = {floor.id for floor in floors}
     for way in ways_of(drawing.plan):

@@ -1,4 +1,4 @@
-"""DXF drawings: a sheet a floor, to scale, of this floor's layers only. PlanSource, FieldFloor -> paper space."""
+"""DXF drawings: a sheet a floor, to scale, of this floor's layers only. PlanSource, FloorSection -> paper space."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from planner_core.export.dxf_document import STYLE, DxfLayer, add_layer, layer_p
 from planner_core.export.sheets.paper import PAPERS, drawing_scales, scale_name
 from planner_core.model import METRE, FloatArray, LengthUnit
 from planner_core.plan_folder import palette
-from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
+from planner_core.plan_folder.plan_model.results import FloorSection
+from planner_core.plan_folder.plan_source import PlanSource
 
 TITLE_LAYER = "SHEET-TITLE"
 _MARGIN_MM = 10.0
@@ -20,7 +21,7 @@ _TITLE_MM = 20.0
 _AROUND_M = 1.0
 
 
-def add_sheet(document: Any, plan: PlanSource, floor: FieldFloor, *, paper: str, hidden: list[str]) -> None:
+def add_sheet(document: Any, plan: PlanSource, floor: FloorSection, *, paper: str, hidden: list[str]) -> None:
     """Add a layout with one viewport to a document. paper : of `PAPERS`. hidden : layers that it does not show."""
     height_mm, width_mm = PAPERS[paper]
     add_layer(document, DxfLayer(TITLE_LAYER, "titles of sheets", palette.INK, 7))
@@ -60,7 +61,7 @@ def scale_for(size_m: FloatArray, view_mm: FloatArray, unit: LengthUnit = METRE)
     return next((scale for scale in scales if (size_m * 1000 / scale <= view_mm).all()), scales[-1])
 
 
-def _layout(document: Any, floor: FieldFloor) -> Any:
+def _layout(document: Any, floor: FloorSection) -> Any:
     """Make the floor's layout; the first takes the place of the empty one that every document has."""
     name = f"{layer_part(floor.id)} {floor.name}".translate(str.maketrans("<>/\\\":;?*|=`,'", "_" * 14))[:80]
     if "Layout1" in document.layouts:
@@ -70,7 +71,7 @@ def _layout(document: Any, floor: FieldFloor) -> Any:
     return document.layouts.new(name if name.casefold() not in taken else f"{name} ({len(taken)})")
 
 
-def _window_m(plan: PlanSource, floor: FieldFloor) -> tuple[FloatArray, FloatArray]:
+def _window_m(plan: PlanSource, floor: FloorSection) -> tuple[FloatArray, FloatArray]:
     """Lowest and highest E, N of the floor's ground and stations, and a little around."""
     (x0, y0), (x1, y1) = floor.bounds
     z = floor.elevation_m

@@ -115,7 +115,7 @@ def _walls(plan: PlanSource) -> tuple[list[list[list[float]]], tuple[str, ...]]:
                     elevation_m=floor.elevation_m - float(offset_m[2]),
                     ground_area_m2=0.0,
                     ground_triangles=np.zeros(0, dtype=np.int32),
-                    bounds_m=floor.bounds - offset_m[:2],
+                    bounds_m=np.array(floor.bounds) - offset_m[:2],
                     origin="slab",
                 ),
             )

@@ -16,7 +16,8 @@ from planner_core.export.polylines import doubled_area_m2
 from planner_core.export.section import SectionLine, floor_outline
 from planner_core.export.sheets.building import Building, read_building
 from planner_core.model import FloatArray, Floor, Scene
-from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
+from planner_core.plan_folder.plan_model.results import FloorSection
+from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.scene.inside import ROOM_WIDTH_M, encloses_room
 
 #: Rings around less are seams between slabs that do not quite meet.
@@ -42,7 +43,7 @@ class FloorOutline:
         return sum(doubled_area_m2(ring) for rings in self.polygons for ring in rings) / 2
 
 
-def outlines_of(plan: PlanSource, floors: Sequence[FieldFloor]) -> tuple[dict[str, FloorOutline], tuple[str, ...]]:
+def outlines_of(plan: PlanSource, floors: Sequence[FloorSection]) -> tuple[dict[str, FloorOutline], tuple[str, ...]]:
     """Return the outline of each floor by its id, and remarks, one line each.
 
     Raises
@@ -57,12 +58,12 @@ def outlines_of(plan: PlanSource, floors: Sequence[FieldFloor]) -> tuple[dict[st
     return {floor.id: _of_ground(building, plan, floor) for floor in floors}, ()
 
 
-def _rectangle(floor: FieldFloor) -> FloorOutline:
-    (x0, y0), (x1, y1) = floor.bounds.tolist()
+def _rectangle(floor: FloorSection) -> FloorOutline:
+    (x0, y0), (x1, y1) = floor.bounds
     return FloorOutline(((np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]),),), BOUNDS)
 
 
-def _of_ground(building: Building, plan: PlanSource, floor: FieldFloor) -> FloorOutline:
+def _of_ground(building: Building, plan: PlanSource, floor: FloorSection) -> FloorOutline:
     local = building.local_floor(plan, floor)
     rings = [line.points_m for line in floor_outline(building.scene, local) if line.closed]
     rings = [ring for ring in rings if doubled_area_m2(ring) / 2 > _LEAST_AREA_M2]

@@ -30,7 +30,8 @@ from planner_core.export.floor_outlines import FloorOutline, outlines_of
 from planner_core.export.geographic import geographic_of
 from planner_core.export.options import Options
 from planner_core.model import FloatArray, SiteFrame
-from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
+from planner_core.plan_folder.plan_model.results import FloorSection
+from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.progress import Progress
 
 #: From (N, 3) site coordinates to a list of GeoJSON positions.
@@ -113,7 +114,9 @@ def _features(
         yield feature("Point", positions(_ground_in_plan(station))[0], _station_properties(plan, station))
 
 
-def _floor_feature(plan: PlanSource, floor: FieldFloor, positions: Positions, outline: FloorOutline) -> dict[str, Any]:
+def _floor_feature(
+    plan: PlanSource, floor: FloorSection, positions: Positions, outline: FloorOutline
+) -> dict[str, Any]:
     """Return a floor's ground: outer rings counter-clockwise, openings clockwise, closed, as RFC 7946 wants them."""
     polygons = [
         [

@@ -33,7 +33,8 @@ from planner_core.export.floor_outlines import GROUND, outlines_of
 from planner_core.export.geographic import DECIMALS, Geographic, geographic_of
 from planner_core.export.options import Options
 from planner_core.model import FloatArray
-from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
+from planner_core.plan_folder.plan_model.results import FloorSection
+from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.progress import Progress
 
 NAMESPACE = "http://www.opengis.net/kml/2.2"
@@ -193,7 +194,7 @@ def _add_links(
 
 
 def _add_floors(
-    document: ElementTree.Element, plan: PlanSource, floors: Sequence[FieldFloor], places: _Places
+    document: ElementTree.Element, plan: PlanSource, floors: Sequence[FloorSection], places: _Places
 ) -> tuple[str, ...]:
     folder = _folder(document, "floors")
     outlines, remarks = outlines_of(plan, floors)

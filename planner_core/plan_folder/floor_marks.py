@@ -29,7 +29,8 @@ from planner_core.plan_folder.drawing.marks import (
     rise_words,
     zone_words,
 )
-from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource, limits_of, link_of
+from planner_core.plan_folder.plan_model.results import FloorSection
+from planner_core.plan_folder.plan_source import FieldStation, PlanSource, limits_of, link_of
 from planner_core.plan_folder.plan_words import area_words, length_words
 
 Ground = Callable[[int], FloatArray]
@@ -94,7 +95,7 @@ class Mark:
     words: str
 
 
-def ways_on(plan: PlanSource, floor: FieldFloor, ground: Ground | None = None) -> list[FloorSegment]:
+def ways_on(plan: PlanSource, floor: FloorSection, ground: Ground | None = None) -> list[FloorSegment]:
     """Stretches of the route on a floor, in the order of the route.
 
     ground : gives where the upper floor's ground begins; without it a way changes floors at one of its corners.
@@ -220,7 +221,7 @@ def _stairs(plan: PlanSource, sense: str, station: str | None, floor: int) -> st
     return f"{sense} {number}{plan.floors[floor].name}"
 
 
-def breaks_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
+def breaks_on(plan: PlanSource, floor: FloorSection) -> list[Mark]:
     """Return stations that no path inside leads from, and the next of the route."""
     route = plan.document.get("route")
     at = {station.id: station for station in plan.stations}
@@ -235,7 +236,7 @@ def breaks_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
     return marks
 
 
-def ends_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
+def ends_on(plan: PlanSource, floor: FloorSection) -> list[Mark]:
     """Return where the route begins and ends, where these are places of their own, and further entrances."""
     route = plan.document.get("route") or {"start": None, "end": None, "returns": False}
     places = [(route["start"], "start and end" if route["returns"] else "start")]
@@ -247,7 +248,7 @@ def ends_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
     return [Mark(at_m[:2], words) for at_m, words in marks if _is_on(plan, floor, float(at_m[2]))]
 
 
-def targets_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
+def targets_on(plan: PlanSource, floor: FloorSection) -> list[Mark]:
     """Return places for targets between stations that do not register, with their heights above the floor."""
     number = {station.id: station.number for station in plan.stations}
     marks = []
@@ -274,7 +275,7 @@ def _gaps_to_close(registration: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     return closed
 
 
-def sealed_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
+def sealed_on(plan: PlanSource, floor: FloorSection) -> list[Mark]:
     """Return rooms of a floor that nobody can walk into."""
     return [
         Mark(
@@ -286,7 +287,7 @@ def sealed_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
     ]
 
 
-def zones_on(plan: PlanSource, floor: FieldFloor) -> list[DrawnZone]:
+def zones_on(plan: PlanSource, floor: FloorSection) -> list[DrawnZone]:
     """Return keep-outs, access areas and forbidden positions of a floor, scene frame."""
     site = plan.document.get("site", {})
     names = ("", floor.id.casefold(), floor.name.casefold())
@@ -307,7 +308,7 @@ def zones_on(plan: PlanSource, floor: FieldFloor) -> list[DrawnZone]:
     return zones
 
 
-def _is_on(plan: PlanSource, floor: FieldFloor, height_m: float) -> bool:
+def _is_on(plan: PlanSource, floor: FloorSection, height_m: float) -> bool:
     """Whether ground of that height is nearest to this floor's."""
     nearest = min(plan.floors, key=lambda each: abs(each.elevation_m - height_m))
     return nearest.id == floor.id
@@ -323,7 +324,7 @@ def stairs_on(ways: Iterable[FloorSegment]) -> list[Mark]:
     ]
 
 
-def sealed_hatch_m(plan: PlanSource, floor: FieldFloor, step_m: float) -> list[FloatArray]:
+def sealed_hatch_m(plan: PlanSource, floor: FloorSection, step_m: float) -> list[FloatArray]:
     """(2, 2) lines that hatch the rooms of a floor that nobody can walk into, `step_m` apart."""
     family = Family(step_m, np.pi / 4)
     corners_m = [
@@ -336,7 +337,7 @@ def sealed_hatch_m(plan: PlanSource, floor: FieldFloor, step_m: float) -> list[F
 
 
 def floor_links(
-    plan: PlanSource, floor: FieldFloor
+    plan: PlanSource, floor: FloorSection
 ) -> tuple[tuple[FloatArray, FloatArray, FloatArray], dict[str, tuple[int, ...]]]:
     """Return ends (K, 2, 2) of the links among stations of a floor, by class; and of each of its stations that links to
     stations of other floors, their numbers.
@@ -380,7 +381,7 @@ def draw_zone_borders(canvas: Canvas, zones: Iterable[DrawnZone], on_paper: OnPa
 
 def draw_floor_stations(
     labels: Labels,
-    floor: FieldFloor,
+    floor: FloorSection,
     stations: Sequence[FieldStation],
     spots: FloatArray,
     *,

@@ -28,6 +28,7 @@ from planner_core.model import (
     NetworkGap,
     Optics,
     Plan,
+    ScanBy,
     Scene,
     SceneSource,
     Scope,
@@ -249,7 +250,7 @@ def _requirements(plan: Plan) -> dict[str, Any]:
 def _settings(plan: Plan) -> dict[str, Any]:
     used = {
         **fields_of(PlanParameters, plan.settings),
-        "scan_mode": plan.survey.scan_mode,
+        "scan_mode": ScanBy(plan.survey.scan_mode),
         "n_candidates": plan.n_candidates,
         "n_patches": plan.survey.patches.n_patches,
     }

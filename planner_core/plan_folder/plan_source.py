@@ -20,6 +20,7 @@ from planner_core.model import FloatArray, Link, LinkLimits, Plan, Scene, SiteFr
 from planner_core.model.scene import scene_title
 from planner_core.plan_folder.plan_json import plan_document, read_plan
 from planner_core.plan_folder.plan_model.document import PlanDocument
+from planner_core.plan_folder.plan_model.results import FloorSection, StationSection
 from planner_core.plan_folder.plan_settings import ScenePaths, find_scene, load_options_of, settings_of
 from planner_core.progress import Progress, silent
 
@@ -66,17 +67,6 @@ class FieldStation:
 
 
 @dataclass(frozen=True, eq=False)
-class FieldFloor:
-    """A floor. bounds : (2, 2) float64 of its ground, [[x_min, y_min], [x_max, y_max]], scene frame, metres."""
-
-    id: str
-    name: str
-    elevation_m: float
-    """Scene frame."""
-    bounds: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
 class PlanSource:
     """What formats are written from.
 
@@ -88,7 +78,7 @@ class PlanSource:
     document: Mapping[str, Any]
     frame: SiteFrame
     stations: tuple[FieldStation, ...]
-    floors: tuple[FieldFloor, ...]
+    floors: tuple[FloorSection, ...]
     links: tuple[Link, ...]
     title: str
     given_scene: ScenePaths = None
@@ -195,36 +185,29 @@ def open_plan(folder: Path, *, scene: ScenePaths = None, frame: FrameRequest | N
     CoordinatesError
         The coordinates given can't be used.
     """
-    document = read_plan(folder).model_dump(mode="json", by_alias=True)
-    return _source(document, folder if folder.is_dir() else folder.parent, frame or FrameRequest(), scene)
+    return _source(read_plan(folder), folder if folder.is_dir() else folder.parent, frame or FrameRequest(), scene)
 
 
 def source_of(plan: Plan) -> PlanSource:
     """Return a plan in memory as its folder will be read; what is wrong with its coordinates is a warning."""
-    document = PlanDocument.model_validate(plan_document(plan)).model_dump(mode="json", by_alias=True)
-    return _source(document, Path(), None, None)
+    return _source(PlanDocument.model_validate(plan_document(plan)), Path(), None, None)
 
 
-def _source(
-    document: dict[str, Any], folder: Path, request: FrameRequest | None, given_scene: ScenePaths
-) -> PlanSource:
+def _source(plan: PlanDocument, folder: Path, request: FrameRequest | None, given_scene: ScenePaths) -> PlanSource:
+    document = plan.model_dump(mode="json", by_alias=True)
     frame = site_frame(document, request)
-    floors = tuple(
-        FieldFloor(row["id"], one_line(row["name"]), row["elevation_m"], np.array(row["bounds"], dtype=np.float64))
-        for row in document["floors"]
-    )
+    floors = tuple(floor.model_copy(update={"name": one_line(floor.name)}) for floor in plan.floors)
     names = {floor.id: floor.name for floor in floors}
-    in_order = sorted(document["stations"], key=lambda row: row["order"])
-    numbers = station_numbers([row["id"] for row in in_order])
+    in_order = sorted(plan.stations, key=lambda station: station.order)
+    numbers = station_numbers([station.id for station in in_order])
     stations = tuple(
-        _station(row, names, frame, number, order)
-        for order, (row, number) in enumerate(zip(in_order, numbers, strict=True), start=1)
+        _station(station, names, frame, number, order)
+        for order, (station, number) in enumerate(zip(in_order, numbers, strict=True), start=1)
     )
     # Without its folder; plans of Windows may name that, with backslashes.
-    name = document["scene"]["file"].replace("\\", "/").rpartition("/")[2] or folder.name
-    title = scene_title(one_line(name), len(document["scene"]["other_files"]))
-    links = links_of(document["registration"])
-    return PlanSource(folder, document, frame, stations, floors, links, title, given_scene)
+    name = plan.scene.file.replace("\\", "/").rpartition("/")[2] or folder.name
+    title = scene_title(one_line(name), len(plan.scene.other_files))
+    return PlanSource(folder, document, frame, stations, floors, plan.registration.links, title, given_scene)
 
 
 def links_of(registration: Mapping[str, Any]) -> tuple[Link, ...]:
@@ -254,18 +237,18 @@ def station_numbers(ids: Sequence[str]) -> tuple[int, ...]:
 
 
 def _station(
-    row: Mapping[str, Any], floor_names: Mapping[str, str], frame: SiteFrame, number: int, order: int
+    station: StationSection, floor_names: Mapping[str, str], frame: SiteFrame, number: int, order: int
 ) -> FieldStation:
     return FieldStation(
-        id=row["id"],
+        id=station.id,
         number=number,
-        floor_id=row["floor"],
-        floor_name=floor_names.get(row["floor"], row["floor"]),
+        floor_id=station.floor,
+        floor_name=floor_names.get(station.floor, station.floor),
         order=order,
-        position_m=np.array(row["position"], dtype=np.float64),
-        instrument_height_m=math.nan if row["instrument_height_m"] is None else row["instrument_height_m"],
+        position_m=np.array(station.position, dtype=np.float64),
+        instrument_height_m=math.nan if station.instrument_height_m is None else station.instrument_height_m,
         frame=frame,
-        fixed=row["fixed"],
-        own_area_m2=row["own_area_m2"],
-        covered_area_m2=row["covered_area_m2"],
+        fixed=station.fixed,
+        own_area_m2=station.own_area_m2,
+        covered_area_m2=station.covered_area_m2,
     )

@@ -17,7 +17,8 @@ from planner_core.model import REASONS, FloatArray, LengthUnit, Link
 from planner_core.model.unseen import COVERED, NOT_WORTH, reason_in_words
 from planner_core.network.weak_motion import motion_words
 from planner_core.plan_folder.drawing.marks import rise_words
-from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource, link_of
+from planner_core.plan_folder.plan_model.results import FloorSection
+from planner_core.plan_folder.plan_source import FieldStation, PlanSource, link_of
 from planner_core.plan_folder.plan_words import (
     NOT_PLANNED,
     area,
@@ -82,7 +83,7 @@ class Table:
         return Table(self.title, tuple(self.columns[place] for place in kept), rows, self.note)
 
 
-def floors_table(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> Table:
+def floors_table(plan: PlanSource, part: Sequence[FloorSection] = ()) -> Table:
     """Stations and coverage by floor. part : the floors that are listed; empty: all."""
     rows, unit = [], plan.frame.unit
     for floor in part or plan.floors:
@@ -103,8 +104,8 @@ def floors_table(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> Table:
     return Table("Floors", columns, tuple(rows))
 
 
-def _middle(floor: FieldFloor) -> FloatArray:
-    return np.array([*floor.bounds.mean(axis=0), floor.elevation_m])
+def _middle(floor: FloorSection) -> FloatArray:
+    return np.array([*np.mean(floor.bounds, axis=0), floor.elevation_m])
 
 
 def requirements_table(plan: PlanSource) -> Table | None:
@@ -321,7 +322,7 @@ def _pair(link: Mapping[str, Any], number: Mapping[str, int]) -> str:
 
 
 # ------------------------------------------------------------------------------------------------ what is unseen
-def unseen_tables(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> list[Table]:
+def unseen_tables(plan: PlanSource, part: Sequence[FloorSection] = ()) -> list[Table]:
     """What stays unseen: by reason and the largest surfaces of each; by element where reasons were not computed.
 
     part : the floors whose surfaces are listed, without sums; empty: all.
@@ -354,7 +355,7 @@ def _reasons_table(plan: PlanSource, area_by_reason_m2: Mapping[str, float]) -> 
     return Table("What stays unseen, and why", columns, rows)
 
 
-def _surfaces_table(plan: PlanSource, surfaces: Sequence[Mapping[str, Any]], part: Sequence[FieldFloor]) -> Table:
+def _surfaces_table(plan: PlanSource, surfaces: Sequence[Mapping[str, Any]], part: Sequence[FloorSection]) -> Table:
     floors = {floor.id for floor in part}
     wanted = [each for each in surfaces if not floors or each["floor"] in floors]
     rows, n_listed = [], 0
@@ -404,7 +405,7 @@ def _place(plan: PlanSource, scene_m: Sequence[float]) -> str:
     return ", ".join(f"{value:.2f}" for value in plan.frame.in_unit(plan.frame.to_site(np.array(scene_m))))
 
 
-def _elements_table(plan: PlanSource, part: Sequence[FieldFloor]) -> Table:
+def _elements_table(plan: PlanSource, part: Sequence[FloorSection]) -> Table:
     floors, unit = {floor.id for floor in part}, plan.frame.unit
     wanted = [each for each in plan.document["unseen"] if not floors or each["floor"] in floors]
     largest = sorted(wanted, key=lambda each: (-each["unseen_area_m2"], each["element"], each["floor"]))

@@ -20,7 +20,8 @@ from planner_core.coverage.percent import (
 from planner_core.model import FOOT, METRE, LengthUnit, Scope
 from planner_core.model.length_units import feet_and_inches
 from planner_core.network.network_report import groups_first, weakest_link
-from planner_core.plan_folder.plan_source import FieldFloor, PlanSource, limits_of, link_of, links_of
+from planner_core.plan_folder.plan_model.results import FloorSection
+from planner_core.plan_folder.plan_source import PlanSource, limits_of, link_of, links_of
 from planner_core.requirements.wording import overlap_defined, overlap_noun
 
 Document = Mapping[str, Any]
@@ -281,7 +282,7 @@ def missed_on(document: Document, floor_id: str) -> float:
     return 0.0 if figures is None else not_as_required_m2(by_reason, figures["achievable_area_m2"])
 
 
-def part_words(plan: PlanSource, part: Sequence[FieldFloor]) -> str:
+def part_words(plan: PlanSource, part: Sequence[FloorSection]) -> str:
     """Name the floors that the sheets are of, and of how many; nothing where they are of the whole plan."""
     if not part:
         return ""
@@ -294,7 +295,7 @@ def warnings_of(plan: PlanSource) -> list[str]:
     return groups_first([*plan.frame.warnings, *(str(line) for line in plan.document.get("warnings", ()))])
 
 
-def plan_figures(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> list[tuple[str, str]]:
+def plan_figures(plan: PlanSource, part: Sequence[FloorSection] = ()) -> list[tuple[str, str]]:
     """Names and values. part : the floors that they are of, empty for all; figures of more floors are marked."""
     return [*(_part_figures(plan, part) if part else _whole_figures(plan)), *_basis_figures(plan)]
 
@@ -307,7 +308,7 @@ def _whole_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
     yield from _team_figures(plan)
 
 
-def _part_figures(plan: PlanSource, part: Sequence[FieldFloor]) -> Iterator[tuple[str, str]]:
+def _part_figures(plan: PlanSource, part: Sequence[FloorSection]) -> Iterator[tuple[str, str]]:
     document, unit = plan.document, plan.frame.unit
     here = sum(len(plan.stations_of(floor.id)) for floor in part)
     yield "Sheets of", f"{', '.join(floor.name for floor in part)}; the plan has {len(plan.floors)} floors"

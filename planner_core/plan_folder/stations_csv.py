@@ -39,14 +39,20 @@ _MEANINGS = {
 `height` means z where nothing else does; beside ground_z it may be either height, and is refused."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GivenStation:
-    """A station that somebody else chose. position_m : (3,) float64, SCENE frame, the sensor's origin."""
+    """A station that somebody else chose, or that was scanned.
+
+    position_m : (3,) float64, scene frame, the sensor's origin; or, where `is_ground`, the ground below it.
+    is_identity : of a scan whose pose is the identity, which is what programs write that have none.
+    """
 
     id: str
     position_m: FloatArray
     instrument_height_m: float | None
     floor: str | None
+    is_ground: bool = False
+    is_identity: bool = False
 
 
 def stations_csv(plan: Plan) -> str:

@@ -29,27 +29,27 @@ from planner_core.as_scanned.comparison import (
 )
 from planner_core.as_scanned.document import as_scanned_document
 from planner_core.as_scanned.matching import matched
-from planner_core.as_scanned.station_lists import ListedStation, read_actual
+from planner_core.as_scanned.station_lists import read_actual
 from planner_core.errors import StationListError
 from planner_core.model import PartResult, Plan
 from planner_core.network.network_report import registration_report
 from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
-from planner_core.plan_folder.stations_csv import read_station_list
+from planner_core.plan_folder.stations_csv import GivenStation, read_station_list
 from planner_core.planning.evaluate import evaluate_survey
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.planning.live.opening import open_live
 
 
-def listed_of(source: PlanSource) -> list[ListedStation]:
-    return [ListedStation(each.id, each.position_m.copy(), None, None) for each in source.stations]
+def listed_of(source: PlanSource) -> list[GivenStation]:
+    return [GivenStation(each.id, each.position_m.copy(), None, None) for each in source.stations]
 
 
-def compared(live: LivePlan, source: PlanSource, listed: list[ListedStation]) -> AsScanned:
+def compared(live: LivePlan, source: PlanSource, listed: list[GivenStation]) -> AsScanned:
     return compare_as_scanned(live, matched(source.stations, listed))
 
 
-def evaluated(live: LivePlan, listed: list[ListedStation], folder: Path) -> Plan:
+def evaluated(live: LivePlan, listed: list[GivenStation], folder: Path) -> Plan:
     """The list as `tlsplan evaluate` takes it: another way from a file to figures."""
     text = io.StringIO()
     writer = csv.writer(text)
@@ -151,7 +151,7 @@ def test_a_station_within_ten_centimetres_is_as_planned_with_the_figures_of_its_
 
 
 @pytest.fixture(scope="module")
-def crew_set_up(shared_plan: Callable[[str], SharedPlan]) -> tuple[LivePlan, PlanSource, list[ListedStation]]:
+def crew_set_up(shared_plan: Callable[[str], SharedPlan]) -> tuple[LivePlan, PlanSource, list[GivenStation]]:
     """A plan with a network, and its stations within 10 cm of their marks: by links of 99 % alone it falls apart."""
     folder = shared_plan("corridor-comb").folder
     live, source = open_live(folder, with_ground=False), open_plan(folder)
@@ -171,7 +171,7 @@ def crew_set_up(shared_plan: Callable[[str], SharedPlan]) -> tuple[LivePlan, Pla
 
 
 def test_a_crew_within_ten_centimetres_has_the_network_that_the_plan_promises(
-    crew_set_up: tuple[LivePlan, PlanSource, list[ListedStation]],
+    crew_set_up: tuple[LivePlan, PlanSource, list[GivenStation]],
 ) -> None:
     live, source, listed = crew_set_up
     found = compared(live, source, listed)
@@ -185,7 +185,7 @@ def test_a_crew_within_ten_centimetres_has_the_network_that_the_plan_promises(
 
 
 def test_with_one_station_missing_such_a_crew_scans_that_one(
-    crew_set_up: tuple[LivePlan, PlanSource, list[ListedStation]], tmp_path: Path
+    crew_set_up: tuple[LivePlan, PlanSource, list[GivenStation]], tmp_path: Path
 ) -> None:
     live, source, listed = crew_set_up
     worst = max(live.document["stations"], key=lambda row: row["own_area_m2"])["id"]
@@ -204,7 +204,7 @@ def test_with_one_station_missing_such_a_crew_scans_that_one(
 
 def test_an_additional_station_gains_and_the_list_meets_what_was_asked(live: LivePlan, source: PlanSource) -> None:
     first = source.stations[0]
-    extra = ListedStation("X1", first.position_m + np.array([0.8, 0.4, 0.0]), None, None)
+    extra = GivenStation("X1", first.position_m + np.array([0.8, 0.4, 0.0]), None, None)
     found = compare_as_scanned(live, matched(source.stations, [*listed_of(source), extra], within_m=0.1))
     (added,) = found.of_fate(ADDITIONAL)
     assert (added.id, added.floor) == ("X1", first.floor_id)
@@ -279,8 +279,8 @@ def test_one_floor_is_compared_with_the_others_as_planned(live: LivePlan, source
     expected = evaluated(live, kept, tmp_path)
     above = {each.id for each in there}
     today = [each for each in kept if each.id not in above]
-    astray = ListedStation(there[0].id, there[0].position_m + np.array([0.7, 0.0, 0.0]), None, None)
-    more = ListedStation("X1", there[-1].position_m + np.array([0.6, 0.3, 0.0]), None, None)
+    astray = GivenStation(there[0].id, there[0].position_m + np.array([0.7, 0.0, 0.0]), None, None)
+    more = GivenStation("X1", there[-1].position_m + np.array([0.6, 0.3, 0.0]), None, None)
     for listed in (today, [*today, astray, more]):
         matches = matched(source.stations, listed, within_m=0.1)
         found = compare_as_scanned(live, matches, floors=[here[0].floor_id])
@@ -333,7 +333,7 @@ def test_ground_points_take_the_planned_instrument_height(live: LivePlan, source
 
 
 def test_an_additional_ground_point_without_height_is_refused(live: LivePlan, source: PlanSource) -> None:
-    extra = ListedStation("X1", source.stations[0].ground_m + np.array([0.5, 0.0, 0.0]), None, None, is_ground=True)
+    extra = GivenStation("X1", source.stations[0].ground_m + np.array([0.5, 0.0, 0.0]), None, None, is_ground=True)
     with pytest.raises(StationListError, match=r"X1.*ground point.*instrument_height"):
         compare_as_scanned(live, matched(source.stations, [*listed_of(source), extra], within_m=0.1))
 

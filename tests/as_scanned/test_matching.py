@@ -11,18 +11,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.as_scanned.matching import check_heights, doubts, matched
-from planner_core.as_scanned.station_lists import ListedStation
 from planner_core.errors import RequirementError, StationListError
 from planner_core.model import SiteFrame
 from planner_core.plan_folder.plan_source import FieldStation
+from planner_core.plan_folder.stations_csv import GivenStation
 
 
 def planned(name: str, x: float, y: float = 0.0, height_m: float = 1.5) -> FieldStation:
     return FieldStation(name, 1, "F0", "Ground", 1, np.array([x, y, 1.5]), height_m, SiteFrame(), False, 1.0, 1.0)
 
 
-def listed(name: str, x: float, y: float = 0.0, z: float = 1.5) -> ListedStation:
-    return ListedStation(name, np.array([x, y, z]), None, None)
+def listed(name: str, x: float, y: float = 0.0, z: float = 1.5) -> GivenStation:
+    return GivenStation(name, np.array([x, y, z]), None, None)
 
 
 def pairs(*found: object) -> list[tuple[str, str]]:
@@ -71,7 +71,7 @@ def test_every_station_is_in_one_match_only() -> None:
 
 
 def test_a_planned_ground_that_is_not_known_is_not_matched_by_place() -> None:
-    on_ground = ListedStation("A", np.array([0.0, 0.0, 0.0]), None, None, is_ground=True)
+    on_ground = GivenStation("A", np.array([0.0, 0.0, 0.0]), None, None, is_ground=True)
     assert pairs(*matched([planned("S1", 0.0, height_m=math.nan)], [on_ground])) == [("S1", ""), ("", "A")]
     assert pairs(*matched([planned("S1", 0.0)], [on_ground])) == [("S1", "A")]
 
@@ -151,7 +151,7 @@ def test_a_shift_of_a_list_in_site_coordinates_is_told_in_these() -> None:
     frame = SiteFrame(matrix, source="given epsg")
     stations = [planned(f"S{k}", 7.0 * k, 2.0 * k * k) for k in range(4)]
     to_east_north = matrix[:3, :3].T @ np.array([5.0, 3.0, 0.0])
-    crew = [ListedStation(each.id, each.position_m + to_east_north, None, None) for each in stations]
+    crew = [GivenStation(each.id, each.position_m + to_east_north, None, None) for each in stations]
     (line,) = doubts(matched(stations, crew), 2.0, frame)
     assert "by the same E +5.00, N +3.00, H +0.00 m" in line
     (line,) = doubts(matched(stations, crew))
@@ -184,7 +184,7 @@ def test_sensors_and_points_told_to_be_on_the_ground_are_not_refused() -> None:
     stations = [planned(f"S{k}", 3.0 * k) for k in range(5)]
     check_heights(stations, [listed(each.id, each.position_m[0]) for each in stations])
     check_heights(stations, [listed(each.id, each.position_m[0], 0.0, 1.2) for each in stations])
-    on_ground = [ListedStation(each.id, each.ground_m, None, None, is_ground=True) for each in stations]
+    on_ground = [GivenStation(each.id, each.ground_m, None, None, is_ground=True) for each in stations]
     check_heights(stations, on_ground)
     some = [listed("S0", 0.0, 0.0, 0.0), *(listed(each.id, each.position_m[0]) for each in stations[1:])]
     check_heights(stations, some)

@@ -137,7 +137,11 @@ def test_targets_are_marked_on_their_floor_for_the_gaps_that_make_one_network(pl
     low_m, high_m = (floor.elevation_m for floor in source.floors[:2])
 
     def gap(networks: list[int], a: str, b: str, overlap: float, *places: list[float]) -> dict[str, object]:
-        return {"networks": networks, "best": {"a": a, "b": b, "overlap": overlap}, "targets": list(places)}
+        return {
+            "networks": networks,
+            "best": {"a": a, "b": b, "overlap": overlap, "strength": None},
+            "targets": list(places),
+        }
 
     gaps = [
         gap([0, 1], first, second, 0.1, [9.0, 9.0, low_m + 1.0]),  # what the two others join needs no third

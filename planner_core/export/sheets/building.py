@@ -33,7 +33,8 @@ from planner_core.model import (
     UInt8Array,
 )
 from planner_core.model.unseen import OUT_OF_SCOPE
-from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
+from planner_core.plan_folder.plan_model.results import FloorSection
+from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.viewer_files import NONE, NOT_ACHIEVABLE
 from planner_core.progress import silent
 
@@ -63,13 +64,13 @@ class Building:
         ground = self.scene.triangles[self.ground_of_triangle == number]
         return np.asarray(self.scene.vertices_m[ground, :2] + self.scene.offset_m[:2])
 
-    def local_floor(self, plan: PlanSource, floor: FieldFloor) -> Floor:
+    def local_floor(self, plan: PlanSource, floor: FloorSection) -> Floor:
         """A floor of the plan in the local frame, with its ground."""
         number = next(index for index, each in enumerate(plan.floors) if each.id == floor.id)
         ground = np.flatnonzero(self.ground_of_triangle == number).astype(np.int32)
         area_m2 = float(self.patches.triangle_area_m2[ground].sum())
         elevation_m = floor.elevation_m - float(self.scene.offset_m[2])
-        bounds_m = floor.bounds - self.scene.offset_m[:2]
+        bounds_m = np.array(floor.bounds) - self.scene.offset_m[:2]
         return Floor(floor.id, floor.name, elevation_m, area_m2, ground, bounds_m, "surface")
 
 

@@ -12,7 +12,8 @@ from planner_core.export.sheets.paper import Sheet
 from planner_core.plan_folder.drawing.canvas import ALARM, INK, QUIET, RULE, Box, Canvas, Pen
 from planner_core.plan_folder.drawing.fonts import fitted, wrapped
 from planner_core.plan_folder.drawing.marks import corners
-from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
+from planner_core.plan_folder.plan_model.results import FloorSection
+from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.plan_words import (
     LEFT_OUT,
     WHOLE_PLAN,
@@ -60,7 +61,7 @@ def draw_cover(
     plan: PlanSource,
     sheet: Sheet,
     *,
-    part: Sequence[FieldFloor] = (),
+    part: Sequence[FloorSection] = (),
     remarks: Sequence[str] = (),
     index: Sequence[str] = (),
 ) -> None:
@@ -91,7 +92,7 @@ def draw_cover(
         _draw_index(canvas, index, Box(beside.left, body.bottom, beside.width, foot_mm - body.bottom - 8))
 
 
-def cover_figures(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> list[tuple[str, str]]:
+def cover_figures(plan: PlanSource, part: Sequence[FloorSection] = ()) -> list[tuple[str, str]]:
     """Figures of the plan, or of some floors, and which north the drawings show."""
     return [*plan_figures(plan, part), ("North", north_line(plan))]
 
@@ -114,7 +115,7 @@ def _turned(north_rad: float) -> str:
     return f"{abs(degrees):.1f}° {'clockwise' if degrees > 0 else 'counter-clockwise'} from up"
 
 
-def picture_words(part: Sequence[FieldFloor]) -> str:
+def picture_words(part: Sequence[FloorSection]) -> str:
     """The text below the picture of all floors."""
     words = "A greyscale copy does not show its shades: the drawings hatch what stays unseen."
     return f"{WHOLE_PLAN.capitalize()}. {words}" if part else words

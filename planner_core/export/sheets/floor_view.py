@@ -27,7 +27,8 @@ from planner_core.plan_folder.floor_marks import (
     ways_on,
     zones_on,
 )
-from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
+from planner_core.plan_folder.plan_model.results import FloorSection
+from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.plan_folder.plan_words import planned_floors
 from planner_core.plan_folder.section_view import CUT_HEIGHT_M
 from planner_core.positions.outlines import over_polygon
@@ -54,7 +55,7 @@ class FloorView:
     links to.
     """
 
-    floor: FieldFloor
+    floor: FloorSection
     window_m: FloatArray
     stations: tuple[FieldStation, ...]
     ways: tuple[FloorSegment, ...]
@@ -80,7 +81,7 @@ class FloorView:
 
 
 def view_floor(
-    plan: PlanSource, floor: FieldFloor, building: Building | None, *, cut_m: float = CUT_HEIGHT_M
+    plan: PlanSource, floor: FloorSection, building: Building | None, *, cut_m: float = CUT_HEIGHT_M
 ) -> FloorView:
     """Gather what the drawing of a floor shows; without a building no walls and no surface."""
     stations = plan.stations_of(floor.id)
@@ -94,7 +95,7 @@ def view_floor(
     places += [mark.at_m[None] for mark in (*ends, *sealed)]
     view = FloorView(
         floor=floor,
-        window_m=_around([floor.bounds, *places]),
+        window_m=_around([np.array(floor.bounds), *places]),
         stations=stations,
         ways=ways,
         ends=ends,
@@ -133,7 +134,7 @@ def _with_building(plan: PlanSource, view: FloorView, building: Building, trodde
     number = next(index for index, each in enumerate(plan.floors) if each.id == floor.id)
     cut_m = view.cut_m
     local = building.local_floor(plan, floor)
-    limits_m = floor.bounds + np.array([[-_AROUND_M], [_AROUND_M]])
+    limits_m = np.array(floor.bounds) + np.array([[-_AROUND_M], [_AROUND_M]])
     limits_m = np.stack([np.minimum(limits_m[0], view.window_m[0]), np.maximum(limits_m[1], view.window_m[1])])
     section = [line for line in floor_section(scene, local, cut_m) if _touches(line, limits_m)]
     below = [line for line in lines_below(scene, local, cut_m) if _touches(line, limits_m)]
@@ -158,13 +159,13 @@ def _with_building(plan: PlanSource, view: FloorView, building: Building, trodde
     )
 
 
-def _cut_m(plan: PlanSource, floor: FieldFloor, wanted_m: float) -> float:
+def _cut_m(plan: PlanSource, floor: FloorSection, wanted_m: float) -> float:
     """Above the ground: the height wanted, or half-way to the floor above where that is lower."""
     above = [each.elevation_m for each in plan.floors if each.elevation_m > floor.elevation_m + 0.5]
     return min([wanted_m, *(0.5 * (z - floor.elevation_m) for z in above)])
 
 
-def _storey_m(plan: PlanSource, floor: FieldFloor) -> float:
+def _storey_m(plan: PlanSource, floor: FloorSection) -> float:
     """Height up to which surface belongs to a floor."""
     above = [each.elevation_m - floor.elevation_m for each in plan.floors]
     return min([_STOREY_M, *(height for height in above if height >= _LEAST_STOREY_M)])

@@ -18,7 +18,8 @@ from planner_core.export.sheets.table_layout import TablePiece, draw_piece, pagi
 from planner_core.plan_folder.curve_drawing import draw_curve
 from planner_core.plan_folder.drawing.canvas import Box, Canvas
 from planner_core.plan_folder.drawing.fonts import lacking_letters
-from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
+from planner_core.plan_folder.plan_model.results import FloorSection
+from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.plan_tables import (
     Column,
     Table,
@@ -60,7 +61,7 @@ class Contents:
     """What sheets are made of, however they are laid out. remarks : of making them, one line each."""
 
     plan: PlanSource
-    part: tuple[FieldFloor, ...]
+    part: tuple[FloorSection, ...]
     """The floors that sheets are required of; empty: the whole plan."""
     floors: tuple[FloorSheets, ...]
     summary: tuple[Table, ...]
@@ -111,13 +112,13 @@ def gather(plan: PlanSource, options: Options) -> Contents:
     )
 
 
-def _part(plan: PlanSource, options: Options) -> tuple[FieldFloor, ...]:
+def _part(plan: PlanSource, options: Options) -> tuple[FloorSection, ...]:
     """Floors that sheets are required of; none where these are all of the plan."""
     chosen = chosen_floors(plan, options)
     return () if len(chosen) == len(plan.floors) else chosen
 
 
-def _whole(table: Table | None, part: Sequence[FieldFloor]) -> Table | None:
+def _whole(table: Table | None, part: Sequence[FloorSection]) -> Table | None:
     """Say of a table that it is of all floors, where the other sheets are not."""
     return replace(table, title=f"{table.title}: {WHOLE_PLAN}") if table is not None and part else table
 
@@ -137,7 +138,7 @@ def _cut_lower(plan: PlanSource, floors: Sequence[FloorSheets], options: Options
     ]
 
 
-def _worth_a_sheet(plan: PlanSource, floor: FieldFloor, options: Options) -> bool:
+def _worth_a_sheet(plan: PlanSource, floor: FloorSection, options: Options) -> bool:
     """Floors that are not required, here or of the plan, have none."""
     return bool(options.floors) or floor.id in planned_floors(plan.document) or bool(plan.stations_of(floor.id))
 
@@ -243,7 +244,7 @@ def _charts(contents: Contents, sheet: Sheet) -> Page:
     return Page(title, sheet, draw)
 
 
-def charts_title(part: Sequence[FieldFloor]) -> str:
+def charts_title(part: Sequence[FloorSection]) -> str:
     """What stands above the charts, which are always of all floors."""
     return "Scan quality" + (f": {WHOLE_PLAN}" if part else "")
 

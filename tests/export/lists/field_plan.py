@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from planner_core.model import Link, SiteFrame
-from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
+from planner_core.plan_folder.plan_model.results import FloorSection
+from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 
 ANGLE_RAD = math.radians(30.0)
 ORIGIN_M = (691234.5, 5334567.25, 515.0)
@@ -35,6 +36,14 @@ LEGS: list[dict[str, Any]] = [
     },
     {"from": "S003", "to": "S004", "length_m": None, "floors": [], "points": []},
 ]
+
+
+def floor(
+    name: str, title: str, elevation_m: float, bounds: tuple[tuple[float, float], tuple[float, float]]
+) -> FloorSection:
+    return FloorSection(
+        id=name, name=title, elevation_m=elevation_m, ground_area_m2=None, bounds=bounds, origin="slab", n_stations=0
+    )
 
 
 def site_frame(crs: str = "EPSG:25832", vertical_crs: str = "") -> SiteFrame:
@@ -88,8 +97,8 @@ def field_plan(
         frame=frame,
         stations=tuple(station(name, *row, number, frame) for number, (name, row) in enumerate(given.items(), start=1)),
         floors=(
-            FieldFloor("F0", "Erdgeschoß", 0.0, np.array([[0.0, 0.0], [10.0, 8.0]])),
-            FieldFloor("F1", "Upper floor", 2.8, np.array([[-3.0, 0.0], [10.0, 8.0]])),
+            floor("F0", "Erdgeschoß", 0.0, ((0.0, 0.0), (10.0, 8.0))),
+            floor("F1", "Upper floor", 2.8, ((-3.0, 0.0), (10.0, 8.0))),
         ),
         links=(Link("S001", "S002", 0.5649, 0.153), Link("S003", "S004", 0.2, math.nan)),
         title="house.ifc",
