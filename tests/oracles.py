@@ -23,7 +23,7 @@ from planner_core.model import (
     Survey,
     UInt8Array,
 )
-from planner_core.plan_folder.viewer_files import range_step_m
+from planner_core.plan_folder.viewer_layers import range_step_m
 from planner_core.progress import Progress, silent
 from planner_core.select.problem import Constraint
 

@@ -35,8 +35,8 @@ from planner_core.model import (
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import place_stations
 from planner_core.planning.live.draft import Draft, DraftStation, Place
+from planner_core.planning.live.figures import LeftSurface, left_surfaces
 from planner_core.planning.live.live_plan import DraftFigures, LivePlan
-from planner_core.planning.live.unseen import LeftSurface, left_surfaces
 from planner_core.planning.plan import plan_survey
 from planner_core.positions.candidates import as_written_m
 from planner_core.progress import Progress, ProgressEvent, silent

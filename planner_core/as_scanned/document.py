@@ -22,8 +22,8 @@ from planner_core.as_scanned.comparison import (
 )
 from planner_core.coverage.percent import reached_share
 from planner_core.model import Coverage, FloatArray, Link, LinkLimits, Plan, SiteFrame, Station
+from planner_core.planning.live.figures import LeftSurface
 from planner_core.planning.live.live_plan import DraftFigures, LivePlan
-from planner_core.planning.live.unseen import LeftSurface
 
 SCHEMA = "tlsplan-as-scanned/1"
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from planner_core.errors import CoordinatesError
 from planner_core.model import METRE, FloatArray, LengthUnit
-from planner_core.model.length_units import unit_of_size
+from planner_core.model.site_frame import unit_of_size
 
 if TYPE_CHECKING:
     from pyproj import CRS

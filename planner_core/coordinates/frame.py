@@ -17,7 +17,7 @@ from planner_core.coordinates.request import FrameRequest
 from planner_core.documents import read_as
 from planner_core.errors import CoordinatesError, PlanFolderError
 from planner_core.model import METRE, FloatArray, Georeference, LengthUnit, SiteFrame
-from planner_core.model.length_units import unit_named, unit_of_size
+from planner_core.model.site_frame import unit_named, unit_of_size
 
 LOCAL_NAME = "local site coordinates"
 _SCALES = (0.99, 1.01)

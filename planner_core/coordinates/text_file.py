@@ -7,7 +7,7 @@ from pathlib import Path
 
 from planner_core.errors import PlannerError
 from planner_core.model import LengthUnit
-from planner_core.model.length_units import unit_named
+from planner_core.model.site_frame import unit_named
 
 _LONGEST_NAME = 200
 """Of a column that may name a unit: the search for one takes the square of it."""

@@ -2,7 +2,7 @@
 
 PlanSource -> one DXF file in site coordinates. Every floor lies at its own height and has layers of its own,
 named by its id (`F0-WALL`); links and ways between floors are on `ALL-` layers. A sheet a floor, to scale, is in
-`planner_core.export.dxf_sheets`. The building is the one of the plan folder's stage, float32 in the local frame.
+`planner_core.export.dxf_document`. The building is the one of the plan folder's stage, float32 in the local frame.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from planner_core.export.dxf_document import (
     STYLE,
     DxfLayer,
     add_layer,
+    add_sheet,
     layer_part,
     new_document,
     place_on_earth,
     say,
     write_document,
 )
-from planner_core.export.dxf_sheets import add_sheet
 from planner_core.export.floor_outlines import solid_rings
 from planner_core.export.options import Options
 from planner_core.export.polylines import covered_polygons

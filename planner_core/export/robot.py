@@ -30,8 +30,16 @@ from planner_core.export.chosen import (
 )
 from planner_core.export.geographic import geographic_of
 from planner_core.export.geojson import feature
-from planner_core.export.map_sheets import map_sheets
-from planner_core.export.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap, entered, occupancy_maps, write_map
+from planner_core.export.occupancy import (
+    FREE,
+    OCCUPIED,
+    UNKNOWN,
+    OccupancyMap,
+    entered,
+    map_sheets,
+    occupancy_maps,
+    write_map,
+)
 from planner_core.export.options import Options
 from planner_core.export.robot_ways import MappedGround, RobotWay, WayPiece, robot_ways
 from planner_core.model import FloatArray, PlanSettings, Survey

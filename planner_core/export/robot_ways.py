@@ -12,8 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from planner_core.export.chosen import RouteLeg
-from planner_core.export.map_sheets import MapSheets
-from planner_core.export.occupancy import FREE, OccupancyMap, beside
+from planner_core.export.occupancy import FREE, MapSheets, OccupancyMap, beside
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
 from planner_core.positions.free_space import FreeSpace, spread
 from planner_core.positions.reach import Reach

@@ -24,9 +24,8 @@ from planner_core.model.choices import (
     Scope,
     UpAxis,
 )
-from planner_core.model.length_units import FOOT, LENGTH_UNITS, METRE, US_SURVEY_FOOT, LengthUnit
 from planner_core.model.methods import METHODS, F2Settings, Greedy, Method, Paper, Proven
-from planner_core.model.planning import Candidates, Crew, InstrumentHeights, PlanSettings, Survey
+from planner_core.model.planning import Candidates, Crew, InstrumentHeights, PlanSettings, Survey, SurveyScope
 from planner_core.model.registration import (
     FloorNetworks,
     Link,
@@ -62,9 +61,8 @@ from planner_core.model.review import (
 from planner_core.model.route import FieldTime, Leg, Route, SealedArea
 from planner_core.model.scans import BeamTemplate, PatchReturns, RayHits, ReturnMoments, ScanBatch, Scanner, Visibility
 from planner_core.model.scene import Element, Floor, LoadReport, Optics, Patches, Room, Scene, SceneSource, Storey
-from planner_core.model.scope import SurveyScope
 from planner_core.model.site import GroundPick, KeepOut, PriorStation, Site
-from planner_core.model.site_frame import Georeference, SiteFrame
+from planner_core.model.site_frame import FOOT, LENGTH_UNITS, METRE, US_SURVEY_FOOT, Georeference, LengthUnit, SiteFrame
 from planner_core.model.unseen import (
     NOT_AS_REQUIRED,
     REASONS,

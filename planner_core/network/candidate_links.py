@@ -27,7 +27,7 @@ from planner_core.model import (
     PreAlignment,
     Visibility,
 )
-from planner_core.network.links import MIN_LISTED_OVERLAP
+from planner_core.network.links import MIN_LISTED_OVERLAP, probabilities
 from planner_core.network.pair_overlap import (
     ROWS_A_BLOCK,
     PairOverlaps,
@@ -36,7 +36,6 @@ from planner_core.network.pair_overlap import (
     SharedSurface,
     joined_pairs,
 )
-from planner_core.network.probability import probabilities
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.network import Network
 

@@ -24,8 +24,8 @@ from planner_core.paper.initialisation import sample_at_random
 from planner_core.paper.overlap_repair import repair_overlap
 from planner_core.paper.point_distribution import PointDistribution
 from planner_core.paper.search import search
+from planner_core.paper.search.improve import best_apart, one_per_cell
 from planner_core.paper.search.station_fitness import StationFitness
-from planner_core.paper.search.thinning import best_apart, one_per_cell
 from planner_core.positions.admissibility import RefusalTally, Tripods
 from planner_core.positions.candidates import N_HALVINGS, candidates_of, find_candidates
 from planner_core.progress import Progress, ProgressEvent, silent

@@ -16,19 +16,23 @@ from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import OutputExistsError, PlanFolderError
 from planner_core.model import Plan
-from planner_core.plan_folder.atomic import check_writable, recover, staged_folder
+from planner_core.plan_folder.atomic import check_writable, locked_folder, recover, staged_folder
 from planner_core.plan_folder.carry_over import HEATMAPS_FILE, STAGE_FILES, carry_over, plan_station_names
 from planner_core.plan_folder.face_results import face_results
-from planner_core.plan_folder.folder_lock import locked_folder
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.report import report_files, write_report
 from planner_core.plan_folder.scans import write_scan
 from planner_core.plan_folder.stations_csv import stations_csv
-from planner_core.plan_folder.usd_clouds import cloud_layer
 from planner_core.plan_folder.usd_names import station_prim_names
-from planner_core.plan_folder.usd_stage import empty_review, write_heatmaps, write_layer, write_stage
-from planner_core.plan_folder.viewer_files import cloud_bytes, patches_bytes
-from planner_core.plan_folder.viewer_layers import LayerFigures, layer_file_names, layer_files, layers_of
+from planner_core.plan_folder.usd_stage import cloud_layer, empty_review, write_heatmaps, write_layer, write_stage
+from planner_core.plan_folder.viewer_layers import (
+    LayerFigures,
+    cloud_bytes,
+    layer_file_names,
+    layer_files,
+    layers_of,
+    patches_bytes,
+)
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scanner.template import preview_template
 

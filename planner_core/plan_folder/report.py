@@ -13,8 +13,10 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import MissingPackageError
 from planner_core.model import Plan
 from planner_core.plan_folder import html_parts
-from planner_core.plan_folder.curve_drawing import write_coverage_curve
+from planner_core.plan_folder.drawing import plot
+from planner_core.plan_folder.drawing.canvas import Box, Canvas
 from planner_core.plan_folder.drawing.fonts import lacking_letters
+from planner_core.plan_folder.drawing.png_canvas import PngCanvas
 from planner_core.plan_folder.maps import view_floor, write_floor_map, write_link_map, write_overview
 from planner_core.plan_folder.pictures import write_floor_picture
 from planner_core.plan_folder.plan_source import PlanSource, source_of
@@ -27,10 +29,36 @@ from planner_core.plan_folder.plan_tables import (
     unseen_tables,
 )
 from planner_core.plan_folder.plan_words import plan_figures, warnings_of
-from planner_core.plan_folder.sheet import drawn_floors
+from planner_core.plan_folder.sheet import WIDTH_MM, drawn_floors
 from planner_core.plan_folder.unseen_csv import unseen_csv, unseen_surfaces_csv
 
+# ------------------------------------------------------------------------------------------------------- curve drawing
+# The curve of coverage: covered share of the achievable area against the number of stations. PlanSource -> drawing.
 
+
+def draw_curve(canvas: Canvas, plan: PlanSource, box: Box) -> None:
+    """Draw covered share against number of stations, the most useful first where the plan has their order."""
+    why = plan.document.get("why")
+    steps = [] if why is None else why["curve"]
+    number = {station.id: station.number for station in plan.stations}
+    plot.draw_curve(
+        canvas,
+        box,
+        [step["fraction_of_achievable"] for step in steps] or list(plan.document.get("coverage_curve", ())),
+        [str(number.get(step["station"], step["station"])) for step in steps],
+        required=float(plan.document["requirements"]["coverage"]),
+    )
+
+
+def write_coverage_curve(plan: PlanSource, path: Path) -> None:
+    """Write the curve as a PNG."""
+    zoom = 1.6
+    canvas = PngCanvas(WIDTH_MM / zoom, 80.0, zoom=zoom)
+    draw_curve(canvas, plan, Box(5.0, 2.0, canvas.box.width - 10.0, 76.0))
+    canvas.save(path)
+
+
+# -------------------------------------------------------------------------------------------------------------- report
 def report_files(plan: Plan, *, pictures: bool = True) -> tuple[str, ...]:
     """Names below report/ that `write_report` writes, in the order of writing."""
     surfaces = ["unseen_surfaces.csv"] if plan.why is not None else []

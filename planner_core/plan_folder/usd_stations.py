@@ -26,7 +26,7 @@ from planner_core.plan_folder.sdf_authoring import (
 )
 from planner_core.plan_folder.tripod import foot_m, tripod
 from planner_core.plan_folder.usd_names import station_prim_names
-from planner_core.plan_folder.viewer_files import range_step_m
+from planner_core.plan_folder.viewer_layers import range_step_m
 from planner_core.scanner.template import azimuth_step_rad, first_azimuths_rad, preview_template
 
 MARKER_RADIUS_M = 0.12

@@ -17,9 +17,8 @@ from planner_core.coverage.coverage import stacked_rows, take_rows, times_seen
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Visibility
 from planner_core.network.candidate_links import CandidateLinks, parts_of
-from planner_core.network.links import surface_of_patches
+from planner_core.network.links import probabilities, surface_of_patches
 from planner_core.network.pair_overlap import PairOverlaps, PairSums
-from planner_core.network.probability import probabilities
 from planner_core.planning.pool import FragileLinks, Pool, kept_links, links_among
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.compliance import rows_of_overlap

@@ -17,12 +17,11 @@ from pathlib import Path
 from planner_core.errors import PlanFolderError, ReviewError
 from planner_core.model.review import PlanUnderReview, Review
 from planner_core.operating_system import sync
-from planner_core.plan_folder.atomic import staged_file
-from planner_core.plan_folder.folder_lock import locked_folder
+from planner_core.plan_folder.atomic import locked_folder, staged_file
 from planner_core.plan_folder.usd_stage import empty_review
 from planner_core.review.changes import Change, Signature
 from planner_core.review.commit import Committed, Conflict, commit
-from planner_core.review.plan_facts import plan_under_review
+from planner_core.review.stations import plan_under_review
 from planner_core.review.usd import damaged
 from planner_core.review.usd_read import read_review
 from planner_core.review.usd_write import review_text

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.model import FloatArray, Georeference
-from planner_core.model.length_units import unit_named
+from planner_core.model.site_frame import unit_named
 
 _GRID_SCALE = (0.99, 1.01)
 """Scales of map projections, heights included, lie far inside."""

@@ -35,7 +35,7 @@ from planner_core.planning.live.draft import DraftStation
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.planning.live.opening import open_live
 from planner_core.planning.plan import plan_survey
-from planner_core.review.plan_facts import plan_under_review
+from planner_core.review.stations import plan_under_review
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
 from scenes_synthetic.rooms import floor_plate

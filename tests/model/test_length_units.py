@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from planner_core.model import FOOT, METRE, US_SURVEY_FOOT, LengthUnit
-from planner_core.model.length_units import feet_and_inches, unit_named, unit_of_size
+from planner_core.model.site_frame import feet_and_inches, unit_named, unit_of_size
 
 
 def test_the_two_feet_differ_by_two_millionths_which_is_1_2_metres_at_two_million_feet() -> None:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.model import PreAlignment
-from planner_core.network.probability import WEIGHTS, probabilities
+from planner_core.network.links import WEIGHTS, probabilities
 from tests.benchmarks.registration.rule import features, fitted, read_rows
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,7 +13,7 @@ from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import Candidates, Paper, PlanSettings, Requirements, Survey
-from planner_core.model.genetic import GeneticSettings
+from planner_core.model.methods import GeneticSettings
 from planner_core.model.options import method_of
 from planner_core.model.spatial_search import SearchSettings
 from planner_core.paper.overlap_repair import station_overlaps

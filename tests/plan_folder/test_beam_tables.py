@@ -14,7 +14,7 @@ from planner_core.plan_folder.plan_json import plan_document
 from planner_core.plan_folder.scans import write_scan
 from planner_core.plan_folder.sdf_authoring import new_layer
 from planner_core.plan_folder.usd_stations import author_stations
-from planner_core.plan_folder.viewer_files import cloud_bytes
+from planner_core.plan_folder.viewer_layers import cloud_bytes
 from planner_core.scanner.template import directions, make_template
 
 

@@ -11,9 +11,8 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import PlanFolderError, RequirementError
 from planner_core.model import Plan
 from planner_core.plan_folder.scans import write_scan
-from planner_core.plan_folder.usd_clouds import cloud_layer
-from planner_core.plan_folder.usd_stage import write_layer
-from planner_core.plan_folder.viewer_files import cloud_bytes
+from planner_core.plan_folder.usd_stage import cloud_layer, write_layer
+from planner_core.plan_folder.viewer_layers import cloud_bytes
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import make_template, preview_template
 

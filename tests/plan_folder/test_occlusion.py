@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner_core.model import Float32Array, FloatArray
-from planner_core.plan_folder import occlusion
-from planner_core.plan_folder.occlusion import DARKEST, brightness
+from planner_core.plan_folder import pictures as occlusion
+from planner_core.plan_folder.pictures import DARKEST, brightness
 
 WIDTH, HEIGHT = 240, 150
 PIXELS_AT_1_M = 500.0

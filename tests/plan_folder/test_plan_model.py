@@ -11,7 +11,7 @@ from planner_core.plan_folder.plan_json import plan_text, read_plan, read_plan_j
 from planner_core.plan_folder.plan_settings import load_options_of, settings_of
 from planner_core.plan_folder.plan_source import open_plan
 from planner_core.plan_folder.stations_csv import read_station_list
-from planner_core.review.plan_facts import plan_under_review
+from planner_core.review.stations import plan_under_review
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from oracles import read_cloud
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BeamTemplate, Plan
-from planner_core.plan_folder.viewer_files import cloud_bytes, patches_bytes, range_step_m
+from planner_core.plan_folder.viewer_layers import cloud_bytes, patches_bytes, range_step_m
 
 TEMPLATE = BeamTemplate(np.arange(5) * 0.4, np.array([0.3, 0.0, -0.3]), 0.0, 50.0)
 

@@ -17,11 +17,10 @@ from planner_core.coverage.why import explain
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import REASONS, PartResult, Plan, PointLimits, Room, Survey
 from planner_core.plan_folder.carry_over import foreign_entries
-from planner_core.plan_folder.curve_drawing import write_coverage_curve
 from planner_core.plan_folder.plan_json import plan_document, plan_text
 from planner_core.plan_folder.plan_source import source_of
 from planner_core.plan_folder.plan_tables import REASON_TEXTS
-from planner_core.plan_folder.report import report_files, report_page
+from planner_core.plan_folder.report import report_files, report_page, write_coverage_curve
 from planner_core.plan_folder.unseen_csv import unseen_surfaces_csv
 
 SCHEMA_FILE = Path(__file__).parents[2] / "docs" / "formats" / "plan.schema.json"

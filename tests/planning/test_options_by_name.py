@@ -8,7 +8,7 @@ import pytest
 
 from planner_core.errors import RequirementError
 from planner_core.model import Greedy, Method, Paper, Proven
-from planner_core.model.genetic import GeneticSettings
+from planner_core.model.methods import GeneticSettings
 from planner_core.model.options import method_of, option_list, options_of, with_options
 from planner_core.model.spatial_search import SearchSettings
 

@@ -16,8 +16,7 @@ from stages import find_positions, make_pool, rows_from
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import FloatArray, Plan, PlanSettings, Proven, Requirements, Scope
-from planner_core.network.links import surface_of_patches
-from planner_core.network.probability import probabilities
+from planner_core.network.links import probabilities, surface_of_patches
 from planner_core.plan_folder.stations_csv import read_station_list
 from planner_core.planning import choose
 from planner_core.planning.evaluate import evaluate_stations

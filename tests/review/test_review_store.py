@@ -18,8 +18,8 @@ from oldest_plan import floor, oldest_plan, station
 
 from planner_core.errors import PlanFolderError, ReviewError
 from planner_core.model import Review
+from planner_core.plan_folder.atomic import locked_folder
 from planner_core.plan_folder.folder import check_output
-from planner_core.plan_folder.folder_lock import locked_folder
 from planner_core.plan_folder.usd_stage import empty_review
 from planner_core.review import changes as c
 from planner_core.review import store as store_module

@@ -20,7 +20,7 @@ from pydantic import BaseModel
 from planner_core.errors import PlannerError
 from planner_core.model.review import PlanUnderReview, Review
 from planner_core.planning.live.draft import Draft, draft_of_review, local_place
-from planner_core.planning.live.layers import TIMES_SEEN
+from planner_core.planning.live.figures import TIMES_SEEN
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.review.stations import reviewed_stations
 from viewer_web.server.answers import PREFIX, json_answer, refusals, refuse

@@ -25,11 +25,11 @@ from planner_core.plan_folder.plan_model.results import (
     StationSection,
 )
 from planner_core.plan_folder.results_json import route_document
-from planner_core.plan_folder.viewer_files import range_step_m
+from planner_core.plan_folder.viewer_layers import range_step_m
+from planner_core.planning.live.figures import LeftSurface
 from planner_core.planning.live.live_plan import CloudWindow, DraftFigures, LivePlan, RouteResult
 from planner_core.planning.live.preview import Preview
 from planner_core.planning.live.tripod_positions import GroundMap
-from planner_core.planning.live.unseen import LeftSurface
 from planner_core.scanner.template import azimuth_step_rad, first_azimuths_rad
 
 _Metres = Annotated[float, Field(ge=-1e7, le=1e7, allow_inf_nan=False)]

@@ -13,7 +13,7 @@ import numpy as np
 
 from planner_core.model import FloatArray, Int64Array
 from planner_core.paper.search import SearchResult, SearchSettings
-from planner_core.paper.search.thinning import one_per_cell
+from planner_core.paper.search.improve import one_per_cell
 
 from .charts import COLOURS, chart, draw_nothing, draw_walls, label
 from .fig11 import DENSE_WITHIN_M, triangles_near

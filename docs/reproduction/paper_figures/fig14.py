@@ -13,7 +13,7 @@ from planner_core.model import BoolArray, FloatArray
 from planner_core.paper.circle_overlap import shared_fraction
 from planner_core.paper.overlap_repair import OverlapRepair, repair_overlap, station_overlaps
 from planner_core.paper.point_distribution import PointDistribution
-from planner_core.paper.search.thinning import best_apart
+from planner_core.paper.search.improve import best_apart
 
 from .charts import COLOURS, chart, draw_walls
 from .figure import Bench, Outcome, Picture, Verdict, at_native_columns, by_share

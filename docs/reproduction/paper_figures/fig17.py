@@ -11,7 +11,7 @@ import numpy as np
 import scenes_synthetic
 from planner_core.model import BoolArray, FloatArray, Int64Array, Scene, Survey
 from planner_core.paper.point_distribution import Distribution, PointDistribution
-from planner_core.paper.search.thinning import best_apart
+from planner_core.paper.search.improve import best_apart
 from planner_core.scene.patches import patch_triangles
 from scenes_synthetic.model import Level, PiercedBox, assemble
 

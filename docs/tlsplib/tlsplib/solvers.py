@@ -32,7 +32,7 @@ import numpy as np
 
 from planner_core.errors import MissingPackageError, PlannerError
 from planner_core.model import FloatArray, Proven
-from planner_core.model.genetic import GeneticSettings
+from planner_core.model.methods import GeneticSettings
 from planner_core.paper.genetic import select_genetic
 from planner_core.paper.overlap_repair import repair_overlap
 from planner_core.select.greedy import drop_redundant, select_greedy

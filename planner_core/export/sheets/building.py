@@ -35,7 +35,7 @@ from planner_core.model import (
 from planner_core.model.unseen import OUT_OF_SCOPE
 from planner_core.plan_folder.plan_model.results import FloorSection
 from planner_core.plan_folder.plan_source import PlanSource
-from planner_core.plan_folder.viewer_files import NONE, NOT_ACHIEVABLE
+from planner_core.plan_folder.viewer_layers import NONE, NOT_ACHIEVABLE
 from planner_core.progress import silent
 
 STAGE_FILE = "viewer/stage.usdc"

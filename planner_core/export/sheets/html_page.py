@@ -16,11 +16,11 @@ from planner_core.export.sheets.floor_page import Neighbour, draw_floor
 from planner_core.export.sheets.paper import MARGIN_MM, sheet_of
 from planner_core.export.sheets.sheet_set import Contents, FloorSheets, charts_title, gather
 from planner_core.plan_folder import html_parts
-from planner_core.plan_folder.curve_drawing import draw_curve
 from planner_core.plan_folder.drawing.canvas import Box, Canvas
 from planner_core.plan_folder.drawing.svg_canvas import SvgCanvas
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.plan_words import part_words, warnings_of
+from planner_core.plan_folder.report import draw_curve
 from planner_core.progress import Progress, ProgressEvent
 
 STAGE = "sheets"

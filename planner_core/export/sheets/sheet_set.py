@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
+from pathlib import Path
 
 from planner_core.export.chosen import chosen_floors, chosen_stations
 from planner_core.export.options import Options
@@ -15,9 +16,9 @@ from planner_core.export.sheets.floor_page import Neighbour, draw_floor, is_empt
 from planner_core.export.sheets.floor_view import FloorView, view_floor
 from planner_core.export.sheets.paper import Sheet, Tile, check_sheet, sheet_scales, text_sheet, tiles_of
 from planner_core.export.sheets.table_layout import TablePiece, draw_piece, paginated
-from planner_core.plan_folder.curve_drawing import draw_curve
 from planner_core.plan_folder.drawing.canvas import Box, Canvas
 from planner_core.plan_folder.drawing.fonts import lacking_letters
+from planner_core.plan_folder.drawing.pdf_canvas import PdfBook
 from planner_core.plan_folder.plan_model.results import FloorSection
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.plan_tables import (
@@ -31,6 +32,8 @@ from planner_core.plan_folder.plan_tables import (
     unseen_tables,
 )
 from planner_core.plan_folder.plan_words import WHOLE_PLAN, cut_words, planned_floors, warnings_of
+from planner_core.plan_folder.report import draw_curve
+from planner_core.progress import Progress, ProgressEvent
 
 #: Draws a sheet, of that number of so many.
 Draw = Callable[[Canvas, int, int], None]
@@ -256,3 +259,38 @@ def _quarters(room: Box) -> list[Box]:
         for row in range(2)
         for column in range(2)
     ]
+
+
+# ----------------------------------------------------------------------------------------------------------------- pdf
+# Format `pdf`: the sheets of a plan to print, to scale. PlanSource -> PDF.
+
+STAGE = "sheets"
+
+
+def write_pdf(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
+    """Write the sheets into the file `path`; remarks say what could not be shown.
+
+    Raises
+    ------
+    RequirementError, ExportError, MissingPackageError
+        See `planner_core.export.sheets.sheet_set.gather`.
+    """
+    progress(ProgressEvent(STAGE, 0, 0, "reading the plan folder"))
+    contents = gather(plan, options)
+    pages = pages_of(contents, options.paper)
+    _write(contents, pages, path, progress)
+    progress(ProgressEvent(STAGE, len(pages), len(pages)))
+    return contents.remarks
+
+
+def _write(contents: Contents, pages: Sequence[Page], path: Path, progress: Progress) -> None:
+    plan = contents.plan
+    floors = f": {', '.join(floor.name for floor in contents.part)}" if contents.part else ""
+    book = PdfBook(path, title=f"Scan plan of {plan.title}{floors}", subject=f"Coordinates: {plan.frame.crs_line}")
+    for number, page in enumerate(pages, start=1):
+        progress(ProgressEvent(STAGE, number - 1, len(pages), page.title))
+        page.draw(
+            book.page(page.sheet.width_mm, page.sheet.height_mm, title=page.title, zoom=page.zoom), number, len(pages)
+        )
+        book.turn()
+    book.close()

@@ -3,7 +3,7 @@
 `select_genetic` in `planner_core.paper.genetic.search` is the stage; docs/method/genetic-selection.md has the method.
 """
 
-from planner_core.model.genetic import GeneticSettings
+from planner_core.model.methods import GeneticSettings
 from planner_core.paper.genetic.search import GeneticResult, select_genetic
 from planner_core.select.problem import CoverProblem
 

@@ -13,7 +13,7 @@ from types import TracebackType
 import numpy as np
 
 from planner_core.model import BoolArray, Int64Array
-from planner_core.model.genetic import GeneticSettings
+from planner_core.model.methods import GeneticSettings
 from planner_core.paper.genetic.objective import EXHAUSTED, STALE, GeneticObjective, Trajectory, note
 from planner_core.paper.genetic.operators import (
     bar_twins,

@@ -22,7 +22,7 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, Int64Array
-from planner_core.model.genetic import OBJECTIVES, GeneticSettings
+from planner_core.model.methods import OBJECTIVES, GeneticSettings
 from planner_core.progress import Progress, ProgressEvent
 from planner_core.select.problem import CoverProblem
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from planner_core.device import Buffer, Device, Program
 from planner_core.model import BoolArray
-from planner_core.model.genetic import GeneticSettings
+from planner_core.model.methods import GeneticSettings
 from planner_core.paper.genetic.objective import EXHAUSTED, STALE, GeneticObjective, Trajectory, note
 from planner_core.paper.genetic.operators import rate_range
 from planner_core.paper.genetic.philox import threshold

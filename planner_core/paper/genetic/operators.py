@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.model import BoolArray, Int64Array
-from planner_core.model.genetic import GeneticSettings
+from planner_core.model.methods import GeneticSettings
 from planner_core.paper.genetic.philox import Draws, Purpose, below, threshold
 
 #: Key of offspring that must not replace anybody: below all keys of `planner_core.paper.genetic.objective`.

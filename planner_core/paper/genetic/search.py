@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from planner_core.device import Device, open_device
 from planner_core.errors import DeviceError, RequirementError
 from planner_core.model import BoolArray, Int32Array, Int64Array
-from planner_core.model.genetic import GeneticSettings
+from planner_core.model.methods import GeneticSettings
 from planner_core.paper.genetic.host import evolve_on_host
 from planner_core.paper.genetic.objective import check_problem, objective_of
 from planner_core.paper.genetic.on_device import evolve_on_device

@@ -19,17 +19,23 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import BeamTemplate, CurveStep, FieldTime, Plan, PlanSettings, Route, Survey, UInt8Array
 from planner_core.network.links import least_listed_overlap
-from planner_core.plan_folder.viewer_files import cloud_bytes
-from planner_core.plan_folder.viewer_layers import UInt16Array, layers_of, lost_bytes, seen_bytes
+from planner_core.plan_folder.viewer_layers import UInt16Array, cloud_bytes, layers_of, lost_bytes, seen_bytes
 from planner_core.planning.live.draft import Draft, DraftStation, Place, local_place
-from planner_core.planning.live.figures import links_as_scanned, plan_of, registration_of
-from planner_core.planning.live.layers import TIMES_SEEN, layer_named, times_seen_bytes
+from planner_core.planning.live.figures import (
+    TIMES_SEEN,
+    LeftSurface,
+    layer_named,
+    left_surfaces,
+    links_as_scanned,
+    plan_of,
+    registration_of,
+    times_seen_bytes,
+)
 from planner_core.planning.live.pairs import PairFinder
 from planner_core.planning.live.preview import Preview, Standing, coverages, differing
 from planner_core.planning.live.station_observations import StationObserver, rows_of
 from planner_core.planning.live.tally import CoverageAreas, Tally, changed, coverage_areas, covered_area_m2, figure_of
 from planner_core.planning.live.tripod_positions import GroundMap, TripodPosition, TripodPositions
-from planner_core.planning.live.unseen import LeftSurface, left_surfaces
 from planner_core.positions.admissibility import Tripods
 from planner_core.positions.local_site import ends_of, floor_named, local_site
 from planner_core.positions.reach import Reach

@@ -25,7 +25,7 @@ from planner_core.model import (
     Survey,
     WeakMotion,
 )
-from planner_core.network.links import surface_of_patches
+from planner_core.network.links import probabilities, surface_of_patches
 from planner_core.network.pair_overlap import (
     N_SUMS,
     area_ticks,
@@ -35,7 +35,6 @@ from planner_core.network.pair_overlap import (
     overlap_by,
     patch_sums,
 )
-from planner_core.network.probability import probabilities
 from planner_core.network.weak_motion import weak_motion
 from planner_core.planning.live.station_observations import StationObservations
 

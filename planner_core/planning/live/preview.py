@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from planner_core.model import BoolArray, Coverage, Link, Registration, UInt8Array
 from planner_core.plan_folder.viewer_layers import Layer, UInt16Array
 from planner_core.planning.live.draft import Draft, DraftStation
-from planner_core.planning.live.layers import times_seen_bytes
+from planner_core.planning.live.figures import times_seen_bytes
 from planner_core.planning.live.station_observations import StationObservations
 from planner_core.planning.live.tally import Change, CoverageAreas, Tally, coverage, figure_of
 from planner_core.planning.live.tripod_positions import TripodPosition

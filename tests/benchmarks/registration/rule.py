@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from planner_core.model import BoolArray, FloatArray
-from planner_core.network.probability import link_figures
+from planner_core.network.links import link_figures
 
 NEAR_MM, NEAR_DEG = 10.0, 0.1
 """A pair is registered when it is as near to the truth."""

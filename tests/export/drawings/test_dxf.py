@@ -14,8 +14,7 @@ import shapely
 
 from planner_core.errors import RequirementError
 from planner_core.export.dxf import BLOCK, write_dxf
-from planner_core.export.dxf_document import APP
-from planner_core.export.dxf_sheets import scale_for
+from planner_core.export.dxf_document import APP, scale_for
 from planner_core.export.options import Options
 from planner_core.export.sheets.building import read_building
 from planner_core.export.sheets.paper import drawing_scales

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from planner_core.export.chosen import RouteLeg
-from planner_core.export.map_sheets import map_sheets
-from planner_core.export.occupancy import FREE, OCCUPIED, UNKNOWN, occupancy_maps
+from planner_core.export.occupancy import FREE, OCCUPIED, UNKNOWN, map_sheets, occupancy_maps
 from planner_core.export.robot_ways import MappedGround, WayPiece, robot_ways
 from planner_core.model import Floor, Survey
 from planner_core.positions.free_space import FreeSpace

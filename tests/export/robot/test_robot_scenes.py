@@ -9,8 +9,7 @@ import pytest
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.export.chosen import RouteLeg
-from planner_core.export.map_sheets import map_sheets
-from planner_core.export.occupancy import FREE, entered, occupancy_maps
+from planner_core.export.occupancy import FREE, entered, map_sheets, occupancy_maps
 from planner_core.export.robot_ways import MappedGround, robot_ways
 from planner_core.model import PlanSettings, Requirements, Scanner, Scene
 from planner_core.positions.free_space import FreeSpace, free_space

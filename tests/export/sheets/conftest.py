@@ -10,7 +10,7 @@ import pytest
 from planner_core.coordinates.request import FrameRequest
 from planner_core.export.options import Options
 from planner_core.export.sheets.html_page import write_html
-from planner_core.export.sheets.pdf import write_pdf
+from planner_core.export.sheets.sheet_set import write_pdf
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.progress import silent
 

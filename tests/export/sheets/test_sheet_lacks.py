@@ -13,7 +13,7 @@ import pytest
 from planner_core.errors import ExportError, RequirementError
 from planner_core.export.options import Options
 from planner_core.export.sheets.building import Building, read_building, read_meshes
-from planner_core.export.sheets.pdf import write_pdf
+from planner_core.export.sheets.sheet_set import write_pdf
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.progress import silent
 

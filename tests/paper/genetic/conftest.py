@@ -10,7 +10,7 @@ import pytest
 
 from planner_core.device import Device
 from planner_core.model import Visibility
-from planner_core.model.genetic import GeneticSettings
+from planner_core.model.methods import GeneticSettings
 from planner_core.paper.genetic import operators as host
 from planner_core.paper.genetic.objective import objective_of
 from planner_core.paper.genetic.on_device import DEFAULT_SHAPE, SHAPES, Population

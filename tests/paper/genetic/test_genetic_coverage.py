@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.model import Visibility
-from planner_core.model.genetic import OBJECTIVES, GeneticSettings
+from planner_core.model.methods import OBJECTIVES, GeneticSettings
 from planner_core.paper.genetic.host import HostCoverage
 from planner_core.paper.genetic.objective import objective_of
 from planner_core.paper.genetic.on_device import DEFAULT_SHAPE, SHAPES, Population, WorkShape

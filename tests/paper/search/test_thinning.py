@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
-from planner_core.paper.search.thinning import best_apart, by_worth, one_per_cell
+from planner_core.paper.search.improve import best_apart, by_worth, one_per_cell
 
 
 def scattered(seed: int, n: int):

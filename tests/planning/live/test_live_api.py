@@ -26,7 +26,7 @@ from planner_core.model import Plan, Review
 from planner_core.model.review import ForbiddenPlace, StationEdit, Zone
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.review.plan_facts import plan_under_review
+from planner_core.review.stations import plan_under_review
 from viewer_web.server.answers import answer_errors
 from viewer_web.server.live_api import create_live_router
 from viewer_web.server.live_worker import LiveSide

@@ -17,9 +17,9 @@ from planner_core.errors import PlanFolderError
 from planner_core.model import REASONS, Plan, PlanSettings
 from planner_core.model.unseen import NOT_WORTH
 from planner_core.plan_folder.plan_json import plan_document
+from planner_core.planning.live.figures import MIN_LISTED_M2
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.planning.live.opening import open_live
-from planner_core.planning.live.unseen import MIN_LISTED_M2
 
 Planned = Callable[[str, PlanSettings], tuple[Path, Plan]]
 

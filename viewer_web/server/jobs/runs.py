@@ -21,7 +21,7 @@ from typing import Any
 
 from planner_core.errors import PlanFolderError, PlannerError
 from planner_core.operating_system import HANDS_ON_LOCKS, apart
-from planner_core.plan_folder.folder_lock import locked_folder
+from planner_core.plan_folder.atomic import locked_folder
 from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.plan_folder.plan_settings import ScenePaths, find_scene
 from planner_core.review.store import REVIEW_FILE, ReviewStore
