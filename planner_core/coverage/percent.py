@@ -39,7 +39,7 @@ def reached_share(share: float, required: float, decimals: int) -> float:
 def link_limits_words(limits: LinkLimits, noun: str = "overlap", pre_alignment: str = "") -> str:
     """What links need: `at least 99 % probability of registering (tracked) and 30 % overlap`.
 
-    noun : of `planner_core.requirements.explain.overlap_noun`. pre_alignment : where registration starts; empty: not
+    noun : of `planner_core.requirements.wording.overlap_noun`. pre_alignment : where registration starts; empty: not
     named.
     """
     start = f" ({pre_alignment})" if pre_alignment else ""

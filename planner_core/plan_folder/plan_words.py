@@ -22,7 +22,7 @@ from planner_core.model.site_frame import feet_and_inches
 from planner_core.network.network_report import groups_first, weakest_link
 from planner_core.plan_folder.plan_model.results import FloorSection
 from planner_core.plan_folder.plan_source import PlanSource, limits_of, link_of, links_of
-from planner_core.requirements.explain import overlap_defined, overlap_noun
+from planner_core.requirements.wording import overlap_defined, overlap_noun
 
 Document = Mapping[str, Any]
 """Of plan.json, or a part of it."""

@@ -13,8 +13,8 @@ from planner_core.coverage.coverage import times_seen
 from planner_core.coverage.percent import reached_percent
 from planner_core.model import Int32Array, Loss, OverlapOf, PartResult, Visibility
 from planner_core.requirements.demand import Demand
-from planner_core.requirements.explain import area_in_words, limits_in_words
 from planner_core.requirements.observe_candidates import SeenPatches
+from planner_core.requirements.wording import area_in_words, limits_in_words
 
 
 def times_met(demand: Demand, rows: SeenPatches) -> Int32Array:

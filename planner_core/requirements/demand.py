@@ -24,9 +24,9 @@ from planner_core.model import (
     UInt8Array,
 )
 from planner_core.progress import Progress, silent
-from planner_core.requirements.explain import area_in_words, figure_in_words, limits_in_words, name_of
 from planner_core.requirements.goals import Goal, Goals
 from planner_core.requirements.observe_candidates import CandidateObservations, SeenPatches, merged, observe_candidates
+from planner_core.requirements.wording import area_in_words, figure_in_words, limits_in_words, name_of
 from planner_core.select.problem import Constraint
 
 
