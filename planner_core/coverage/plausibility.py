@@ -144,7 +144,7 @@ def _why_close(f: PlanFigures, stations: Sequence[Station]) -> str:
 
 def _shortest(f: PlanFigures) -> tuple[str, float]:
     """The limit of all surfaces that holds on the floor over the shortest distance in plan from a station, metres."""
-    limits, template = f.plan.settings.requirements.asked, f.survey.template
+    limits, template = f.plan.settings.requirements.limits, f.survey.template
     height_m = float(np.nanmedian([station.instrument_height_m for station in f.stations]))
     found = [("scanner's range", template.range_max_m)]
     if limits.range_m is not None:

@@ -18,9 +18,9 @@ from scipy import ndimage
 from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Int64Array, Plan, Scene, Station, Survey
 from planner_core.positions.reach import Reach
 from planner_core.positions.rooms import find_rooms
+from planner_core.scene.between_walls import GAP_M, between_walls, cut_cells
 from planner_core.scene.columns import sample_scene
 from planner_core.scene.ground_planes import SITE_KINDS
-from planner_core.scene.inside import GAP_M, between_walls, cut_cells
 from planner_core.scene.level_surfaces import MIN_CLEAR_M, WALL_CUT_M, cut_of_scene
 from planner_core.scene.rooms import room_of_points
 

@@ -98,7 +98,7 @@ def explain(
     progress(ProgressEvent(_STAGE, 0, 3, "unseen"))
     unseen = surfaces_of(survey, np.flatnonzero(scope & ~covered).astype(np.int32))
     seen = Seen(n_candidates, achievable, covered, scope)
-    limits = requirements.asked if required is None else required
+    limits = requirements.limits if required is None else required
     reason = reasons_of_patches(survey, engine, seen, candidates_m, unseen, required=limits, sealed=sealed)
     progress(ProgressEvent(_STAGE, 1, 3, "pieces"))
     why_unseen = reason[unseen.patch].astype(np.int64)

@@ -57,9 +57,9 @@ class PartRequirement:
 
     name: str
     coverage: Required = 0.95
-    """Fraction of the part's area that is achievable by `asked` and `seen_from`; 0: of the part nothing is required,
+    """Fraction of the part's area that is achievable by `limits` and `seen_from`; 0: of the part nothing is required,
     also where other requirements are about it: it is an obstacle only."""
-    asked: PointLimits = PointLimits()
+    limits: Annotated[PointLimits, Field(alias="asked")] = PointLimits()
     seen_from: SeenFrom = 1
     floors: tuple[str, ...] = ()
     """Ids or names; empty: all planned."""
@@ -95,8 +95,8 @@ def _check_seen_from(seen_from: int, what: str = "") -> None:
 @document
 @dataclass(frozen=True)
 class Requirements:
-    """The client's requirements. What counts as covered meets `asked` from at least `seen_from` stations; achievable is
-    what candidates can.
+    """The client's requirements. What counts as covered meets `limits` from at least `seen_from` stations; achievable
+    is what candidates can.
     """
 
     coverage: Required = 0.95
@@ -109,7 +109,7 @@ class Requirements:
     """Which surface overlap is counted on: all that a station sees, or where it meets the limits required of all."""
     floors: tuple[str, ...] = ()
     """Ids or names of the floors to plan; empty: all."""
-    asked: PointLimits = PointLimits()
+    limits: Annotated[PointLimits, Field(alias="asked")] = PointLimits()
     seen_from: SeenFrom = 1
     reflectivity: Number = 0.8
     """Of the surfaces, for range noise."""
@@ -175,7 +175,7 @@ class Requirements:
     @property
     def limits_noise(self) -> bool:
         """Whether a requirement of all or of a part limits noise."""
-        return any(limits.noise_m is not None for limits in (self.asked, *(part.asked for part in self.parts)))
+        return any(limits.noise_m is not None for limits in (self.limits, *(part.limits for part in self.parts)))
 
 
 @dataclass(frozen=True)
@@ -189,7 +189,7 @@ class PartResult:
     covered_area_m2: float
     total_area_m2: float
     seen_from: int = 1
-    asked: PointLimits = PointLimits()
+    limits: PointLimits = PointLimits()
 
     @property
     def fraction_of_achievable(self) -> float:

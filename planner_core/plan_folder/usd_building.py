@@ -40,7 +40,7 @@ VARIANTS = {
     "incidence": "heatIncidence",
     "plain": "heatPlain",
 }
-"""Variant -> the primvar that the material shows; the first is chosen to begin with. `usd_heatmaps` has the others."""
+"""Variant -> the primvar that the material shows; the first is chosen to begin with. `usd_stage` has the others."""
 
 
 def author_building(layer: Layer, survey: Survey, places: tuple[MeshPlace, ...], *, flat: bool) -> None:

@@ -196,7 +196,7 @@ REVIEW_COMMENT = "What reviewers changed. This layer is the strongest of plan.us
 
 
 def write_stage(plan: Plan, results: FaceResults, folder: Path) -> None:
-    """Write `STAGE_FILES` below `folder`; the clouds are `usd_clouds`, one a station.
+    """Write `STAGE_FILES` below `folder`; the clouds are layers of their own, one a station.
 
     Raises
     ------

@@ -201,7 +201,7 @@ def layer_files(plan: Plan, engine: ScanEngine, figures: LayerFigures | None = N
     """
     layers, n_patches = layers_of(plan.settings.scanner), plan.survey.patches.n_patches
     figures = figures or LayerFigures(layers, n_patches)
-    names, limits = iter(station_prim_names(plan.stations)), plan.settings.requirements.asked
+    names, limits = iter(station_prim_names(plan.stations)), plan.settings.requirements.limits
     for observations in _observations_of_stations(plan, engine):
         figures.add(observations)
         seen = observations.patch

@@ -287,7 +287,7 @@ class _PointVisibility:
 
     def _meets(self, position_m: FloatArray, rows: Int64Array) -> BoolArray:
         """(K,) bool: whether figures at points of rows (K,) meet the limits."""
-        limits: PointLimits = self._requirements.asked
+        limits: PointLimits = self._requirements.limits
         away_m = self._points.at_m[rows] - position_m
         range_m = np.maximum(np.sqrt((away_m * away_m).sum(axis=1)), 1e-9)
         cosine = np.abs((away_m * self._points.normal[rows]).sum(axis=1)) / range_m

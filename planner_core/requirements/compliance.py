@@ -38,7 +38,7 @@ def part_results(demand: Demand, rows: SeenPatches) -> tuple[PartResult, ...]:
                 covered_area_m2=float(area_m2[covered].sum()),
                 total_area_m2=float(area_m2[goal.patches].sum()),
                 seen_from=goal.seen_from,
-                asked=goal.asked,
+                limits=goal.limits,
             )
         )
     return tuple(results)
@@ -66,7 +66,7 @@ def missed_in_words(results: tuple[PartResult, ...]) -> tuple[str, ...]:
     lines = []
     for result in results:
         if not result.met:
-            words = limits_in_words(result.asked, result.seen_from)
+            words = limits_in_words(result.limits, result.seen_from)
             lines.append(
                 f"{result.name!r} is covered to {reached_percent(result.fraction_of_achievable, result.required)} % of "
                 f"the {area_in_words(result.achievable_area_m2)} scannable{' with ' + words if words else ''}, "

@@ -146,7 +146,7 @@ def _impossible(demand: Demand, goal: Goal, seen: BoolArray) -> str:
     seen = seen & goal.patches
     n_positions = demand.rows.seen.n_positions
     area_m2 = demand.area_m2[: demand.n_patches]
-    limits = limits_in_words(goal.asked, goal.seen_from)
+    limits = limits_in_words(goal.limits, goal.seen_from)
     of = area_in_words(float(area_m2[goal.patches].sum()))
     what = f"requirement {goal.name!r}: got nothing of its {of}{' with ' + limits if limits else ''}"
     if not seen.any():

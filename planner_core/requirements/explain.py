@@ -47,7 +47,7 @@ def explain(survey: Survey, demand: Demand) -> tuple[str, ...]:
             area_m2 = sum(each.area_m2 for each in own)
             lines.append(
                 f"requirement {goal.name!r}: {area_in_words(area_m2)} that candidates see can't be scanned with "
-                f"{limits_in_words(goal.asked, goal.seen_from)}, and do not count"
+                f"{limits_in_words(goal.limits, goal.seen_from)}, and do not count"
             )
             lines.extend(f"  {_in_words(survey, demand, goal, each)}" for each in own[:_MOST_LISTED])
             if len(own) > _MOST_LISTED:
@@ -78,7 +78,7 @@ def _widest(goals: tuple[Goal, ...]) -> tuple[Goal, ...]:
     """Goals without those that a goal of the same limits holds whole."""
 
     def holds(one: Goal, other: Goal) -> bool:
-        same = one.asked == other.asked and one.seen_from == other.seen_from
+        same = one.limits == other.limits and one.seen_from == other.seen_from
         return same and not (other.patches & ~one.patches).any()
 
     return tuple(
@@ -123,7 +123,7 @@ def _cause(demand: Demand, goal: Goal, one: Shortfall) -> str:
         return f"met from fewer than {goal.seen_from} of {demand.rows.seen.n_positions} candidates"
     if not one.limit:
         return "several limits combined prevent it"
-    limit = getattr(goal.asked, one.limit)
+    limit = getattr(goal.limits, one.limit)
     name, required = name_of(one.limit), figure_in_words(one.limit, limit)
     if np.isnan(one.least):
         return f"{name} is not known there, {required} required"

@@ -42,7 +42,7 @@ class Goal:
 
     name: str
     coverage: float
-    asked: PointLimits
+    limits: PointLimits
     seen_from: int
     patches: BoolArray
     stated: bool = False
@@ -70,17 +70,17 @@ class Goals:
     @cached_property
     def qualities(self) -> tuple[PointLimits, ...]:
         """Distinct limits of the goals: those required of all first, the others as they come."""
-        return tuple(dict.fromkeys((self.overall.asked, *(goal.asked for goal in self.each))))
+        return tuple(dict.fromkeys((self.overall.limits, *(goal.limits for goal in self.each))))
 
     def quality_of(self, goal: Goal) -> int:
         """Number of the goal's limits among the `qualities`."""
-        return self.qualities.index(goal.asked)
+        return self.qualities.index(goal.limits)
 
     @cached_property
     def wanted(self) -> tuple[BoolArray | None, ...]:
         """Of each quality the patches, (P,) bool, that a goal requires it of; None: all, for that required of all."""
         others = [
-            np.any([goal.patches for goal in self.each if goal.asked == limits], axis=0)
+            np.any([goal.patches for goal in self.each if goal.limits == limits], axis=0)
             for limits in self.qualities[1:]
         ]
         return (None, *others)
@@ -155,7 +155,7 @@ def goals_of(survey: Survey, requirements: Requirements) -> Goals:
                 f"requirement {part.name!r}: got no surface{_where(survey)}, expected some; its floors, classes, zone "
                 "and heights have nothing in common"
             )
-        goal = Goal(part.name, part.coverage, part.asked, part.seen_from, patches, stated=True)
+        goal = Goal(part.name, part.coverage, part.limits, part.seen_from, patches, stated=True)
         if len(floors) == 1 and not (part.classes or part.zone or part.heights_m):
             if floors[0] in by_floor:
                 raise RequirementError(
@@ -165,7 +165,7 @@ def goals_of(survey: Survey, requirements: Requirements) -> Goals:
             by_floor[floors[0]] = goal
         else:
             others.append(goal)
-    all_of = requirements.coverage, requirements.asked, requirements.seen_from
+    all_of = requirements.coverage, requirements.limits, requirements.seen_from
     for index in survey.planned:
         by_floor.setdefault(index, Goal(_floor_name(survey.floors, index), *all_of, of_patch == index))
     goals = (*(by_floor[index] for index in survey.planned), Goal(OVERALL, *all_of, scope), *others)

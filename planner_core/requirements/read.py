@@ -74,7 +74,7 @@ def requirements_from(
     """Read the entries of a file of requirements; raises as `read_requirements` does."""
     file = read_as(RequirementsFile, entries, f"{where}: ", remedy="see docs/formats/requirements.md")
     preset = deliverable_named(file.deliverable or deliverable)
-    follow = PartRequirement(name="all", coverage=Requirements().coverage, asked=_limits_of(preset))
+    follow = PartRequirement(name="all", coverage=Requirements().coverage, limits=_limits_of(preset))
     of_all = _limits_and_coverage(file, follow, where)
     follow = PartRequirement(name="all", **of_all)
     options: dict[str, Any] = {"overlap": preset.overlap if file.overlap is None else file.overlap}
@@ -145,11 +145,11 @@ def _limits_and_coverage(own: PartEntries, follow: PartRequirement, where: str) 
 
     given = (own.spacing, own.range, own.incidence, own.noise)
     limits = (
-        limit(each, getattr(follow.asked, field.name)) for each, field in zip(given, fields(PointLimits), strict=True)
+        limit(each, getattr(follow.limits, field.name)) for each, field in zip(given, fields(PointLimits), strict=True)
     )
     return {
         "coverage": follow.coverage if own.coverage is None else own.coverage,
-        "asked": _in_file(where, PointLimits, *limits),
+        "limits": _in_file(where, PointLimits, *limits),
         "seen_from": own.seen_from or follow.seen_from,
     }
 

@@ -147,7 +147,7 @@ def _requirements(requirements: Requirements, review: Review) -> Requirements:
                 PartRequirement(
                     name=f"{name} ({zone.id})" if name in taken else name,
                     coverage=zone.coverage or requirements.coverage,
-                    asked=requirements.asked,
+                    limits=requirements.limits,
                     seen_from=requirements.seen_from,
                     floors=(zone.floor,) if zone.floor else (),
                     zone=zone.outline_m,

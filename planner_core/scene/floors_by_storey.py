@@ -23,8 +23,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene, Storey
+from planner_core.scene.between_walls import MARGIN, cut_around_lines, lines_of
 from planner_core.scene.ground_planes import RAISED_M, STAIR_KINDS, USED_KINDS, plane_pieces, with_missing_slabs
-from planner_core.scene.inside import MARGIN, cut_around_lines, lines_of
 from planner_core.scene.level_surfaces import (
     MIN_AREA_M2,
     MIN_CLEAR_M,

@@ -22,9 +22,10 @@ from scipy.sparse.csgraph import connected_components
 
 from planner_core.model import BoolArray, FloatArray, Int64Array
 from planner_core.scene.array_rows import chunks
+from planner_core.scene.between_walls import MARGIN, between_walls, cut_around_lines, lines_of
 from planner_core.scene.columns import SAME_SURFACE_M, Columns
 from planner_core.scene.ground_planes import plane_pieces
-from planner_core.scene.inside import MARGIN, ROOM_WIDTH_M, between_walls, cut_around_lines, lines_of
+from planner_core.scene.inside import ROOM_WIDTH_M
 from planner_core.scene.level_surfaces import (
     MAX_SLOPE_RAD,
     MIN_AREA_M2,

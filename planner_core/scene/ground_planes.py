@@ -14,7 +14,8 @@ from scipy import ndimage
 
 from planner_core.model import BoolArray, Element, FloatArray, Floor, Int32Array, Int64Array, Scene, Storey, UInt8Array
 from planner_core.scene.array_rows import first_of_equal_rows
-from planner_core.scene.inside import ROOM_WIDTH_M, closed_walls, cut_cells
+from planner_core.scene.between_walls import closed_walls, cut_cells
+from planner_core.scene.inside import ROOM_WIDTH_M
 from planner_core.scene.level_surfaces import (
     MIN_AREA_M2,
     MIN_CLEAR_M,

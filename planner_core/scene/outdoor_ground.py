@@ -13,10 +13,10 @@ from scipy import ndimage
 
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Floor, Scene
+from planner_core.scene.between_walls import closed_walls, cut_cells
 from planner_core.scene.columns import sample_scene
 from planner_core.scene.doors import ExteriorDoor, exterior_doors
 from planner_core.scene.ground_planes import SITE_KINDS, rectangles, with_more_triangles
-from planner_core.scene.inside import closed_walls, cut_cells
 from planner_core.scene.level_surfaces import MAX_SLOPE_RAD, WALL_CUT_M, cut_of_scene
 
 #: Width of the strip, and how far from rooms stations may stand in it: walls and a porch lie between. From there two

@@ -270,7 +270,7 @@ def flats(n_flats: int = 3, n: int = 40, n_rows: int = 300) -> tuple[CoverProble
 def opened_house() -> tuple[Survey, ScanEngine, PlanSettings]:
     settings = PlanSettings(
         scanner=load_scanner("rtc360"),
-        requirements=Requirements(asked=PointLimits(spacing_m=0.006, range_m=20.0)),
+        requirements=Requirements(limits=PointLimits(spacing_m=0.006, range_m=20.0)),
         scan_mode=ScanBy.PATCHES,
         max_patch_area_m2=0.16,
     )

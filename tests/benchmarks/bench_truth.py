@@ -72,7 +72,7 @@ def plan_and_check(
     settings = PlanSettings(
         scanner=load_scanner(scanner),
         requirements=Requirements(
-            asked=ASKED[scanner], parts=tuple(PartRequirement(each, 0.0, classes=(each,)) for each in NO_COVER)
+            limits=ASKED[scanner], parts=tuple(PartRequirement(each, 0.0, classes=(each,)) for each in NO_COVER)
         ),
         scan_mode=ScanBy.PATCHES,
         method=Proven(work_limit=0.2),

@@ -42,7 +42,7 @@ def test_settings_are_those_of_a_file_with_what_is_said_in_place_of_it(tmp_path:
     file.write_text("coverage: 80 %\nspacing: 6 mm\nsite: {forbidden: [{position: [5, 1, 1.6]}]}\n")
     told = tlsplan.settings("rtc360:6mm", requirements=file, coverage=0.9, grid_step_m=1.0, method=tlsplan.Greedy())
     assert (told.scanner.name, told.scanner.mode) == ("rtc360", "6mm")
-    assert (told.requirements.coverage, told.requirements.asked.spacing_m) == (0.9, 0.006)
+    assert (told.requirements.coverage, told.requirements.limits.spacing_m) == (0.9, 0.006)
     assert [station.role for station in told.site.prior] == [Role.FORBIDDEN]
     assert (told.grid_step_m, told.method) == (1.0, tlsplan.Greedy())
     assert tlsplan.settings(told.scanner).scanner is told.scanner

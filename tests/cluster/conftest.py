@@ -85,7 +85,7 @@ def look() -> Look:
     """Limits of all, and others of what is low."""
     low = PartRequirement("low", 0.9, PointLimits(spacing_m=0.05), heights_m=(0.0, 1.0))
     limits = PointLimits(range_m=6.0, incidence_rad=1.2)
-    return made_look(replace(SETTINGS, requirements=Requirements(coverage=0.9, asked=limits, parts=(low,))))
+    return made_look(replace(SETTINGS, requirements=Requirements(coverage=0.9, limits=limits, parts=(low,))))
 
 
 def assert_same_bits(found: CandidateObservations, expected: CandidateObservations) -> None:

@@ -101,7 +101,7 @@ class World:
         return (self.survey.scene.element_of_triangle == index)[self.survey.patches.triangle_of_patch]
 
 
-def world(boxes, candidates_m, *, rooms=(), scan=None, asked=None, seen_from=1, optics=None, patch_m2=0.1) -> World:
+def world(boxes, candidates_m, *, rooms=(), scan=None, limits=None, seen_from=1, optics=None, patch_m2=0.1) -> World:
     names = [name for name, _, _ in boxes]
     scene = scene_from_arrays(
         np.concatenate([box_corners(low, high) for _, low, high in boxes]),
@@ -116,7 +116,8 @@ def world(boxes, candidates_m, *, rooms=(), scan=None, asked=None, seen_from=1, 
     floor = Floor("F0", "Ground", 0.0, 10.0, np.array([2, 3], np.int32), np.array([[0.0, 0], [4, 3]]), "slab")
     on_floor, template = np.zeros(scene.n_triangles, np.int32), make_template(scan)
     survey = Survey(scene, (floor,), patches, on_floor, template, scan, ScanBy.BEAMS, (0,))
-    settings = PlanSettings(scanner=scan, requirements=Requirements(asked=asked or PointLimits(), seen_from=seen_from))
+    required = Requirements(limits=limits or PointLimits(), seen_from=seen_from)
+    settings = PlanSettings(scanner=scan, requirements=required)
     engine = open_engine(scene, patches, engine="open3d")
     at = np.asarray(candidates_m, dtype=np.float64)
     return World(survey, settings, engine, at, engine.visible_patches(survey.template, at))

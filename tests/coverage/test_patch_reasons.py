@@ -122,7 +122,7 @@ def test_far_end_of_a_hall_is_out_of_range(build):
 
 def test_asked_range_counts_as_the_scanners_own(build):
     boxes = build.shell((0, 0, 0), (20, 3, 2.5))
-    world = build.world(boxes, [(2, 1.5, 1.5)], asked=PointLimits(range_m=6.0))
+    world = build.world(boxes, [(2, 1.5, 1.5)], limits=PointLimits(range_m=6.0))
     at, _ = places(world)
     range_m = np.linalg.norm(at - world.candidates_m[0], axis=1)
     world.seen = rows_without(world.seen, range_m > 6.0)
@@ -139,7 +139,7 @@ def test_ceiling_above_the_field_of_view_is_said_to_be(build):
 
 def test_surface_beyond_the_asked_incidence_is_too_oblique(build):
     world = build.world(
-        build.shell((0, 0, 0), (12, 3, 2.5)), [(1, 1.5, 1.5)], asked=PointLimits(incidence_rad=np.deg2rad(60))
+        build.shell((0, 0, 0), (12, 3, 2.5)), [(1, 1.5, 1.5)], limits=PointLimits(incidence_rad=np.deg2rad(60))
     )
     at, normal = places(world)
     away = at - world.candidates_m[0]
@@ -154,7 +154,7 @@ def test_surface_beyond_the_asked_incidence_is_too_oblique(build):
 def test_asked_spacing_makes_surface_too_sparse_and_asked_noise_too_noisy(build):
     for asked, expected in ((PointLimits(spacing_m=0.001), TOO_SPARSE), (PointLimits(noise_m=0.001), TOO_NOISY)):
         scan = replace(build.scanner(), range_noise=((1.0, 0.8, 0.002), (50.0, 0.8, 0.002)))
-        world = build.world(build.shell(*ROOM), INSIDE, asked=asked, scan=scan)
+        world = build.world(build.shell(*ROOM), INSIDE, limits=asked, scan=scan)
         world.seen = rows_without(world.seen, np.ones(world.seen.n_patches, dtype=bool))
         at, _ = places(world)
         inner = facing_in(world, "east", 0, -1) & clear_of_rims(at, *ROOM)

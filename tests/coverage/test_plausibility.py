@@ -142,9 +142,9 @@ def test_stations_per_ground_are_doubted_above_practice_but_in_small_buildings(n
     ("settings", "own_m2", "cause"),
     [
         (asking(seen_from=2), 5.0, "each surface is required from 2 stations"),
-        (asking(asked=PointLimits(range_m=3.0)), 5.0, "the required range of 3 m holds on the floor within 2.5 m"),
-        (asking(asked=PointLimits(incidence_rad=math.radians(60))), 5.0, "incidence of 60° holds on the floor within"),
-        (asking(asked=PointLimits(spacing_m=0.003)), 5.0, "the required spacing of 3 mm holds on the floor within"),
+        (asking(limits=PointLimits(range_m=3.0)), 5.0, "the required range of 3 m holds on the floor within 2.5 m"),
+        (asking(limits=PointLimits(incidence_rad=math.radians(60))), 5.0, "incidence of 60° holds on the floor within"),
+        (asking(limits=PointLimits(spacing_m=0.003)), 5.0, "the required spacing of 3 mm holds on the floor within"),
         (
             asking(overlap=0.6),
             0.5,

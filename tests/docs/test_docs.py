@@ -205,7 +205,8 @@ def test_names_in_pages_and_docstrings_are_those_of_the_code() -> None:
     paths = {(name, path) for name, text in _docstrings()
              for path in re.findall(rf"(?<![\w./-])(?:{TOPS})/[\w./-]*\.[a-z]+\b", text)}  # fmt: skip
     missing |= {(name, path) for name, path in paths if not (ROOT / path).exists()}
-    assert sorted(each for each in missing if each[1] not in OF_OTHERS) == []
+    lost = sorted(f"{where}: {name} is not in the code" for where, name in missing if name not in OF_OTHERS)
+    assert not lost, "\n".join(lost)
 
 
 def test_a_quotation_is_refreshed_line_by_line_and_keeps_its_gaps() -> None:

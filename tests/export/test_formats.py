@@ -81,9 +81,14 @@ def test_a_format_has_a_writer_and_says_what_it_is(name: str) -> None:
 
 def test_the_page_of_formats_is_what_the_registry_says() -> None:
     folder = Path(__file__).parents[2] / "docs" / "formats" / "field-pack"
-    assert (folder / "index.md").read_text(encoding="utf-8") == page(), "run `make docs`"
+    assert (folder / "index.md").read_text(encoding="utf-8") == page(), (
+        "run `python -m tlsplan.formats_reference docs/formats/field-pack/index.md`"
+    )
+    feet = (folder.parents[1] / "howto" / "feet.md").read_text(encoding="utf-8")
     for each in FORMATS.values():
-        assert each.page == "" or (folder / each.page).is_file(), each.name
+        section = (folder / each.page).read_text(encoding="utf-8") if each.page else each.name
+        assert re.search(rf"`?{each.name}`?", section), f"{each.page} has nothing on {each.name}"
+        assert not each.feet or f"`{each.name}`" in feet, f"docs/howto/feet.md has no row of {each.name}"
 
 
 def test_standard_names_are_told_apart() -> None:

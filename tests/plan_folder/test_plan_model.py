@@ -44,7 +44,7 @@ def test_plan_of_the_first_version_can_be_planned_again_as_it_was_made(old_folde
     assert (settings.objective, settings.scan_mode, settings.method) == ("fewest", "beams", Greedy())
     assert (settings.special_places, settings.refine) == (False, False)  # there was neither
     assert settings.site == Site()
-    assert settings.requirements.asked == PointLimits()
+    assert settings.requirements.limits == PointLimits()
     assert settings.requirements.network == "none"
     assert settings.scanner.azimuth_range_rad is None
     (options,) = load_options_of(document)

@@ -52,7 +52,7 @@ asked = st.builds(PointLimits, *(st.none() | at_least_0 for _ in range(4)))
 PART = {
     "name": word.map(lambda name: f"part {name}"),
     "coverage": fraction.filter(bool),
-    "asked": asked,
+    "limits": asked,
     "seen_from": st.integers(1, 9),
     "floors": st.lists(word, max_size=2).map(tuple),
     "classes": st.lists(word, max_size=2).map(tuple),
@@ -64,7 +64,7 @@ REQUIREMENTS = {
     "coverage": fraction,
     "overlap": fraction,
     "floors": st.lists(word, max_size=2).map(tuple),
-    "asked": asked,
+    "limits": asked,
     "seen_from": st.integers(1, 9),
     "reflectivity": fraction,
     "parts": st.lists(part, max_size=3, unique_by=lambda each: each.name).map(tuple),

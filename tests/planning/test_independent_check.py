@@ -115,7 +115,7 @@ def test_a_cone_below_the_scanner_is_not_seen() -> None:
 @pytest.mark.slow
 def test_range_and_incidence_count_at_the_point() -> None:
     at = np.array([3.0, 2.0, 1.5])
-    found = judged(ROOM, [tuple(at)], all_round(), asked=PointLimits(range_m=2.5, incidence_rad=np.deg2rad(40.0)))
+    found = judged(ROOM, [tuple(at)], all_round(), limits=PointLimits(range_m=2.5, incidence_rad=np.deg2rad(40.0)))
     # Discs around the feet of the perpendiculars, cut by the walls' edges, on a fine grid of each wall.
     truth_m2 = 0.0
     for axis in range(3):
@@ -153,7 +153,7 @@ def test_glass_that_beams_pass_hides_nothing_and_is_not_seen() -> None:
 
 @pytest.mark.slow
 def test_what_only_a_station_sees_is_scannable_as_evaluate_has_it() -> None:
-    found = judged(ROOM, [(3.0, 2.0, 2.5)], all_round(), asked=PointLimits(range_m=1.0))
+    found = judged(ROOM, [(3.0, 2.0, 2.5)], all_round(), limits=PointLimits(range_m=1.0))
     # From 1.5 m nobody is within a metre of the ceiling.
     disc_m2 = np.pi * (1.0 - 0.5**2)
     assert is_within(found.covered_m2.judged, disc_m2, found.covered_m2.error)
@@ -178,7 +178,7 @@ def test_overlap_is_what_both_see_of_what_the_one_with_more_sees_or_by_jaccard_o
 @pytest.mark.parametrize("measure", ["smaller-share", "jaccard"])
 def test_of_what_is_seen_as_required_overlap_counts_points_within_the_limits(measure: str) -> None:
     at_m, most_m = [(2.0, 2.0, 1.5), (3.5, 2.0, 1.0)], 2.4
-    asked = {"asked": PointLimits(range_m=most_m), "overlap_measure": measure}
+    asked = {"limits": PointLimits(range_m=most_m), "overlap_measure": measure}
     plan = evaluated(ROOM, at_m, all_round(), overlap_of="seen-as-required", **asked)
     # Of the room's six faces, on a fine grid: what lies within range of either, and of both.
     near_m2 = np.zeros(2)

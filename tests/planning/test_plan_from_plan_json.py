@@ -43,7 +43,7 @@ def asked_of_parts(small: PlanSettings) -> PlanSettings:
     )
     requirements = Requirements(
         coverage=0.8 + THIRD / 100,
-        asked=PointLimits(noise_m=0.02 * THIRD),
+        limits=PointLimits(noise_m=0.02 * THIRD),
         reflectivity=0.7,
         parts=(upper, corner),
         network="none",

@@ -18,8 +18,8 @@ LIMITS = (PointLimits(range_m=3.0), PointLimits(incidence_rad=0.9))
 
 @pytest.fixture(scope="module")
 def asking(small: PlanSettings) -> PlanSettings:
-    walls = PartRequirement("walls", coverage=0.5, asked=LIMITS[1], classes=("*wall*",))
-    return replace(small, requirements=Requirements(coverage=0.8, asked=LIMITS[0], seen_from=2, parts=(walls,)))
+    walls = PartRequirement("walls", coverage=0.5, limits=LIMITS[1], classes=("*wall*",))
+    return replace(small, requirements=Requirements(coverage=0.8, limits=LIMITS[0], seen_from=2, parts=(walls,)))
 
 
 @pytest.fixture(scope="module")

@@ -28,7 +28,7 @@ WAYS = [(measure, of) for measure in ("smaller-share", "jaccard") for of in ("al
 
 def asking(small: PlanSettings, measure: str, of: str) -> PlanSettings:
     required: dict[str, Any] = {"overlap": 0.3, "min_probability": 0.0, "overlap_measure": measure, "overlap_of": of}
-    requirements = Requirements(coverage=0.9, asked=LIMITS, **required)
+    requirements = Requirements(coverage=0.9, limits=LIMITS, **required)
     return replace(small, requirements=requirements, method=Proven(work_limit=0.05))
 
 
@@ -151,6 +151,6 @@ def test_plans_off_the_grid_and_lists_are_measured_alike(
     assert [(link.a, link.b, link.overlap, link.strength) for link in listed.links] == [
         (link.a, link.b, link.overlap, link.strength) for link in plan.links
     ]
-    usual = Requirements(coverage=0.9, asked=LIMITS)
+    usual = Requirements(coverage=0.9, limits=LIMITS)
     otherwise = evaluate_stations(plan.survey.scene, replace(plan.settings, requirements=usual), given)
     assert {link.overlap for link in otherwise.links} != {link.overlap for link in plan.links}

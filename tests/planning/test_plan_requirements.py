@@ -88,7 +88,7 @@ def test_parts_with_figures_of_their_own_are_met_as_scans_recount_them(
 def test_limits_and_numbers_of_looks_are_met_as_scans_recount_them(
     asked: PointLimits, seen_from: int, small: PlanSettings, planned: Planned, looks: Any
 ) -> None:
-    requirements = Requirements(coverage=0.9, asked=asked, seen_from=seen_from)
+    requirements = Requirements(coverage=0.9, limits=asked, seen_from=seen_from)
     plan = planned("l-room", replace(small, requirements=requirements))
 
     def meets(at: FloatArray) -> Any:
@@ -114,8 +114,8 @@ def test_limits_and_numbers_of_looks_are_met_as_scans_recount_them(
 def test_what_no_spot_can_meet_is_refused_in_one_line_with_the_limit_to_ease(small: PlanSettings) -> None:
     scene = scenes_synthetic.build("box").scene
     for requirements, words in (
-        (Requirements(asked=PointLimits(spacing_m=1e-5)), ("'overall'", "spacing", "the best is")),
-        (Requirements(asked=PointLimits(range_m=0.1)), ("'overall'", "range")),
+        (Requirements(limits=PointLimits(spacing_m=1e-5)), ("'overall'", "spacing", "the best is")),
+        (Requirements(limits=PointLimits(range_m=0.1)), ("'overall'", "range")),
         (Requirements(seen_from=500), ("500",)),
         (
             Requirements(parts=(PartRequirement("door", classes=("IfcDoor",)),)),
@@ -130,7 +130,7 @@ def test_what_no_spot_can_meet_is_refused_in_one_line_with_the_limit_to_ease(sma
 
 @pytest.mark.slow
 def test_what_can_be_had_in_part_is_planned_and_the_rest_explained(small: PlanSettings, planned: Planned) -> None:
-    plan = planned("l-room", replace(small, requirements=Requirements(coverage=0.9, asked=PointLimits(range_m=2.0))))
+    plan = planned("l-room", replace(small, requirements=Requirements(coverage=0.9, limits=PointLimits(range_m=2.0))))
     lines = [line for line in plan.warnings if "can't be scanned with" in line]
     assert len(lines) == 1
     assert "2 m" in lines[0]
@@ -158,9 +158,9 @@ def test_options_take_the_place_of_entries_of_the_file(asked_for: Path) -> None:
     )
     assert requirements.coverage == 0.8
     assert requirements.network == "none"
-    assert requirements.asked.range_m == 5.0
-    assert requirements.asked.incidence_rad == pytest.approx(np.radians(80.0))
+    assert requirements.limits.range_m == 5.0
+    assert requirements.limits.incidence_rad == pytest.approx(np.radians(80.0))
     # Parts keep what they say themselves, and follow the option where they say nothing.
     assert requirements.parts[0].coverage == 0.9
-    assert requirements.parts[0].asked.range_m == 4.0
+    assert requirements.parts[0].limits.range_m == 4.0
     assert site.entrances_m == ((2.0, 1.0, 0.0),)

@@ -46,8 +46,8 @@ def test_figures_and_words_of_a_plan_are_checked(small: PlanSettings, change: di
 
 def test_noise_is_limited_for_scanners_alone_that_tell_theirs(small: PlanSettings) -> None:
     silent = replace(small, scanner=replace(small.scanner, range_noise=()))
-    walls = PartRequirement("walls", classes=("IfcWall*",), asked=PointLimits(noise_m=0.002))
-    for asked in (Requirements(asked=PointLimits(noise_m=0.002)), Requirements(parts=(walls,))):
+    walls = PartRequirement("walls", classes=("IfcWall*",), limits=PointLimits(noise_m=0.002))
+    for asked in (Requirements(limits=PointLimits(noise_m=0.002)), Requirements(parts=(walls,))):
         with pytest.raises(RequirementError, match=r"noise: got a limit with scanner .*, expected one with a table"):
             replace(silent, requirements=asked)
 

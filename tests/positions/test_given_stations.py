@@ -95,7 +95,7 @@ def test_an_evaluation_says_what_can_not_be_had_as_a_plan_does(
     stairs: tuple[Survey, ScanEngine, AllowedPositions],
 ) -> None:
     survey, engine, places = stairs
-    wanted = Requirements(coverage=0.5, asked=PointLimits(range_m=0.9))
+    wanted = Requirements(coverage=0.5, limits=PointLimits(range_m=0.9))
     landing = int(np.flatnonzero(places.kind == KINDS.index("landing"))[0])
     given = [given_at(survey, places, landing, floor=None, height_m=None)]
     plan = evaluate_survey(survey, replace(SETTINGS, requirements=wanted), given, engine)

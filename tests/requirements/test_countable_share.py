@@ -43,8 +43,8 @@ def positions_of(survey: Survey, n: int) -> np.ndarray:
         Requirements(network="none"),
         Requirements(
             network="none",
-            asked=PointLimits(range_m=4.0, incidence_rad=1.2),
-            parts=(PartRequirement("near", 0.5, asked=PointLimits(range_m=2.0)),),
+            limits=PointLimits(range_m=4.0, incidence_rad=1.2),
+            parts=(PartRequirement("near", 0.5, limits=PointLimits(range_m=2.0)),),
         ),
     ],
     ids=["plain", "limits"],
@@ -91,7 +91,7 @@ def test_rows_areas_and_looks_later_on_are_those_of_plain_loops(
 @pytest.mark.slow
 def test_what_was_looked_at_before_counts_with_the_rest(rooms: tuple[Survey, ScanEngine]) -> None:
     survey, engine = rooms
-    settings = replace(SETTINGS, requirements=Requirements(network="none", asked=PointLimits(range_m=4.0)))
+    settings = replace(SETTINGS, requirements=Requirements(network="none", limits=PointLimits(range_m=4.0)))
     at = positions_of(survey, 6)
     whole = demand_of(survey, settings, engine, at)
     row = np.array([4, 1])

@@ -90,17 +90,18 @@ def test_the_page_has_the_figures_of_the_code() -> None:
 
 def test_a_deliverable_fills_what_is_not_said() -> None:
     found, _ = requirements_from({"deliverable": "LOA-40"})
-    assert found == Requirements(asked=PointLimits(0.006, 10.0, math.pi / 3, 0.0017), overlap=0.40, deliverable="loa40")
+    limits = PointLimits(0.006, 10.0, math.pi / 3, 0.0017)
+    assert found == Requirements(limits=limits, overlap=0.40, deliverable="loa40")
     assert requirements_from({"deliverable": "none"})[0] == Requirements() == requirements_from({})[0]
 
 
 def test_what_is_said_wins_and_any_lifts_a_limit() -> None:
     entries = {"deliverable": "loa40", "spacing": 0.009, "noise": "any", "overlap": "20 %", "coverage": "90 %"}
     found, _ = requirements_from({**entries, "classes": {"IfcWall*": {"range": "4 m", "incidence": "any"}}})
-    assert found.asked == PointLimits(0.009, 10.0, math.pi / 3, None)
+    assert found.limits == PointLimits(0.009, 10.0, math.pi / 3, None)
     assert (found.overlap, found.coverage) == (0.20, 0.90)
     # Parts follow the whole where they say nothing.
-    assert found.parts[0].asked == PointLimits(0.009, 4.0, None, None)
+    assert found.parts[0].limits == PointLimits(0.009, 4.0, None, None)
 
 
 @pytest.fixture
@@ -112,18 +113,18 @@ def asked_for(tmp_path: Path) -> Path:
 
 def test_options_win_over_the_file_and_the_file_over_the_deliverable(asked_for: Path) -> None:
     of_file, _ = inputs.requirements_and_site(RequirementOptions(file=asked_for), deliverable="none", scope=Scope.ALL)
-    assert (of_file.asked.spacing_m, of_file.asked.range_m, of_file.deliverable) == (0.010, 8.0, "survey")
+    assert (of_file.limits.spacing_m, of_file.limits.range_m, of_file.deliverable) == (0.010, 8.0, "survey")
     found, _ = inputs.requirements_and_site(
         RequirementOptions(file=asked_for, deliverable="loa30", spacing="5 mm"), deliverable="none", scope=Scope.ALL
     )
-    assert found.asked == PointLimits(0.005, 8.0, math.radians(75))
+    assert found.limits == PointLimits(0.005, 8.0, math.radians(75))
     assert found.deliverable == "loa30"
 
 
 def test_a_default_holds_only_where_none_is_named(asked_for: Path) -> None:
     assert read_requirements(asked_for, deliverable="gsa3")[0].deliverable == "survey"
-    assert requirements_from({"range": "8 m"}, deliverable="gsa3")[0].asked.range_m == 8.0
-    assert requirements_from({"range": "8 m"}, deliverable="gsa3")[0].asked.spacing_m == 0.004
+    assert requirements_from({"range": "8 m"}, deliverable="gsa3")[0].limits.range_m == 8.0
+    assert requirements_from({"range": "8 m"}, deliverable="gsa3")[0].limits.spacing_m == 0.004
     assert requirements_from({"deliverable": "none"}, deliverable="gsa3")[0] == Requirements()
 
 
@@ -174,7 +175,7 @@ def test_a_limit_of_noise_needs_a_table_and_the_message_helps() -> None:
     assert "of deliverable loa40 with scanner rtc360" in str(caught.value)
     assert "--max-noise any" in str(caught.value)
     without, _ = requirements_from({"deliverable": "loa40", "noise": "any"})
-    assert PlanSettings(load_scanner("rtc360"), without).requirements.asked.noise_m is None
+    assert PlanSettings(load_scanner("rtc360"), without).requirements.limits.noise_m is None
 
 
 @pytest.mark.parametrize("deliverable", DELIVERABLES.values(), ids=lambda each: each.name)

@@ -31,11 +31,11 @@ from planner_core.scene.patches import patch_triangles
 from planner_core.select.problem import cover_problem
 
 MIXED = {
-    "asked": PointLimits(spacing_m=0.05, range_m=5.0),
+    "limits": PointLimits(spacing_m=0.05, range_m=5.0),
     "parts": (
-        PartRequirement("walls", 0.9, asked=PointLimits(incidence_rad=0.9), seen_from=2, classes=("ifcwall*",)),
-        PartRequirement("slab", 0.8, asked=PointLimits(range_m=4.0), classes=("IfcSlab",)),
-        PartRequirement("north", 0.7, asked=PointLimits(range_m=4.0), classes=("north ?all",)),
+        PartRequirement("walls", 0.9, limits=PointLimits(incidence_rad=0.9), seen_from=2, classes=("ifcwall*",)),
+        PartRequirement("slab", 0.8, limits=PointLimits(range_m=4.0), classes=("IfcSlab",)),
+        PartRequirement("north", 0.7, limits=PointLimits(range_m=4.0), classes=("north ?all",)),
         PartRequirement("East", 0.85, seen_from=3, floors=("f1",)),
     ),
 }
@@ -84,7 +84,7 @@ def test_a_demand_without_limits_is_the_problem_of_floors_and_visibility(
 
 @pytest.mark.parametrize("scan_mode", ["beams", "patches"])
 def test_a_limit_that_all_sights_meet_changes_no_row(box: SimpleNamespace, settings_of, scan_mode: str) -> None:
-    wanted = settings_of(scan_mode=scan_mode, asked=PointLimits(range_m=100.0))
+    wanted = settings_of(scan_mode=scan_mode, limits=PointLimits(range_m=100.0))
     demand = demand_of(box.survey, wanted, box.engine, box.positions_m)
     plain = demand_of(box.survey, settings_of(scan_mode=scan_mode), box.engine, box.positions_m).rows
     assert plain.met is plain.seen
@@ -128,7 +128,7 @@ def wanted_of_mixed(box: SimpleNamespace) -> list[np.ndarray]:
 def test_spacing_on_the_walls_of_a_box_is_range_times_step_over_cosine(box: SimpleNamespace, settings_of) -> None:
     """Rows on a wall: range x step / cos(incidence) at eye level; the patches within a limit are known beforehand."""
     limit_m = 0.03
-    wanted = settings_of(asked=PointLimits(spacing_m=limit_m))
+    wanted = settings_of(limits=PointLimits(spacing_m=limit_m))
     at = box.positions_m[4]  # the middle of the room
     demand = demand_of(box.survey, wanted, box.engine, at[None])
     centre = patch_triangles(box.scene, box.survey.patches).mean(axis=1) - at
@@ -202,7 +202,7 @@ def test_results_are_those_of_a_recount_over_sights(
         by_all, by_chosen = np.zeros(len(area), dtype=int), np.zeros(len(area), dtype=int)
         for position in range(len(box.positions_m)):
             for entry in range(int(observations.starts[position]), int(observations.starts[position + 1])):
-                if enough[entry] and meets(observations, entry, goal.asked):
+                if enough[entry] and meets(observations, entry, goal.limits):
                     by_all[observations.patch[entry]] += 1
                     by_chosen[observations.patch[entry]] += position in chosen
         achievable = goal.patches & (by_all >= goal.seen_from)
@@ -217,7 +217,7 @@ def test_results_are_those_of_a_recount_over_sights(
 def test_what_is_missed_is_reported_with_figures_that_do_not_read_as_enough() -> None:
     results = (
         PartResult("Level 1", 0.95, 200.0, 189.99, 300.0),
-        PartResult("walls", 0.98, 10.0, 9.0, 12.0, seen_from=2, asked=PointLimits(spacing_m=0.006)),
+        PartResult("walls", 0.98, 10.0, 9.0, 12.0, seen_from=2, limits=PointLimits(spacing_m=0.006)),
         PartResult("met", 0.95, 200.0, 190.0, 300.0),
         PartResult("nothing to see", 0.95, 0.0, 0.0, 300.0),
     )
@@ -253,7 +253,7 @@ def test_what_is_asked_of_all_comes_out_of_the_stack_as_rows_of_its_own(mixed: S
 
 def test_the_curve_counts_patches_once_enough_stations_met_them(box: SimpleNamespace, settings_of) -> None:
     demand = demand_of(
-        box.survey, settings_of(seen_from=2, asked=PointLimits(range_m=4.0)), box.engine, box.positions_m
+        box.survey, settings_of(seen_from=2, limits=PointLimits(range_m=4.0)), box.engine, box.positions_m
     )
     order = [4, 0, 8]
     curve = coverage_curve(demand, demand.rows.take(order))
@@ -285,7 +285,7 @@ def test_sights_do_not_depend_on_how_positions_are_split(
         load_scanner("hdl-64e"),
         range_noise=((0.5, 0.05, 0.004), (50.0, 0.05, 0.02), (0.5, 0.9, 0.001), (50.0, 0.9, 0.01)),
     )
-    asked = Requirements(asked=PointLimits(noise_m=0.002))
+    asked = Requirements(limits=PointLimits(noise_m=0.002))
     wanted = replace(settings_of(scan_mode=scan_mode), scanner=scanner, requirements=asked)
     heard: list[tuple[int, int]] = []
     whole = observations_from(
@@ -308,13 +308,13 @@ def test_sights_do_not_depend_on_how_positions_are_split(
 
 
 def test_sights_of_no_position_are_empty(box: SimpleNamespace, settings_of) -> None:
-    none = observations_from(box.survey, settings_of(asked=PointLimits(range_m=4.0)), box.engine, np.zeros((0, 3)))
+    none = observations_from(box.survey, settings_of(limits=PointLimits(range_m=4.0)), box.engine, np.zeros((0, 3)))
     assert none.starts.tolist() == [0]
     assert none.patch.size == none.range_m.size == 0
 
 
 def test_a_noise_limit_needs_a_scanner_whose_noise_is_known(box: SimpleNamespace, settings_of) -> None:
-    part = PartRequirement("walls", asked=PointLimits(noise_m=0.002), classes=("IfcWall",))
+    part = PartRequirement("walls", limits=PointLimits(noise_m=0.002), classes=("IfcWall",))
     with pytest.raises(RequirementError, match=r"^noise: got a limit with scanner hdl-64e, .*range noise; give"):
         demand_of(box.survey, settings_of(parts=(part,)), box.engine, box.positions_m)
 
@@ -322,18 +322,18 @@ def test_a_noise_limit_needs_a_scanner_whose_noise_is_known(box: SimpleNamespace
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        ({"asked": PointLimits(range_m=0.5)}, r"'overall'.*range 0.5 m.*ease its range, the best is 0.9[89]\d* m"),
+        ({"limits": PointLimits(range_m=0.5)}, r"'overall'.*range 0.5 m.*ease its range, the best is 0.9[89]\d* m"),
         (
-            {"asked": PointLimits(spacing_m=0.001, range_m=50.0)},
+            {"limits": PointLimits(spacing_m=0.001, range_m=50.0)},
             r"'overall'.*spacing 1 mm.*ease its spacing, the best is",
         ),
-        ({"asked": PointLimits(spacing_m=0.001, range_m=0.5)}, r"'overall'.*ease several limits at once"),
+        ({"limits": PointLimits(spacing_m=0.001, range_m=0.5)}, r"'overall'.*ease several limits at once"),
         (
             {"seen_from": 10},
             r"'overall': got nothing of its 124 m2 with 10 stations from more than 9 of 9 positions, .*; require 9",
         ),
         (
-            {"parts": (PartRequirement("ends", asked=PointLimits(range_m=0.6), classes=("East wall",)),)},
+            {"parts": (PartRequirement("ends", limits=PointLimits(range_m=0.6), classes=("East wall",)),)},
             r"'ends'.*of its 10.0 m2.*range",
         ),
     ],
@@ -349,7 +349,7 @@ def test_a_requirement_that_nobody_can_meet_is_refused_by_name(
 def test_a_floor_that_nobody_sees_is_no_error_where_nothing_special_is_asked(box: SimpleNamespace, settings_of) -> None:
     """As before there were limits: such floors have a warning of their own."""
     hidden = replace(box.survey, floor_of_triangle=np.array([1] * 12, dtype=np.int32))
-    for asked in ({}, {"asked": PointLimits(range_m=5.0)}):
+    for asked in ({}, {"limits": PointLimits(range_m=5.0)}):
         demand = demand_of(hidden, settings_of(**asked), box.engine, box.positions_m)
         assert part_results(demand, demand.rows.take([]))[0].met
 
@@ -370,7 +370,7 @@ def test_more_stacked_patches_than_have_room_are_refused(
 
 
 def test_positions_that_see_nothing_at_all_are_not_blamed_on_what_is_asked(box: SimpleNamespace, settings_of) -> None:
-    blind = settings_of(asked=PointLimits(range_m=5.0), seen_from=2)
+    blind = settings_of(limits=PointLimits(range_m=5.0), seen_from=2)
     demand = demand_of(box.survey, blind, box.engine, np.array([[500.0, 0.0, 0.0]]))
     assert not demand.times_met.any()
     assert part_results(demand, demand.rows)[-1].achievable_area_m2 == 0.0

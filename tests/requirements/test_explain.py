@@ -21,11 +21,11 @@ def west(box: SimpleNamespace) -> np.ndarray:
 
 def test_nothing_is_to_be_explained_where_all_that_is_seen_meets(box: SimpleNamespace, settings_of, west) -> None:
     for asked in (PointLimits(), PointLimits(range_m=50.0)):
-        assert explain(box.survey, demand_of(box.survey, settings_of(asked=asked), box.engine, west)) == ()
+        assert explain(box.survey, demand_of(box.survey, settings_of(limits=asked), box.engine, west)) == ()
 
 
 def test_the_far_wall_is_out_of_range_and_said_to_be(box: SimpleNamespace, settings_of, west) -> None:
-    wanted = settings_of(asked=PointLimits(range_m=5.0, incidence_rad=1.5))
+    wanted = settings_of(limits=PointLimits(range_m=5.0, incidence_rad=1.5))
     demand = demand_of(box.survey, wanted, box.engine, west)
     found = {each.element: each for each in shortfalls(box.survey, demand)}
     assert found[2].area_m2 == pytest.approx(10.0)  # 4 x 2.5 m, whole
@@ -46,7 +46,7 @@ def test_shortfalls_are_the_area_that_a_recount_finds_and_their_limit_admits_mos
     box: SimpleNamespace, settings_of, west
 ) -> None:
     asked = PointLimits(spacing_m=0.05, range_m=5.0, incidence_rad=1.1)
-    wanted = settings_of(asked=asked)
+    wanted = settings_of(limits=asked)
     demand = demand_of(box.survey, wanted, box.engine, west)
     observations = observations_from(box.survey, wanted, box.engine, west)
     n_patches, area = demand.n_patches, box.survey.patches.area_m2
@@ -82,7 +82,7 @@ def test_shortfalls_are_the_area_that_a_recount_finds_and_their_limit_admits_mos
 def test_several_limits_at_once_are_said_where_no_single_one_is_to_blame(
     box: SimpleNamespace, settings_of, west
 ) -> None:
-    demand = demand_of(box.survey, settings_of(asked=PointLimits(spacing_m=0.04, range_m=4.0)), box.engine, west)
+    demand = demand_of(box.survey, settings_of(limits=PointLimits(spacing_m=0.04, range_m=4.0)), box.engine, west)
     east = next(each for each in shortfalls(box.survey, demand) if each.element == 2)
     # 7 m away, rows are 7 x 0.0087 = 0.06 m apart: both limits are missed.
     assert east.limit == ""
@@ -92,7 +92,7 @@ def test_several_limits_at_once_are_said_where_no_single_one_is_to_blame(
 
 def test_surface_met_from_too_few_candidates_is_told_apart(box: SimpleNamespace, settings_of) -> None:
     demand = demand_of(
-        box.survey, settings_of(asked=PointLimits(range_m=4.2), seen_from=2), box.engine, box.positions_m[[0, 1, 4]]
+        box.survey, settings_of(limits=PointLimits(range_m=4.2), seen_from=2), box.engine, box.positions_m[[0, 1, 4]]
     )
     few = [each for each in shortfalls(box.survey, demand) if each.limit == "seen_from"]
     times = demand.times_met[0]
@@ -107,7 +107,7 @@ def test_noise_that_the_scanner_does_not_know_is_said_to_be_unknown(box: SimpleN
         load_scanner("hdl-64e"),
         range_noise=((0.1, 0.01, 0.001), (4.0, 0.01, 0.001), (0.1, 1.0, 0.001), (4.0, 1.0, 0.001)),
     )
-    wanted = replace(settings_of(), scanner=scanner, requirements=Requirements(asked=PointLimits(noise_m=0.002)))
+    wanted = replace(settings_of(), scanner=scanner, requirements=Requirements(limits=PointLimits(noise_m=0.002)))
     lines = explain(box.survey, demand_of(box.survey, wanted, box.engine, west))
     assert any("East wall" in line and line.endswith("noise is not known there, 2 mm required") for line in lines)
 
@@ -115,11 +115,11 @@ def test_noise_that_the_scanner_does_not_know_is_said_to_be_unknown(box: SimpleN
 def test_what_two_requirements_ask_alike_is_told_once(box: SimpleNamespace, settings_of, west) -> None:
     asked = PointLimits(range_m=5.0)
     parts = (
-        PartRequirement("walls", asked=asked, classes=("IfcWall*",)),
-        PartRequirement("walls again", asked=asked, classes=("IfcWall*",)),
-        PartRequirement("closely", asked=PointLimits(range_m=4.0), classes=("IfcWall*",)),
+        PartRequirement("walls", limits=asked, classes=("IfcWall*",)),
+        PartRequirement("walls again", limits=asked, classes=("IfcWall*",)),
+        PartRequirement("closely", limits=PointLimits(range_m=4.0), classes=("IfcWall*",)),
     )
-    demand = demand_of(box.survey, settings_of(asked=asked, parts=parts), box.engine, west)
+    demand = demand_of(box.survey, settings_of(limits=asked, parts=parts), box.engine, west)
     assert {each.goal for each in shortfalls(box.survey, demand)} == {"overall", "closely"}
     alone = demand_of(box.survey, settings_of(parts=parts), box.engine, west)
     assert {each.goal for each in shortfalls(box.survey, alone)} == {"walls", "closely"}
@@ -129,12 +129,12 @@ def test_a_floor_nobody_named_that_can_not_be_had_is_explained_and_no_error(
     box: SimpleNamespace, settings_of, west
 ) -> None:
     far = replace(box.survey, floor_of_triangle=np.array([0, 0, 0, 0, 1, 1, 0, 0, 0, 0, -1, -1], dtype=np.int32))
-    demand = demand_of(far, settings_of(asked=PointLimits(range_m=5.0)), box.engine, west)
+    demand = demand_of(far, settings_of(limits=PointLimits(range_m=5.0)), box.engine, west)
     assert not demand.achievable(demand.goals.each[1]).any()
     assert any("East wall (IfcWallStandardCase, East): 10.0 m2, range" in line for line in explain(far, demand))
 
 
 def test_few_elements_are_listed_and_the_rest_summed(box: SimpleNamespace, settings_of, west) -> None:
-    lines = explain(box.survey, demand_of(box.survey, settings_of(asked=PointLimits(range_m=1.2)), box.engine, west))
+    lines = explain(box.survey, demand_of(box.survey, settings_of(limits=PointLimits(range_m=1.2)), box.engine, west))
     assert len(lines) == 7
     assert lines[-1].startswith("  1 more elements, ") or lines[-1].startswith("  2 more elements, ")

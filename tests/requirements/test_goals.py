@@ -67,7 +67,7 @@ def test_a_part_without_floors_keeps_to_what_is_planned(box: SimpleNamespace, se
 
 def test_a_part_that_is_one_floor_takes_its_place(box: SimpleNamespace, settings_of) -> None:
     parts = (
-        PartRequirement("upstairs", 0.5, asked=PointLimits(range_m=3.0), floors=("f1",)),
+        PartRequirement("upstairs", 0.5, limits=PointLimits(range_m=3.0), floors=("f1",)),
         PartRequirement("both", 0.6, floors=("F0", "F1")),
         PartRequirement("its walls", 0.7, floors=("West",), classes=("IfcWall",)),
     )

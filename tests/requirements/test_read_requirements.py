@@ -74,7 +74,7 @@ def test_a_file_says_what_its_words_say(tmp_path: Path) -> None:
         coverage=0.95,
         overlap=0.25,
         floors=("Level 1", "F2"),
-        asked=all_of_it,
+        limits=all_of_it,
         seen_from=2,
         reflectivity=0.6,
         network="redundant",
@@ -134,8 +134,8 @@ def test_entries_in_place_of_the_file_s_own_are_followed_by_its_parts(tmp_path: 
         )
     )
     assert found == expected
-    assert found.parts[0].asked.spacing_m == 0.01
-    assert found.parts[2].asked.spacing_m == 0.003
+    assert found.parts[0].limits.spacing_m == 0.01
+    assert found.parts[2].limits.spacing_m == 0.003
 
 
 def test_entries_in_place_of_the_file_s_own_are_blamed_on_the_options(tmp_path: Path) -> None:

@@ -41,7 +41,7 @@ SETTINGS = PlanSettings(
         elevation_rad=tuple(np.linspace(-1, 1, 3)), instrument_height_min_m=1.0, instrument_height_max_m=2.0,
     ),
     requirements=Requirements(
-        0.9, asked=PointLimits(range_m=20.0), seen_from=2, parts=(PartRequirement("hall", 0.5, classes=("IfcWall",)),)
+        0.9, limits=PointLimits(range_m=20.0), seen_from=2, parts=(PartRequirement("hall", 0.5, classes=("IfcWall",)),)
     ),
     site=Site(
         keep_out=(KeepOut(SQUARE, name="lab"),),
@@ -120,7 +120,7 @@ def test_zones_and_picks_come_besides_what_was_asked(plan: PlanUnderReview) -> N
     )
     assert settings.site.keep_out == (*SETTINGS.site.keep_out, KeepOut(SQUARE, "F0", name="crane"))
     assert settings.site.ground_picks == (*SETTINGS.site.ground_picks, pick)
-    asked = SETTINGS.requirements.asked
+    asked = SETTINGS.requirements.limits
     assert settings.requirements.parts[1:] == (
         PartRequirement("hall (Z002)", 0.98, asked, 2, ("F1",), zone=SQUARE),
         PartRequirement("Z003", 0.97, asked, 2, zone=SQUARE),

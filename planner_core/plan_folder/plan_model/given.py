@@ -130,7 +130,7 @@ class ResultSection(Document):
     name: str
     required: Required
     seen_from: SeenFrom = 1
-    asked: PointLimits = PointLimits()
+    limits: Annotated[PointLimits, Field(alias="asked")] = PointLimits()
     achievable_area_m2: Area
     covered_area_m2: Area
     total_area_m2: Area

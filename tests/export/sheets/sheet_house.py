@@ -44,7 +44,7 @@ def write_plan(folder: Path) -> Path:
         write_obj(folder / "house.obj", PARTS, OFFSET_M), options=LoadOptions(metres_per_unit=1.0, up_axis="Z")
     )
     settings = PlanSettings(
-        scanner=SCANNER, requirements=Requirements(coverage=0.6, overlap=0.2, asked=ASKED), grid_step_m=1.0,
+        scanner=SCANNER, requirements=Requirements(coverage=0.6, overlap=0.2, limits=ASKED), grid_step_m=1.0,
         instrument_heights_m=(HEIGHT_M,), max_patch_area_m2=0.1, special_places=False, scan_mode="beams",
     )  # fmt: skip
     up = np.array([0.0, 0.0, HEIGHT_M])

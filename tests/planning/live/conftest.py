@@ -27,7 +27,7 @@ ASKING = replace(
     scan_mode="beams",
     requirements=Requirements(
         coverage=0.7,
-        asked=PointLimits(range_m=9.0, incidence_rad=1.3),
+        limits=PointLimits(range_m=9.0, incidence_rad=1.3),
         parts=(
             PartRequirement("walls", 0.5, PointLimits(spacing_m=0.05), classes=("IfcWall*",)),
             PartRequirement("twice", 0.3, seen_from=2, heights_m=(0.0, 2.0)),

@@ -35,7 +35,7 @@ def noisy(asking: PlanSettings) -> PlanSettings:
         max_patch_area_m2=0.1,
         requirements=Requirements(
             coverage=0.6,
-            asked=PointLimits(spacing_m=0.06),
+            limits=PointLimits(spacing_m=0.06),
             parts=(
                 PartRequirement("quiet walls", 0.4, PointLimits(noise_m=0.003), classes=("IfcWall*",)),
                 PartRequirement("twice", 0.3, seen_from=2, heights_m=(0.0, 2.0)),
@@ -104,12 +104,12 @@ def test_patches_are_lost_that_others_see_too_coarsely_or_too_noisily(
     n_badly = {"overall": 0, "quiet walls": 0}
     for index, goal in enumerate(goals_of(survey, noisy).each):
         meets = np.ones(row.size, dtype=bool)
-        if goal.asked.spacing_m is not None:
-            meets &= observations.spacing_m <= goal.asked.spacing_m
-        if goal.asked.noise_m is not None:
-            meets &= observations.noise_m <= goal.asked.noise_m
+        if goal.limits.spacing_m is not None:
+            meets &= observations.spacing_m <= goal.limits.spacing_m
+        if goal.limits.noise_m is not None:
+            meets &= observations.noise_m <= goal.limits.noise_m
         n_met = np.bincount(observations.patch[meets], minlength=n_patches)
-        counted = goal.patches & (plan.times_met[plan.qualities.index(goal.asked)] >= goal.seen_from)
+        counted = goal.patches & (plan.times_met[plan.qualities.index(goal.limits)] >= goal.seen_from)
         for number, losses in enumerate(plan.losses):
             mine = observations.patch[meets & (row == number)]
             expected = mine[counted[mine] & (n_met[mine] == goal.seen_from)]

@@ -251,12 +251,12 @@ def test_requirements_of_limits_are_counted_by_station(asking_house: LivePlan) -
     survey = live.survey
     engine = open_engine(survey.scene, survey.patches)
     asked = live.settings.requirements
-    assert asked.asked != PointLimits()
+    assert asked.limits != PointLimits()
     times = np.zeros(survey.patches.n_patches, dtype=int)
     for station in live.draft.stations:
         observations = observations_from(survey, live.settings, engine, station.at_m[None])
-        meets = (observations.range_m <= asked.asked.range_m) & (
-            observations.incidence_rad <= asked.asked.incidence_rad
+        meets = (observations.range_m <= asked.limits.range_m) & (
+            observations.incidence_rad <= asked.limits.incidence_rad
         )
         times[observations.patch[meets]] += 1
     figures = live.figures(live.draft).plan

@@ -42,7 +42,7 @@ def test_a_run_that_asks_nothing_else_differs_from_the_plan_in_its_method_only(
 def test_what_is_said_replaces_the_plans_and_what_has_no_zero_stays(hall: Path, planned: PlanSettings) -> None:
     again = asked(hall / "plan", {"Coverage": "80 %", "spacing": "2 cm", "planned floors": ["F0"]})
     assert again.requirements.coverage == 0.8
-    assert again.requirements.asked.spacing_m == 0.02
+    assert again.requirements.limits.spacing_m == 0.02
     assert again.requirements.floors == ("F0",)
     assert (again.requirements.network, again.requirements.parts) == ("none", planned.requirements.parts)
     assert asked(hall / "plan", {"zones": [{"name": "z", "heights": [0, 1]}]}).requirements.parts[0].name == "z"

@@ -579,7 +579,7 @@ export interface RoomSection {
 export interface PartRequirement {
   name: string;
   /**
-   * Fraction of the part's area that is achievable by `asked` and `seen_from`; 0: of the part nothing is required,
+   * Fraction of the part's area that is achievable by `limits` and `seen_from`; 0: of the part nothing is required,
    * also where other requirements are about it: it is an obstacle only.
    */
   coverage: number;
