@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from planner_core.documents import Document, Number, Whole
+from planner_core.documents import Document, Number, Whole, to_document
 from planner_core.errors import PlanFolderError
 from planner_core.model import IndependentCheck, Scanner, Site
 from planner_core.model.values import Share
@@ -67,7 +67,7 @@ class PlanDocument(Document):
     """Options of the method that the user set, by name."""
     seed: Whole
     settings: PlannedParameters
-    site: Site = Site()
+    site: Annotated[Site, Field(json_schema_extra={"default": to_document(Site())})] = Site()
     floors: Annotated[tuple[FloorSection, ...], AfterValidator(_own_ids)]
     """Lowest first."""
     stations: Annotated[tuple[StationSection, ...], AfterValidator(_own_ids)]

@@ -23,7 +23,7 @@ test('overlap is named as the library names it, and said to be a share of what i
   const script = [
     'import json',
     'from planner_core.model import OverlapMeasure, OverlapOf',
-    'from planner_core.requirements.explain import overlap_noun',
+    'from planner_core.requirements.wording import overlap_noun',
     'print(json.dumps([[m, of, overlap_noun(m, of)] for m in OverlapMeasure for of in OverlapOf]))',
   ].join('\n');
   type Way = Parameters<typeof overlapNoun>[0];

@@ -54,10 +54,10 @@ test('a request is understood by the reader of requirements, and means what the 
   expect(read.pre_alignment).toBe('manual');
   expect(read.min_probability).toBeCloseTo(0.995, 9);
   expect(requestOf(form({ preAlignment: '' })).requirements).not.toHaveProperty('pre_alignment');
-  expect(read.asked.spacing_m).toBeCloseTo(0.0065, 9);
-  expect(read.asked.range_m).toBe(20);
-  expect(read.asked.incidence_rad).toBeCloseTo((65 * Math.PI) / 180, 9);
-  expect(read.asked.noise_m).toBeNull();
+  expect(read.limits.spacing_m).toBeCloseTo(0.0065, 9);
+  expect(read.limits.range_m).toBe(20);
+  expect(read.limits.incidence_rad).toBeCloseTo((65 * Math.PI) / 180, 9);
+  expect(read.limits.noise_m).toBeNull();
 });
 
 test.each([
