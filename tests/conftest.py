@@ -52,7 +52,7 @@ sys.path.insert(0, _FOLDER)
 try:
     import oldest_plan  # noqa: F401 - from here on they are known by their names
     import oracles  # noqa: F401
-    import small_pictures  # noqa: F401
+    import small_pictures
     import waiting  # noqa: F401
     from doc_pages import Page  # noqa: F401
     from in_process import Tlsplan, run_here
@@ -122,10 +122,12 @@ def tlsplan() -> Tlsplan:
 
 @pytest.fixture(scope="session")
 def demo_folder(made_once: MadeOnce, needs_opencl: None) -> Path:
-    """What `tlsplan demo` makes: `demo`, `demo.ifc`, and in `printed.txt` its warnings and summary."""
+    """What `tlsplan demo` makes, pictures small: `demo`, `demo.ifc`, and in `printed.txt` its warnings and summary."""
 
     def fill(folder: Path) -> None:
-        done = run_here("demo", "-o", folder / "demo")
+        with pytest.MonkeyPatch.context() as patch:
+            small_pictures.draw_small(patch)
+            done = run_here("demo", "-o", folder / "demo")
         assert done.returncode == 0, done.stderr
         (folder / "printed.txt").write_text(done.stderr + done.stdout)
 
