@@ -25,11 +25,11 @@ from planner_core.model import (
     PlanSettings,
     Proven,
     Requirements,
-    ScanBy,
     Scanner,
     Scene,
     Scope,
     UpAxis,
+    VisibilityMode,
 )
 from planner_core.model.choices import one_of
 from planner_core.plan_folder import folder as plan_folders
@@ -137,7 +137,7 @@ def settings(
         required, site = read_requirements(requirements, instead=more, **defaults)
     used = scanner if isinstance(scanner, Scanner) else load_scanner(scanner)
     if not is_paper:
-        mode = one_of(ScanBy, chosen.get("scan_mode", ScanBy.AUTO), "scan_mode")
+        mode = one_of(VisibilityMode, chosen.get("scan_mode", VisibilityMode.AUTO), "scan_mode")
         chosen["scan_mode"] = mode_that_counts_parts(mode, used)
     return PlanSettings(scanner=used, requirements=required, site=site, **chosen)
 

@@ -130,7 +130,7 @@ def settings(
     plain : of options that are named after the field of `PlanSettings` that they set.
     """
     from planner_core.engine.patch_mode import mode_that_counts_parts
-    from planner_core.model import PlanSettings, ScanBy, Scope
+    from planner_core.model import PlanSettings, Scope, VisibilityMode
     from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, NO_DELIVERABLE
     from planner_core.requirements.goals import NO_COVER
     from planner_core.scanner import DEFAULT_SCANNER, PAPER_SCANNER
@@ -144,7 +144,7 @@ def settings(
         no_cover=() if is_paper else NO_COVER,
     )
     used = load_scanner(scanner or (PAPER_SCANNER if is_paper else DEFAULT_SCANNER))
-    mode = ScanBy(scan_mode)
+    mode = VisibilityMode(scan_mode)
     return PlanSettings(
         scanner=used,
         requirements=requirements,

@@ -1,4 +1,4 @@
-"""Bare rooms of known truth: one convex room, an L, two rooms with a doorway, sealed rooms, rooms along a corridor."""
+"""Bare rooms of known truth: one convex room, an L, rooms with a doorway, unreachable ones, rooms along a corridor."""
 
 from __future__ import annotations
 

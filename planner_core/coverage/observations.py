@@ -32,10 +32,10 @@ from planner_core.model import (
     Int64Array,
     PatchReturns,
     PointLimits,
-    ScanBy,
     Scanner,
     Survey,
     UInt8Array,
+    VisibilityMode,
 )
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scanner.range_noise import range_noise_m
@@ -199,7 +199,7 @@ def observing(
 ) -> Callable[[FloatArray, Progress], Observations]:
     """Turn positions into observations; patch mode sends its groups to the device here."""
     sides = GroundSides(survey)
-    by_mode = _by_beams(survey, engine) if survey.scan_mode == ScanBy.BEAMS else _by_samples(survey, engine)
+    by_mode = _by_beams(survey, engine) if survey.scan_mode == VisibilityMode.BEAMS else _by_samples(survey, engine)
 
     def look(at: FloatArray, progress: Progress) -> Observations:
         found = by_mode(at, progress)

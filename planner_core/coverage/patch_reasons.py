@@ -27,9 +27,9 @@ from planner_core.model import (
     Int64Array,
     Optics,
     PointLimits,
-    SealedArea,
     Survey,
     UInt8Array,
+    UnreachableArea,
 )
 from planner_core.model.unseen import (
     COVERED,
@@ -60,9 +60,9 @@ _PART_OF_ROWS = 16
 TOUCHING_M = 0.02
 #: A line of sight begins this far off its surface: float32 coordinates.
 _OFF_M = 1e-4
-#: Ground of sealed rooms is known in cells of some centimetres.
+#: Ground of unreachable rooms is known in cells of some centimetres.
 _STRIP_MARGIN_M = 0.1
-#: A room is no higher above its ground than this, for telling what lies in a sealed one.
+#: A room is no higher above its ground than this, for telling what lies in an unreachable one.
 _ROOM_HEIGHT_M = 6.0
 #: Up, half up to four sides, level to four sides: where `_N_OUTDOORS` of these, or its normal, meet nothing from in
 #: front of a surface, not even a pane, it is outdoors. One or two get out of any room with an open door.
@@ -108,7 +108,7 @@ def reasons_of_patches(
     unseen: Surfaces,
     *,
     required: PointLimits,
-    sealed: tuple[SealedArea, ...] = (),
+    unreachable: tuple[UnreachableArea, ...] = (),
 ) -> UInt8Array:
     """(P,) uint8 of `REASONS`; `OUT_OF_SCOPE` where not required.
 
@@ -118,7 +118,7 @@ def reasons_of_patches(
         (N, 3), local frame, all of them.
     unseen
         The patches that are in scope and not covered.
-    sealed
+    unreachable
         Rooms that nobody can walk into.
     """
     out = np.full(survey.patches.n_patches, OUT_OF_SCOPE, dtype=np.uint8)
@@ -134,7 +134,7 @@ def reasons_of_patches(
     samples, views_m = unseen.take(sample), viewpoints(candidates_m)
     found = _sight_reasons(survey, required, engine, samples, views_m)
     hidden = np.flatnonzero(found == COVERED)
-    found[hidden] = _hidden_reasons(survey, engine, samples.take(hidden), views_m, candidates_m, sealed)
+    found[hidden] = _hidden_reasons(survey, engine, samples.take(hidden), views_m, candidates_m, unreachable)
     reason[left] = found[of_sample]
     out[unseen.patch] = reason
     return out
@@ -303,7 +303,7 @@ def _hidden_reasons(
     samples: Surfaces,
     views_m: FloatArray,
     candidates_m: FloatArray,
-    sealed: tuple[SealedArea, ...],
+    unreachable: tuple[UnreachableArea, ...],
 ) -> Int64Array:
     """(N,) reasons of samples that no viewpoint sees, however far and fine it looks."""
     out = np.full(samples.patch.size, IN_SOLIDS, dtype=np.int64)
@@ -318,7 +318,7 @@ def _hidden_reasons(
         front_m = samples.centroid_m + IN_FRONT_M * normal
         room = room_of_points(survey.scene, front_m)
         no_position = (room >= 0) & ~np.isin(room, rooms_with_position)
-        no_position |= _in_sealed(survey, sealed, front_m)
+        no_position |= _in_unreachable(survey, unreachable, front_m)
         if not outdoors:
             begin_m = samples.centroid_m + 0.5 * TOUCHING_M * normal
             n_escapes = _n_escapes(engine, begin_m, np.concatenate([_UP, _SKYWARD]))
@@ -339,11 +339,11 @@ def _n_escapes(engine: ScanEngine, points_m: FloatArray, directions: FloatArray)
     return out
 
 
-def _in_sealed(survey: Survey, sealed: tuple[SealedArea, ...], points_m: FloatArray) -> BoolArray:
+def _in_unreachable(survey: Survey, unreachable: tuple[UnreachableArea, ...], points_m: FloatArray) -> BoolArray:
     """(N,) bool: points (N, 3) above the ground of a room that nobody can walk into."""
     out = np.zeros(points_m.shape[0], dtype=np.bool_)
     elevations_m = np.array([floor.elevation_m for floor in survey.floors])
-    for area in sealed:
+    for area in unreachable:
         ground_m = float(area.inside_m[2])
         above = elevations_m[elevations_m > ground_m + 1.0]
         top_m = float(above.min()) if above.size else ground_m + _ROOM_HEIGHT_M

@@ -56,7 +56,7 @@ def not_as_required_m2(area_by_reason_m2: Mapping[str, float], achievable_m2: fl
 
 def not_planned(
     *,
-    sealed_m2: Sequence[float],
+    unreachable_m2: Sequence[float],
     scope: str,
     achievable_m2: float,
     total_m2: float,
@@ -65,14 +65,14 @@ def not_planned(
 ) -> tuple[str, ...]:
     """Lines on what the share of the scannable area does not count, for beside it; none where that is little.
 
-    sealed_m2 : ground of each room that cannot be entered. achievable_m2, total_m2 : surface that valid positions see,
-    and all that counts. With scope `all` the inside of walls is in the total, and no line is made of it.
+    unreachable_m2 : ground of each room that cannot be entered. achievable_m2, total_m2 : surface that valid positions
+    see, and all that counts. With scope `all` the inside of walls is in the total, and no line is made of it.
     area_by_reason_m2 : by `REASONS`; empty where no reasons were computed.
     """
     lines = []
-    if sealed_m2:
-        where = "one area" if len(sealed_m2) == 1 else f"{len(sealed_m2)} areas"
-        lines.append(f"Not planned: {area(sum(sealed_m2))} of floor that can't be reached on foot, in {where}")
+    if unreachable_m2:
+        where = "one area" if len(unreachable_m2) == 1 else f"{len(unreachable_m2)} areas"
+        lines.append(f"Not planned: {area(sum(unreachable_m2))} of floor that can't be reached on foot, in {where}")
     missed_m2 = not_as_required_m2(area_by_reason_m2, achievable_m2)
     if missed_m2:
         lines.append(

@@ -220,7 +220,7 @@ def _rooms_entered(f: PlanFigures, check: Range) -> list[str]:
         return []
     place = room_of_points(f.scene, at_knee(at.ground_m))
     entered = np.isin(np.arange(len(rooms)), place[at.reached])
-    sealed = np.isin(np.arange(len(rooms)), place[~at.reached]) & ~entered
+    unreachable = np.isin(np.arange(len(rooms)), place[~at.reached]) & ~entered
     starts_m = np.array([f.floors[index].elevation_m for index in range(len(f.floors))])
     foot_m = np.array([room.box_m[0, 2] for room in rooms])
     near = np.abs(foot_m[:, None] - starts_m).argmin(axis=1)
@@ -230,10 +230,10 @@ def _rooms_entered(f: PlanFigures, check: Range) -> list[str]:
         return []
     off = np.abs(foot_m - starts_m[near]) > WALL_CUT_M
     causes = [
-        (counted & sealed, "no door leads to {}", "check doors, or give an entrance (--entrance)"),
-        (counted & ~entered & ~sealed & off, "no floor was found at {}", "load the file with the slabs"),
+        (counted & unreachable, "no door leads to {}", "check doors, or give an entrance (--entrance)"),
+        (counted & ~entered & ~unreachable & off, "no floor was found at {}", "load the file with the slabs"),
         (
-            counted & ~entered & ~sealed & ~off,
+            counted & ~entered & ~unreachable & ~off,
             "no room for a tripod is in {}",
             "check their slabs, heights and furniture",
         ),

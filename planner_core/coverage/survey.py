@@ -16,10 +16,10 @@ from planner_core.model import (
     FloatArray,
     Paper,
     PlanSettings,
-    ScanBy,
     Scene,
     Survey,
     Visibility,
+    VisibilityMode,
 )
 from planner_core.positions.ground_picks import with_ground_picks
 from planner_core.progress import Progress, ProgressEvent, silent
@@ -90,7 +90,7 @@ def visible_from(
         See `ScanEngine.visible_patches` and `PatchMode.visible_patches`.
     """
     only = survey.patches_observed
-    if survey.scan_mode == ScanBy.BEAMS:
+    if survey.scan_mode == VisibilityMode.BEAMS:
         seen = engine.visible_patches(survey.template, positions_m, progress=progress)
         seen = seen if only is None else kept_rows(seen, only[seen.patch])
     else:

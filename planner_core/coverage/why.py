@@ -26,9 +26,9 @@ from planner_core.model import (
     OwnPart,
     PointLimits,
     Requirements,
-    SealedArea,
     StationReason,
     Survey,
+    UnreachableArea,
     UnseenPiece,
     UnseenSurface,
     Visibility,
@@ -55,7 +55,7 @@ def explain(
     achievable: BoolArray | None = None,
     scannable: BoolArray | None = None,
     links: Sequence[Link] = (),
-    sealed: tuple[SealedArea, ...] = (),
+    unreachable: tuple[UnreachableArea, ...] = (),
     required: PointLimits | None = None,
     seen_from: int | None = None,
     progress: Progress = silent,
@@ -76,7 +76,7 @@ def explain(
         (P,) bool, the patches that coverage is a share of, and the curve with it; None: the achievable ones.
     links
         Of the stations, all that are known; those that the requirements count are named.
-    sealed
+    unreachable
         Rooms that nobody can walk into.
     required, seen_from
         None: as required of all.
@@ -99,7 +99,7 @@ def explain(
     unseen = surfaces_of(survey, np.flatnonzero(scope & ~covered).astype(np.int32))
     seen = Seen(n_candidates, achievable, covered, scope)
     limits = requirements.limits if required is None else required
-    reason = reasons_of_patches(survey, engine, seen, candidates_m, unseen, required=limits, sealed=sealed)
+    reason = reasons_of_patches(survey, engine, seen, candidates_m, unseen, required=limits, unreachable=unreachable)
     progress(ProgressEvent(_STAGE, 1, 3, "pieces"))
     why_unseen = reason[unseen.patch].astype(np.int64)
     surfaces, piece_of_patch = _unseen_surfaces(survey, unseen, why_unseen, candidates_m, seen_by_candidates)

@@ -39,11 +39,11 @@ from planner_core.model import (
     Int32Array,
     Int64Array,
     Patches,
-    ScanBy,
     Scanner,
     Scene,
     UInt8Array,
     Visibility,
+    VisibilityMode,
 )
 from planner_core.progress import Progress, ProgressEvent, silent
 
@@ -65,18 +65,22 @@ _DEFAULT_GROUPS_A_RUN = 4
 LEAST_RETURNS = 1.0
 
 
-def scan_mode_of(mode: ScanBy, template: BeamTemplate) -> ScanBy:
+def scan_mode_of(mode: VisibilityMode, template: BeamTemplate) -> VisibilityMode:
     """`BEAMS` or `PATCHES`: `mode`, or for `AUTO` what suits the number of beams a scan has."""
-    if mode != ScanBy.AUTO:
+    if mode != VisibilityMode.AUTO:
         return mode
     rows, columns = template.shape
-    return ScanBy.PATCHES if min(rows, columns) > 1 and rows * columns >= AUTO_PATCHES_BEAMS else ScanBy.BEAMS
+    return (
+        VisibilityMode.PATCHES
+        if min(rows, columns) > 1 and rows * columns >= AUTO_PATCHES_BEAMS
+        else VisibilityMode.BEAMS
+    )
 
 
-def mode_that_counts_parts(mode: ScanBy, scanner: Scanner) -> ScanBy:
+def mode_that_counts_parts(mode: VisibilityMode, scanner: Scanner) -> VisibilityMode:
     """Return `mode`; for `AUTO` patches, of which parts are counted, for all but a single row or column."""
     single = min(len(scanner.elevation_rad), scanner.n_azimuths) < 2
-    return ScanBy.PATCHES if mode == ScanBy.AUTO and not single else mode
+    return VisibilityMode.PATCHES if mode == VisibilityMode.AUTO and not single else mode
 
 
 @dataclass(frozen=True)

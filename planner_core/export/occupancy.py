@@ -164,9 +164,9 @@ def occupancy_maps(survey: Survey, space: FreeSpace, sheets: MapSheets) -> tuple
 
 
 def entered(reach: Reach) -> BoolArray:
-    """(N,) bool: nodes that are joined to one where the mover can stand, but for those inside solids and cupboards."""
-    space, sealed = reach.space, {id(region) for region in reach.sealed}
-    is_room = np.array([*(region.reached or id(region) in sealed for region in reach.regions), False])
+    """(N,) bool: nodes joined to one where the carrier can stand, but for those inside solids and cupboards."""
+    space, unreachable = reach.space, {id(region) for region in reach.unreachable}
+    is_room = np.array([*(region.reached or id(region) in unreachable for region in reach.regions), False])
     label = components(space.links, np.ones(space.n_nodes, dtype=bool))
     stands = np.zeros(int(label.max(initial=-1)) + 1, dtype=bool)
     stands[label[is_room[reach.region]]] = True
@@ -237,16 +237,16 @@ def _ground_beyond(space: FreeSpace, here: BoolArray) -> BoolArray:
 
 def _standing(survey: Survey, space: FreeSpace) -> list[BoolArray]:
     """Return for each floor (C,) bool: columns with a surface between step and head height above its ground."""
-    scene, mover = survey.scene, space.mover
+    scene, carrier = survey.scene, space.carrier
     corners_m = scene.vertices_m[scene.triangles]
-    if mover.opens_doors:
+    if carrier.opens_doors:
         is_door = np.array([element.kind == "IfcDoor" for element in scene.elements], dtype=bool)
         corners_m = corners_m[~is_door[scene.element_of_triangle]]
     out = [np.zeros(space.grid.nx * space.grid.ny, dtype=bool) for _ in survey.floors]
     for piece in footprints(corners_m, space.grid):
         for floor, solid in zip(survey.floors, out, strict=True):
             ground_m = floor.elevation_m
-            stands = (piece.high_m > ground_m + mover.step_m) & (piece.low_m < ground_m + mover.height_m)
+            stands = (piece.high_m > ground_m + carrier.step_m) & (piece.low_m < ground_m + carrier.height_m)
             solid[piece.column[stands]] = True
     return out
 

@@ -153,14 +153,14 @@ def _mission(plan: PlanSource, options: Options, progress: Progress) -> tuple[_M
     mission = _Mission(
         plan, settings, survey, survey.scene.offset_m, visited, left_out, ways, ground, floors, stands
     )  # fmt: skip
-    return mission, (*_remarks(mission, site.mover.step_m), *of_ways, *route_remarks(all_ways))
+    return mission, (*_remarks(mission, site.carrier.step_m), *of_ways, *route_remarks(all_ways))
 
 
 def _ground(survey: Survey, site: LocalSite, progress: Progress) -> MappedGround:
     from planner_core.positions.free_space import free_space
     from planner_core.positions.reach import reachability
 
-    space = free_space(survey, site.mover, zones=site.zones, progress=progress)
+    space = free_space(survey, site.carrier, zones=site.zones, progress=progress)
     reach = reachability(survey, space, site.entrances_m)
     sheets = map_sheets(space, survey.floors, entered(reach))
     return MappedGround(reach, sheets, occupancy_maps(survey, space, sheets))
@@ -212,7 +212,7 @@ def _remarks(mission: _Mission, step_m: float) -> tuple[str, ...]:
 
 # ------------------------------------------------------------------------------------------------- the document
 def _document(mission: _Mission) -> dict[str, Any]:
-    plan, mover = mission.plan, mission.settings.site
+    plan, carrier = mission.plan, mission.settings.site
     to_map = np.eye(4)
     to_map[:3, 3] = mission.offset_m
     return {
@@ -232,7 +232,7 @@ def _document(mission: _Mission) -> dict[str, Any]:
         },
         "scanner": mission.settings.scanner.name,
         "speed_m_per_s": mission.settings.walking_m_per_s,
-        "opens_doors": mover.opens_doors,
+        "opens_doors": carrier.opens_doors,
         "maps": [_map_entry(mission, each) for each in mission.maps],
         "waypoints": [_waypoint(mission, station) for station in mission.visited],
         "paths": [_path(mission, way) for way in mission.ways],

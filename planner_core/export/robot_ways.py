@@ -79,7 +79,7 @@ def robot_ways(
 ) -> tuple[tuple[RobotWay, ...], tuple[str, ...]]:
     """Cut legs that can be walked to ways on the maps, and lay those anew that leave the free cells; and remarks.
 
-    Those that pass a drop nearer than the mover's radius are laid anew where there is room.
+    Those that pass a drop nearer than the carrier's radius are laid anew where there is room.
     """
     ways, anew, lost = [], [], []
     off_m = _off_others_m(ground)
@@ -173,11 +173,11 @@ def _laid_anew(
 
 def _off_m(space: FreeSpace) -> float:
     """Metres that ways keep off edges where there is room: the body's radius."""
-    return max(space.mover.radius_m, _LINE_CELLS * space.grid.cell_m)
+    return max(space.carrier.radius_m, _LINE_CELLS * space.grid.cell_m)
 
 
 def _walkings(ground: MappedGround, off_m: FloatArray) -> tuple[Walking, ...]:
-    """Walking off edges: by the radius of the mover, and as near as a line can pass without touching other cells."""
+    """Walking off edges: by the radius of the carrier, and as near as a line can pass without touching other cells."""
     out = []
     for keep_m in dict.fromkeys((_off_m(ground.space), _LINE_CELLS * ground.space.grid.cell_m)):
         region = np.where(off_m >= keep_m - 1e-9, ground.reach.region, -1).astype(np.int32)

@@ -20,9 +20,9 @@ from planner_core.model.choices import (
     OverlapOf,
     PreAlignment,
     Role,
-    ScanBy,
     Scope,
     UpAxis,
+    VisibilityMode,
 )
 from planner_core.model.methods import METHODS, F2Settings, Greedy, Method, Paper, Proven
 from planner_core.model.planning import Candidates, Crew, InstrumentHeights, PlanSettings, Survey, SurveyScope
@@ -58,7 +58,7 @@ from planner_core.model.review import (
     Verdict,
     Zone,
 )
-from planner_core.model.route import FieldTime, Leg, Route, SealedArea
+from planner_core.model.route import FieldTime, Leg, Route, UnreachableArea
 from planner_core.model.scans import BeamTemplate, PatchReturns, RayHits, ReturnMoments, ScanBatch, Scanner, Visibility
 from planner_core.model.scene import Element, Floor, LoadReport, Optics, Patches, Room, Scene, SceneSource, Storey
 from planner_core.model.site import GroundPick, KeepOut, PriorStation, Site
@@ -149,12 +149,10 @@ __all__ = [
     "Room",
     "Route",
     "ScanBatch",
-    "ScanBy",
     "Scanner",
     "Scene",
     "SceneSource",
     "Scope",
-    "SealedArea",
     "SignOff",
     "Site",
     "SiteFrame",
@@ -165,12 +163,14 @@ __all__ = [
     "Survey",
     "SurveyScope",
     "UInt8Array",
+    "UnreachableArea",
     "UnseenElement",
     "UnseenPiece",
     "UnseenSurface",
     "UpAxis",
     "Verdict",
     "Visibility",
+    "VisibilityMode",
     "WeakMotion",
     "Why",
     "Zone",

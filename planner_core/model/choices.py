@@ -18,7 +18,7 @@ class Objective(StrEnum):
     TIME = "time"
 
 
-class ScanBy(StrEnum):
+class VisibilityMode(StrEnum):
     """What candidates are judged by: beams, or samples of patches (`planner_core.engine.patch_mode`).
 
     Auto: patches for scanners of very many beams.

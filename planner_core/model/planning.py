@@ -11,7 +11,16 @@ import numpy as np
 from planner_core.documents import Number, Whole, YesNo, document
 from planner_core.errors import RequirementError
 from planner_core.model.arrays import BoolArray, FloatArray, Int32Array, Int64Array
-from planner_core.model.choices import Objective, OverlapMeasure, OverlapOf, PreAlignment, Role, ScanBy, Scope, one_of
+from planner_core.model.choices import (
+    Objective,
+    OverlapMeasure,
+    OverlapOf,
+    PreAlignment,
+    Role,
+    Scope,
+    VisibilityMode,
+    one_of,
+)
 from planner_core.model.methods import METHODS, Greedy, Method, Paper, Proven
 from planner_core.model.requirements import Requirements
 from planner_core.model.scans import BeamTemplate, Scanner
@@ -161,7 +170,7 @@ class PlanParameters:
     ground_ring_radius_m: Number = 0.2
     n_ground_ring_rays: Count = 16
     max_patch_area_m2: Number = 0.04
-    scan_mode: ScanBy = ScanBy.AUTO
+    scan_mode: VisibilityMode = VisibilityMode.AUTO
     special_places: YesNo = True
     """Doorways, middles of rooms and landings are candidates besides the grid."""
     refine: YesNo = True
@@ -201,7 +210,7 @@ class PlanSettings(PlanParameters):
         if type(self.method) not in METHODS.values():
             known = ", ".join(f"{kind.__name__}()" for kind in METHODS.values())
             raise RequirementError(f"method: got {self.method!r}, expected one of {known}; its settings are its own")
-        object.__setattr__(self, "scan_mode", one_of(ScanBy, self.scan_mode, "scan_mode"))
+        object.__setattr__(self, "scan_mode", one_of(VisibilityMode, self.scan_mode, "scan_mode"))
         object.__setattr__(self, "objective", one_of(Objective, self.objective, "objective"))
         self._check_figures()
         self._check_method()
@@ -343,7 +352,7 @@ class Survey:
     template: BeamTemplate
     """The beams of one scan of `scanner`."""
     scanner: Scanner
-    scan_mode: ScanBy
+    scan_mode: VisibilityMode
     """How positions look around: by `BEAMS` or by `PATCHES`."""
     planned: tuple[int, ...]
     """Floors that are planned, as indices into `floors`."""
@@ -360,7 +369,7 @@ class Survey:
     @property
     def counts_parts(self) -> bool:
         """Whether it is counted how much of a patch is seen, which samples tell."""
-        return self.scan_mode == ScanBy.PATCHES and not self.as_in_paper
+        return self.scan_mode == VisibilityMode.PATCHES and not self.as_in_paper
 
     @property
     def patches_observed(self) -> BoolArray | None:

@@ -168,7 +168,7 @@ class FloorNetworks:
 
 @dataclass(frozen=True)
 class Registration:
-    """How the stations hang together by links that reach `limits`.
+    """How the stations are connected by links that reach `limits`.
 
     networks : largest first. floors : in the order of the plan. floor_joins : links that count, between stations of
     different floors. gaps : where a link that doesn't count is listed between two networks; sorted.

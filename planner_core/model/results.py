@@ -12,7 +12,7 @@ from planner_core.model.arrays import BoolArray, FloatArray, Int32Array, UInt8Ar
 from planner_core.model.planning import PlanSettings, Survey
 from planner_core.model.registration import Link, Registration
 from planner_core.model.requirements import PartResult, PointLimits
-from planner_core.model.route import FieldTime, Route, SealedArea
+from planner_core.model.route import FieldTime, Route, UnreachableArea
 from planner_core.model.unseen import Why
 from planner_core.model.values import Count, rounded
 
@@ -170,7 +170,7 @@ class Plan:
     route: Route | None = None
     """The route through `stations`; None: not computed."""
     field_time: FieldTime | None = None
-    sealed: tuple[SealedArea, ...] = ()
+    unreachable: tuple[UnreachableArea, ...] = ()
     """Rooms that nobody can walk into."""
     why: Why | None = None
     """What each station adds, and why the unseen stays unseen; None: not computed."""

@@ -80,7 +80,7 @@ class FieldTime:
 
 
 @dataclass(frozen=True)
-class SealedArea:
+class UnreachableArea:
     """Ground of a room that no entrance leads to. inside_m : (3,) float64, local, its roomiest place.
 
     strips_m : (K, 2, 2) float64, local: corners [[x_min, y_min], [x_max, y_max]] of rectangles that make it up in plan.

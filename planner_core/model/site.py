@@ -121,10 +121,10 @@ class Site:
     """Places on the ground; empty: each floor's largest spaces have one."""
     keep_out: tuple[KeepOut, ...] = ()
     prior: Annotated[tuple[PriorStation, ...], Field(alias="settled")] = ()
-    mover_radius_m: Number | None = None
+    carrier_radius_m: Annotated[Number | None, Field(alias="mover_radius_m")] = None
     """Of who carries the scanner; None, as of the next two: of a person."""
     step_m: Number | None = None
-    mover_height_m: Number | None = None
+    carrier_height_m: Annotated[Number | None, Field(alias="mover_height_m")] = None
     opens_doors: YesNo = True
     start_m: Annotated[ScenePoint | None, Field(alias="start")] = None
     """Where the route of the day begins; None: at the first entrance, else where it is shortest."""

@@ -78,7 +78,7 @@ class StationReason:
 
 @dataclass(frozen=True)
 class UnseenPiece:
-    """Patches that hang together by their edges. centroid_m : (3,) and box_m : (2, 3) float64, LOCAL frame.
+    """Patches that are connected by their edges. centroid_m : (3,) and box_m : (2, 3) float64, LOCAL frame.
 
     The scene frame, for flying a camera there, is `+ Scene.offset_m`.
     """

@@ -1,1 +1,1 @@
-"""The registration network: overlap of stations, how strong each link is, what hangs together."""
+"""The registration network: overlap of stations, how strong each link is, what is connected."""

@@ -1,4 +1,4 @@
-"""Report on the registration network of a plan: what hangs together, on which links, and what is missing where not.
+"""Report on the registration network of a plan: what is connected, on which links, and what is missing where not.
 
 Input a plan's `Link`s, station ids and floors; output `Registration`, and warnings in words.
 
@@ -45,7 +45,7 @@ def registration_report(
     limits: LinkLimits,
     loops: bool = False,
 ) -> Registration:
-    """Say how stations hang together.
+    """Say how stations are connected.
 
     Parameters
     ----------

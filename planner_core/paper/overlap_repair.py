@@ -1,4 +1,4 @@
-"""Overlap repair: stations added until every scan overlaps others enough and all scans of a floor hang together.
+"""Overlap repair: stations added until every scan overlaps others enough and all scans of a floor are connected.
 
 Input chosen stations and a pool of candidates (local frame, metres; only the plan counts), the range, the required
 overlap; output `OverlapRepair`. Scans are circles in plan, as in the paper: walls play no part. What real surfaces say
@@ -65,7 +65,7 @@ class OverlapRepair:
     """Stations added, and what stands then.
 
     added : (A,) int64 into the pool, in order. overlap : (S + A,) float64, share of each station's circle that others
-    cover. sets : stations that hang together, in order of their first. short : stations below the required overlap, for
+    cover. sets : stations that are connected, in order of their first. short : stations below the required overlap, for
     which the pool has nothing left. n_floors : floors with stations.
     """
 
@@ -78,7 +78,7 @@ class OverlapRepair:
 
     @property
     def is_joined(self) -> bool:
-        """Whether the stations of every floor hang together. Where not, the pool has no path between them."""
+        """Whether the stations of every floor are connected. Where not, the pool has no path between them."""
         return len(self.sets) <= self.n_floors
 
 
@@ -124,7 +124,7 @@ def repair_overlap(
     cells_across: int = CELLS_ACROSS,
     progress: Progress = silent,
 ) -> OverlapRepair:
-    """Add candidates of the pool until every station overlaps others enough and the stations of a floor hang together.
+    """Add candidates of the pool until every station overlaps others enough and the stations of a floor are connected.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ class _Rules(NamedTuple):
 
 
 class _Network:
-    """Stations, the free candidates, and the sets of stations that hang together."""
+    """Stations, the free candidates, and the sets of stations that are connected."""
 
     def __init__(self, stations: _Positions, pool: _Positions, rules: _Rules, progress: Progress) -> None:
         self._at, self._floor = stations

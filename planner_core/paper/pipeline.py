@@ -169,7 +169,7 @@ def repair(
     *,
     progress: Progress = silent,
 ) -> tuple[Int64Array, tuple[str, ...]]:
-    """Add candidates until the circles of all stations overlap as `required`, a fraction, and hang together by floor.
+    """Add candidates until the circles of all stations overlap as `required`, a fraction, and are connected by floor.
 
     Returns
     -------

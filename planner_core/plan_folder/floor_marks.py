@@ -275,7 +275,7 @@ def _gaps_to_close(registration: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     return closed
 
 
-def sealed_on(plan: PlanSource, floor: FloorSection) -> list[Mark]:
+def unreachable_on(plan: PlanSource, floor: FloorSection) -> list[Mark]:
     """Return rooms of a floor that nobody can walk into."""
     return [
         Mark(
@@ -324,7 +324,7 @@ def stairs_on(ways: Iterable[FloorSegment]) -> list[Mark]:
     ]
 
 
-def sealed_hatch_m(plan: PlanSource, floor: FloorSection, step_m: float) -> list[FloatArray]:
+def unreachable_hatch_m(plan: PlanSource, floor: FloorSection, step_m: float) -> list[FloatArray]:
     """(2, 2) lines that hatch the rooms of a floor that nobody can walk into, `step_m` apart."""
     family = Family(step_m, np.pi / 4)
     corners_m = [
@@ -425,7 +425,7 @@ def draw_floor_words(
     ends: Sequence[Mark],
     breaks: Iterable[Mark],
     targets: Iterable[Mark],
-    sealed: Iterable[Mark],
+    unreachable: Iterable[Mark],
     zones: Iterable[DrawnZone],
 ) -> None:
     """Write where the route changes floors, begins, ends and breaks off, where targets help and nobody gets in, and
@@ -446,7 +446,7 @@ def draw_floor_words(
         at = on_paper(mark.at_m)
         canvas.area([at + 0.75 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])], INK)
         labels.put(at, mark.words)
-    for mark in sealed:
+    for mark in unreachable:
         labels.put(on_paper(mark.at_m), mark.words, apart=0.0)
     for zone in zones:
         labels.put(zone.outline[:-1].mean(axis=0), zone.words, apart=0.0)

@@ -37,10 +37,10 @@ from planner_core.plan_folder.floor_marks import (
     draw_zone_borders,
     ends_on,
     floor_links,
-    sealed_hatch_m,
-    sealed_on,
     stairs_on,
     targets_on,
+    unreachable_hatch_m,
+    unreachable_on,
     ways_on,
     zones_on,
 )
@@ -141,7 +141,7 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVi
     with canvas.clip(at.box):
         _draw_view(canvas, plan, floor, at)
         canvas.lines([at.on_paper(border) for border in _overhead_m(plan, floor)], _OVERHEAD)
-        canvas.lines([on_paper(line) for line in sealed_hatch_m(source, of, _HATCH_MM / at.mm_per_m)], _HATCH)
+        canvas.lines([on_paper(line) for line in unreachable_hatch_m(source, of, _HATCH_MM / at.mm_per_m)], _HATCH)
         draw_ways(canvas, ways, on_paper, cut_height_m(plan, floor) + float(plan.survey.scene.offset_m[2]))
         zones = draw_zone_borders(canvas, zones_on(source, of), on_paper)
     labels = _labels(canvas, at)
@@ -153,7 +153,7 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVi
         ends=ends_on(source, of),
         breaks=breaks_on(source, of),
         targets=targets_on(source, of),
-        sealed=sealed_on(source, of),
+        unreachable=unreachable_on(source, of),
         zones=zones,
     )
     walked = () if plan.route is None else ((f"{sum(way.length_m for way in ways):.0f} m", "route"),)

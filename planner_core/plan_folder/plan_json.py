@@ -28,7 +28,6 @@ from planner_core.model import (
     NetworkGap,
     Optics,
     Plan,
-    ScanBy,
     Scene,
     SceneSource,
     Scope,
@@ -36,6 +35,7 @@ from planner_core.model import (
     Station,
     UnseenElement,
     UpAxis,
+    VisibilityMode,
 )
 from planner_core.model.options import options_of
 from planner_core.model.planning import PlanParameters, fields_of
@@ -48,7 +48,7 @@ from planner_core.plan_folder.plan_model.results import (
     LossSection,
     NetworkSection,
 )
-from planner_core.plan_folder.results_json import rounded, route_document, sealed_document, why_document
+from planner_core.plan_folder.results_json import rounded, route_document, unreachable_document, why_document
 from planner_core.requirements.goals import obstacles_of, required_of
 from planner_core.scene.file_formats import is_scene_file
 from planner_core.scene.load import LoadOptions
@@ -88,7 +88,7 @@ def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
         "registration": _registration(plan),
         "route": route_document(plan),
         "field_time": None if plan.field_time is None else FieldTimeSection.of(plan.field_time),
-        "sealed": sealed_document(plan),
+        "sealed": unreachable_document(plan),
         "unseen": [_unseen(part, plan.survey.scene) for part in plan.unseen],
         "why": None if plan.why is None else why_document(plan.why, plan.survey.scene),
         "judge": None if plan.independent_check is None else to_document(plan.independent_check),
@@ -250,7 +250,7 @@ def _requirements(plan: Plan) -> dict[str, Any]:
 def _settings(plan: Plan) -> dict[str, Any]:
     used = {
         **fields_of(PlanParameters, plan.settings),
-        "scan_mode": ScanBy(plan.survey.scan_mode),
+        "scan_mode": VisibilityMode(plan.survey.scan_mode),
         "n_candidates": plan.n_candidates,
         "n_patches": plan.survey.patches.n_patches,
     }

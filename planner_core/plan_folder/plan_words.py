@@ -116,7 +116,7 @@ def total_words(document: Document, unit: LengthUnit = METRE) -> str:
 def left_out_lines(document: Document, unit: LengthUnit = METRE) -> tuple[str, ...]:
     """Lines on what the share of the scannable area does not count; see `not_planned`."""
     return not_planned(
-        sealed_m2=[room["area_m2"] for room in document["sealed"]],
+        unreachable_m2=[room["area_m2"] for room in document["sealed"]],
         scope=_scope(document),
         achievable_m2=document["coverage"]["achievable_area_m2"],
         total_m2=document["coverage"]["total_area_m2"],

@@ -17,8 +17,8 @@ from planner_core.model import (
     Leg,
     Plan,
     Scene,
-    SealedArea,
     StationReason,
+    UnreachableArea,
     UnseenPiece,
     UnseenSurface,
     Why,
@@ -58,9 +58,9 @@ def route_document(plan: Plan) -> dict[str, Any] | None:
     }
 
 
-def sealed_document(plan: Plan) -> list[dict[str, Any]]:
+def unreachable_document(plan: Plan) -> list[dict[str, Any]]:
     """Return key `sealed`."""
-    return [_sealed(plan, area) for area in plan.sealed]
+    return [_unreachable(plan, area) for area in plan.unreachable]
 
 
 def _leg(plan: Plan, leg: Leg, ids: list[str]) -> dict[str, Any]:
@@ -73,7 +73,7 @@ def _leg(plan: Plan, leg: Leg, ids: list[str]) -> dict[str, Any]:
     }
 
 
-def _sealed(plan: Plan, area: SealedArea) -> dict[str, Any]:
+def _unreachable(plan: Plan, area: UnreachableArea) -> dict[str, Any]:
     return {
         "floor": plan.survey.floors[area.floor].id,
         "area_m2": round(area.area_m2, _MM),

@@ -56,7 +56,7 @@ from planner_core.requirements.demand import Demand
 from planner_core.requirements.goals import NO_COVER
 from planner_core.requirements.observe_candidates import SeenPatches
 from planner_core.route.route import field_time, route_warnings
-from planner_core.route.sealed import reach_warnings, sealed_areas
+from planner_core.route.unreachable import reach_warnings, unreachable_areas
 from planner_core.scene.doors import exterior_doors
 
 #: What moves between two scans, or may not be stuck on.
@@ -144,7 +144,7 @@ def describe_plan(
     ids = tuple(station.id for station in stations)
     counted = rows_of_overlap(demand, rows, requirements.overlap_of)
     links, registration = _registered(survey, requirements, stations, counted, settings.site.scanned, engine)
-    sealed = sealed_areas(surroundings.reach)
+    unreachable = unreachable_areas(surroundings.reach)
     plan = Plan(
         survey=survey,
         settings=settings,
@@ -168,7 +168,7 @@ def describe_plan(
         registration=registration,
         route=route,
         field_time=field_time(settings.crew, n_scans=n_scans, walk_m=route.length_m),
-        sealed=sealed,
+        unreachable=unreachable,
         why=explain(
             survey,
             requirements,
@@ -181,7 +181,7 @@ def describe_plan(
             achievable=achievable | seen,  # from off the grid, stations see what no candidate could
             scannable=achievable,
             links=links,
-            sealed=sealed,
+            unreachable=unreachable,
             progress=progress,
         ),
         candidates_m=surroundings.candidate_m,
@@ -203,7 +203,7 @@ def _registered(
     scanned: frozenset[str],
     engine: ScanEngine,
 ) -> tuple[tuple[Link, ...], Registration]:
-    """Links of stations, rows of `counted`, and how these hang together."""
+    """Links of stations, rows of `counted`, and how these are connected."""
     ids = tuple(station.id for station in stations)
     surface = surface_of_patches(survey.scene, survey.patches, times_seen(counted) > 0)
     found = overlap_links(

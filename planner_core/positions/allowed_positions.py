@@ -203,7 +203,7 @@ def places_as_they_are(
 
 
 def _reach(survey: Survey, site: LocalSite, space: FreeSpace | None, progress: Progress) -> Reach:
-    space = free_space(survey, site.mover, zones=site.zones, known=space, progress=progress)
+    space = free_space(survey, site.carrier, zones=site.zones, known=space, progress=progress)
     return reachability(survey, space, site.entrances_m)
 
 

@@ -1,6 +1,6 @@
 """Free space: where the ground of a building can be walked, and how much room there is.
 
-Input a `Survey` (local frame, metres) and a `Mover`, output a `FreeSpace`. The plan is cut into cells; where there is
+Input a `Survey` (local frame, metres) and a `Carrier`, output a `FreeSpace`. The plan is cut into cells; where there is
 ground to stand on with headroom, a cell has a node, and as many as there are storeys. Nodes of neighbouring cells are
 linked where the step between them can be climbed: so stairs join floors without being distinguished from them.
 
@@ -24,7 +24,7 @@ import numpy as np
 from planner_core.compiled import compiled
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Int64Array, Survey
-from planner_core.positions.local_site import PERSON, Mover, WalkingZone, blocked_by_zones, needed_height_m
+from planner_core.positions.local_site import PERSON, Carrier, WalkingZone, blocked_by_zones, needed_height_m
 from planner_core.positions.solids import Grid, Solids, find_solids
 from planner_core.progress import Progress, ProgressEvent, silent
 
@@ -33,14 +33,14 @@ CELL_M = 0.05
 MAX_CELLS = 2_000_000
 #: Cells that all triangles cover in plan, storeys over each other, on such sites; bounds memory while cells may grow.
 _MAX_COVERED = 32_000_000
-#: Cells never grow beyond this, or a wider mover's radius: neighbouring cells still hold neighbouring treads of stairs,
-#: and a doorway is passed from two cells of width on, 0.5 m, or 2.24 where it lies askew.
+#: Cells never grow beyond this, or a wider carrier's radius: neighbouring cells still hold neighbouring treads of
+#: stairs, and a doorway is passed from two cells of width on, 0.5 m, or 2.24 where it lies askew.
 LARGEST_CELL_M = 0.25
 #: But for this: columns and heights share one float64, true to 0.1 mm for so many; at 0.25 m they make 250 km2.
 _MAX_COLUMNS = 4_000_000_000
 #: Nodes taken in one go.
 _CHUNK = 1_000_000
-#: Clearance is measured as far as this, or two radii of the mover.
+#: Clearance is measured as far as this, or two radii of the carrier.
 CLEARANCE_CAP_M = 1.0
 #: Heights as stated include their limit: a riser of 0.2 m is a step of 0.2 m.
 _SLACK_M = 1e-3
@@ -72,14 +72,14 @@ class FreeSpace:
 
     column : (N,) int64 into `grid`. ground_m : (N,) float64, height of the ground. headroom_m : (N,) float64 to what
     is above, inf under open sky. clearance_m : (N,) float64, from the cell's centre to the centre of the nearest cell
-    with an obstacle between step and head height, as far as the mover could walk towards it; at most
+    with an obstacle between step and head height, as far as the carrier could walk towards it; at most
     `clearance_cap_m`, which also stands for none. It is true to 0.71 cells.
     floor : (N,) int32 into the survey's floors, on stairs that below. on_ground : (N,) bool, ground of that floor.
     links : (N, 8) int32, neighbours by `planner_core.positions.free_space.NEIGHBOURS`; -1 none.
-    can_stand : (N,) bool, with clearance for the mover, and not kept out by a zone.
+    can_stand : (N,) bool, with clearance for the carrier, and not kept out by a zone.
     """
 
-    mover: Mover
+    carrier: Carrier
     grid: Grid
     n_floors: int
     column: Int64Array
@@ -124,7 +124,7 @@ class FreeSpace:
         """Lay the nodes of one floor out as pictures; of each `every` x `every` cells the one in the middle."""
         here = self.floor == floor
         ground_m = float(np.median(self.ground_m[here & self.on_ground])) if (here & self.on_ground).any() else np.inf
-        node = np.flatnonzero(here & (self.on_ground | (self.ground_m < ground_m + self.mover.height_m)))
+        node = np.flatnonzero(here & (self.on_ground | (self.ground_m < ground_m + self.carrier.height_m)))
         _, lowest = np.unique(self.column[node], return_index=True)
         node, first = node[lowest], every // 2
         iy, ix = self.column[node] // self.grid.nx, self.column[node] % self.grid.nx
@@ -143,18 +143,18 @@ class FreeSpace:
 
 def free_space(
     survey: Survey,
-    mover: Mover = PERSON,
+    carrier: Carrier = PERSON,
     *,
     zones: tuple[WalkingZone, ...] = (),
     cell_m: float = CELL_M,
     known: FreeSpace | None = None,
     progress: Progress = silent,
 ) -> FreeSpace:
-    """Find where `mover` can walk, on all floors and the stairs between them.
+    """Find where `carrier` can walk, on all floors and the stairs between them.
 
     Surfaces that no ground of a floor is linked to (table tops, roofs) have no nodes. `cell_m` grows on sites of more
-    than `MAX_CELLS` cells, to `LARGEST_CELL_M` or the mover's radius; `FreeSpace.grid` has it. `known` is a space of
-    this survey without zones, of whichever mover.
+    than `MAX_CELLS` cells, to `LARGEST_CELL_M` or the carrier's radius; `FreeSpace.grid` has it. `known` is a space of
+    this survey without zones, of whichever carrier.
 
     Raises
     ------
@@ -162,26 +162,26 @@ def free_space(
         A cell size that is no length, a zone on a floor that is not there, or no floors at all.
     """
     _check(survey, zones, cell_m)
-    if known is not None and known.mover == mover:
-        barred = blocked_by_zones(zones, known.grid.centre_m(known.column), known.floor)
-        return replace(known, can_stand=known.can_stand & ~barred)
+    if known is not None and known.carrier == carrier:
+        excluded = blocked_by_zones(zones, known.grid.centre_m(known.column), known.floor)
+        return replace(known, can_stand=known.can_stand & ~excluded)
     progress(ProgressEvent("free space", 0, 3, "solids"))
-    corners_m, level, ground_floor = _obstacles(survey, mover)
-    grid = _grid_over(survey.floors, corners_m, cell_m, mover.radius_m)
-    solids = find_solids(corners_m, level, ground_floor, grid, step_m=mover.step_m)
+    corners_m, level, ground_floor = _obstacles(survey, carrier)
+    grid = _grid_over(survey.floors, corners_m, cell_m, carrier.radius_m)
+    solids = find_solids(corners_m, level, ground_floor, grid, step_m=carrier.step_m)
     progress(ProgressEvent("free space", 1, 3, "links"))
-    node, links = _walkable(mover, solids, grid)
+    node, links = _walkable(carrier, solids, grid)
     progress(ProgressEvent("free space", 2, 3, "clearance"))
-    cap_m = max(CLEARANCE_CAP_M, 2.0 * mover.radius_m)
+    cap_m = max(CLEARANCE_CAP_M, 2.0 * carrier.radius_m)
     column, ground_m = solids.column[node], solids.top_m[node]
-    head_m = ground_m + needed_height_m(mover, solids.ground_floor[node]) - _SLACK_M
-    body_m = (ground_m + mover.step_m + _SLACK_M, head_m)
+    head_m = ground_m + needed_height_m(carrier, solids.ground_floor[node]) - _SLACK_M
+    body_m = (ground_m + carrier.step_m + _SLACK_M, head_m)
     clearance_m = _clearance_m(solids, grid, column, body_m, links, cap_m)
     floor = _floor_of(survey.floors, solids.ground_floor[node], ground_m)
-    barred = blocked_by_zones(zones, grid.centre_m(column), floor)
+    excluded = blocked_by_zones(zones, grid.centre_m(column), floor)
     progress(ProgressEvent("free space", 3, 3))
     return FreeSpace(
-        mover=mover,
+        carrier=carrier,
         grid=grid,
         n_floors=len(survey.floors),
         column=column,
@@ -192,7 +192,7 @@ def free_space(
         floor=floor,
         on_ground=solids.ground_floor[node] >= 0,
         links=links,
-        can_stand=(clearance_m >= mover.radius_m) & ~barred,
+        can_stand=(clearance_m >= carrier.radius_m) & ~excluded,
     )
 
 
@@ -320,7 +320,7 @@ def _grid_over(floors: tuple[Floor, ...], corners_m: FloatArray, cell_m: float, 
 def _grown_m(covered_m2: float, radius_m: float) -> float:
     """Side of the cells of a large site, all of whose triangles cover so much in plan.
 
-    The least whole fraction of the mover's radius, or `LARGEST_CELL_M`, that `_MAX_COVERED` allows. Clearances of
+    The least whole fraction of the carrier's radius, or `LARGEST_CELL_M`, that `_MAX_COVERED` allows. Clearances of
     cells are whole numbers of them where walls lie along the grid: with other sizes, a doorway has to be wider than
     the body by up to two cells; see docs/method/free-space.md.
     """
@@ -338,29 +338,29 @@ def _covered_m2(corners_m: FloatArray, low_m: FloatArray, high_m: FloatArray) ->
     return float(np.minimum(area_m2, np.ptp(plan_m, axis=1).prod(axis=1)).sum())
 
 
-def _obstacles(survey: Survey, mover: Mover) -> tuple[FloatArray, BoolArray, Int32Array]:
+def _obstacles(survey: Survey, carrier: Carrier) -> tuple[FloatArray, BoolArray, Int32Array]:
     """Triangles (K, 3, 3) that a body meets, whether they are level, and the floor whose ground they are, or -1."""
     scene, floors = survey.scene, survey.floors
     corners_m = scene.vertices_m[scene.triangles]
     ground_floor = np.full(scene.n_triangles, -1, dtype=np.int32)
     for index, floor in enumerate(floors):
         ground_floor[floor.ground_triangles] = index
-    if mover.opens_doors:
+    if carrier.opens_doors:
         is_door = np.array([element.kind == "IfcDoor" for element in scene.elements], dtype=bool)
         stays = ~is_door[scene.element_of_triangle] | (ground_floor >= 0)
         corners_m, ground_floor = corners_m[stays], ground_floor[stays]
     cross = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
     length = np.sqrt((cross * cross).sum(axis=1))
-    level = (length > 0) & (np.abs(cross[:, 2]) >= np.cos(mover.max_slope_rad) * length - 1e-12)
+    level = (length > 0) & (np.abs(cross[:, 2]) >= np.cos(carrier.max_slope_rad) * length - 1e-12)
     return corners_m, level, ground_floor.astype(np.int32)
 
 
-def _walkable(mover: Mover, solids: Solids, grid: Grid) -> tuple[Int64Array, Int32Array]:
+def _walkable(carrier: Carrier, solids: Solids, grid: Grid) -> tuple[Int64Array, Int32Array]:
     """Solids that are nodes, (N,), and their links (N, 8)."""
     headroom_m = solids.headroom_m()
-    open_above = solids.can_stand & (headroom_m >= needed_height_m(mover, solids.ground_floor) - _SLACK_M)
+    open_above = solids.can_stand & (headroom_m >= needed_height_m(carrier, solids.ground_floor) - _SLACK_M)
     node = np.flatnonzero(open_above)
-    links = _links(solids, node, grid, mover.step_m)
+    links = _links(solids, node, grid, carrier.step_m)
     kept = _joined_to(links, solids.ground_floor[node] >= 0)
     renumbered = np.full(node.size + 1, -1, dtype=np.int32)
     renumbered[:-1][kept] = np.arange(int(kept.sum()), dtype=np.int32)

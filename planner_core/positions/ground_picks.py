@@ -171,7 +171,7 @@ class _Mesh:
     def region_at(self, point_m: FloatArray, what: str) -> Int32Array:
         """Sorted triangles of the level surface around a point (3,).
 
-        Those that hang together by edges, and are coplanar: with the triangle at the point first, then with the plane
+        Those that are connected by edges, and are coplanar: with the triangle at the point first, then with the plane
         that fits what was found, until that no longer changes: on ground that is a little uneven, the plane of the one
         triangle that was hit leads astray.
         """
@@ -233,7 +233,7 @@ class _Mesh:
         return _Plane(centre, mean / np.sqrt((mean * mean).sum()))
 
     def _grown(self, seed: int, plane: _Plane) -> Int32Array:
-        """Sorted triangles that hang together with `seed` by edges of triangles coplanar with `plane`; seed is one."""
+        """Sorted triangles that are connected with `seed` by edges of triangles coplanar with `plane`; seed is one."""
         off_m = np.abs(_dot(self._vertices_m - plane.at_m, plane.normal))
         coplanar = (off_m <= COPLANAR_M)[self._triangles].all(axis=1)
         coplanar &= np.abs(_dot(self._normal, plane.normal)) >= np.cos(COPLANAR_RAD)

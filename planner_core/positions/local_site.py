@@ -1,7 +1,7 @@
-"""The site in the building's own terms: a `Site` (scene frame, floors by name) as mover, zones, entrances and ends.
+"""The site in the building's own terms: a `Site` (scene frame, floors by name) as carrier, zones, entrances and ends.
 
 Input a `Survey` and its `Site`, output what `free_space` and `reachability` take: local frame, metres and radians,
-floors by index. A `Mover` carries the scanner; zones limit where it may go.
+floors by index. A `Carrier` carries the scanner; zones limit where it may go.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class LocalSite:
     prior : stations given beforehand, in the scene frame, in the order of the site.
     """
 
-    mover: Mover
+    carrier: Carrier
     zones: tuple[WalkingZone, ...]
     entrances_m: FloatArray | None
     forbidden: tuple[Forbidden, ...]
@@ -86,11 +86,11 @@ def local_site(survey: Survey, site: Site) -> LocalSite:
     Raises
     ------
     RequirementError
-        A floor that is not there, an outline of fewer than three corners, a mover that makes no sense.
+        A floor that is not there, an outline of fewer than three corners, a carrier that makes no sense.
     """
     entrances_m = np.array(site.entrances_m, dtype=np.float64).reshape(-1, 3) - survey.scene.offset_m
     return LocalSite(
-        mover=mover_of(site),
+        carrier=carrier_of(site),
         zones=tuple(zone for area in site.keep_out for zone in _zones(survey, area)),
         entrances_m=entrances_m if site.entrances_m else None,
         forbidden=tuple(_forbidden(survey, place) for place in site.prior if place.role == Role.FORBIDDEN),
@@ -107,12 +107,12 @@ def ends_of(site: Site, offset_m: FloatArray) -> Ends:
     return Ends(local[0], local[1], site.returns)
 
 
-def mover_of(site: Site) -> Mover:
+def carrier_of(site: Site) -> Carrier:
     """Who carries the scanner: a person unless the site has other figures."""
-    given = {"radius_m": site.mover_radius_m, "step_m": site.step_m, "height_m": site.mover_height_m}
+    given = {"radius_m": site.carrier_radius_m, "step_m": site.step_m, "height_m": site.carrier_height_m}
     changes = {name: value for name, value in given.items() if value is not None}
-    if site.mover_height_m is not None:
-        changes["stairs_height_m"] = min(PERSON.stairs_height_m, site.mover_height_m)
+    if site.carrier_height_m is not None:
+        changes["stairs_height_m"] = min(PERSON.stairs_height_m, site.carrier_height_m)
     return replace(PERSON, opens_doors=site.opens_doors, **changes)
 
 
@@ -145,7 +145,7 @@ def floors_in_words(floors: tuple[Floor, ...]) -> str:
 
 
 @dataclass(frozen=True)
-class Mover:
+class Carrier:
     """A body that walks or drives: an upright cylinder that climbs steps. The defaults are a person's.
 
     radius_m : of the body. step_m : greatest step up or down; what is lower is walked over. height_m : headroom needed:
@@ -170,22 +170,23 @@ class Mover:
         for name in ("radius_m", "step_m"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
-                raise RequirementError(f"mover's {name}: got {value:g}, expected 0 or more metres; e.g. 0.25")
+                raise RequirementError(f"carrier's {name}: got {value:g}, expected 0 or more metres; e.g. 0.25")
         for name in ("height_m", "stairs_height_m"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 2.0 * self.step_m):
                 raise RequirementError(
-                    f"mover's {name}: got {value:g}, expected more than two steps of {self.step_m:g} m; e.g. 1.7"
+                    f"carrier's {name}: got {value:g}, expected more than two steps of {self.step_m:g} m; e.g. 1.7"
                 )
         if not 0 <= self.max_slope_rad < math.pi / 2:
             raise RequirementError(
-                f"mover's max_slope_rad: got {self.max_slope_rad:g}, expected an angle from 0 to below pi/2; e.g. 0.44"
+                f"carrier's max_slope_rad: got {self.max_slope_rad:g}, expected an angle from 0 to below pi/2; "
+                "e.g. 0.44"
             )
 
 
 #: Codes allow risers of up to 0.22 m, and where models miss a screed one is higher by it: hence steps of 0.25 m.
 #: A surveyor with a tripod over the shoulder.
-PERSON = Mover()
+PERSON = Carrier()
 
 
 @dataclass(frozen=True)
@@ -209,9 +210,9 @@ class WalkingZone:
         object.__setattr__(self, "outline_m", outline)
 
 
-def needed_height_m(mover: Mover, ground_floor: Int32Array) -> FloatArray:
+def needed_height_m(carrier: Carrier, ground_floor: Int32Array) -> FloatArray:
     """(N,) headroom needed on grounds of floors (N,), -1 for what is none."""
-    return np.where(ground_floor >= 0, mover.height_m, min(mover.height_m, mover.stairs_height_m))
+    return np.where(ground_floor >= 0, carrier.height_m, min(carrier.height_m, carrier.stairs_height_m))
 
 
 def blocked_by_zones(zones: tuple[WalkingZone, ...], plan_m: FloatArray, floor: Int32Array) -> BoolArray:
@@ -220,11 +221,11 @@ def blocked_by_zones(zones: tuple[WalkingZone, ...], plan_m: FloatArray, floor: 
     for index in sorted({zone.floor for zone in zones}):
         here = np.flatnonzero(floor == index)
         allowed = [over_polygon(plan_m[here], z.outline_m) for z in zones if z.floor == index and z.access]
-        barred = [over_polygon(plan_m[here], z.outline_m) for z in zones if z.floor == index and not z.access]
+        excluded = [over_polygon(plan_m[here], z.outline_m) for z in zones if z.floor == index and not z.access]
         if allowed:
             blocked[here] |= ~np.logical_or.reduce(allowed)
-        if barred:
-            blocked[here] |= np.logical_or.reduce(barred)
+        if excluded:
+            blocked[here] |= np.logical_or.reduce(excluded)
     return blocked
 
 

@@ -1,7 +1,7 @@
 """Reach: what of the free space can be walked to from the entrances, and which rooms cannot.
 
-Input a `FreeSpace` and entrances (local frame, metres), output a `Reach`. Where the mover has room to stand, linked
-nodes make regions: one a building where doors are open and stairs lead up, one a sealed room.
+Input a `FreeSpace` and entrances (local frame, metres), output a `Reach`. Where the carrier has room to stand, linked
+nodes make regions: one a building where doors are open and stairs lead up, one an unreachable room.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from planner_core.scene.array_rows import chunks
 from planner_core.scene.columns import sample_columns
 from planner_core.scene.doors import Leaf, leaves_around
 
-#: Sealed regions smaller than this are cupboards and shafts that nobody asks for.
+#: Unreachable regions smaller than this are cupboards and shafts that nobody asks for.
 MIN_REGION_M2 = 1.0
 #: Without entrances, regions of this share of their floor's largest are taken to have one.
 _ENTERED_SHARE = 0.5
-#: Entrances are moved to where the mover can stand, this far at most in plan.
+#: Entrances are moved to where the carrier can stand, this far at most in plan.
 _ENTRANCE_M = 1.0
 #: Heights this near are the same ground: positions over screeds and coverings.
 _SAME_GROUND_M = 0.3
@@ -42,8 +42,8 @@ _BESIDE_M = (0.2, 0.4, 0.6)
 class Region:
     """Connected free space. floor : where most of it is. inside_m : (3,) float64, local, its roomiest place.
 
-    area_m2 : of the floors' ground that the mover's body passes over, by floor in `area_by_floor_m2`; stairs, and roofs
-    they lead to, are not in it.
+    area_m2 : of the floors' ground that the carrier's body passes over, by floor in `area_by_floor_m2`; stairs, and
+    roofs they lead to, are not in it.
     """
 
     floor: int
@@ -59,7 +59,7 @@ class Region:
 class Reach:
     """Regions, largest first, and which of them the entrances lead to.
 
-    region : (N,) int32 into regions, of the nodes on which the mover can stand; -1 for the others.
+    region : (N,) int32 into regions, of the nodes on which the carrier can stand; -1 for the others.
     near_region : (N,) int32, the same for all ground within the body's radius of such nodes.
     """
 
@@ -69,7 +69,7 @@ class Reach:
     near_region: Int32Array
 
     @property
-    def sealed(self) -> tuple[Region, ...]:
+    def unreachable(self) -> tuple[Region, ...]:
         """Regions of at least `MIN_REGION_M2` that no entrance leads to, largest first."""
         return tuple(r for r in self.regions if not r.reached and not r.in_solid and r.area_m2 >= MIN_REGION_M2)
 
@@ -80,7 +80,7 @@ class Reach:
 
     @property
     def reached_node(self) -> BoolArray:
-        """(N,) bool: nodes on which the mover can stand, coming from an entrance."""
+        """(N,) bool: nodes on which the carrier can stand, coming from an entrance."""
         reached = np.array([*(region.reached for region in self.regions), False])
         return np.asarray(reached[self.region])
 
@@ -94,7 +94,7 @@ def reachability(survey: Survey, space: FreeSpace, entrances_m: FloatArray | Non
     Raises
     ------
     RequirementError
-        An entrance with no place for the mover within a metre.
+        An entrance with no place for the carrier within a metre.
     """
     region = components(space.links, space.can_stand)
     distance, source = spread(
@@ -102,7 +102,7 @@ def reachability(survey: Survey, space: FreeSpace, entrances_m: FloatArray | Non
         space.cells(),
         np.where(space.can_stand, np.arange(space.n_nodes), -1),
         space.cells().astype(np.float64),
-        reach_cells=space.mover.radius_m / space.grid.cell_m,
+        reach_cells=space.carrier.radius_m / space.grid.cell_m,
     )
     near = np.where(np.isfinite(distance), region[source], -1)
     n_regions = int(region.max(initial=-1)) + 1
@@ -160,7 +160,7 @@ class Footing:
 
 
 def leaf_that_shuts(scene: Scene, reach: Reach, region: Region) -> Leaf | None:
-    """Find a door leaf of a mesh with a sealed region on one side and ground that is reached on the other."""
+    """Find a door leaf of a mesh with an unreachable region on one side and ground that is reached on the other."""
     space = reach.space
     own = next(number for number, each in enumerate(reach.regions) if each is region)
     place_m = space.position_m(np.flatnonzero(reach.near_region == own))
@@ -180,7 +180,7 @@ def _region_at(reach: Reach, place_m: FloatArray) -> int:
 
 
 def _entrance_nodes(space: FreeSpace, entrances_m: FloatArray, offset_m: FloatArray) -> list[int]:
-    """Nearest node on which the mover can stand, by entrance."""
+    """Nearest node on which the carrier can stand, by entrance."""
     stand = np.flatnonzero(space.can_stand)
     place = space.position_m(stand)
     out = []

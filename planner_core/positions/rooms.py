@@ -80,7 +80,7 @@ class Rooms:
 
 
 def find_rooms(space: FreeSpace, floor: int) -> Rooms:
-    """Find rooms and doorways of `floor`, in order of cells, those too narrow for the mover left out."""
+    """Find rooms and doorways of `floor`, in order of cells, those too narrow for the carrier left out."""
     node = _nodes_of_floor(space, floor)
     if not node.size:
         none = np.empty(0, np.int64)
@@ -90,7 +90,7 @@ def find_rooms(space: FreeSpace, floor: int) -> Rooms:
     basin = _basins(away, cells)
     sides, height, at = _borders(away, basin, cells)
     room = _merged(_summits(away, basin), sides, height)
-    least, most = (width / space.grid.cell_m for width in (space.mover.radius_m, _DOORWAY_M))
+    least, most = (width / space.grid.cell_m for width in (space.carrier.radius_m, _DOORWAY_M))
     between = (room[sides[:, 0]] != room[sides[:, 1]]) & (height >= least) & (height <= most)
     spots = _spaced(at[between], height[between], cells, _APART_M / space.grid.cell_m)
     centre = node[_centres(away, room[basin], cells, least)]

@@ -23,7 +23,7 @@ from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
 
 #: Surfaces this near below a solid's top share in being its top: coverings on their slab, treads beside their riser.
 _SAME_TOP_M = 0.1
-#: Surfaces nearer than this are one, for a mover that climbs nothing too.
+#: Surfaces nearer than this are one, for a carrier that climbs nothing too.
 _LEAST_GAP_M = 0.02
 #: Pairs of one band of rows; bounds memory to some hundred megabytes.
 _BAND_PAIRS = 3_000_000

@@ -71,7 +71,7 @@ class Walking:
     def distances_m(self, ground_m: FloatArray, *, progress: Progress = silent) -> FloatArray:
         """(K, K) float64: walking distances between places on the ground (K, 3), inf where one leads to no other.
 
-        Symmetric, with a zero diagonal, and no detour is shorter than the direct way. A place where the mover has no
+        Symmetric, with a zero diagonal, and no detour is shorter than the direct way. A place where the carrier has no
         room is set up from the nearest spot within arm's length, and the walk ends there: `positions.reach.Footing`.
         """
         node, place = self._stands(ground_m)
@@ -281,7 +281,7 @@ class _Edges:
 
     @cached_property
     def part(self) -> Int64Array:
-        """(B,) which blocks hang together."""
+        """(B,) which blocks are connected."""
         from scipy.sparse.csgraph import connected_components
 
         return np.asarray(connected_components(self._links, directed=False)[1], dtype=np.int64)
@@ -291,7 +291,7 @@ class _Edges:
         return np.argsort(self.part, kind="stable"), np.cumsum(np.append(0, np.bincount(self.part)))
 
     def blocks_of(self, block: int) -> Int64Array:
-        """Blocks that hang together with one, sorted."""
+        """Blocks that are connected with one, sorted."""
         order, starts = self._by_part
         return order[starts[self.part[block]] : starts[self.part[block] + 1]]
 
@@ -378,7 +378,7 @@ def _walk_straight(
 def _blocks(space: FreeSpace, walkable: BoolArray) -> tuple[Int64Array, Int64Array]:
     """Block (N,) of every walkable node, -1 for the others, and the node (B,) in the middle of each block.
 
-    A block is what hangs together of the nodes in a square: two rooms that meet in one, or two storeys, are not mixed.
+    A block is what is connected of the nodes in a square: two rooms that meet in one, or two storeys, are not mixed.
     """
     cells = space.cells()
     per_side = _cells_per_side(space)

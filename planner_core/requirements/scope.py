@@ -217,7 +217,7 @@ def _open_sides(survey: Survey, engine: ScanEngine, places: Places) -> tuple[str
 
 # ---------------------------------------------------------------------------------------------- places
 def find_places(survey: Survey, engine: ScanEngine, space: FreeSpace) -> Places:
-    """Tell indoors from outdoors wherever a person can stand, sealed rooms among it."""
+    """Tell indoors from outdoors wherever a person can stand, unreachable rooms among it."""
     reach = reachability(survey, space)
     rooms = [not each.in_solid and (each.reached or each.area_m2 >= MIN_REGION_M2) for each in reach.regions]
     room = np.array([*rooms, False])

@@ -115,7 +115,7 @@ def least_time(
     network: Network | None = None,
     progress: Progress = silent,
 ) -> LeastTime:
-    """Shorten the time of `start`, a set that meets all targets and hangs together in `network`; never lengthen it.
+    """Shorten the time of `start`, a set that meets all targets and is connected in `network`; never lengthen it.
 
     Parameters
     ----------
@@ -280,30 +280,30 @@ class _LeastTimeSearch:
         out = {loose[i] for i in np.argsort(away_m, kind="stable")[:n_out].tolist()}
         chosen = [c for c in visit.chosen if c not in out]
         # Not the same ones at once: the search would only walk back.
-        barred = np.isin(np.arange(self.problem.n_candidates), [first])
+        excluded = np.isin(np.arange(self.problem.n_candidates), [first])
         while not self._exchanges.met(chosen) or self._n_violations(chosen):
-            added = self._addition(chosen, barred | np.isin(np.arange(barred.size), chosen), rng)
+            added = self._addition(chosen, excluded | np.isin(np.arange(excluded.size), chosen), rng)
             if added is None or len(chosen) > len(visit.chosen) + 1:
                 return None
             chosen = [*chosen, added]
         return self.visit(chosen)
 
-    def _addition(self, chosen: list[int], barred: BoolArray, rng: np.random.Generator) -> int | None:
+    def _addition(self, chosen: list[int], excluded: BoolArray, rng: np.random.Generator) -> int | None:
         """Choose a candidate that adds much for its time; where only links are missing, one that gives them."""
-        gain = np.where(barred, 0, self._exchanges.gains(chosen)).astype(np.float64)
+        gain = np.where(excluded, 0, self._exchanges.gains(chosen)).astype(np.float64)
         if not (gain > 0).any():
-            return self._connector(chosen, barred)
+            return self._connector(chosen, excluded)
         some = np.flatnonzero(gain > 0)
         detour_m = np.maximum(self._detours_m(self.visit(chosen), some), 0.0)
         value = gain[some] / (1.0 + self.settings.per_station_s + detour_m / self.settings.walking_m_per_s)
         value *= rng.uniform(0.8, 1.0, size=some.size)
         return int(some[int(np.argmax(value))])
 
-    def _connector(self, chosen: list[int], barred: BoolArray) -> int | None:
+    def _connector(self, chosen: list[int], excluded: BoolArray) -> int | None:
         if self.network is None or not self._exchanges.met(chosen):
             return None
         near = np.unique(np.concatenate([self.network.neighbours(c) for c in chosen])) if chosen else np.empty(0, int)
-        near = near[~barred[near]].tolist()
+        near = near[~excluded[near]].tolist()
         before = self._n_violations(chosen)
         violations = [self._n_violations([*chosen, c]) for c in near]
         return int(near[int(np.argmin(violations))]) if violations and min(violations) < before else None

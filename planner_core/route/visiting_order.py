@@ -256,7 +256,7 @@ def _check(distance_m: FloatArray, floor: Int32Array, start: int | None, end: in
 
 
 def _storeys(distance_m: FloatArray, floor: Int32Array, inner: Int64Array) -> list[Int64Array]:
-    """Stops `inner` by floor, those of each part that hangs together for itself, from below: parts by their lowest."""
+    """Stops `inner` by floor, those of each part that is connected for itself, from below: parts by their lowest."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

@@ -225,7 +225,7 @@ def _angle(corners_m: FloatArray) -> float:
 
 
 def _parts(triangles: Int32Array) -> tuple[Int64Array, int]:
-    """Part of each triangle (K,), and how many there are: bodies that hang together by edges of just two triangles.
+    """Part of each triangle (K,), and how many there are: bodies that are connected by edges of just two triangles.
 
     Where leaf and frame touch, an edge has three or four: it joins nothing.
     """

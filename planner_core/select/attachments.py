@@ -1,6 +1,6 @@
 """Attachment modes of a candidate in a connected set: first of its part, or linked to a neighbour that it repeats.
 
-Input a `CoverProblem` and a `Network`, output `AttachmentModes`. Where chosen stations hang together there is a tree
+Input a `CoverProblem` and a `Network`, output `AttachmentModes`. Where chosen stations are connected there is a tree
 over those of each part, from any of them on: all others have a parent that they are linked to. Of the stations that see
 a row, the one that is nearest to the first has a parent that does not see it. So nothing is lost when a station counts
 only for the rows that its parent does not see: every row that the set sees is still counted once. Links require

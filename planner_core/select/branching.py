@@ -77,7 +77,7 @@ class BranchAndBound:
     n_stations
         Size of a plan that meets `required`. Set `n_stations` lower when one of fewer stations is found elsewhere.
     network
-        Plans hang together by it, the ones found here too.
+        Plans are connected by it, the ones found here too.
     given
         Candidates that are in every plan, and count.
     """

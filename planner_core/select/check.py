@@ -29,7 +29,7 @@ class SelectionCheckError(PlannerError, RuntimeError):
 def check_selection(
     problem: CoverProblem, chosen: Sequence[int], *, given: Sequence[int] = (), network: Network | None = None
 ) -> None:
-    """Look whether `chosen` are different candidates, hold all of `given`, meet every target, and hang together.
+    """Look whether `chosen` are different candidates, hold all of `given`, meet every target, and are connected.
 
     Raises
     ------

@@ -207,7 +207,7 @@ def part_about(
     if other < 0:
         return mine, other
     queue = np.empty(n, dtype=np.int32)
-    # What hangs together with the other one without touching the piece, and whom that touches: `kept` from the piece.
+    # What is connected with the other one without touching the piece, and whom that touches: `kept` from the piece.
     kept = np.zeros(n, dtype=np.bool_)
     there = np.zeros(n, dtype=np.bool_)
     first, end = 0, 1
@@ -223,7 +223,7 @@ def part_about(
                 there[j] = True
                 queue[end] = j
                 end += 1
-    # All that hangs together with the piece's best without those: its side, and whom that touches is between.
+    # All that is connected with the piece's best without those: its side, and whom that touches is between.
     first, end = 0, 1
     queue[0], side[mine] = mine, 2
     while first < end:

@@ -83,7 +83,7 @@ def drop_redundant(
 ) -> list[int]:
     """Leave out stations without which every target is still met: smallest own area first, the latest of equals.
 
-    `given` ones stay; with a network so do those without whom the others do not hang together.
+    `given` ones stay; with a network so do those without whom the others are not connected.
     """
     kept, is_fixed = np.array(chosen, dtype=np.int64), np.isin(chosen, list(given))
     n_seen = problem.times_seen(chosen)

@@ -135,7 +135,7 @@ def select_large(
     ----------
     network, given, start, progress
         See `planner_core.select.proven.select`. The result is no larger than `start` (where that holds all of `given`
-        and hangs together), nor than greedy selection's set, connected where a network is required. With a network it
+        and is connected), nor than greedy selection's set, connected where a network is required. With a network it
         is in the fewest of its parts that were found, whatever number of stations up to these that takes.
 
     Raises

@@ -12,7 +12,7 @@ u >= 0 of the former and p >= 0 of the latter, and x_i = 1 where i is chosen, 0 
 
 stations (Lagrangian relaxation). `price_bound` computes that in whole numbers for whole prices, whatever they are.
 
-Where stations hang together, each but one a part has a parent and need not be counted for what that sees, too
+Where stations are connected, each but one a part has a parent and need not be counted for what that sees, too
 (attachments.py). The sum over i is then over its modes, of which x takes one at most; u^1 alone is counted less. Of a
 part one station at most is the first, and n_parts in all: they are those that make the sum least.
 
@@ -121,7 +121,7 @@ def large_bound(
     given
         Candidates that are in every plan; they count.
     network
-        Plans hang together by it: what a station's neighbour sees, too, counts once. None: not required.
+        Plans are connected by it: what a station's neighbour sees, too, counts once. None: not required.
     n_parts
         Of plans that are in no more parts of the network; None: in any.
     work_limit

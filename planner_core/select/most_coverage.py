@@ -92,7 +92,7 @@ def most_coverage(
     Parameters
     ----------
     network
-        The set has to hang together; None: not required.
+        The set has to be connected; None: not required.
     given
         Candidates that are in the set anyway; they count.
     start
@@ -291,7 +291,7 @@ def fill(
     """`chosen` and, one after the other, the candidate that adds most looks, until there are `n_stations`.
 
     It ends earlier where nobody adds anything, unless `fully`. With a network only those may come who keep `chosen`,
-    which hangs together, joined: by one link in their part, or by two with `loops` where two or more are there. Of
+    which is connected, joined: by one link in their part, or by two with `loops` where two or more are there. Of
     equals the lowest number.
     """
     (looks,) = problem.seen_from.tolist()

@@ -1,13 +1,13 @@
-"""Which candidates can be registered with each other, and how the chosen ones have to hang together.
+"""Which candidates can be registered with each other, and how the chosen ones have to be connected.
 
 Made by `planner_core.network.candidate_links` from overlap and strength of links; selection only sees a graph.
 
-A set of candidates hangs together where the links between them join all that are of one part. With `loops` none of
+A set of candidates is connected where the links between them join all that are of one part. With `loops` none of
 these links may be a bridge (one whose failure parts what it joined), but for two exceptions: the only link of a part
 with two chosen candidates, and a bridge of the candidates' graph itself, which no choice avoids. So the set of all
-candidates always hangs together, and adding candidates can make any set do so.
+candidates always is connected, and adding candidates can make any set do so.
 
-`connect` adds few candidates to a set so that it hangs together, which selection with a network starts from. What is
+`connect` adds few candidates to a set so that it is connected, which selection with a network starts from. What is
 close is joined first: two components by a shortest path of candidates between any two, again until each part has one.
 With `loops` a bridge gets a way round, a shortest one again. Of equally short ways that which sees most that is not
 covered.
@@ -101,7 +101,7 @@ class Network:
         return found
 
     def n_violations(self, chosen: Sequence[int]) -> int:
-        """Components of `chosen` beyond one a part, and with `loops` avoidable bridges; 0: it hangs together."""
+        """Components of `chosen` beyond one a part, and with `loops` avoidable bridges; 0: it is connected."""
         n_components, bridges, _ = _components_bridges_and_pieces(self.links_among(chosen))
         parts, n_of_part = np.unique(self.part[list(chosen)], return_counts=True)
         n_violations = n_components - int(parts.size)
@@ -110,7 +110,7 @@ class Network:
         return n_violations
 
     def completes(self, rest: Sequence[int]) -> Callable[[int], bool]:
-        """Return a test of a candidate, not of `rest`: whether it and `rest` hang together.
+        """Return a test of a candidate, not of `rest`: whether it and `rest` are connected.
 
         The same as `n_violations([*rest, candidate]) == 0`, for many candidates: without `loops` each costs its links
         alone.
@@ -130,7 +130,7 @@ class Network:
         return hang_together
 
     def can_spare(self, chosen: Sequence[int]) -> Callable[[int], bool]:
-        """Return a test of a place in `chosen`: whether the others hang together without the candidate there.
+        """Return a test of a place in `chosen`: whether the others are connected without the candidate there.
 
         The same as `n_violations` of the others being 0, for many places: without `loops` all of them cost one search.
         """
@@ -280,7 +280,7 @@ def _way_round(problem: CoverProblem, network: Network, chosen: list[int], bridg
     side = np.full(network.n_candidates, -1, dtype=np.int64)
     for end in ends:
         side[np.array(chosen)[component == component[end]]] = component[end]
-    return _shortest_way(problem, network, chosen, side, barred=bridge)
+    return _shortest_way(problem, network, chosen, side, excluded=bridge)
 
 
 def _shortest_way(
@@ -289,7 +289,7 @@ def _shortest_way(
     chosen: list[int],
     side: Int64Array,
     *,
-    barred: tuple[int, int] | None = None,
+    excluded: tuple[int, int] | None = None,
 ) -> list[int]:
     """Candidates, none of them chosen, by which two sides become linked: the fewest.
 
@@ -297,8 +297,8 @@ def _shortest_way(
     """
     source = np.repeat(np.arange(network.n_candidates), np.diff(network.starts))
     ends = np.stack([source, network.neighbour])
-    if barred is not None:
-        ends = ends[:, ~((np.sort(ends, axis=0) == np.array(barred)[:, None]).all(axis=0))]
+    if excluded is not None:
+        ends = ends[:, ~((np.sort(ends, axis=0) == np.array(excluded)[:, None]).all(axis=0))]
     gains = _Gains(problem, chosen)
     side, distance = side.copy(), np.where(side >= 0, 0, _FAR)
     seen, before = np.zeros(side.size, dtype=np.int64), np.full(side.size, -1)

@@ -35,7 +35,7 @@ from planner_core.select.relaxation import CUT_UNIT, Cut
 
 #: A cut is worth while from such a violation on; solutions of the linear program are good to 1e-7.
 _VIOLATION = 1e-4
-#: Candidates of more than this in x are tested for whether they hang together: one threshold after the other.
+#: Candidates of more than this in x are tested for whether they are connected: one threshold after the other.
 _THRESHOLDS = (1e-6, 0.1, 0.4)
 #: So many pieces of a part are cut off from the rest, and so many flows are computed, between candidates worth it.
 _PIECES, _FLOWS, _WORTH = 12, 12, 0.05
@@ -62,7 +62,7 @@ class NetworkCuts:
         self._known: dict[bytes, bool] = {}
 
     def violated(self, x: FloatArray) -> list[Cut]:
-        """Cuts that x violates; at least one where x is whole and does not hang together."""
+        """Cuts that x violates; at least one where x is whole and is not connected."""
         found: dict[bytes, Cut] = {}
         for part in self._parts:
             inside = self._part == part
@@ -141,7 +141,7 @@ class NetworkCuts:
         if other < 0:
             return []
         here, between = side == 2, side == 1
-        rest = inside & (side == 0)  # what hangs together with `other`, and what hangs on neither
+        rest = inside & (side == 0)  # what is connected with `other`, and what hangs on neither
         value = float(x[between].sum())
         if value > 1.0 - _VIOLATION:
             return []

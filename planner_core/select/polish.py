@@ -1,7 +1,7 @@
 """A better set of as many stations: closer to an earlier plan, then with more covered.
 
 Input a `CoverProblem` and a set that meets its targets, output one of the same size that does so, too. One station at a
-time is exchanged for a candidate while all targets stay met and the set hangs together. First for candidates `keep`, as
+time is exchanged for a candidate while all targets stay met and the set is connected. First for candidates `keep`, as
 long as one more of them comes in; then for whatever covers more, without losing any of them. All is whole numbers, and
 each exchange makes (kept ones, ticks covered) larger, so that it ends, always in the same set.
 """
@@ -30,7 +30,7 @@ def polish(
     Parameters
     ----------
     chosen
-        Candidates that meet all targets, and hang together where a network is given; their order is kept.
+        Candidates that meet all targets, and are connected where a network is given; their order is kept.
     given
         Candidates that stay.
     keep

@@ -117,12 +117,12 @@ def select(
     Parameters
     ----------
     network
-        The set has to hang together, see there; None: not required.
+        The set has to be connected, see there; None: not required.
     given
         Candidates that are in the set anyway; they count.
     start
         Another set that meets the targets, such as one of a genetic search. The result is no larger than it (where it
-        holds all of `given` and hangs together), nor than that of greedy selection (where none are given, and no
+        holds all of `given` and is connected), nor than that of greedy selection (where none are given, and no
         network required).
     progress
         A KeyboardInterrupt that it raises ends the search, not the call, once there is a set.

@@ -4,7 +4,7 @@ Input a `CoverProblem`, output a `Reduced` one and the way back. Each rule leave
 whatever R between `least` and `required` the targets stand for; each rule has its reason beside it. They are repeated
 until none finds anything, since each makes work for the others.
 
-Two rules hold only where one look at a row is enough and stations need not hang together: what forced candidates see is
+Two rules hold only where one look at a row is enough and stations need not be connected: what forced candidates see is
 not always done with, and of two candidates that see the same both may be needed, or the lesser one as a link. Otherwise
 candidates stay what they are, forced ones are pinned, and rows alone are left out or merged.
 """

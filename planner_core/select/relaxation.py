@@ -20,7 +20,7 @@ who do, at least m - t of the others are chosen too:
 So A_i adds up ticks_r / (m - t_r) over the rows where i is not in T_r. T_r are the t_r largest x_i, and t_r is what
 makes the right side least; S has the rows where that is 1 or more. With m = 1 this is the above.
 
-Where stations hang together, a separator of the network (separators.py) may bound a row by less than those who see it
+Where stations are connected, a separator of the network (separators.py) may bound a row by less than those who see it
 have: its ticks then go to A_i of all candidates in the separator instead.
 
 The bound. For any prices p >= 0 of cuts A_c x >= b_c and any lower <= x <= upper,

@@ -1,6 +1,6 @@
-"""Ruin and recreate: local search of sets that meet all targets and hang together at every step, compiled.
+"""Ruin and recreate: local search of sets that meet all targets and are connected at every step, compiled.
 
-Input a `CoverProblem`, a `Network` or none, and a set that meets all and hangs together; output one with no more
+Input a `CoverProblem`, a `Network` or none, and a set that meets all and is connected; output one with no more
 components and no more stations, by as many tries as required. Fewest components come first, then fewest stations,
 then most that is covered beyond the requirements; but there are never more stations than are allowed.
 
@@ -257,7 +257,7 @@ def _search(
     n, n_classes, n_targets = inside.size, covered.size, required.size
     missing = np.zeros(n_targets, dtype=np.int64)
     label, before, queue = np.full(n, -1), np.full(n, -2), np.zeros(n + 1, dtype=np.int64)
-    barred = np.zeros(n, dtype=np.uint8)
+    excluded = np.zeros(n, dtype=np.uint8)
     log = np.zeros(4 * n + 64, dtype=np.int64)
     n_set: Any = 0
     n_parts: Any = 0
@@ -303,7 +303,7 @@ def _search(
             )  # fmt: skip
             log[n_log] = out + 1
             n_log += 1
-            barred[out] = _draw(seed, number, draw) % 2
+            excluded[out] = _draw(seed, number, draw) % 2
         n_gone, n_now = n_log, n_set - n_log
         noise = _draw(seed, number, draw + 1) % 4  # of 16: how much of what a candidate adds is left to chance
         salt = _draw(seed, number, draw + 2)
@@ -312,7 +312,7 @@ def _search(
             into, most = -1, 0
             for leave in range(3):  # who has just gone and new parts, then the former alone, then nobody is left aside
                 for i in range(n):
-                    if inside[i] != 0 or (barred[i] != 0 and leave < 2):
+                    if inside[i] != 0 or (excluded[i] != 0 and leave < 2):
                         continue
                     new_part = has_network and n_in_part[part[i]] == 0
                     if new_part and leave == 0:
@@ -345,7 +345,7 @@ def _search(
             n_log += 1
             n_now += 1
         for q in range(n_gone):
-            barred[log[q] - 1] = 0
+            excluded[log[q] - 1] = 0
         done = _missing(counts, required, covered, missing) <= 0
         # 3. What came apart is joined.
         while done and has_network and n_now <= n_set + 2:

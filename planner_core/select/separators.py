@@ -5,7 +5,7 @@ violates.
 
 Let a set Z of candidates be taken away from a part of the graph, so that a side D of it has no link to the rest E of
 the part, and let every plan have a station in Z or in E (all other candidates miss a target). The stations of a part
-hang together: a plan with a station in D has one in Z, too. So for every row r that nobody sees but from D and Z
+are connected: a plan with a station in D has one in Z, too. So for every row r that nobody sees but from D and Z
 
     [r is seen] <= x(Z),  the sum of x over Z
 

@@ -114,7 +114,7 @@ class Watched:
 def measure(n_pavilions: int) -> Row:
     """Plan one campus in this process."""
     from planner_core.engine.open_engine import open_engine
-    from planner_core.model import Greedy, PlanSettings, Requirements, ScanBy
+    from planner_core.model import Greedy, PlanSettings, Requirements, VisibilityMode
     from planner_core.planning import plan as flow
     from planner_core.planning import pool as pools
     from planner_core.scanner.load_scanner import load_scanner
@@ -123,7 +123,7 @@ def measure(n_pavilions: int) -> Row:
 
     settings = PlanSettings(
         load_scanner("hdl-64e"), Requirements(), method=Greedy(), grid_step_m=3.0, instrument_heights_m=(1.3,),
-        clearance_m=1.2, max_patch_area_m2=1.0, scan_mode=ScanBy.BEAMS, special_places=False,
+        clearance_m=1.2, max_patch_area_m2=1.0, scan_mode=VisibilityMode.BEAMS, special_places=False,
     )  # fmt: skip
     watch, area_m2 = Watched(), 0.0
     with tempfile.TemporaryDirectory() as folder:

@@ -40,9 +40,9 @@ from planner_core.model import (
     PointLimits,
     Proven,
     Requirements,
-    ScanBy,
     Station,
     Survey,
+    VisibilityMode,
 )
 from planner_core.network.candidate_links import LinkJob, candidate_links
 from planner_core.network.links import surface_of_patches
@@ -271,7 +271,7 @@ def opened_house() -> tuple[Survey, ScanEngine, PlanSettings]:
     settings = PlanSettings(
         scanner=load_scanner("rtc360"),
         requirements=Requirements(limits=PointLimits(spacing_m=0.006, range_m=20.0)),
-        scan_mode=ScanBy.PATCHES,
+        scan_mode=VisibilityMode.PATCHES,
         max_patch_area_m2=0.16,
     )
     survey = make_survey(scenes_synthetic.build("house").scene, settings)

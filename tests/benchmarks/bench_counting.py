@@ -18,7 +18,7 @@ from unittest import mock
 from bench_planning import ready
 from planning_cases import Case, cases
 
-from planner_core.model import Proven, ScanBy
+from planner_core.model import Proven, VisibilityMode
 from planner_core.requirements.observe_candidates import CandidateObservations
 from planner_core.select.large import select_by_size
 from planner_core.select.proven import ProvenSelection
@@ -38,7 +38,7 @@ def whole_patches() -> Iterator[None]:
 
 
 def planned(case: Case) -> ProvenSelection | None:
-    """Stations on the grid that hang together; None where the scene is not here."""
+    """Stations on the grid that are connected; None where the scene is not here."""
     on = ready(case)
     if on is None:
         return None
@@ -50,8 +50,8 @@ def planned(case: Case) -> ProvenSelection | None:
 
 
 def row(case: Case) -> str | None:
-    sampled = replace(case, settings=replace(case.settings, scan_mode=ScanBy.PATCHES))
-    beams = replace(case, settings=replace(case.settings, scan_mode=ScanBy.BEAMS))
+    sampled = replace(case, settings=replace(case.settings, scan_mode=VisibilityMode.PATCHES))
+    beams = replace(case, settings=replace(case.settings, scan_mode=VisibilityMode.BEAMS))
     found = []
     for which, counted in ((beams, nullcontext()), (sampled, whole_patches()), (sampled, nullcontext())):
         with counted:

@@ -205,7 +205,7 @@ def paper_with_search(on: Ready) -> Found:
 
 
 def ours(on: Ready) -> tuple[dict[str, Found], float]:
-    """Stations that only cover, that hang together, and that left the grid besides; and memory in GiB.
+    """Stations that only cover, that are connected, and that left the grid besides; and memory in GiB.
 
     Memory is the most that the process took to look around and find the last two, as `tlsplan plan` does.
     """
@@ -252,7 +252,7 @@ def broken_promises(case: Case, found: dict[str, Found]) -> list[str]:
     """What the planner promises of every row, and did not keep."""
     cover, linked, off_grid = found["cover"], found["joined"], found["refined"]
     said = [f"{name} misses a target" for name in ("cover", "joined", "refined") if not found[name].met]
-    said += [f"{name} does not hang together" for name in ("joined", "refined") if not found[name].joined]
+    said += [f"{name} is not connected" for name in ("joined", "refined") if not found[name].joined]
     if cover.stations > found["greedy"].stations:
         said.append(f"cover takes {cover.stations}, greedy {found['greedy'].stations}")
     if off_grid.stations > linked.stations:
@@ -291,7 +291,7 @@ def measure(case: Case) -> dict[str, Any] | None:
         "work_limit": case.work,
         "cover_work_limit": case.cover_work,
         "candidates": problem.n_candidates,
-        "barred": int(on.pool.excluded.sum()),
+        "excluded": int(on.pool.excluded.sum()),
         "rows": problem.n_rows,
         "entries": int(problem.row.size),
         "links": int(on.network.neighbour.size) // 2,

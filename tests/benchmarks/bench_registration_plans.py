@@ -26,7 +26,7 @@ from planner_core.engine.open3d import import_open3d
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.patch_mode import mode_that_counts_parts
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import Doors, FloatArray, Plan, PlanSettings, Proven, ScanBy, Scope
+from planner_core.model import Doors, FloatArray, Plan, PlanSettings, Proven, Scope, VisibilityMode
 from planner_core.network.links import overlap_links, surface_of_patches
 from planner_core.network.network_report import registration_report
 from planner_core.planning.plan import make_plan
@@ -57,7 +57,7 @@ def planned(name: str, scanner: str) -> Plan:
     used = load_scanner(scanner)
     requirements, _ = requirements_from({}, deliverable="survey", scope=Scope.AUTO, no_cover=NO_COVER)
     settings = PlanSettings(used, requirements, method=Proven(work_limit=3.0, prove=False), refine=False)
-    settings = replace(settings, scan_mode=mode_that_counts_parts(ScanBy.AUTO, used))
+    settings = replace(settings, scan_mode=mode_that_counts_parts(VisibilityMode.AUTO, used))
     doors = Doors.OUTSIDE if name.endswith(_OUTSIDE) else Doors.OPEN
     scene = without_door_leaves(scene_of(name.removesuffix(_OUTSIDE)), doors)
     return make_plan(replace(scene, source=replace(scene.source, doors=doors)), settings)

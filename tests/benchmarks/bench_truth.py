@@ -24,8 +24,8 @@ from planner_core.model import (
     PointLimits,
     Proven,
     Requirements,
-    ScanBy,
     Scene,
+    VisibilityMode,
 )
 from planner_core.planning.independent_check import check_independently
 from planner_core.planning.plan import plan_survey
@@ -74,7 +74,7 @@ def plan_and_check(
         requirements=Requirements(
             limits=ASKED[scanner], parts=tuple(PartRequirement(each, 0.0, classes=(each,)) for each in NO_COVER)
         ),
-        scan_mode=ScanBy.PATCHES,
+        scan_mode=VisibilityMode.PATCHES,
         method=Proven(work_limit=0.2),
         refine=False,
         max_patch_area_m2=patch_area_m2,

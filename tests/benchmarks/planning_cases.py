@@ -56,7 +56,7 @@ class Case:
     settings: PlanSettings
     doors: str = "open"
     work: float = SCENE_WORK
-    """Limit for stations that hang together. cover_work : for those that only cover."""
+    """Limit for stations that are connected. cover_work : for those that only cover."""
     cover_work: float = SCENE_WORK
     told: str = ""
     """What is unlike the group's other rows, for readers."""

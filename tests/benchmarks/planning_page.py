@@ -130,7 +130,7 @@ def _stations(rows: Sequence[Row]) -> list[str]:
     saved = (("greedy_links", "links"), ("paper", "paper"))
     return [
         "Bounds hold for any set on these candidates: that of cover for sets that only cover, that of joined for those",
-        "that hang together. Saved: refined against greedy + links, and against paper where its set meets the same;",
+        "that are connected. Saved: refined against greedy + links, and against paper where its set meets the same;",
         "stopped: why joined ended, after at most so much work as the last column says, about CPU seconds.",
         "",
         *_table(
@@ -212,7 +212,7 @@ def _puzzles(rows: Sequence[Row]) -> list[str]:
     return [
         "An ideal scanner that looks everywhere, at 1.5 m, as far as told or farther than the room is long;",
         "99.9 % of the scannable area: what is left are slivers where walls meet. Best: what the scene's own proof",
-        "says, which asks for no network: *cover* has to be equal to it. *Joined* and *refined* hang together besides.",
+        "says, which asks for no network: *cover* has to be equal to it. *Joined* and *refined* are connected besides.",
         "",
         *_table(
             ("puzzle", "candidates", "best", "cover", "its bound", "equal", "joined", "its bound", "refined", "greedy",

@@ -28,8 +28,8 @@ from planner_core.model import (
     PointLimits,
     Proven,
     Requirements,
-    ScanBy,
     Survey,
+    VisibilityMode,
 )
 from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import Goals, goals_of
@@ -46,7 +46,7 @@ SETTINGS = PlanSettings(
     grid_step_m=0.6,
     instrument_heights_m=(1.5,),
     max_patch_area_m2=0.2,
-    scan_mode=ScanBy.PATCHES,
+    scan_mode=VisibilityMode.PATCHES,
     method=Proven(work_limit=0.1),
     refine=False,
 )

@@ -7,14 +7,14 @@ import pytest
 
 from planner_core.cluster import payloads
 from planner_core.cluster.payloads import Packer, squeezed, unpacked, unsqueezed
-from planner_core.model import ScanBy
+from planner_core.model import VisibilityMode
 from planner_core.requirements.observe_candidates import in_a_row, pack_observations, unpack_observations
 
 from .conftest import SETTINGS, Look, assert_same_bits, made_look
 
 
-@pytest.mark.parametrize("scan_mode", [ScanBy.PATCHES, ScanBy.BEAMS])
-def test_plain_looks_travel_unchanged_and_pieces_are_the_whole(scan_mode: ScanBy) -> None:
+@pytest.mark.parametrize("scan_mode", [VisibilityMode.PATCHES, VisibilityMode.BEAMS])
+def test_plain_looks_travel_unchanged_and_pieces_are_the_whole(scan_mode: VisibilityMode) -> None:
     check(made_look(replace(SETTINGS, scan_mode=scan_mode)))
 
 

@@ -20,12 +20,12 @@ from planner_core.model import (
     PointLimits,
     Requirements,
     Room,
-    ScanBy,
     Scanner,
     Scene,
     SceneSource,
     Survey,
     Visibility,
+    VisibilityMode,
     Why,
 )
 from planner_core.scanner.template import make_template
@@ -115,7 +115,7 @@ def world(boxes, candidates_m, *, rooms=(), scan=None, limits=None, seen_from=1,
     patches = make_patches(scene, max_area_m2=patch_m2)
     floor = Floor("F0", "Ground", 0.0, 10.0, np.array([2, 3], np.int32), np.array([[0.0, 0], [4, 3]]), "slab")
     on_floor, template = np.zeros(scene.n_triangles, np.int32), make_template(scan)
-    survey = Survey(scene, (floor,), patches, on_floor, template, scan, ScanBy.BEAMS, (0,))
+    survey = Survey(scene, (floor,), patches, on_floor, template, scan, VisibilityMode.BEAMS, (0,))
     required = Requirements(limits=limits or PointLimits(), seen_from=seen_from)
     settings = PlanSettings(scanner=scan, requirements=required)
     engine = open_engine(scene, patches, engine="open3d")

@@ -25,7 +25,17 @@ from planner_core.engine.open_engine import open_engine
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.patch_mode import PatchMode
 from planner_core.errors import RequirementError
-from planner_core.model import BeamTemplate, Floor, Paper, PlanSettings, PointLimits, ScanBy, Scanner, Scene, Survey
+from planner_core.model import (
+    BeamTemplate,
+    Floor,
+    Paper,
+    PlanSettings,
+    PointLimits,
+    Scanner,
+    Scene,
+    Survey,
+    VisibilityMode,
+)
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.independent_check import check_independently
@@ -196,9 +206,9 @@ def middle_m(scene: Scene, z_m: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("turned", [False, True], ids=["as wound", "turned"])
-@pytest.mark.parametrize("mode", list(ScanBy)[1:])
+@pytest.mark.parametrize("mode", list(VisibilityMode)[1:])
 @pytest.mark.parametrize("engine_name", ["opencl", "open3d"])
-def test_ground_is_seen_from_above_alone(mode: ScanBy, engine_name: str, turned: bool) -> None:
+def test_ground_is_seen_from_above_alone(mode: VisibilityMode, engine_name: str, turned: bool) -> None:
     scene = house(turned=turned)
     survey = survey_of(scene)
     engine = open_engine(survey.scene, survey.patches, engine=engine_name)
@@ -227,7 +237,7 @@ def test_the_method_paper_counts_what_is_reached_from_either_side() -> None:
 
 def test_the_independent_check_agrees() -> None:
     scene = house(turned=False)
-    settings = replace(SETTINGS, scan_mode=ScanBy.PATCHES)
+    settings = replace(SETTINGS, scan_mode=VisibilityMode.PATCHES)
     station = GivenStation("S1", np.array([SIDE_M / 2, SIDE_M / 2, 1.5]), 1.5, "")
     plan = evaluate_stations(scene, settings, [station])
     assert [floor.elevation_m for floor in plan.survey.floors] == pytest.approx([0.0, 3.0], abs=1e-6)

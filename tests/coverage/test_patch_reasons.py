@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from planner_core.coverage import patch_reasons
-from planner_core.model import Optics, PointLimits, SealedArea, Visibility
+from planner_core.model import Optics, PointLimits, UnreachableArea, Visibility
 from planner_core.model.unseen import (
     COVERED,
     IN_SOLIDS,
@@ -92,8 +92,8 @@ def test_wall_behind_a_screen_is_occluded(build):
 
 
 def test_sealed_room_has_no_spot_by_its_outline_or_by_its_ground(build):
-    sealed = build.shell((4.2, 0, 0), (7, 3, 2.5), prefix="sealed ")[1:]
-    boxes = [*build.shell((0, 0, 0), (4, 3, 2.5)), ("sealed floor", (4.2, -0.2, -0.2), (7.2, 3.2, 0)), *sealed]
+    unreachable = build.shell((4.2, 0, 0), (7, 3, 2.5), prefix="sealed ")[1:]
+    boxes = [*build.shell((0, 0, 0), (4, 3, 2.5)), ("sealed floor", (4.2, -0.2, -0.2), (7.2, 3.2, 0)), *unreachable]
     boxes = [box for box in boxes if box[0] != "sealed west"]  # the east wall of the first room is its own
     inner = lambda world: facing_in(world, "sealed east", 0, -1)  # noqa: E731
     unknown = build.world(boxes, INSIDE)
@@ -103,8 +103,8 @@ def test_sealed_room_has_no_spot_by_its_outline_or_by_its_ground(build):
     at, _ = places(by_room)
     within = clear_of_rims(at, (4.2, 0, 0), (7, 3, 2.5))
     assert (by_room.explain().reason_of_patch[inner(by_room) & within] == NO_SPOT).all()
-    area = SealedArea(0, 8.0, np.array([5.5, 1.5, 0.0]), np.array([[[4.2, 0.0], [7.0, 3.0]]]))
-    assert (unknown.explain(sealed=(area,)).reason_of_patch[inner(unknown) & within] == NO_SPOT).all()
+    area = UnreachableArea(0, 8.0, np.array([5.5, 1.5, 0.0]), np.array([[[4.2, 0.0], [7.0, 3.0]]]))
+    assert (unknown.explain(unreachable=(area,)).reason_of_patch[inner(unknown) & within] == NO_SPOT).all()
 
 
 @pytest.mark.slow

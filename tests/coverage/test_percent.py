@@ -8,7 +8,7 @@ from planner_core.coverage.percent import not_planned, reached_percent, reached_
 
 
 @pytest.mark.parametrize(
-    ("sealed_m2", "scope", "achievable_m2", "expected"),
+    ("unreachable_m2", "scope", "achievable_m2", "expected"),
     [
         ([], "interior", 80.0, ()),
         ([], "interior", 60.0, ("Not scannable: 40 m2 of 100 m2 in scope, from no valid tripod position",)),
@@ -18,10 +18,10 @@ from planner_core.coverage.percent import not_planned, reached_percent, reached_
     ],
 )
 def test_what_the_coverage_leaves_out_is_named_from_a_third_of_the_scope_on(
-    sealed_m2: list[float], scope: str, achievable_m2: float, expected: tuple[str, ...]
+    unreachable_m2: list[float], scope: str, achievable_m2: float, expected: tuple[str, ...]
 ) -> None:
     found = not_planned(
-        sealed_m2=sealed_m2, scope=scope, achievable_m2=achievable_m2, total_m2=100.0, area_by_reason_m2={}
+        unreachable_m2=unreachable_m2, scope=scope, achievable_m2=achievable_m2, total_m2=100.0, area_by_reason_m2={}
     )
     assert found == expected
 
@@ -45,7 +45,7 @@ def test_what_is_seen_but_not_as_required_is_named_from_a_tenth_of_what_counts_o
     total_m2 = 90.0 if scope == "interior" and not expected else 100.0
     achievable_m2 = 85.0 if not expected else 50.0
     found = not_planned(
-        sealed_m2=[], scope=scope, achievable_m2=achievable_m2, total_m2=total_m2, area_by_reason_m2=reasons
+        unreachable_m2=[], scope=scope, achievable_m2=achievable_m2, total_m2=total_m2, area_by_reason_m2=reasons
     )
     assert found == expected
 

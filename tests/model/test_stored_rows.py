@@ -11,7 +11,16 @@ import pytest
 import scenes_synthetic
 from planner_core.coverage import coverage as c
 from planner_core.errors import RequirementError
-from planner_core.model import Greedy, PlanSettings, Proven, Requirements, ScanBy, Visibility, scans, stored_rows
+from planner_core.model import (
+    Greedy,
+    PlanSettings,
+    Proven,
+    Requirements,
+    Visibility,
+    VisibilityMode,
+    scans,
+    stored_rows,
+)
 from planner_core.model.stored_rows import VISIBILITY_VARIABLE, PatchColumn, StoredVisibility
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.load_scanner import load_scanner
@@ -124,10 +133,12 @@ def test_a_budget_that_is_no_size_is_told(said: str, monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize(
-    ("method", "mode"), [(Greedy(), ScanBy.BEAMS), (Proven(work_limit=0.1), ScanBy.PATCHES)], ids=["greedy", "proven"]
+    ("method", "mode"),
+    [(Greedy(), VisibilityMode.BEAMS), (Proven(work_limit=0.1), VisibilityMode.PATCHES)],
+    ids=["greedy", "proven"],
 )
 def test_a_plan_is_the_same_with_all_on_disk(
-    method: Greedy | Proven, mode: ScanBy, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    method: Greedy | Proven, mode: VisibilityMode, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     scene = scenes_synthetic.build("two-rooms").scene
     settings = PlanSettings(

@@ -22,7 +22,6 @@ from planner_core.model import (
     Plan,
     PlanSettings,
     Requirements,
-    ScanBy,
     Scanner,
     Scene,
     SceneSource,
@@ -30,6 +29,7 @@ from planner_core.model import (
     Storey,
     Survey,
     UnseenElement,
+    VisibilityMode,
 )
 from planner_core.plan_folder import pictures
 from planner_core.plan_folder.folder import write_plan_folder
@@ -94,7 +94,7 @@ def make_survey(max_patch_area_m2: float = 0.25) -> Survey:
     floor_of_triangle = np.repeat([0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 1, -1], 12).astype(np.int32)
     patches = make_patches(scene, max_area_m2=max_patch_area_m2)
     template = make_template(SCANNER)
-    return Survey(scene, floors, patches, floor_of_triangle, template, SCANNER, ScanBy.BEAMS, (0, 1))
+    return Survey(scene, floors, patches, floor_of_triangle, template, SCANNER, VisibilityMode.BEAMS, (0, 1))
 
 
 def make_stations() -> tuple[Station, ...]:

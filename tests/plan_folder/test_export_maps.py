@@ -22,8 +22,8 @@ from planner_core.model import (
     PriorStation,
     Role,
     Scene,
-    SealedArea,
     Site,
+    UnreachableArea,
     UnseenSurface,
     Why,
 )
@@ -319,11 +319,11 @@ def test_a_floor_without_anything_scannable_has_no_percentage(plan: Plan) -> Non
 
 
 def test_report_names_rooms_that_nobody_enters_beside_the_coverage(plan: Plan) -> None:
-    room = SealedArea(floor=0, area_m2=12.4, inside_m=np.zeros(3), strips_m=np.zeros((0, 2, 2)))
-    page = report_page(dataclasses.replace(plan, sealed=(room,)), pictures=False).replace("\xa0", " ")
+    room = UnreachableArea(floor=0, area_m2=12.4, inside_m=np.zeros(3), strips_m=np.zeros((0, 2, 2)))
+    page = report_page(dataclasses.replace(plan, unreachable=(room,)), pictures=False).replace("\xa0", " ")
     assert '<tr class="alarm"><th scope="row">Left out</th>' in page
     assert "Not planned: 12 m² of floor that can&#x27;t be reached on foot, in one area</td>" in page
-    assert "Left out" not in report_page(dataclasses.replace(plan, sealed=()), pictures=False)
+    assert "Left out" not in report_page(dataclasses.replace(plan, unreachable=()), pictures=False)
 
 
 @pytest.mark.parametrize(("rise_m", "words"), [(2.8, ["ground +2.80 m"]), (0.3, [""])])

@@ -1,4 +1,4 @@
-"""The walk, sealed rooms and links on floor maps: what is drawn where, read back from the pixels."""
+"""The walk, unreachable rooms and links on floor maps: what is drawn where, read back from the pixels."""
 
 import dataclasses
 from pathlib import Path
@@ -8,7 +8,7 @@ import OpenImageIO as Oiio
 import pytest
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import Leg, Link, LinkLimits, Plan, Route, SealedArea, Site
+from planner_core.model import Leg, Link, LinkLimits, Plan, Route, Site, UnreachableArea
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.canvas import Pen
 from planner_core.plan_folder.drawing.marks import LINKS, ROUTE, draw_links, link_class
@@ -20,10 +20,10 @@ from planner_core.plan_folder.floor_marks import (
     draw_ways,
     ends_on,
     floor_links,
-    sealed_hatch_m,
-    sealed_on,
     stairs_on,
     targets_on,
+    unreachable_hatch_m,
+    unreachable_on,
     ways_on,
 )
 from planner_core.plan_folder.maps import view_floor, write_floor_map, write_link_map
@@ -50,8 +50,8 @@ def walked(plan: Plan) -> Plan:
         leg(2, 0, [], []),
     )
     route = Route(np.arange(3), legs, sum(part.length_m for part in legs[:3]), 1, True, True, legs[0].points_m[0])
-    sealed = SealedArea(1, 1.0, np.array([1.5, 3.0, 2.8]), STRIPS_M)
-    return dataclasses.replace(plan, route=route, sealed=(sealed,))
+    unreachable = UnreachableArea(1, 1.0, np.array([1.5, 3.0, 2.8]), STRIPS_M)
+    return dataclasses.replace(plan, route=route, unreachable=(unreachable,))
 
 
 class Paper:
@@ -114,7 +114,7 @@ def test_texts_name_stairs_breaks_start_and_further_entrances(walked: Plan) -> N
     for floor in source.floors:
         marks = (
             stairs_on(ways_on(source, floor)), breaks_on(source, floor), ends_on(source, floor),
-            sealed_on(source, floor),
+            unreachable_on(source, floor),
         )  # fmt: skip
         texts.append(sorted(mark.words for each in marks for mark in each))
     assert texts[0] == ["entrance", "from 3, no path inside", "start and end", "to 3, Obergeschoß"]
@@ -123,7 +123,7 @@ def test_texts_name_stairs_breaks_start_and_further_entrances(walked: Plan) -> N
 
 def test_sealed_rooms_are_hatched_and_nothing_else_is(walked: Plan) -> None:
     paper, source = Paper(), source_of(walked)
-    lines = [on_paper(walked)(line) for line in sealed_hatch_m(source, source.floors[1], 0.1)]
+    lines = [on_paper(walked)(line) for line in unreachable_hatch_m(source, source.floors[1], 0.1)]
     paper.canvas.lines(lines, Pen(0.3, palette.INK))
     for x_m, y_m in ((1.2, 2.6), (1.8, 2.6), (1.2, 3.4), (1.8, 3.4)):
         assert paper.near(x_m, y_m, palette.INK, within_m=0.12), (x_m, y_m)

@@ -94,9 +94,9 @@ SITE = {
         st.builds(KeepOut, st.lists(corner, min_size=3, max_size=5).map(tuple), word, st.booleans(), word), max_size=2
     ).map(tuple),
     "prior": st.lists(prior, max_size=2).map(tuple),
-    "mover_radius_m": st.none() | above_0,
+    "carrier_radius_m": st.none() | above_0,
     "step_m": st.none() | above_0,
-    "mover_height_m": st.none() | above_0,
+    "carrier_height_m": st.none() | above_0,
     "opens_doors": st.booleans(),
     "start_m": st.none() | place,
     "end_m": st.none() | place,

@@ -1,4 +1,4 @@
-"""The walk, field time and sealed rooms in plan.json: against the schema, and against the plan."""
+"""The walk, field time and unreachable rooms in plan.json: against the schema, and against the plan."""
 
 import dataclasses
 import json
@@ -9,9 +9,9 @@ import jsonschema
 import numpy as np
 import pytest
 
-from planner_core.model import FieldTime, Plan, SealedArea
+from planner_core.model import FieldTime, Plan, UnreachableArea
 from planner_core.plan_folder.plan_json import plan_text
-from planner_core.plan_folder.results_json import sealed_document
+from planner_core.plan_folder.results_json import unreachable_document
 from planner_core.positions.free_space import free_space
 from planner_core.positions.local_site import Ends
 from planner_core.positions.reach import reachability
@@ -31,8 +31,8 @@ def walked(plan: Plan, ends: Ends) -> Plan:
         np.array([floor_ids.index(station.floor) for station in stations], dtype=np.int32),
         ends=ends,
     )
-    sealed = SealedArea(1, 6.25, np.array([1.0, 1.0, 2.8]), np.array([[[0.0, 0.0], [2.5, 2.5]]]))
-    return dataclasses.replace(plan, route=route, field_time=FieldTime(None, 180.0, 4.26), sealed=(sealed,))
+    unreachable = UnreachableArea(1, 6.25, np.array([1.0, 1.0, 2.8]), np.array([[[0.0, 0.0], [2.5, 2.5]]]))
+    return dataclasses.replace(plan, route=route, field_time=FieldTime(None, 180.0, 4.26), unreachable=(unreachable,))
 
 
 @pytest.fixture(scope="module")
@@ -82,8 +82,11 @@ def test_strips_of_a_sealed_room_are_told_as_few_rectangles_of_the_same_ground(p
     ell = [((0.0, 0.05 * row), (2.0 if row < 20 else 0.5, 0.05 * (row + 1))) for row in range(40)]
     beside = [((3.0, 0.05 * row), (3.5, 0.05 * (row + 1))) for row in range(10)]
     strips_m = np.array([*ell, *beside])
-    sealed = SealedArea(1, 1.0, np.array([1.0, 1.0, 2.8]), strips_m)
-    told = np.array(sealed_document(dataclasses.replace(plan, sealed=(sealed,)))[0]["rectangles"]) - offset_m
+    unreachable = UnreachableArea(1, 1.0, np.array([1.0, 1.0, 2.8]), strips_m)
+    told = (
+        np.array(unreachable_document(dataclasses.replace(plan, unreachable=(unreachable,)))[0]["rectangles"])
+        - offset_m
+    )
     assert sorted(told.tolist()) == pytest.approx(
         np.array(sorted([[[0, 0], [2, 1]], [[0, 1], [0.5, 2]], [[3, 0], [3.5, 0.5]]])), abs=2e-3
     )

@@ -19,9 +19,9 @@ from planner_core.model import (
     PlanSettings,
     PointLimits,
     Requirements,
-    ScanBy,
     Scanner,
     Scene,
+    VisibilityMode,
 )
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
@@ -65,7 +65,7 @@ def evaluated(
     scene: Scene,
     at_m: list[tuple[float, float, float]],
     scanner: Scanner,
-    scan_mode: ScanBy = ScanBy.AUTO,
+    scan_mode: VisibilityMode = VisibilityMode.AUTO,
     **asked: object,
 ) -> Plan:
     requirements = Requirements(network="none", scope="all", **asked)  # type: ignore[arg-type]
@@ -223,7 +223,7 @@ def test_too_few_points_are_refused(box_plan: SharedPlan) -> None:
 
 def test_a_plan_that_says_too_much_is_told_so() -> None:
     """By beams whole patches count, which overlap the walls: some per cent too much. By samples nothing is off."""
-    for scan_mode, n_lines in ((ScanBy.BEAMS, 1), (ScanBy.PATCHES, 0)):
+    for scan_mode, n_lines in ((VisibilityMode.BEAMS, 1), (VisibilityMode.PATCHES, 0)):
         settings = PlanSettings(
             scanner=all_round(), requirements=Requirements(network="none", scope="all"), scan_mode=scan_mode,
             grid_step_m=1.0, instrument_heights_m=(1.5,), special_places=False, max_patch_area_m2=0.16,
@@ -260,7 +260,7 @@ def test_surface_that_a_station_stands_in_the_plane_of_is_not_seen(monkeypatch: 
 def test_floor_between_the_rows_of_a_coarse_scanner_is_seen_as_far_as_patches_hold_beams() -> None:
     """From 0.3 m above a floor its rows meet it 0.2 m apart at 3 m, 0.6 m at 5 m; patches are up to 0.28 m wide."""
     floor = scene_of([("floor", (-5.0, -5.0, -0.2), (5.0, 5.0, 0.0))])
-    plan = evaluated(floor, [(0.0, 0.0, 0.3)], load_scanner("hdl-64e"), ScanBy.PATCHES)
+    plan = evaluated(floor, [(0.0, 0.0, 0.3)], load_scanner("hdl-64e"), VisibilityMode.PATCHES)
     found = check_of(plan, n_points=15_000).covered_m2
     assert found.planned < 0.9 * np.pi * 5.0**2
     assert abs(found.judged - found.planned) < 4.0 * found.error

@@ -64,7 +64,7 @@ def with_a_site(small: PlanSettings) -> PlanSettings:
             PriorStation("S009", (2 + THIRD / 1000, 2.0, 1.5), "locked", "F0"),
             PriorStation("", (3.0, 3.0 + THIRD, 0.0), "forbidden", radius_m=THIRD),
         ),
-        mover_radius_m=0.7 * THIRD,
+        carrier_radius_m=0.7 * THIRD,
         returns=True,
         ground_picks=(GroundPick((1 + THIRD, 1 + THIRD, 0.0), floor="F0"),),
     )

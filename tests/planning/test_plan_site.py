@@ -32,8 +32,8 @@ def free(small: PlanSettings) -> PlanSettings:
 def test_rooms_without_entrance_are_told_not_planned_and_not_missed(free: PlanSettings, planned: Planned) -> None:
     plan = planned("closed-rooms", replace(free, site=Site(entrances_m=ROOMS[:1])))
     assert rooms_of(plan) == {0}
-    assert sorted(int(area.inside_m[0] // 3.15) for area in plan.sealed) == [1, 2]
-    assert sum(area.area_m2 for area in plan.sealed) == pytest.approx(24.0, rel=0.1)
+    assert sorted(int(area.inside_m[0] // 3.15) for area in plan.unreachable) == [1, 2]
+    assert sum(area.area_m2 for area in plan.unreachable) == pytest.approx(24.0, rel=0.1)
     lines = [line for line in plan.warnings if "can't be reached on foot" in line]
     assert len(lines) == sum("so no station is planned there" in line for line in lines) == 2
     assert not any("that no route joins" in line for line in plan.warnings)
@@ -70,7 +70,7 @@ def test_a_sealed_room_with_a_station_in_it_is_not_without_one(free: PlanSetting
 def test_an_entrance_into_each_room_has_them_all_planned(free: PlanSettings, planned: Planned) -> None:
     plan = planned("closed-rooms", replace(free, site=Site(entrances_m=ROOMS)))
     assert rooms_of(plan) == {0, 1, 2}
-    assert plan.sealed == ()
+    assert plan.unreachable == ()
     two = planned("closed-rooms", replace(free, site=Site(entrances_m=ROOMS[:2])))
     assert rooms_of(two) == {0, 1}
 
@@ -79,10 +79,10 @@ def test_an_entrance_into_each_room_has_them_all_planned(free: PlanSettings, pla
 def test_a_robot_too_wide_for_the_doors_stays_in_the_corridor(free: PlanSettings, planned: Planned) -> None:
     corridor = Site(entrances_m=((4.65, 0.8, 0.0),))
     person = planned("doors-open", replace(free, site=corridor))
-    robot = planned("doors-open", replace(free, site=replace(corridor, mover_radius_m=0.55)))
+    robot = planned("doors-open", replace(free, site=replace(corridor, carrier_radius_m=0.55)))
     assert max(station.position_m[1] for station in person.stations) > 1.75
     assert max(station.position_m[1] for station in robot.stations) < 1.75
-    assert robot.sealed
+    assert robot.unreachable
 
 
 def test_no_station_stands_in_a_keep_out_or_at_a_forbidden_place(free: PlanSettings, planned: Planned) -> None:
@@ -166,6 +166,6 @@ def test_a_sealed_room_is_not_missed_where_the_building_opens_to_it_by_shut_door
     site = Site(entrances_m=((4.65, 0.8, 0.0),))
     shut = planned("doors-shut", replace(free, site=replace(site, opens_doors=False)))
     assert {station.position_m[1] < 1.75 for station in shut.stations} == {True}
-    assert len(shut.sealed) == 3
+    assert len(shut.unreachable) == 3
     assert scenes_synthetic.build("doors-shut").truth.floor_area_m2["Room 1"] == pytest.approx(9.0)
-    assert all(area.area_m2 == pytest.approx(9.0, rel=0.15) for area in shut.sealed)
+    assert all(area.area_m2 == pytest.approx(9.0, rel=0.15) for area in shut.unreachable)

@@ -14,7 +14,7 @@ from planner_core.coverage.observations import observations_in_batches
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.patch_mode import AUTO_PATCHES_BEAMS, mode_that_counts_parts, scan_mode_of
-from planner_core.model import Greedy, PlanSettings, Requirements, ScanBy, Scanner, Scene
+from planner_core.model import Greedy, PlanSettings, Requirements, Scanner, Scene, VisibilityMode
 from planner_core.plan_folder.plan_json import plan_document
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_survey
@@ -73,9 +73,12 @@ def test_auto_takes_patches_for_very_many_beams_alone() -> None:
 def test_parts_are_counted_for_all_scanners_of_rows_and_columns_unless_told() -> None:
     robot = load_scanner("hdl-64e")
     assert robot.n_beams < AUTO_PATCHES_BEAMS
-    assert mode_that_counts_parts(ScanBy.AUTO, robot) == "patches"
-    assert mode_that_counts_parts(ScanBy.AUTO, replace(robot, elevation_rad=(0.0,), azimuth_offset_rad=())) == "auto"
-    for asked in (ScanBy.BEAMS, ScanBy.PATCHES):
+    assert mode_that_counts_parts(VisibilityMode.AUTO, robot) == "patches"
+    assert (
+        mode_that_counts_parts(VisibilityMode.AUTO, replace(robot, elevation_rad=(0.0,), azimuth_offset_rad=()))
+        == "auto"
+    )
+    for asked in (VisibilityMode.BEAMS, VisibilityMode.PATCHES):
         assert mode_that_counts_parts(asked, robot) == asked
 
 
@@ -111,7 +114,7 @@ def test_a_given_list_is_worth_less_by_parts_of_patches_than_by_beams(scene: Sce
     given = [GivenStation("A", np.array([*middle[0], middle[1]]) + scene.offset_m, None, None)]
     worth = {
         mode: evaluate_survey(replace(survey, scan_mode=mode), settings, given, engine)
-        for mode in ScanBy
+        for mode in VisibilityMode
         if mode != "auto"
     }
     a, b = (worth[mode].coverage for mode in ("patches", "beams"))

@@ -18,7 +18,7 @@ from planner_core.model import (
     Proven,
     Requirements,
     Role,
-    ScanBy,
+    VisibilityMode,
 )
 
 
@@ -76,7 +76,7 @@ def test_requirements_and_settled_stations_are_checked(make: Callable[[], object
 def test_words_become_members_and_what_is_not_said_is_as_on_the_command_line(small: PlanSettings) -> None:
     told = replace(small, objective="time", seconds_per_scan=60.0, scan_mode="beams")
     assert told.objective is Objective.TIME
-    assert told.scan_mode is ScanBy.BEAMS
+    assert told.scan_mode is VisibilityMode.BEAMS
     assert PriorStation("A", (0, 0, 1), "kept").role is Role.KEPT
     assert Requirements(network="redundant").network is NetworkKind.REDUNDANT
     earlier = [Requirements(network=word).network for word in ("joined", "loops")]

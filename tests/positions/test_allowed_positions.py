@@ -14,7 +14,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import KeepOut, PlanSettings, PriorStation, Scene, Site, Survey
 from planner_core.positions.allowed_positions import KINDS, AllowedPositions, places_as_they_are
 from planner_core.positions.free_space import free_space
-from planner_core.positions.local_site import local_site, mover_of
+from planner_core.positions.local_site import carrier_of, local_site
 from planner_core.positions.rooms import find_rooms
 from planner_core.scanner.load_scanner import load_scanner
 from scenes_synthetic import build
@@ -151,13 +151,13 @@ def test_an_area_of_one_floor_leaves_the_others_alone(stairwell: tuple[Survey, S
     of = stairwell
     everywhere = ((-1.0, -1.0), (9.0, -1.0), (9.0, 2.0), (-1.0, 2.0))
     free = places_of(of, grid_only=True, floors=(0, 1, 2)).candidates
-    barred = places_of(
+    excluded = places_of(
         of, Site(keep_out=(KeepOut(everywhere, floor=of[0].floors[1].name.upper()),)), grid_only=True, floors=(0, 1, 2)
     ).candidates
     for index in (0, 2):
-        assert (barred.floor == index).sum() == (free.floor == index).sum() > 10
-    assert (barred.position_m[barred.floor == 1][:, 1] >= 2.0).all()
-    assert (barred.floor == 1).sum() < (free.floor == 1).sum()
+        assert (excluded.floor == index).sum() == (free.floor == index).sum() > 10
+    assert (excluded.position_m[excluded.floor == 1][:, 1] >= 2.0).all()
+    assert (excluded.floor == 1).sum() < (free.floor == 1).sum()
     only = places_of(of, grid_only=True, floors=(1,)).candidates
     assert np.array_equal(only.position_m, free.position_m[free.floor == 1])
 
@@ -188,7 +188,7 @@ def test_a_forbidden_place_is_on_the_floor_it_stands_over_or_names(stairwell: tu
     assert by_height.forbidden[0].floor == by_name.forbidden[0].floor == 1
 
 
-# ------------------------------------------------------------------------------------- site: entrances, mover
+# ------------------------------------------------------------------------------------- site: entrances, carrier
 def test_only_the_room_of_the_entrance_is_planned_and_the_others_are_sealed() -> None:
     scene = build("closed-rooms")
     of = opened(scene.scene)
@@ -202,7 +202,7 @@ def test_only_the_room_of_the_entrance_is_planned_and_the_others_are_sealed() ->
     assert plan.shape[0] > 20
     assert ((plan > low) & (plan < high)).all()
     assert places.candidates.rejected["not reachable on foot"] > 20
-    assert len(places.reach.sealed) == 2
+    assert len(places.reach.unreachable) == 2
 
 
 @pytest.mark.slow
@@ -237,19 +237,19 @@ def test_far_from_the_origin_a_site_is_told_in_the_frame_of_the_scene(
 
 @pytest.mark.slow
 def test_a_robot_that_is_too_wide_for_the_door_stays_in_its_room(rooms: tuple[Survey, ScanEngine]) -> None:
-    wide = Site(entrances_m=((2.0, 3.0, 0.0),), mover_radius_m=0.55, step_m=0.03, mover_height_m=0.6)
+    wide = Site(entrances_m=((2.0, 3.0, 0.0),), carrier_radius_m=0.55, step_m=0.03, carrier_height_m=0.6)
     plan = places_of(rooms, wide).candidates.position_m
     assert plan[:, 0].max() < 4.7
     assert places_of(rooms).candidates.position_m[:, 0].max() > 6.0
 
 
-def test_the_mover_of_a_site_is_a_person_but_for_what_is_told() -> None:
-    told = mover_of(Site(mover_radius_m=0.3, mover_height_m=0.6, step_m=0.02, opens_doors=False))
+def test_the_carrier_of_a_site_is_a_person_but_for_what_is_told() -> None:
+    told = carrier_of(Site(carrier_radius_m=0.3, carrier_height_m=0.6, step_m=0.02, opens_doors=False))
     assert (told.radius_m, told.step_m, told.height_m, told.stairs_height_m) == (0.3, 0.02, 0.6, 0.6)
     assert not told.opens_doors
-    assert mover_of(Site()).radius_m == 0.25
-    with pytest.raises(RequirementError, match="mover's height_m"):
-        mover_of(Site(mover_height_m=0.1))
+    assert carrier_of(Site()).radius_m == 0.25
+    with pytest.raises(RequirementError, match="carrier's height_m"):
+        carrier_of(Site(carrier_height_m=0.1))
 
 
 def test_areas_and_places_on_floors_that_are_not_there_are_refused(rooms: tuple[Survey, ScanEngine]) -> None:
@@ -302,7 +302,7 @@ def test_an_oddly_placed_station_stays_and_is_warned_of(
 def test_what_is_kept_from_an_earlier_plan_is_dropped_where_nobody_may_stand_and_what_is_locked_stays(
     rooms: tuple[Survey, ScanEngine],
 ) -> None:
-    barred = KeepOut(((0.5, 0.5), (1.5, 0.5), (1.5, 1.5), (0.5, 1.5)))
+    excluded = KeepOut(((0.5, 0.5), (1.5, 0.5), (1.5, 1.5), (0.5, 1.5)))
     prior = (
         station("K1", 1.0, 1.0, 1.5, "kept"),
         station("L1", 1.0, 1.1, 1.5, "locked"),
@@ -310,7 +310,7 @@ def test_what_is_kept_from_an_earlier_plan_is_dropped_where_nobody_may_stand_and
         station("K3", 3.0, 2.0, 1.5, "kept"),
         station("X", 3.1, 3.0, 1.5, "forbidden"),
     )
-    places = places_of(rooms, Site(prior=prior, keep_out=(barred,)), grid_only=True)
+    places = places_of(rooms, Site(prior=prior, keep_out=(excluded,)), grid_only=True)
     assert [each.place.station.id for each in places.prior] == ["L1", "K3"]
     assert [line.split(":")[0] for line in places.warnings] == [
         "station K1 of the earlier plan is dropped",
@@ -354,7 +354,7 @@ def test_candidates_of_others_are_left_out_where_the_site_lets_nobody_stand(room
     assert gone["in a keep-out"] == np.count_nonzero((x > 4.0) & (x < 4.6)) > 0
     assert gone["not reachable on foot"] == np.count_nonzero(x > 4.6) > 0
     assert gone["at a forbidden position"] == np.count_nonzero((x < 4.0) & ~stays)
-    assert [int(region.inside_m[0] > 4.6) for region in places.reach.sealed] == [1]
+    assert [int(region.inside_m[0] > 4.6) for region in places.reach.unreachable] == [1]
     assert places.candidates.n_tried == grid.n_tried
 
 

@@ -23,7 +23,7 @@ from planner_core.positions.free_space import (
     half_links,
     spread,
 )
-from planner_core.positions.local_site import Mover, WalkingZone
+from planner_core.positions.local_site import Carrier, WalkingZone
 from planner_core.positions.outlines import over_polygon
 from planner_core.positions.solids import Grid, find_solids, footprints
 from planner_core.scanner.load_scanner import load_scanner
@@ -243,14 +243,14 @@ def test_a_sheet_that_no_plumb_line_meets_is_an_obstacle() -> None:
 def test_a_gap_is_walked_where_the_body_fits(gap_m: float, walks: bool) -> None:
     space = free_space(room_with(((2.9, 0.0, 0.0), (3.1, 2.0, 2.6)), ((2.9, 2.0 + gap_m, 0.0), (3.1, 4.0, 2.6))))
     assert joined(space, (1.0, 2.0, 0.0), (5.0, 2.0, 0.0)) == walks
-    robot = Mover(radius_m=0.15, step_m=0.03, height_m=0.5, opens_doors=False)
+    robot = Carrier(radius_m=0.15, step_m=0.03, height_m=0.5, opens_doors=False)
     small = free_space(room_with(((2.9, 0.0, 0.0), (3.1, 2.0, 2.6)), ((2.9, 2.0 + gap_m, 0.0), (3.1, 4.0, 2.6))), robot)
     assert joined(small, (1.0, 2.0, 0.0), (5.0, 2.0, 0.0))
 
 
 @pytest.mark.slow
 def test_a_robot_drives_under_a_table_and_stops_at_a_threshold() -> None:
-    robot = Mover(radius_m=0.2, step_m=0.03, height_m=0.6, opens_doors=False)
+    robot = Carrier(radius_m=0.2, step_m=0.03, height_m=0.6, opens_doors=False)
     table = ((2.5, 0.0, 0.7), (3.5, 4.0, 0.75))
     threshold = ((2.5, 0.0, 0.0), (2.6, 4.0, 0.05))
     ends = ((1.0, 2.0, 0.0), (5.0, 2.0, 0.0))
@@ -305,9 +305,11 @@ def test_a_drop_is_no_obstacle_and_no_way_down() -> None:
 def test_one_ducks_on_stairs_and_not_on_the_floor() -> None:
     over_platform, over_floor = ((2.0, 0.0, 2.4), (2.2, 4.0, 2.5)), ((4.0, 0.0, 1.8), (4.2, 4.0, 1.9))
     ends = ((1.0, 3.0, 0.6), (5.0, 3.0, 0.0))
-    tall = Mover(height_m=1.9)
+    tall = Carrier(height_m=1.9)
     assert joined(free_space(room_with(*PLATFORM, over_platform), tall), *ends)
-    assert not joined(free_space(room_with(*PLATFORM, over_platform), Mover(height_m=1.9, stairs_height_m=1.9)), *ends)
+    assert not joined(
+        free_space(room_with(*PLATFORM, over_platform), Carrier(height_m=1.9, stairs_height_m=1.9)), *ends
+    )
     assert not joined(free_space(room_with(*PLATFORM, over_floor), tall), *ends)
 
 
@@ -424,10 +426,10 @@ def test_cells_grow_with_what_is_covered_by_whole_fractions_of_the_radius(
     radius_m: float, most: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Two slabs from above and below, and the upper and lower ends of the walls, outer and inner."""
-    survey, mover = site_of((house(0.9), 0.0, (0.0, 0.0))), Mover(radius_m=radius_m)
+    survey, carrier = site_of((house(0.9), 0.0, (0.0, 0.0))), Carrier(radius_m=radius_m)
     monkeypatch.setattr("planner_core.positions.free_space.MAX_CELLS", 1)
     monkeypatch.setattr("planner_core.positions.free_space._MAX_COVERED", most)
-    cell_m, largest_m = free_space(survey, mover).grid.cell_m, max(radius_m, LARGEST_CELL_M)
+    cell_m, largest_m = free_space(survey, carrier).grid.cell_m, max(radius_m, LARGEST_CELL_M)
     parts = round(largest_m / cell_m)
     covered_m2 = 4 * 6.4 * 4.4 + 4 * (6.4 + 4.0) * 0.2 + 2 * 2 * 0.2 * 3.1
     assert CELL_M <= cell_m <= largest_m * (1 + 1e-12)
@@ -469,7 +471,7 @@ def test_links_go_both_ways_and_climb_a_step_at_most() -> None:
     to = space.links[node, direction]
     assert node.size > 100_000
     assert (space.links[to, (direction + 4) % 8] == node).all()
-    assert np.abs(space.ground_m[to] - space.ground_m[node]).max() <= space.mover.step_m + 1e-3
+    assert np.abs(space.ground_m[to] - space.ground_m[node]).max() <= space.carrier.step_m + 1e-3
     assert (space.cells()[to] - space.cells()[node] == NEIGHBOURS[direction]).all()
 
 
@@ -525,7 +527,7 @@ def test_round_an_l_shaped_storey_without_slab_nothing_is_walked() -> None:
 )
 def test_movers_that_make_no_sense_are_refused_by_name(wrong: dict[str, float], named: str) -> None:
     with pytest.raises(RequirementError, match=named):
-        Mover(**wrong)  # type: ignore[arg-type]
+        Carrier(**wrong)  # type: ignore[arg-type]
 
 
 def test_wrong_zones_and_cells_are_refused() -> None:

@@ -12,10 +12,10 @@ from planner_core.engine.open_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import Candidates, Element, PlanSettings, Scene, Station, Survey
 from planner_core.positions.free_space import free_space
-from planner_core.positions.local_site import Mover, WalkingZone
+from planner_core.positions.local_site import Carrier, WalkingZone
 from planner_core.positions.outlines import over_polygon
 from planner_core.positions.reach import Reach, reachability, reachable, stand_nodes, triangles_over
-from planner_core.route.sealed import reach_warnings
+from planner_core.route.unreachable import reach_warnings
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene import array_rows
 from planner_core.scene.build import scene_from_arrays
@@ -24,8 +24,8 @@ from scenes_synthetic.basement import ENCLOSED
 from tests.scene.floor_scenes import four_walls, scene_of
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0, instrument_heights_m=(1.5,))
-PERSON = Mover()
-KEYLESS = Mover(opens_doors=False)
+PERSON = Carrier()
+KEYLESS = Carrier(opens_doors=False)
 SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("atrium", "corridor-comb")]
 
 
@@ -35,9 +35,9 @@ def survey_of(name: str) -> Survey:
     return make_survey(build(name).scene, SETTINGS)
 
 
-def reach_of(survey: Survey, mover: Mover = PERSON, *entrances: tuple[float, float, float]) -> Reach:
+def reach_of(survey: Survey, carrier: Carrier = PERSON, *entrances: tuple[float, float, float]) -> Reach:
     given = np.array(entrances) if entrances else None
-    return reachability(survey, free_space(survey, mover), given)
+    return reachability(survey, free_space(survey, carrier), given)
 
 
 def room_of(scene: SyntheticScene, place: np.ndarray) -> str:
@@ -53,8 +53,8 @@ def test_of_three_sealed_rooms_the_two_without_the_entrance_are_reported_with_th
     scene, survey = build("closed-rooms"), survey_of("closed-rooms")
     reach = reach_of(survey, PERSON, (4.5, 2.0, 0.0))
     assert [region.reached for region in reach.regions].count(True) == 1
-    assert {room_of(scene, region.inside_m) for region in reach.sealed} == {"Room 1", "Room 3"}
-    for region in reach.sealed:
+    assert {room_of(scene, region.inside_m) for region in reach.unreachable} == {"Room 1", "Room 3"}
+    for region in reach.unreachable:
         truth = scene.truth.floor_area_m2[room_of(scene, region.inside_m)]
         corners_m2 = (4 - np.pi) * PERSON.radius_m**2  # a round body does not get into them
         rim_m2 = (2 * 7 + 4) * 0.5 * reach.space.grid.cell_m
@@ -62,7 +62,7 @@ def test_of_three_sealed_rooms_the_two_without_the_entrance_are_reported_with_th
         assert truth - corners_m2 - rim_m2 <= region.area_m2 <= truth
 
 
-def test_candidates_in_sealed_rooms_are_flagged() -> None:
+def test_candidates_in_unreachable_rooms_are_flagged() -> None:
     scene, survey = build("closed-rooms"), survey_of("closed-rooms")
     engine = open_engine(survey.scene, survey.patches, engine="open3d")
     candidates = find_candidates(survey, SETTINGS, engine, floors=(0,))
@@ -84,8 +84,8 @@ def test_candidates_inside_a_solid_are_not_reachable_and_all_others_are() -> Non
 
 def test_a_tripod_is_set_down_at_arms_length_but_not_through_a_wall() -> None:
     survey = survey_of("thin-walls")
-    barred = WalkingZone(np.array([[3.0, -1.0], [10.0, -1.0], [10.0, 5.0], [3.0, 5.0]]), 0)
-    reach = reachability(survey, free_space(survey, PERSON, zones=(barred,)), np.array([[1.5, 2.0, 0.0]]))
+    excluded = WalkingZone(np.array([[3.0, -1.0], [10.0, -1.0], [10.0, 5.0], [3.0, 5.0]]), 0)
+    reach = reachability(survey, free_space(survey, PERSON, zones=(excluded,)), np.array([[1.5, 2.0, 0.0]]))
     wall_x = 3.0
     # Both are some 0.3 m from where a person stands west of the wall; the doorway lies far off.
     ground = np.array([[wall_x - 0.08, 0.6, 0.0], [wall_x + 0.09, 0.6, 0.0]])
@@ -97,19 +97,19 @@ def test_a_tripod_is_set_down_at_arms_length_but_not_through_a_wall() -> None:
 
 @pytest.mark.slow
 def test_without_entrances_equal_rooms_are_all_entered_and_small_ones_are_not() -> None:
-    assert not reach_of(survey_of("closed-rooms")).sealed
+    assert not reach_of(survey_of("closed-rooms")).unreachable
     basement = reach_of(survey_of("basement"))
-    assert [round(region.area_m2) for region in basement.sealed] == [12]
+    assert [round(region.area_m2) for region in basement.unreachable] == [12]
 
 
 @pytest.mark.slow
 def test_shut_doors_seal_rooms_for_a_mover_that_opens_none_and_open_ones_do_not() -> None:
     shut, survey = build("doors-shut"), survey_of("doors-shut")
     corridor = (1.0, 0.8, 0.0)
-    assert not reach_of(survey_of("doors-open"), KEYLESS, corridor).sealed
-    sealed = reach_of(survey, KEYLESS, corridor).sealed
-    assert sorted(room_of(shut, region.inside_m) for region in sealed) == ["Room 1", "Room 2", "Room 3"]
-    assert not reach_of(survey, PERSON, corridor).sealed
+    assert not reach_of(survey_of("doors-open"), KEYLESS, corridor).unreachable
+    unreachable = reach_of(survey, KEYLESS, corridor).unreachable
+    assert sorted(room_of(shut, region.inside_m) for region in unreachable) == ["Room 1", "Room 2", "Room 3"]
+    assert not reach_of(survey, PERSON, corridor).unreachable
 
 
 def test_storeys_of_a_stairwell_are_reached_by_its_stairs() -> None:
@@ -118,9 +118,9 @@ def test_storeys_of_a_stairwell_are_reached_by_its_stairs() -> None:
     assert len(reach.regions) == 1
     assert reach.regions[0].reached
     assert all(area > 8.0 for area in reach.regions[0].area_by_floor_m2)
-    robot = Mover(radius_m=0.2, step_m=0.03, height_m=0.6, opens_doors=False)
+    robot = Carrier(radius_m=0.2, step_m=0.03, height_m=0.6, opens_doors=False)
     alone = reach_of(survey, robot, (0.6, 1.0, 0.0))
-    assert sorted(region.floor for region in alone.sealed) == [1, 2]
+    assert sorted(region.floor for region in alone.unreachable) == [1, 2]
 
 
 @pytest.mark.slow
@@ -129,7 +129,7 @@ def test_nothing_is_sealed_in_a_building_with_open_doorways(name: str) -> None:
     survey = survey_of(name)
     reach = reach_of(survey)
     reached = np.sum([r.area_by_floor_m2 for r in reach.regions if r.reached], axis=0)
-    assert not reach.sealed
+    assert not reach.unreachable
     assert (reached > 30.0).all()
 
 
@@ -137,10 +137,10 @@ def test_nothing_is_sealed_in_a_building_with_open_doorways(name: str) -> None:
 def test_enclosed_rooms_of_the_basement_are_sealed_and_no_others() -> None:
     scene = build("basement")
     survey = make_survey(scene.scene, SETTINGS)
-    sealed = reach_of(survey, KEYLESS, (5.0, 5.0, 0.0)).sealed
-    assert sorted(room_of(scene, region.inside_m) for region in sealed) == sorted(ENCLOSED)
+    unreachable = reach_of(survey, KEYLESS, (5.0, 5.0, 0.0)).unreachable
+    assert sorted(room_of(scene, region.inside_m) for region in unreachable) == sorted(ENCLOSED)
     by_doors = reach_of(survey, PERSON, (5.0, 5.0, 0.0))
-    assert [room_of(scene, region.inside_m) for region in by_doors.sealed] == ["Shaft"]
+    assert [room_of(scene, region.inside_m) for region in by_doors.unreachable] == ["Shaft"]
     # The stairs lead on to the roof, which is no floor.
     assert by_doors.regions[0].area_m2 < sum(scene.truth.floor_area_m2.values())
     assert by_doors.space.ground_m[by_doors.region == 0].max() > 3.0
@@ -162,7 +162,7 @@ def test_a_thick_pier_is_no_sealed_room() -> None:
     hollow = [region for region in reach.regions if not region.reached]
     assert [region.in_solid for region in hollow] == [True]
     assert hollow[0].area_m2 > 2.0
-    assert not reach.sealed
+    assert not reach.unreachable
 
 
 def test_rooms_modelled_as_closed_surfaces_are_rooms() -> None:
@@ -176,8 +176,8 @@ def test_rooms_modelled_as_closed_surfaces_are_rooms() -> None:
         element_of_triangle=np.repeat([0, 1], 12),
         elements=(Element("West", "Mesh", "0"), Element("East", "Mesh", "1")),
     )
-    sealed = reach_of(make_survey(rooms, SETTINGS), PERSON, (2.0, 1.5, 0.0)).sealed
-    assert [region.inside_m[0] > 4.2 for region in sealed] == [True]
+    unreachable = reach_of(make_survey(rooms, SETTINGS), PERSON, (2.0, 1.5, 0.0)).unreachable
+    assert [region.inside_m[0] > 4.2 for region in unreachable] == [True]
 
 
 def test_an_entrance_in_a_wall_or_in_the_air_is_refused() -> None:
@@ -209,7 +209,7 @@ def test_both_storeys_of_a_real_house_are_one_walk(
     reach = reach_of(survey)
     reached = np.sum([r.area_by_floor_m2 for r in reach.regions if r.reached], axis=0)
     assert (reached > least_m2).all()
-    assert not reach.sealed
+    assert not reach.unreachable
     for region in reach.regions:
         if region.reached:
             assert min(region.area_by_floor_m2) > 40.0, "a storey without a way up"

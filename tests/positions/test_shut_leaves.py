@@ -11,7 +11,7 @@ from planner_core.coverage.survey import make_survey
 from planner_core.model import Element, PlanSettings, Scene
 from planner_core.positions.free_space import free_space
 from planner_core.positions.reach import reachability
-from planner_core.route.sealed import reach_warnings
+from planner_core.route.unreachable import reach_warnings
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.load import LoadOptions, load_scene

@@ -10,14 +10,14 @@ import pytest
 from planner_core.coverage.survey import make_survey
 from planner_core.model import PlanSettings, Survey
 from planner_core.positions.free_space import LARGEST_CELL_M, free_space
-from planner_core.positions.local_site import Mover, WalkingZone
+from planner_core.positions.local_site import Carrier, WalkingZone
 from planner_core.positions.reach import Footing, Reach, reachability
 from planner_core.positions.walking import Walking, walks_straight
 from planner_core.scanner.load_scanner import load_scanner
 from scenes_synthetic import build
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0)
-PERSON = Mover()
+PERSON = Carrier()
 
 
 @cache
@@ -26,10 +26,10 @@ def survey_of(name: str) -> Survey:
 
 
 @cache
-def reach_in(name: str, mover: Mover = PERSON, *, cell_m: float = 0.05) -> Reach:
+def reach_in(name: str, carrier: Carrier = PERSON, *, cell_m: float = 0.05) -> Reach:
     """What is reached in a synthetic building; nobody changes it."""
     survey = survey_of(name)
-    return reachability(survey, free_space(survey, mover, cell_m=cell_m))
+    return reachability(survey, free_space(survey, carrier, cell_m=cell_m))
 
 
 def some_places(reach: Reach, number: int) -> np.ndarray:
@@ -149,7 +149,7 @@ def test_places_one_above_the_other_are_a_flight_of_stairs_apart() -> None:
 
 @pytest.mark.slow
 def test_a_small_robot_turns_corners_along_walkable_cells_only() -> None:
-    robot = Mover(radius_m=0.08, step_m=0.03, height_m=0.4, stairs_height_m=0.4, opens_doors=False)
+    robot = Carrier(radius_m=0.08, step_m=0.03, height_m=0.4, stairs_height_m=0.4, opens_doors=False)
     reach = reach_in("doors-open", robot)
     walking = Walking(reach)
     places = some_places(reach, 8)
@@ -159,7 +159,7 @@ def test_a_small_robot_turns_corners_along_walkable_cells_only() -> None:
         path = walking.path(places[a], places[b])
         at = np.concatenate([node[[a]], footing.nodes(path.points_m[1:-1]), node[[b]]])
         seen = walks_straight(reach.space, cells, reach.reached_node, at[:-1], at[1:])
-        # What is not straight lies within a block, which hangs together.
+        # What is not straight lies within a block, which is connected.
         assert (cells[at[:-1]][~seen] // 4 == cells[at[1:]][~seen] // 4).all()
 
 
@@ -206,7 +206,7 @@ def test_a_zone_kept_out_of_is_walked_round() -> None:
 
 def test_a_narrow_passage_joins_what_it_joins() -> None:
     """A body of 0.49 m radius in doorways of 1 m: the way is one cell wide."""
-    reach = reach_in("thin-walls", Mover(radius_m=0.47))
+    reach = reach_in("thin-walls", Carrier(radius_m=0.47))
     found = Walking(reach).distances_m(np.array([[1.5, 2.0, 0.0], [4.5, 2.0, 0.0], [7.5, 2.0, 0.0]]))
     assert np.isfinite(found).all()
     assert found[0, 2] == pytest.approx(6.0, abs=0.15)

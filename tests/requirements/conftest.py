@@ -15,10 +15,10 @@ from planner_core.model import (
     LoadReport,
     PlanSettings,
     Requirements,
-    ScanBy,
     Scene,
     SceneSource,
     Survey,
+    VisibilityMode,
 )
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.patches import make_patches
@@ -85,7 +85,7 @@ def box() -> SimpleNamespace:
         floor_of_triangle=np.array([1, 1, 1, 1, 1, 1, 0, 0, 0, 0, -1, -1], dtype=np.int32),
         template=template(),
         scanner=load_scanner("hdl-64e"),
-        scan_mode=ScanBy.PATCHES,
+        scan_mode=VisibilityMode.PATCHES,
         planned=(0, 1),
     )
     grid = np.stack(np.meshgrid([1.0, 4.0, 7.0], [1.0, 2.0, 3.0], indexing="ij"), axis=-1).reshape(-1, 2)

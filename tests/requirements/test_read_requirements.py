@@ -109,7 +109,7 @@ def test_a_file_says_what_its_words_say(tmp_path: Path) -> None:
             ),
         ),
     )
-    assert site == Site(entrances_m=((1.0, 2.0, 0.0),), mover_radius_m=0.3)
+    assert site == Site(entrances_m=((1.0, 2.0, 0.0),), carrier_radius_m=0.3)
 
 
 def test_json_says_the_same_as_yaml(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from planner_core.route.route import (
     plan_route,
     route_warnings,
 )
-from planner_core.route.sealed import sealed_areas
+from planner_core.route.unreachable import unreachable_areas
 from planner_core.scanner.load_scanner import load_scanner
 from scenes_synthetic import build
 
@@ -102,7 +102,7 @@ def test_pieces_over_no_ground_are_of_the_floor_before() -> None:
     assert floor.tolist() == [0, 0]
 
 
-def test_stations_in_sealed_rooms_are_left_out_of_the_walk_and_named() -> None:
+def test_stations_in_unreachable_rooms_are_left_out_of_the_walk_and_named() -> None:
     reach = reach_in("closed-rooms")
     places = np.array([[1.5, 1.0, 0.0], [4.5, 1.0, 40.0], [1.5, 3.0, 0.0], [900.0, 1.0, 0.0]])
     route = walk(reach, places, np.zeros(4), Ends(np.array([0.0, 0.0, 70.0])))
@@ -190,13 +190,13 @@ def test_ends_are_moved_to_ground_within_a_metre_or_left_out() -> None:
     assert "the end at" in notes[0]
 
 
-def test_sealed_areas_are_the_rooms_nobody_can_walk_into() -> None:
-    """Three rooms without doors; from the first, the others are sealed: what a person can stand on of them."""
+def test_unreachable_areas_are_the_rooms_nobody_can_walk_into() -> None:
+    """Three rooms without doors; from the first, the others are unreachable: what a person can stand on of them."""
     survey = make_survey(build("closed-rooms").scene, PlanSettings(scanner=SCANNER, max_patch_area_m2=1.0))
     reach = reachability(survey, free_space(survey), np.array([[1.5, 1.0, 0.0]]))
-    areas = sealed_areas(reach)
-    assert len(areas) == len(reach.sealed) > 0
-    for area, region in zip(areas, reach.sealed, strict=True):
+    areas = unreachable_areas(reach)
+    assert len(areas) == len(reach.unreachable) > 0
+    for area, region in zip(areas, reach.unreachable, strict=True):
         sizes = np.diff(area.strips_m, axis=1)[:, 0]
         assert (sizes > 0).all()
         assert sizes.prod(axis=1).sum() == pytest.approx(area.area_m2) == pytest.approx(region.area_m2)
@@ -241,7 +241,7 @@ def test_figures_that_are_no_times_or_speeds_are_refused(change: dict[str, float
 def test_many_stops_are_ordered_part_by_part_with_start_and_end_in_their_places(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Three sealed rooms of 3 x 4 m with three stations each."""
+    """Three unreachable rooms of 3 x 4 m with three stations each."""
     x = np.array([0.6, 1.5, 2.4, 3.75, 4.65, 5.55, 6.9, 7.8, 8.7])
     stations = np.column_stack([x, np.full(9, 2.0), np.zeros(9)])[[4, 0, 8, 2, 6, 1, 3, 7, 5]]
     survey = make_survey(build("closed-rooms").scene, PlanSettings(scanner=SCANNER, max_patch_area_m2=1.0))

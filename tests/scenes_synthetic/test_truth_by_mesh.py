@@ -120,7 +120,7 @@ def test_no_two_parts_have_a_triangle_in_common(scene: SyntheticScene) -> None:
 
 
 def test_every_body_encloses_a_volume_with_its_normals_outwards(scene: SyntheticScene) -> None:
-    """A body is what hangs together by vertices: a leg, a book, a key. One inside out would lower the part's volume."""
+    """A body is what is connected by vertices: a leg, a book, a key. One inside out would lower the part's volume."""
     triangles, vertices = scene.scene.triangles, scene.scene.vertices_m
     sound = np.array([part.name != "Broken faces" for part in scene.parts])[scene.scene.element_of_triangle]
     triangles = triangles[sound]

@@ -60,7 +60,7 @@ def hangs_together(graph, chosen, *, loops):
 
 
 def solutions(problem, graph, *, loops=False):
-    """(S, N) of 0 and 1: all sets that hang together and meet the targets."""
+    """(S, N) of 0 and 1: all sets that are connected and meet the targets."""
     n = problem.n_candidates
     found = []
     for bits in itertools.product((0, 1), repeat=n):

@@ -1,4 +1,4 @@
-"""Bounds of joined sets: no set that hangs together is smaller, whatever the prices, on problems tried out in full."""
+"""Bounds of joined sets: no set that is connected is smaller, whatever the prices, on problems tried out in full."""
 
 import itertools
 
@@ -20,7 +20,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def joined_sets(problem, graph, *, given_ones=()):
-    """All sets that meet the targets and whose members of each part hang together, with their number of parts."""
+    """All sets that meet the targets and whose members of each part are connected, with their number of parts."""
     whole = {i: number for number, part in enumerate(nx.connected_components(graph)) for i in part}
     for bits in itertools.product((0, 1), repeat=problem.n_candidates):
         chosen = [i for i, bit in enumerate(bits) if bit]

@@ -1,4 +1,4 @@
-"""Proof by blocks against exhaustive search: bounds never pass the optimum and meet it, plans hang together."""
+"""Proof by blocks against exhaustive search: bounds never pass the optimum and meet it, plans are connected."""
 
 import contextlib
 import itertools

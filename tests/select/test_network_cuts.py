@@ -63,7 +63,7 @@ def test_whole_points_are_cut_off_exactly_where_they_do_not_hang_together(seed, 
 
 
 def test_flows_find_a_cut_that_no_piece_shows():
-    # Two stations of 1 and two ways between them, 0.2 each: everything hangs together at 1e-6, nothing at 0.4.
+    # Two stations of 1 and two ways between them, 0.2 each: everything is connected at 1e-6, nothing at 0.4.
     graph = nx.Graph([(0, 2), (2, 1), (0, 3), (3, 1)])
     cuts = NetworkCuts(network_of(graph), lambda allowed: bool(allowed[[0, 1]].all()))
     x = np.array([1.0, 1.0, 0.2, 0.2])

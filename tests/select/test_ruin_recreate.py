@@ -1,4 +1,4 @@
-"""Sets taken apart and grown again: they meet all and hang together, and come near what trying all sets finds."""
+"""Sets taken apart and grown again: they meet all and are connected, and come near what trying all sets finds."""
 
 import itertools
 
@@ -25,7 +25,7 @@ def first_set(problem, network, given_ones=()):
 
 
 def keys_of(problem, graph):
-    """(components, stations) of every set that meets all and hangs together."""
+    """(components, stations) of every set that meets all and is connected."""
     whole = {i: number for number, part in enumerate(nx.connected_components(graph)) for i in part}
     for size in range(1, problem.n_candidates + 1):
         for chosen in itertools.combinations(range(problem.n_candidates), size):

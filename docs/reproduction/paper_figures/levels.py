@@ -12,7 +12,17 @@ import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import BoolArray, Candidates, FloatArray, Floor, PlanSettings, ScanBy, Scanner, Scene, Survey
+from planner_core.model import (
+    BoolArray,
+    Candidates,
+    FloatArray,
+    Floor,
+    PlanSettings,
+    Scanner,
+    Scene,
+    Survey,
+    VisibilityMode,
+)
 from planner_core.plan_folder.section_view import CUT_HEIGHT_M, section_lines
 from planner_core.positions.admissibility import Tripods
 from planner_core.positions.candidates import N_HALVINGS, find_candidates
@@ -89,7 +99,7 @@ def open_level(
         grid_step_m=grid_step_m,
         instrument_heights_m=heights_m,
         max_patch_area_m2=max_patch_area_m2,
-        scan_mode=ScanBy.BEAMS,
+        scan_mode=VisibilityMode.BEAMS,
     )
     survey = replace(make_survey(built, settings), planned=(floor,))
     engine = open_engine(survey.scene, survey.patches)

@@ -80,7 +80,7 @@ def draw_floor(
             ends=view.ends,
             breaks=view.breaks,
             targets=view.targets,
-            sealed=view.sealed,
+            unreachable=view.unreachable,
             zones=zones,
         )
     for edge, words in others:

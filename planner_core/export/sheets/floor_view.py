@@ -22,8 +22,8 @@ from planner_core.plan_folder.floor_marks import (
     breaks_on,
     ends_on,
     floor_links,
-    sealed_on,
     targets_on,
+    unreachable_on,
     ways_on,
     zones_on,
 )
@@ -62,7 +62,7 @@ class FloorView:
     ends: tuple[Mark, ...]
     breaks: tuple[Mark, ...]
     targets: tuple[Mark, ...]
-    sealed: tuple[Mark, ...]
+    unreachable: tuple[Mark, ...]
     links: tuple[FloatArray, FloatArray, FloatArray]
     elsewhere: dict[str, tuple[int, ...]]
     scanned: frozenset[str]
@@ -85,14 +85,14 @@ def view_floor(
 ) -> FloorView:
     """Gather what the drawing of a floor shows; without a building no walls and no surface."""
     stations = plan.stations_of(floor.id)
-    ways, ends, sealed = (
+    ways, ends, unreachable = (
         tuple(ways_on(plan, floor, None if building is None else building.ground_m)),
         tuple(ends_on(plan, floor)),
-        tuple(sealed_on(plan, floor)),
+        tuple(unreachable_on(plan, floor)),
     )
     ends_of_links, elsewhere = floor_links(plan, floor)
     places = [station.position_m[None, :2] for station in stations] + [way.points_m for way in ways]
-    places += [mark.at_m[None] for mark in (*ends, *sealed)]
+    places += [mark.at_m[None] for mark in (*ends, *unreachable)]
     view = FloorView(
         floor=floor,
         window_m=_around([np.array(floor.bounds), *places]),
@@ -101,7 +101,7 @@ def view_floor(
         ends=ends,
         breaks=tuple(breaks_on(plan, floor)),
         targets=tuple(targets_on(plan, floor)),
-        sealed=sealed,
+        unreachable=unreachable,
         links=ends_of_links,
         elsewhere=elsewhere,
         scanned=plan.scanned_before & {station.id for station in stations},
@@ -118,7 +118,7 @@ def _trodden_m(view: FloorView) -> FloatArray:
     low = [part for way in view.ways for part in way.parted_at(view.floor.elevation_m + view.cut_m)[0]]
     stations = [station.position_m[None, :2] for station in view.stations]
     return np.concatenate(
-        [np.zeros((0, 2)), *stations, *low, *(mark.at_m[None] for mark in (*view.ends, *view.sealed))]
+        [np.zeros((0, 2)), *stations, *low, *(mark.at_m[None] for mark in (*view.ends, *view.unreachable))]
     )
 
 

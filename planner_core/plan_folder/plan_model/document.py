@@ -28,8 +28,8 @@ from planner_core.plan_folder.plan_model.results import (
     RegistrationSection,
     RouteSection,
     ScopeSection,
-    SealedSection,
     StationSection,
+    UnreachableSection,
     UnseenSection,
     WhySection,
 )
@@ -83,7 +83,7 @@ class PlanDocument(Document):
     """null where none was computed."""
     field_time: FieldTimeSection | None = None
     """null where no route was computed."""
-    sealed: tuple[SealedSection, ...] = ()
+    unreachable: Annotated[tuple[UnreachableSection, ...], Field(alias="sealed")] = ()
     unseen: tuple[UnseenSection, ...]
     """By element and floor."""
     why: WhySection | None = None

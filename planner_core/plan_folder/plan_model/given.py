@@ -19,7 +19,7 @@ from planner_core.model import (
     NetworkKind,
     PointLimits,
     Requirements,
-    ScanBy,
+    VisibilityMode,
 )
 from planner_core.model.planning import PlanParameters
 from planner_core.model.values import (
@@ -158,7 +158,9 @@ class PlannedRequirements(Requirements):
 class PlannedParameters(PlanParameters):
     """Everything else that decided the plan, and the size of the problem."""
 
-    scan_mode: Annotated[ScanBy, WithJsonSchema({"enum": ["beams", "patches"], "type": "string"})] = ScanBy.BEAMS
+    scan_mode: Annotated[VisibilityMode, WithJsonSchema({"enum": ["beams", "patches"], "type": "string"})] = (
+        VisibilityMode.BEAMS
+    )
     """What visibility was computed by: every beam, or samples of every patch."""
     special_places: YesNo = False
     """Doorways, room centres and landings were candidates besides the grid."""

@@ -283,7 +283,7 @@ class FieldTimeSection(Document):
     """The sum; null where a part is not known."""
 
 
-class SealedSection(Document):
+class UnreachableSection(Document):
     """A room that no entrance leads to; nothing is planned in it."""
 
     floor: FloorId
@@ -349,7 +349,7 @@ class StepSection(Document):
 
 
 class PieceSection(Document):
-    """Surface that hangs together."""
+    """Surface that is connected."""
 
     area_m2: Area
     centroid: Point

@@ -229,7 +229,7 @@ def links_as_scanned(settings: PlanSettings, draft: Draft, links: Sequence[Link]
 
 
 def registration_of(settings: PlanSettings, links: Sequence[Link], stations: Sequence[DraftStation]) -> Registration:
-    """Say how stations hang together, by the plan's own requirements."""
+    """Say how stations are connected, by the plan's own requirements."""
     requirements = settings.requirements
     return registration_report(
         links,

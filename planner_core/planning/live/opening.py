@@ -82,7 +82,7 @@ def open_live(
     walkable = free_space(survey, progress=progress)
     survey = with_scope(survey, settings.requirements, scan_engine, space=walkable, progress=progress)
     site = local_site(survey, settings.site)
-    space = free_space(survey, site.mover, zones=site.zones, known=walkable, progress=progress)
+    space = free_space(survey, site.carrier, zones=site.zones, known=walkable, progress=progress)
     reach = reachability(survey, space, site.entrances_m)
     progress(ProgressEvent(STAGE, 3, _N_STEPS, "reading what can be seen"))
     demand = _demand(plan_folder, document, survey, settings, scan_engine, progress)

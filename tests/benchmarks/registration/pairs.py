@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import BoolArray, FloatArray, PlanSettings, Requirements, ScanBy, Scene
+from planner_core.model import BoolArray, FloatArray, PlanSettings, Requirements, Scene, VisibilityMode
 from planner_core.network.links import overlap_links, surface_of_patches
 from planner_core.network.pair_overlap import SharedSurface
 from planner_core.positions.admissibility import Tripods
@@ -77,7 +77,9 @@ class Stations:
 def stations_of(scene: Scene, *, n_pairs: int, seed: int) -> Stations:
     """Draw stations and pairs of a scene."""
     random = np.random.default_rng(seed)
-    settings = PlanSettings(scanner=load_scanner("rtc360"), requirements=Requirements(), scan_mode=ScanBy.PATCHES)
+    settings = PlanSettings(
+        scanner=load_scanner("rtc360"), requirements=Requirements(), scan_mode=VisibilityMode.PATCHES
+    )
     survey = make_survey(scene, settings)
     engine = open_engine(survey.scene, survey.patches)
     tripods = Tripods(survey, settings, engine)

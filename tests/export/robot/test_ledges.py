@@ -16,7 +16,7 @@ from planner_core.export.occupancy import FREE, OCCUPIED, UNKNOWN, map_sheets, o
 from planner_core.export.robot_ways import MappedGround, WayPiece, robot_ways
 from planner_core.model import Floor, Survey
 from planner_core.positions.free_space import FreeSpace
-from planner_core.positions.local_site import Mover
+from planner_core.positions.local_site import Carrier
 from planner_core.positions.reach import Reach, Region
 from planner_core.positions.solids import Grid
 from planner_core.positions.walking import Walking
@@ -62,7 +62,7 @@ def site_of(heights: Heights, size: tuple[int, int], elevations: tuple[float, ..
     column, z, floor, own = (np.array(values) for values in zip(*rows, strict=True))
     n = len(rows)
     space = FreeSpace(
-        mover=Mover(radius_m=radius_m, step_m=STEP, height_m=HEAD), grid=Grid(np.zeros(2), CELL, nx, ny),
+        carrier=Carrier(radius_m=radius_m, step_m=STEP, height_m=HEAD), grid=Grid(np.zeros(2), CELL, nx, ny),
         n_floors=len(elevations), column=column, ground_m=z, headroom_m=np.full(n, np.inf),
         clearance_m=np.ones(n), clearance_cap_m=1.0, floor=floor.astype(np.int32), on_ground=own, links=links,
         can_stand=np.ones(n, dtype=bool),
@@ -235,7 +235,7 @@ def test_a_way_round_an_open_corner_keeps_off_the_drop() -> None:
     assert way.length_m == pytest.approx(length_m)
     (piece,) = way.pieces
     assert pixels_along(site, piece) == {FREE}
-    # The corner of the drop is at (1.0, 1.0): the mover's body keeps off it.
+    # The corner of the drop is at (1.0, 1.0): the carrier's body keeps off it.
     segments = [a + (b - a) * t for a, b in pairwise(way.points_m[:, :2]) for t in np.linspace(0, 1, 200)]
     assert min(np.hypot(*(point - 1.0)) for point in segments) > 0.25 - CELL
 

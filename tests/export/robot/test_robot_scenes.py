@@ -88,7 +88,7 @@ def test_of_free_neighbours_none_is_a_step_too_high(ground: MappedGround) -> Non
             )
             a, b = tuple(here), tuple(there)
             both = free[a] & free[b]
-            assert (np.abs(z[a][both] - z[b][both]) <= space.mover.step_m + 2e-3).all()
+            assert (np.abs(z[a][both] - z[b][both]) <= space.carrier.step_m + 2e-3).all()
 
 
 def heights(space: FreeSpace, shown: np.ndarray) -> np.ndarray:

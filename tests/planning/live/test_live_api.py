@@ -175,13 +175,13 @@ def test_ground_is_framed_and_shows_what_the_review_keeps_free(desk: Desk) -> No
     x, y = (head["origin"][axis] + (index + 0.5) * head["cell_m"] for axis, index in enumerate((column, row)))
     square = ((x - 0.3, y - 0.3), (x + 0.3, y - 0.3), (x + 0.3, y + 0.3), (x - 0.3, y + 0.3))
     desk.review = Review(zones={"Z1": Zone("Z1", "keep_out", square, floor="F0")})
-    _, barred = unframed(desk.client.get("/api/live/ground/F0").content)
-    assert np.frombuffer(barred, "u1").reshape(values.shape)[row, column] == 3
+    _, excluded = unframed(desk.client.get("/api/live/ground/F0").content)
+    assert np.frombuffer(excluded, "u1").reshape(values.shape)[row, column] == 3
     upstairs, _ = unframed(desk.client.get("/api/live/ground/F1").content)
     assert upstairs["floor"] == "F1"
     desk.review = Review(forbidden={"P1": ForbiddenPlace("P1", (x, y, 0.0), 0.2, "F0")})
-    _, barred = unframed(desk.client.get("/api/live/ground/F0").content)
-    assert np.frombuffer(barred, "u1").reshape(values.shape)[row, column] == 3
+    _, excluded = unframed(desk.client.get("/api/live/ground/F0").content)
+    assert np.frombuffer(excluded, "u1").reshape(values.shape)[row, column] == 3
 
 
 def test_station_dragged_into_a_keep_out_is_moved_beside_it_and_told_so(desk: Desk) -> None:

@@ -131,11 +131,11 @@ def test_review_keeps_ground_free_and_names_whose_it_is(house: LivePlan) -> None
     x0, y0 = house.survey.floors[0].bounds_m[0] + house.survey.scene.offset_m[:2]
     half = ((x0, y0), (x0 + 5.0, y0), (x0 + 5.0, y0 + 20.0), (x0, y0 + 20.0))
     draft = replace(house.draft, keep_out=(KeepOut(half, floor="F0"),))
-    barred = house.ground(draft, "F0")
+    excluded = house.ground(draft, "F0")
     column = np.arange(plain.values.shape[1])
     in_half = plain.origin_m[0] + plain.cell_m * (column + 0.5) < x0 + 5.0
     expected = np.where((plain.values != NOTHING) & in_half, KEPT_OUT, plain.values)
-    np.testing.assert_array_equal(barred.values, expected)
+    np.testing.assert_array_equal(excluded.values, expected)
     np.testing.assert_array_equal(house.ground(draft, "F1").values, house.ground(house.draft, "F1").values)
     spot = house.snap(draft, "F0", (x0 + 2.0, y0 + 2.0), 1.5)
     assert spot.position_m[0] >= x0 + 5.0

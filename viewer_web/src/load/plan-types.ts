@@ -37,12 +37,12 @@ export interface Documents {
   SceneFileSection: SceneFileSection;
   SceneSection: SceneSection;
   ScopeSection: ScopeSection;
-  SealedSection: SealedSection;
   Site: Site;
   SourceSection: SourceSection;
   StationReasonSection: StationReasonSection;
   StationSection: StationSection;
   StepSection: StepSection;
+  UnreachableSection: UnreachableSection;
   UnseenSection: UnseenSection;
   UnseenSurfaceSection: UnseenSurfaceSection;
   WeakMotion: WeakMotion;
@@ -639,7 +639,7 @@ export interface PickSection {
   floor: string;
 }
 /**
- * Surface that hangs together.
+ * Surface that is connected.
  */
 export interface PieceSection {
   area_m2: number;
@@ -1057,30 +1057,6 @@ export interface ScopeSection {
   left_out: LeftOutSection[];
 }
 /**
- * A room that no entrance leads to; nothing is planned in it.
- */
-export interface SealedSection {
-  /**
-   * Id of a floor; empty: of none.
-   */
-  floor: string;
-  /**
-   * Ground that a person could stand on.
-   */
-  area_m2: number;
-  /**
-   * A place in it, on the ground.
-   *
-   * @minItems 3
-   * @maxItems 3
-   */
-  inside: [number, number, number];
-  /**
-   * Its ground in plan: no two share more than an edge. Plans of older versions have none.
-   */
-  rectangles: [[number, number], [number, number]][];
-}
-/**
  * Where the crew may go, and stations given before planning.
  */
 export interface Site {
@@ -1194,6 +1170,30 @@ export interface StepSection {
   station: string;
   covered_area_m2: number;
   fraction_of_achievable: number | null;
+}
+/**
+ * A room that no entrance leads to; nothing is planned in it.
+ */
+export interface UnreachableSection {
+  /**
+   * Id of a floor; empty: of none.
+   */
+  floor: string;
+  /**
+   * Ground that a person could stand on.
+   */
+  area_m2: number;
+  /**
+   * A place in it, on the ground.
+   *
+   * @minItems 3
+   * @maxItems 3
+   */
+  inside: [number, number, number];
+  /**
+   * Its ground in plan: no two share more than an edge. Plans of older versions have none.
+   */
+  rectangles: [[number, number], [number, number]][];
 }
 /**
  * Achievable surface of an element that the plan leaves unseen.
@@ -1340,7 +1340,7 @@ export interface PlanDocument {
    * null where no route was computed.
    */
   field_time: FieldTimeSection | null;
-  sealed: SealedSection[];
+  sealed: UnreachableSection[];
   /**
    * By element and floor.
    */

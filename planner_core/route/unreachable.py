@@ -1,4 +1,4 @@
-"""Rooms that nobody can walk into, as areas that a map can show, and in words. Reach -> SealedArea, local frame.
+"""Rooms that nobody can walk into, as areas that a map can show, and in words. Reach -> UnreachableArea, local frame.
 
 Lengths are metres. Parts of a building that can be entered, but not from one another, are in words only.
 """
@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner_core.model import FloatArray, Int32Array, SealedArea, Station, Survey
+from planner_core.model import FloatArray, Int32Array, Station, Survey, UnreachableArea
 from planner_core.positions.free_space import FreeSpace
 from planner_core.positions.reach import Reach, Region, leaf_that_shuts
 
@@ -19,15 +19,15 @@ _MAX_NAMED = 3
 _SAME_GROUND_M = 0.3
 
 
-def sealed_areas(reach: Reach) -> tuple[SealedArea, ...]:
-    """Ground of the sealed regions of `reach`, floor by floor, in strips of cells along x."""
+def unreachable_areas(reach: Reach) -> tuple[UnreachableArea, ...]:
+    """Ground of the unreachable regions of `reach`, floor by floor, in strips of cells along x."""
     space = reach.space
     out = []
-    sealed = {id(region) for region in reach.sealed}
-    by_region = np.argsort(reach.near_region, kind="stable") if sealed else np.empty(0, np.int64)
+    unreachable = {id(region) for region in reach.unreachable}
+    by_region = np.argsort(reach.near_region, kind="stable") if unreachable else np.empty(0, np.int64)
     ends = np.searchsorted(reach.near_region[by_region], np.arange(len(reach.regions) + 1))
     for index, region in enumerate(reach.regions):
-        if id(region) not in sealed:
+        if id(region) not in unreachable:
             continue
         node = by_region[ends[index] : ends[index + 1]]
         for floor in np.unique(space.floor[node]).tolist():
@@ -38,7 +38,7 @@ def sealed_areas(reach: Reach) -> tuple[SealedArea, ...]:
             half_m = 0.5 * space.grid.cell_m
             strips = np.stack([space.grid.centre_m(first) - half_m, space.grid.centre_m(last) + half_m], axis=1)
             area_m2 = column.size * space.cell_m2
-            out.append(SealedArea(floor=floor, area_m2=area_m2, inside_m=region.inside_m, strips_m=strips))
+            out.append(UnreachableArea(floor=floor, area_m2=area_m2, inside_m=region.inside_m, strips_m=strips))
     return tuple(out)
 
 
@@ -53,14 +53,14 @@ def reach_warnings(survey: Survey, reach: Reach, stations: Sequence[Station]) ->
         names.setdefault(region, []).append(station.id)
     number = {id(region): index for index, region in enumerate(reach.regions)}
     lines = []
-    for region in reach.sealed[:_MAX_LINES]:
+    for region in reach.unreachable[:_MAX_LINES]:
         there = names.get(number[id(region)])
         then = "so no station is planned there"
         if there:
             then = f"though {_named(there)} {'stands' if len(there) == 1 else 'stand'} there"
         remedy = _remedy(survey, reach, region, has_stations=bool(there))
         lines.append(f"{_where(survey, region)} can't be reached on foot, {then}; {remedy}")
-    left = reach.sealed[_MAX_LINES:]
+    left = reach.unreachable[_MAX_LINES:]
     if left:
         area_m2 = sum(region.area_m2 for region in left)
         there = [name for region in left for name in names.get(number[id(region)], ())]
