@@ -52,6 +52,7 @@ def test_poses_of_an_e57_are_the_stations(source: PlanSource, tmp_path: Path) ->
         assert not found.is_ground
 
 
+@pytest.mark.slow
 def test_several_files_are_one_list(source: PlanSource, tmp_path: Path) -> None:
     first, second = source.stations[:2]
     a = write_e57(tmp_path / "a.e57", {first.id: first.position_m})

@@ -13,6 +13,7 @@ import pytest
 import scenes_synthetic
 
 
+@pytest.mark.slow
 def test_plans_are_verified_unless_by_the_papers_preset_or_told_not_to(
     tmp_path: Path, tlsplan: Callable[..., Any]
 ) -> None:

@@ -78,6 +78,7 @@ def test_floors_of_several_files(tlsplan, slabs: tuple[Path, Path]) -> None:
     assert "yards" in refused.stderr and "Traceback" not in refused.stderr
 
 
+@pytest.mark.slow
 def test_floors_that_are_longer_than_any_building_have_a_line(tlsplan, tmp_path: Path) -> None:
     # A deck of 470 m: a house of 12 m in inches that was read in metres has walls and ceiling as high as that.
     site = tmp_path / "site.obj"

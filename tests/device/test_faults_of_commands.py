@@ -42,7 +42,7 @@ def last_line(err: str) -> str:
     [
         ("list_patches", "DEVICE_NOT_AVAILABLE", "was lost", "--engine open3d"),
         ("scan_tiles", "INVALID_COMMAND_QUEUE", "was lost", "--engine open3d"),
-        ("list_patches", "OUT_OF_RESOURCES", "ran out of memory", "smaller scene"),
+        pytest.param("list_patches", "OUT_OF_RESOURCES", "ran out of memory", "smaller scene", marks=pytest.mark.slow),
     ],
     ids=["lost among candidates", "lost while scans are written", "never enough memory"],
 )

@@ -34,6 +34,7 @@ def test_every_step_runs_from_the_packed_folder_and_the_page_shows_it(tmp_path: 
     assert page.count("| done |") == len(steps) == 7
 
 
+@pytest.mark.slow
 def test_a_step_that_fails_costs_its_own_rows(tmp_path: Path) -> None:
     (tmp_path / "kernels.json").write_text("{}")
     results = tmp_path / "results.json"

@@ -86,7 +86,7 @@ def test_stations_that_are_locked_are_in_it(comb: PlanSettings) -> None:
     assert away_m.min() < 1e-6
 
 
-@pytest.mark.parametrize("method", ["greedy", "impossible"])
+@pytest.mark.parametrize("method", ["greedy", pytest.param("impossible", marks=pytest.mark.slow)])
 def test_nothing_is_told_where_it_would_come_too_late_or_is_not_to_be_had(method: str, comb: PlanSettings) -> None:
     settings = replace(comb, method=Greedy()) if method == "greedy" else comb
     if method == "impossible":  # so many of all candidates see a patch, but of the few there are not as many
@@ -96,6 +96,7 @@ def test_nothing_is_told_where_it_would_come_too_late_or_is_not_to_be_had(method
     assert [event.best for event in events if event.stage == STAGE and event.best] == []
 
 
+@pytest.mark.slow
 def test_candidates_that_memory_would_not_hold_are_left_out_evenly_and_that_is_told(
     told: tuple[Plan, list[ProgressEvent]], comb: PlanSettings, monkeypatch: pytest.MonkeyPatch
 ) -> None:

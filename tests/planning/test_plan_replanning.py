@@ -16,6 +16,7 @@ def kept(plan: Plan) -> tuple[PriorStation, ...]:
     return tuple(PriorStation(s.id, tuple((s.position_m + offset_m).tolist()), "kept") for s in plan.stations)
 
 
+@pytest.mark.slow
 def test_planning_again_around_one_forbidden_station_moves_few(small: PlanSettings, planned: Planned) -> None:
     before = planned("corridor-comb", small)
     lost = before.stations[2]

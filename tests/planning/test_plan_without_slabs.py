@@ -14,6 +14,7 @@ from tests.reality_files import reality
 from tests.scene.floor_scenes import scene_of
 
 
+@pytest.mark.slow
 def test_storeys_without_slabs_are_asked_for_what_they_are_with_slabs(small: PlanSettings) -> None:
     def asked_m2(path: Path) -> list[float]:
         settings = replace(small, method=Greedy(), grid_step_m=2.0)

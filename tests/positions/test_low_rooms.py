@@ -98,6 +98,7 @@ def test_order_above_the_ceiling_is_refused_with_the_heights_of_a_tripod(height_
     assert "finer grid" not in str(refused.value)
 
 
+@pytest.mark.slow
 def test_low_cellar_of_reality_has_lowered_positions_and_its_room_is_named() -> None:
     file = reality("low_cellar.ifc")
     places = found_in(load_scene(file))

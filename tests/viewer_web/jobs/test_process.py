@@ -64,6 +64,7 @@ def test_a_run_writes_the_plan_that_was_asked_for_and_tells_its_figures(hall: Pa
     assert lines[-1]["state"] == "finished"
 
 
+@pytest.mark.slow
 def test_a_run_enters_where_the_review_does_and_opens_the_door_that_it_opens(tmp_path: Path) -> None:
     scene = scenes_synthetic.write(scenes_synthetic.build("doors-shut"), tmp_path / "doors.ifc")
     loaded = load_scene(scene)
