@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .options import METRES_PER_UNIT, FileOptions, MethodOptions, PriorStations, RequirementOptions
+from .options import METRES_PER_UNIT, DrawingSettings, FileOptions, MethodOptions, PriorStations, RequirementOptions
 from .output import repairs
 
 if TYPE_CHECKING:
     from planner_core.cluster.executor import Cluster
+    from planner_core.drawings.building import Building
+    from planner_core.drawings.lift import DrawingOptions
     from planner_core.engine.scan_engine import ScanEngine
     from planner_core.model import (
         Doors,
@@ -88,6 +90,71 @@ def load(scenes: Sequence[Path], reading: FileOptions, *, progress: Progress) ->
         for unit, up in zip(units, ups, strict=True)
     ]
     return load_scene(scenes, options=options, progress=progress)
+
+
+def with_drawings_lifted(
+    scenes: Sequence[Path],
+    reading: FileOptions,
+    drawn: DrawingSettings,
+    lifted: Path,
+    reporter: ProgressReporter,
+    *,
+    overwrite: bool,
+) -> tuple[Sequence[Path], FileOptions]:
+    """Write the drawings among the scene's files as one IFC file, `lifted`, which takes their place.
+
+    Raises
+    ------
+    OutputExistsError
+        There is another file of this name, which people may have mended.
+    SceneError
+        A drawing can't be used.
+    """
+    from planner_core.drawings.lift import is_drawing, lift_drawings
+
+    drawings = [path for path in scenes if is_drawing(path)]
+    if not drawings:
+        return scenes, reading
+    units = dict(zip(scenes, _of_each(scenes, reading.units, "--units"), strict=True))
+    building = lift_drawings(drawings, _drawing_options(drawings, units, drawn), progress=reporter.show)
+    reporter.warn(building.warnings)
+    _write_lifted(building, lifted, overwrite=overwrite)
+    others = [path for path in scenes if path not in drawings]
+    of_others = tuple((str(path), units[path]) for path in others if units[path])
+    return [lifted, *others], replace(reading, units=of_others)
+
+
+def _drawing_options(drawings: Sequence[Path], units: dict[Path, str], drawn: DrawingSettings) -> DrawingOptions:
+    from planner_core.drawings.building import Doubtful, Heights
+    from planner_core.drawings.layer_names import layer_patterns
+    from planner_core.drawings.lift import DrawingOptions
+
+    return DrawingOptions(
+        unit_m=tuple(METRES_PER_UNIT[units[path]] if units[path] else None for path in drawings),
+        patterns=layer_patterns(drawn.layers),
+        heights=Heights(
+            room_m=drawn.room_m,
+            door_m=drawn.door_m,
+            sill_m=drawn.sill_m,
+            window_head_m=max(drawn.door_m, drawn.sill_m + 0.3),
+            storey_m=drawn.storey_m,
+        ),
+        doubtful=Doubtful(drawn.doubtful),
+    )
+
+
+def _write_lifted(building: Building, path: Path, *, overwrite: bool) -> None:
+    from planner_core.drawings.ifc_file import write_building
+    from planner_core.errors import OutputExistsError
+    from planner_core.plan_folder.atomic import staged_file
+
+    with staged_file(path) as staged:
+        write_building(building, staged)
+        if path.exists() and not overwrite and path.read_bytes() != staged.read_bytes():
+            raise OutputExistsError(
+                f"{path}: exists and is not what the drawing gives, perhaps mended since; plan from it with tlsplan "
+                f"plan {path}, or pass --overwrite to replace it"
+            )
 
 
 def _of_each(scenes: Sequence[Path], given: Sequence[tuple[str, str]], option: str) -> list[str]:

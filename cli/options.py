@@ -153,6 +153,32 @@ door_closed_option = click.option(
     "--door-closed", "doors_closed", multiple=True, metavar="GLOBALID",
     help="This door (its IFC GlobalId) is closed, whatever --doors is; may be repeated.",
 )  # fmt: skip
+layer_option = click.option(
+    "--layer", "layers", multiple=True, metavar="KIND=PATTERN",
+    help="Contents of a drawing's layers and blocks with such a name: wall, door, window, stair, room, text or "
+    "ignored, as in wall=A-MUR*; may be repeated. [default: by words of six languages]",
+)  # fmt: skip
+room_height_option = click.option(
+    "--room-height", "room_m", type=Length(least=0.05, most=100.0), default=2.8, show_default=True, metavar="LENGTH",
+    help="Height of rooms that a drawing shows.",
+)  # fmt: skip
+door_height_option = click.option(
+    "--door-height", "door_m", type=Length(least=0.05, most=100.0), default=2.1, show_default=True, metavar="LENGTH",
+    help="Head of the doors that a drawing shows.",
+)  # fmt: skip
+sill_height_option = click.option(
+    "--sill-height", "sill_m", type=Length(least=0.0, most=100.0), default=0.9, show_default=True, metavar="LENGTH",
+    help="Sill of the windows that a drawing shows.",
+)  # fmt: skip
+storey_height_option = click.option(
+    "--storey-height", "storey_m", type=Length(least=0.05, most=100.0), default=None, metavar="LENGTH",
+    help="Height from floor to floor of storeys that are drawn. [default: the drawing's levels, else room height and "
+    "0.2 m]",
+)  # fmt: skip
+doubtful_option = click.option(
+    "--doubtful", type=click.Choice(["as-open", "as-wall"]), default="as-open", show_default=True,
+    help="What a drawing's doubtful elements count as, such as gaps in walls without a door.",
+)  # fmt: skip
 engine_option = click.option(
     "--engine", type=click.Choice(["auto", "opencl", "open3d"]), default="auto", show_default=True,
     help="Scan engine. auto: OpenCL, or Open3D with a warning if no OpenCL device is usable.",
@@ -410,6 +436,18 @@ class FileOptions:
 
 
 @dataclass(frozen=True)
+class DrawingSettings:
+    """How to read and raise drawings: the values of `drawing_options`."""
+
+    layers: tuple[str, ...] = ()
+    room_m: float = 2.8
+    door_m: float = 2.1
+    sill_m: float = 0.9
+    storey_m: float | None = None
+    doubtful: str = "as-open"
+
+
+@dataclass(frozen=True)
 class RequirementOptions:
     """Requirements of the command line: the values of `requirement_options`."""
 
@@ -458,6 +496,7 @@ class MethodOptions:
 
 
 DEFAULT_FILE_OPTIONS = FileOptions()
+DEFAULT_DRAWING_SETTINGS = DrawingSettings()
 NO_PRIOR_STATIONS = PriorStations()
 DEFAULT_METHOD_OPTIONS = MethodOptions()
 
@@ -490,6 +529,10 @@ scene_options = _gathered(
     join_option,
     leave_out_option,
 )
+drawing_options = _gathered(
+    "drawn", DrawingSettings, layer_option, room_height_option, door_height_option, sill_height_option,
+    storey_height_option, doubtful_option,
+)  # fmt: skip
 requirement_options = _gathered(
     "asking", RequirementOptions, requirements_option, deliverable_option, scope_option, no_cover_option,
     coverage_option, overlap_option, pre_alignment_option, link_probability_option, overlap_measure_option,

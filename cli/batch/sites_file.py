@@ -27,6 +27,7 @@ from ..options import (
     Length,
     OfFile,
     apply,
+    drawing_options,
     method_choice,
     prior_options,
     problem_options,
@@ -42,13 +43,13 @@ _PATTERN = re.compile(r"[*?\[]")
 
 
 @click.command("site")
-@apply(scene_argument, problem_options, prior_options, method_choice, scene_options, verify_option)
+@apply(scene_argument, problem_options, prior_options, method_choice, scene_options, drawing_options, verify_option)
 def _site(**values: Any) -> Any:
     """Make the settings of a site, as `tlsplan plan` makes its own: what is refused here would be refused there."""
     return problem_of(**{name: value for name, value in values.items() if name not in _NOT_SETTINGS})
 
 
-_NOT_SETTINGS = ("scenes", "reading", "n_verify")
+_NOT_SETTINGS = ("scenes", "reading", "drawn", "n_verify")
 #: By their names in the file: those of `tlsplan plan` that say what is planned, not where it is written or shown.
 OPTIONS = {
     key_of(option.opts[0]): option

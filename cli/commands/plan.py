@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..options import (
+    DEFAULT_DRAWING_SETTINGS,
     DEFAULT_FILE_OPTIONS,
     DEFAULT_METHOD_OPTIONS,
     NO_PRIOR_STATIONS,
+    DrawingSettings,
     FileOptions,
     MethodOptions,
     PriorStations,
     apply,
+    drawing_options,
     engine_options,
     method_choice,
     output_options,
@@ -40,14 +43,16 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Plan folder to write. [default: <scene>-plan in the current directory]")  # fmt: skip
 @verify_option
-@apply(problem_options, prior_options, method_choice, scene_options, engine_options, scheduler_option,
-       overwrite_option, output_options)  # fmt: skip
+@apply(problem_options, prior_options, method_choice, scene_options, drawing_options, engine_options,
+       scheduler_option, overwrite_option, output_options)  # fmt: skip
 def command(
     scenes: tuple[Path, ...], folder: Path | None, overwrite: bool, as_json: bool, quiet: bool, **values: Any
 ) -> None:
     """Plan scanner stations in SCENE, one or more files of a building.
 
     They are the fewest that meet the requirements and register as one network.
+
+    Drawings (DXF), a storey each from the lowest, are raised to an IFC file beside the plan, and that is planned.
 
     Ctrl-C during the search ends it: the best plan so far is written, with its lower bound.
     """
@@ -66,6 +71,7 @@ def run(
     scheduler: str | None = None,
     n_verify: int | None = None,
     reading: FileOptions = DEFAULT_FILE_OPTIONS,
+    drawn: DrawingSettings = DEFAULT_DRAWING_SETTINGS,
     choosing: MethodOptions = DEFAULT_METHOD_OPTIONS,
     prior_stations: PriorStations = NO_PRIOR_STATIONS,
     **problem: Any,
@@ -83,6 +89,9 @@ def run(
     check_output(folder, overwrite=overwrite)  # before minutes of work, not after
     settings = problem_of(choosing=choosing, prior_stations=prior_stations, **problem)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
+        scenes, reading = inputs.with_drawings_lifted(
+            scenes, reading, drawn, folder.with_name(f"{folder.name}.ifc"), reporter, overwrite=overwrite
+        )
         survey, scan_engine, _ = inputs.open_survey(
             scenes, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"
         )

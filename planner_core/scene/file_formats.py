@@ -18,6 +18,8 @@ FORMAT_OF_EXTENSION = {
     ".usdc": "usd",
     ".usdz": "usd",
 }
+DRAWINGS = frozenset({".dxf", ".dwg"})
+"""What `planner_core.drawings` lifts to IFC."""
 POINT_CLOUDS = frozenset({".asc", ".e57", ".las", ".laz", ".pcd", ".pts", ".ptx", ".rcp", ".rcs", ".xyz"})
 
 

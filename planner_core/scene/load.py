@@ -27,7 +27,7 @@ from planner_core.scene.doors import without_door_leaves
 from planner_core.scene.element_patterns import without_elements
 from planner_core.scene.extent import LONGEST_M, MAX_LENGTH_M, SHORTEST_M, UNITS_M, extent_m, likely_unit, named_few
 from planner_core.scene.federation import federated
-from planner_core.scene.file_formats import FORMAT_OF_EXTENSION, POINT_CLOUDS
+from planner_core.scene.file_formats import DRAWINGS, FORMAT_OF_EXTENSION, POINT_CLOUDS
 from planner_core.scene.gltf_file import names_draco
 from planner_core.scene.raw import RawScene, unit_name
 from planner_core.scene.rooms import with_rooms
@@ -285,6 +285,11 @@ def _check_file(path: Path) -> str:
         if not path.exists():
             raise SceneNotFoundError(f"{path}: there is no such file; check the name and the folder.")
         file_format = FORMAT_OF_EXTENSION.get(path.suffix.lower())
+        if path.suffix.lower() in DRAWINGS:
+            raise SceneError(
+                f"{path.name}: it is a drawing, expected a model; tlsplan plan raises it to an IFC file beside the "
+                "plan, name that."
+            )
         if path.suffix.lower() in POINT_CLOUDS:
             raise SceneError(
                 f"{path.name}: it is a point cloud, which has no surfaces that stop beams, expected a model; make a "

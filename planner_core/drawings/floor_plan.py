@@ -1,0 +1,324 @@
+"""Recognition: `Drawing` -> `FloorPlan`s, one for each storey that the drawing holds.
+
+1. strokes get a kind by the names of their layers and blocks (`layer_names`);
+2. the unit is checked by doors and walls (`units`), and all is brought to metres;
+3. where walls lie at several heights, each height is a storey;
+4. walls, then openings, then rooms (`walls`, `openings`, `room_outlines`).
+
+Plan coordinates, metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import shapely
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from planner_core.drawings.arcs import SwingArc, swing_arcs
+from planner_core.drawings.drawing import NO_FILL, Drawing
+from planner_core.drawings.layer_names import Kind, kind_of_name
+from planner_core.drawings.openings import Opening, OpeningKind, SymbolLines, is_in_opening, openings_of
+from planner_core.drawings.room_outlines import PlacedText, RoomOutline, rooms_of
+from planner_core.drawings.stairs import Treads, treads_of
+from planner_core.drawings.units import DrawnSizes, drawn_sizes, unit_of
+from planner_core.drawings.walls import WallPiece, fills_area, outlined_area, straight_pieces
+from planner_core.errors import SceneError, one_line
+from planner_core.model import BoolArray, FloatArray, Int64Array
+
+_OPENING_KINDS = {Kind.DOOR: OpeningKind.DOOR, Kind.WINDOW: OpeningKind.WINDOW}
+_CODES = {kind: code for code, kind in enumerate(Kind)}
+_SWING_M = (0.5, 1.6)
+"""Radii of arcs that are doors wherever they are drawn."""
+_TOUCH_M = 0.02
+"""Strokes of one door or window are nearer to each other."""
+_FILLED_SHARE = 0.5
+"""Where filled areas are this share of the outlined ones, walls are what is filled: outlines enclose shafts, too."""
+_STOREY_M, _LEVEL_SHARE = (2.0, 12.0), 0.1
+"""Heights of storeys, and the share of the longest level's walls from which on a level is one."""
+_NAMED_LAYERS = 8
+_LEAST_WALLS_M2 = 0.2
+
+
+@dataclass(frozen=True)
+class FloorPlan:
+    """One storey as its drawing shows it. outline : shapely area of all that walls and openings enclose."""
+
+    name: str
+    walls: tuple[WallPiece, ...]
+    openings: tuple[Opening, ...]
+    rooms: tuple[RoomOutline, ...]
+    outline: Any
+    treads: tuple[Treads, ...] = ()
+    height_m: float | None = None
+    """Of the drawing's own level; None: it is flat."""
+    warnings: tuple[str, ...] = ()
+
+
+def floor_plans(
+    drawing: Drawing, *, unit_m: float | None = None, patterns: Mapping[str, Kind] | None = None
+) -> list[FloorPlan]:
+    """Recognise the storeys of a drawing, the lowest first.
+
+    Parameters
+    ----------
+    unit_m
+        Metres in a unit of the drawing, by the user; None: by the file, checked.
+    patterns
+        Kinds of layers and blocks by pattern of the user.
+
+    Raises
+    ------
+    SceneError
+        No walls, or a unit that doors and walls contradict.
+    """
+    kinds = _kinds_of_strokes(drawing, patterns or {})
+    if not (kinds == _CODES[Kind.WALL]).any():
+        raise SceneError(_no_wall_layer(drawing))
+    warnings: tuple[str, ...] = ()
+    if unit_m is None:
+        unit_m, warnings = unit_of(
+            drawing.name, _sizes(drawing, kinds), stated_m=drawing.unit_m, source=drawing.unit_source
+        )
+    levels = _levels(drawing, kinds, unit_m)
+    plans = [
+        _floor_plan(drawing, kinds, rows, unit_m, height_m, patterns or {}, name)
+        for name, height_m, rows in _storeys(drawing, levels, unit_m)
+    ]
+    first = plans[0]
+    plans[0] = replace(first, warnings=(*drawing.warnings, *warnings, *first.warnings))
+    return plans
+
+
+def _segments(strokes: Sequence[FloatArray]) -> FloatArray:
+    """(M, 2, 2) straight parts of strokes in the drawing's own unit."""
+    pieces = [np.stack([stroke[:-1, :2], stroke[1:, :2]], axis=1) for stroke in strokes]
+    segments = np.concatenate(pieces) if pieces else np.empty((0, 2, 2))
+    is_long = (segments[:, 0] != segments[:, 1]).any(axis=1)
+    return np.asarray(segments[is_long], dtype=np.float64)
+
+
+# ------------------------------------------------------------------------------------------- kinds
+def _kinds_of_strokes(drawing: Drawing, patterns: Mapping[str, Kind]) -> Int64Array:
+    """(S,) code of each stroke's kind: by its block's name, else its layer's, else that of the block's layer."""
+    of_layer = [kind_of_name(name, patterns) for name in drawing.layers]
+    of_block = [_kind_of_block(symbol.name, patterns) for symbol in drawing.symbols]
+    of_block_layer = [kind_of_name(symbol.layer, patterns) for symbol in drawing.symbols]
+    codes = np.empty(drawing.n_strokes, dtype=np.int64)
+    for row, (layer, symbol) in enumerate(
+        zip(drawing.layer_of_stroke.tolist(), drawing.symbol_of_stroke.tolist(), strict=True)
+    ):
+        kind = of_layer[layer]
+        if symbol >= 0 and kind != Kind.IGNORED:
+            block, around = of_block[symbol], of_block_layer[symbol]
+            if block != Kind.UNKNOWN:
+                kind = block
+            elif kind == Kind.UNKNOWN or around in _OPENING_KINDS:
+                kind = around if around != Kind.UNKNOWN else kind
+        codes[row] = _CODES[kind]
+    return codes
+
+
+def _kind_of_block(names: str, patterns: Mapping[str, Kind]) -> Kind:
+    found = (kind_of_name(name, patterns) for name in names.split("/"))
+    return next((kind for kind in found if kind not in (Kind.UNKNOWN, Kind.WALL)), Kind.UNKNOWN)
+
+
+def _no_wall_layer(drawing: Drawing) -> str:
+    count = np.bincount(drawing.layer_of_stroke, minlength=len(drawing.layers))
+    order = np.argsort(-count, kind="stable")[:_NAMED_LAYERS]
+    named = ", ".join(one_line(drawing.layers[row]) for row in order.tolist())
+    more = f" and {len(drawing.layers) - _NAMED_LAYERS} more" if len(drawing.layers) > _NAMED_LAYERS else ""
+    return (
+        f"{drawing.name}: none of its {len(drawing.layers)} layers has a name for walls ({named}{more}), expected a "
+        "floor plan; name the layer of the walls, such as --layer wall=NAME."
+    )
+
+
+def _strokes(drawing: Drawing, rows: Int64Array) -> list[FloatArray]:
+    return [drawing.stroke(row) for row in rows.tolist()]
+
+
+def _corners(drawing: Drawing, chosen: BoolArray) -> FloatArray:
+    """(N, 2) corners of chosen strokes."""
+    return drawing.points[np.repeat(chosen, np.diff(drawing.starts)), :2]
+
+
+def _sizes(drawing: Drawing, kinds: Int64Array) -> DrawnSizes:
+    """Sizes of walls and doors, in the drawing's unit; swings on layers of no name count where neither is there."""
+
+    def lines(kind: Kind) -> list[FloatArray]:
+        return _strokes(drawing, np.flatnonzero((kinds == _CODES[kind]) & (drawing.fill_of_stroke == NO_FILL)))
+
+    of_walls = _segments(lines(Kind.WALL))
+    corners = _corners(drawing, kinds == _CODES[Kind.WALL])
+    sizes = drawn_sizes(of_walls, swing_arcs(lines(Kind.DOOR)), corners)
+    return sizes if sizes.is_telling else drawn_sizes(of_walls, swing_arcs(lines(Kind.UNKNOWN)), corners)
+
+
+# ------------------------------------------------------------------------------------------ storeys
+def _levels(drawing: Drawing, kinds: Int64Array, unit_m: float) -> FloatArray:
+    """Heights at which walls lie, lowest first; one, NaN, where the drawing is flat or its heights are no storeys'."""
+    flat = np.array([np.nan])
+    rows = np.flatnonzero(kinds == _CODES[Kind.WALL])
+    height = np.round(drawing.points[drawing.starts[rows], 2] * unit_m, 1)
+    n_corners = np.diff(drawing.starts)[rows]
+    levels, at = np.unique(height, return_inverse=True)
+    weight = np.bincount(at.reshape(-1), weights=n_corners)
+    levels = levels[weight >= _LEVEL_SHARE * weight.max()]
+    steps = np.diff(levels)
+    if len(levels) < 2 or not ((steps >= _STOREY_M[0]) & (steps <= _STOREY_M[1])).all():
+        return flat
+    return np.asarray(levels, dtype=np.float64)
+
+
+def _storeys(drawing: Drawing, levels: FloatArray, unit_m: float) -> list[tuple[str, float | None, Int64Array]]:
+    """Name, height and strokes of each level."""
+    if np.isnan(levels[0]):
+        return [("", None, np.arange(drawing.n_strokes))]
+    height = drawing.points[drawing.starts[:-1], 2] * unit_m
+    level = np.abs(height[:, None] - levels).argmin(axis=1)
+    return [(f"Level {n + 1}", float(levels[n]), np.flatnonzero(level == n)) for n in range(len(levels))]
+
+
+def _floor_plan(
+    drawing: Drawing,
+    kinds: Int64Array,
+    rows: Int64Array,
+    unit_m: float,
+    height_m: float | None,
+    patterns: Mapping[str, Kind],
+    name: str,
+) -> FloorPlan:
+    def strokes_m(kind: Kind, *, filled: bool = False) -> list[tuple[int, FloatArray]]:
+        chosen = rows[(kinds[rows] == _CODES[kind]) & ((drawing.fill_of_stroke[rows] != NO_FILL) == filled)]
+        return [(row, drawing.stroke(row)[:, :2] * unit_m) for row in chosen.tolist()]
+
+    area = _walls_area(drawing, strokes_m(Kind.WALL), strokes_m(Kind.WALL, filled=True))
+    if area.area < _LEAST_WALLS_M2:
+        raise SceneError(
+            f"{drawing.name}: its wall layers hold no walls, that is no closed outlines, filled areas or pairs of "
+            "parallel lines 0.04 to 0.56 m apart, expected a floor plan; check --units, or name the layer of the "
+            "walls, such as --layer wall=NAME."
+        )
+    symbols = [
+        *_symbols(drawing, OpeningKind.DOOR, strokes_m(Kind.DOOR)),
+        *_symbols(drawing, OpeningKind.WINDOW, strokes_m(Kind.WINDOW)),
+        *_swings(strokes_m(Kind.UNKNOWN)),
+    ]
+    openings, area = openings_of(area, symbols)
+    texts = _texts(drawing, unit_m, height_m, patterns)
+    filled = shapely.union_all([opening.area for opening in openings])
+    rooms = rooms_of(area, filled, texts)
+    outline = _outline(area, filled)
+    return FloorPlan(
+        name=name,
+        walls=tuple(straight_pieces(area)),
+        openings=tuple(openings),
+        rooms=tuple(rooms),
+        outline=outline,
+        treads=tuple(treads_of([stroke for _, stroke in strokes_m(Kind.STAIR)])),
+        height_m=height_m,
+        warnings=tuple(_doubts(drawing.name, name, symbols, openings, rooms)),
+    )
+
+
+def _walls_area(drawing: Drawing, lines: list[tuple[int, FloatArray]], fills: list[tuple[int, FloatArray]]) -> Any:
+    outlined = outlined_area([stroke for _, stroke in lines])
+    rings: dict[int, list[FloatArray]] = {}
+    for row, ring in fills:
+        rings.setdefault(int(drawing.fill_of_stroke[row]), []).append(ring)
+    filled = fills_area(list(rings.values()))
+    if filled.area >= _FILLED_SHARE * outlined.area:
+        return filled
+    return shapely.union_all([outlined, filled])
+
+
+def _symbols(drawing: Drawing, kind: OpeningKind, strokes: list[tuple[int, FloatArray]]) -> list[SymbolLines]:
+    """Group strokes that touch or are of one block; a door or a window each."""
+    if not strokes:
+        return []
+    lines = shapely.linestrings(
+        np.concatenate([stroke for _, stroke in strokes]),
+        indices=np.repeat(np.arange(len(strokes)), [len(stroke) for _, stroke in strokes]),
+    )
+    tree = shapely.STRtree(lines)
+    a, b = tree.query(lines, predicate="dwithin", distance=_TOUCH_M)
+    block = drawing.symbol_of_stroke[[row for row, _ in strokes]]
+    order = np.argsort(block, kind="stable")
+    same = np.flatnonzero((np.diff(block[order]) == 0) & (block[order][1:] >= 0))
+    a, b = np.concatenate([a, order[same]]), np.concatenate([b, order[same + 1]])
+    n_groups, group = connected_components(
+        coo_array((np.ones(len(a)), (a, b)), shape=(len(lines),) * 2), directed=False
+    )
+    found = []
+    for number in range(n_groups):
+        members = np.flatnonzero(group == number)
+        of_block = [int(each) for each in block[members] if each >= 0]
+        name = drawing.symbols[of_block[0]].name.rpartition("/")[2] if of_block else ""
+        leaves = tuple(
+            leaf for arc in swing_arcs([strokes[row][1] for row in members.tolist()]) for leaf in _leaves(arc)
+        )
+        found.append(SymbolLines(kind, shapely.multilinestrings(lines[members]), name, leaves))
+    return found
+
+
+def _swings(strokes: list[tuple[int, FloatArray]]) -> list[SymbolLines]:
+    """Doors by their swings alone, on layers whose names state nothing."""
+    found = []
+    for arc in swing_arcs(stroke for _, stroke in strokes):
+        if _SWING_M[0] <= arc.radius <= _SWING_M[1]:
+            leaves = _leaves(arc)
+            found.append(SymbolLines(OpeningKind.DOOR, shapely.multilinestrings(list(leaves)), "", leaves))
+    return found
+
+
+def _leaves(arc: SwingArc) -> tuple[Any, Any]:
+    """Lines along one of which the leaf lies when it is shut."""
+    return shapely.LineString([arc.centre, arc.start]), shapely.LineString([arc.centre, arc.end])
+
+
+def _texts(drawing: Drawing, unit_m: float, height_m: float | None, patterns: Mapping[str, Kind]) -> list[PlacedText]:
+    return [
+        PlacedText(text.text, text.x * unit_m, text.y * unit_m)
+        for text in drawing.texts
+        if kind_of_name(text.layer, patterns) != Kind.IGNORED
+        and (height_m is None or abs(text.z * unit_m - height_m) < 0.5 * _STOREY_M[0])
+    ]
+
+
+def _outline(walls: Any, openings: Any) -> Any:
+    """What walls and openings enclose, without courts: the area of the slab."""
+    solid = shapely.buffer(shapely.union_all([walls, openings]), 0.02, join_style="mitre")
+    parts = [shapely.Polygon(part.exterior) for part in shapely.get_parts(solid)]
+    whole = shapely.buffer(shapely.union_all(parts), -0.02, join_style="mitre")
+    return shapely.simplify(whole, 1e-3)
+
+
+def _doubts(
+    file: str, name: str, symbols: Sequence[SymbolLines], openings: Sequence[Opening], rooms: Sequence[RoomOutline]
+) -> list[str]:
+    where = f"{file}, {name}" if name else file
+    lines = []
+    doubtful = [opening for opening in openings if opening.is_doubtful]
+    if doubtful:
+        noun = "gap in the walls has" if len(doubtful) == 1 else "gaps in the walls have"
+        lines.append(
+            f"{where}: {len(doubtful)} {noun} no door or window drawn and count as open; --doubtful as-wall "
+            "closes such gaps."
+        )
+    lost = [symbol for symbol in symbols if not is_in_opening(symbol, openings)]
+    if lost:
+        x, y = shapely.get_coordinates(shapely.centroid(lost[0].lines))[0].tolist()
+        noun = "door or window that lies" if len(lost) == 1 else "doors and windows that lie"
+        lines.append(f"{where}: {len(lost)} {noun} in no wall left out, the first at x {x:.2f}, y {y:.2f} m.")
+    if not rooms:
+        lines.append(
+            f"{where}: its walls enclose no room, so nothing separates indoors from outdoors; close the outlines, or "
+            "name the layers of doors and windows, such as --layer window=NAME."
+        )
+    return lines

@@ -1,0 +1,88 @@
+"""Rooms of a floor plan: what walls and their openings enclose, with names from the texts inside.
+
+Plan coordinates, metres; outlines are shapely polygons.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+
+LEAST_ROOM_M2 = 0.8
+"""Shafts are smaller."""
+_SEAL_M = 0.02
+"""Walls and openings that miss each other by less are closed."""
+_NUMBER = re.compile(r"^[A-Za-z]{0,3}[-. ]?\d[\w.\-/]{0,7}$")
+_NUMBERED = re.compile(r"^([A-Za-z]{0,3}[-. ]?\d[\w.\-/]{0,7})[ :]+([^\d\s].*)$")
+"""A number and a name in one line."""
+_DECIMAL = re.compile(r"[.,]\d+\s*$")
+_MEASURE = re.compile(
+    r"(\d\s*(m²|m2|m\^2|qm|sq\.?\s?(ft|m)|sf\b|м²|м2|кв|㎡|平))|^[\d.,\s'\"xX×/+\-:°%]+$"
+    r"|^(a|f|u|h|rh|lh|ch|fl|bf|okff|okrd|s)\s*[=:]?\s*[\d.,]+\s*m?²?$",
+    re.IGNORECASE,
+)
+"""Areas, heights and dimensions, which rooms carry beside their names."""
+_LONGEST_NAME = 60
+
+
+@dataclass(frozen=True)
+class RoomOutline:
+    """outline : shapely Polygon. name : mostly a number; long_name : mostly what the room is for."""
+
+    outline: Any
+    name: str
+    long_name: str
+
+
+@dataclass(frozen=True)
+class PlacedText:
+    """A text of the drawing and the middle of its box, metres."""
+
+    text: str
+    x: float
+    y: float
+
+
+def rooms_of(walls: Any, openings: Any, texts: Sequence[PlacedText]) -> list[RoomOutline]:
+    """Rooms, from the lowest corner: the holes of walls and openings (shapely areas) together."""
+    solid = shapely.buffer(shapely.union_all([walls, openings]), _SEAL_M, join_style="mitre")
+    holes = []
+    for polygon in shapely.get_parts(solid):
+        if polygon.geom_type != "Polygon":
+            continue
+        for ring in polygon.interiors:
+            # What stands free inside, such as a column, is a polygon of its own.
+            inside = shapely.difference(shapely.Polygon(ring), solid)
+            free = shapely.buffer(inside, _SEAL_M, join_style="mitre")
+            holes += [part for part in shapely.get_parts(free) if part.geom_type == "Polygon"]
+    rooms = [hole for hole in holes if hole.area >= LEAST_ROOM_M2]
+    rooms.sort(key=lambda room: tuple(np.round(shapely.bounds(room), 3).tolist()))
+    where = shapely.points([[text.x, text.y] for text in texts]) if texts else np.empty(0, dtype=object)
+    named = []
+    for number, room in enumerate(rooms, 1):
+        inside = shapely.contains(room, where) if len(where) else np.empty(0, dtype=np.bool_)
+        name, long_name = _names([texts[row] for row in np.flatnonzero(inside).tolist()])
+        named.append(RoomOutline(shapely.simplify(room, 1e-3), name or f"{number}", long_name))
+    return named
+
+
+def _names(texts: Sequence[PlacedText]) -> tuple[str, str]:
+    """Number and name of a room by the texts inside it, read from the top; of many alike, the first."""
+    lines = [
+        part
+        for text in sorted(texts, key=lambda text: (-text.y, text.x))
+        for line in text.text.splitlines()
+        for part in (_NUMBERED.match(line) or re.match("(.*)", line)).groups()  # type: ignore[union-attr]
+    ]
+    numbers = [line for line in lines if _NUMBER.match(line) and not _DECIMAL.search(line)]
+    words = [
+        line
+        for line in lines
+        if line not in numbers and not _MEASURE.search(line) and sum(sign.isalpha() for sign in line) > 1
+    ]
+    return (numbers[0] if numbers else ""), " ".join(words[:2])[:_LONGEST_NAME]

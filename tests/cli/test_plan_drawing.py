@@ -1,0 +1,43 @@
+"""`tlsplan plan` on drawings, end to end."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner_core.scene.load import load_scene
+from tests.drawings.drawn_buildings import draw_two_rooms
+
+QUICK = ("--grid", "1.0", "--height", "1.5", "--patch-area", "0.2", "--coverage", "80", "--set", "work_limit=0.1",
+         "--no-refine", "--verify", "0")  # fmt: skip
+
+
+@pytest.mark.slow
+def test_drawing_is_planned_from_an_ifc_file_beside_the_plan(tlsplan, tmp_path: Path) -> None:
+    draw_two_rooms(tmp_path / "house.dxf")
+    folder, lifted = tmp_path / "out", tmp_path / "out.ifc"
+    done = tlsplan("plan", tmp_path / "house.dxf", "-o", folder, "--json", *QUICK)
+    assert done.returncode == 0, done.stderr
+    scene = load_scene(lifted)
+    assert [room.title for room in scene.rooms] == ["101 Office", "102 Kitchen"]
+    document = json.loads((folder / "plan.json").read_text())
+    assert document["scene"]["file"] == "out.ifc"
+    where = np.array([station["position"] for station in document["stations"]])
+    assert ((where > [0.2, 0.2, 1.0]) & (where < [6.3, 4.2, 2.0])).all()
+
+
+def test_other_commands_name_the_way(tlsplan, tmp_path: Path) -> None:
+    draw_two_rooms(tmp_path / "house.dxf")
+    done = tlsplan("floors", tmp_path / "house.dxf")
+    assert done.returncode != 0
+    assert "tlsplan plan raises it to an IFC file" in done.stderr
+
+
+def test_mended_file_is_kept_without_overwrite(tlsplan, tmp_path: Path) -> None:
+    draw_two_rooms(tmp_path / "house.dxf")
+    (tmp_path / "out.ifc").write_bytes(b"mended")
+    done = tlsplan("plan", tmp_path / "house.dxf", "-o", tmp_path / "out", *QUICK)
+    assert done.returncode != 0
+    assert "perhaps mended since; plan from it with tlsplan plan" in done.stderr
+    assert (tmp_path / "out.ifc").read_bytes() == b"mended"

@@ -1,0 +1,119 @@
+"""Recognition of two rooms, and of real buildings drawn from their IFC."""
+
+from pathlib import Path
+
+import ezdxf
+import pytest
+import shapely
+
+from planner_core.drawings.dxf import read_dxf
+from planner_core.drawings.floor_plan import floor_plans
+from planner_core.drawings.layer_names import Kind
+from planner_core.errors import SceneError
+from planner_core.export.dxf import write_dxf
+from planner_core.export.options import Options
+from planner_core.plan_folder.plan_source import open_plan
+from planner_core.progress import silent
+from tests.drawings.drawn_buildings import ROOM_WALLS, cut_area, draw, draw_two_rooms
+
+ROOMS = [("101", "Office"), ("102", "Kitchen")]
+SECRET = {"wall": "P1", "door": "P2", "window": "P3", "text": "P4"}
+
+
+def walls_of(plan):
+    return shapely.union_all([piece.area for piece in plan.walls])
+
+
+def far_apart(a, b, by_m=0.02):
+    """Length of the outlines of two areas that lie farther from the other's."""
+    lines = (a.boundary, b.boundary)
+    return sum(shapely.difference(one, shapely.buffer(other, by_m)).length for one, other in (lines, lines[::-1]))
+
+
+def kinds(plan):
+    return sorted((str(o.kind), round(o.width_m, 2)) for o in plan.openings)
+
+
+@pytest.mark.parametrize(("unit_m", "insunits"), [(0.001, 4), (1.0, 6), (0.0254, 1)])
+def test_two_rooms_are_recognised_in_any_unit(tmp_path, unit_m, insunits):
+    draw_two_rooms(tmp_path / "a.dxf", unit_m=unit_m, insunits=insunits)
+    (plan,) = floor_plans(read_dxf(str(tmp_path / "a.dxf")))
+    assert far_apart(walls_of(plan), ROOM_WALLS) < 0.01
+    assert kinds(plan) == [("door", 0.9), ("door", 1.0), ("window", 1.5)]
+    assert [(room.name, room.long_name) for room in plan.rooms] == ROOMS
+    assert [room.outline.area for room in plan.rooms] == pytest.approx([12.0, 12.0], abs=0.01)
+    assert plan.outline.area == pytest.approx(6.5 * 4.4, abs=0.01)
+    assert plan.warnings == ()
+
+
+def test_layers_of_any_name_are_read_by_patterns_and_swings(tmp_path):
+    path = tmp_path / "a.dxf"
+    draw_two_rooms(path, layers=SECRET, window_gap=False)
+    with pytest.raises(
+        SceneError, match=r"none of its 3 layers has a name for walls \(P2, P3, P1\).*--layer wall=NAME"
+    ):
+        floor_plans(read_dxf(str(path)))
+    (plan,) = floor_plans(read_dxf(str(path)), patterns={"P1": Kind.WALL, "P3": Kind.WINDOW})
+    assert kinds(plan) == [("door", 0.9), ("door", 1.0), ("window", 1.5)]
+
+
+def test_gaps_without_symbols_are_doubtful_and_named(tmp_path):
+    draw_two_rooms(tmp_path / "a.dxf", symbols=False)
+    (plan,) = floor_plans(read_dxf(str(tmp_path / "a.dxf")))
+    assert kinds(plan) == [("passage", 0.9), ("passage", 1.0), ("passage", 1.5)]
+    (line,) = plan.warnings
+    assert "3 gaps in the walls have no door or window drawn" in line
+    assert "--doubtful as-wall" in line
+
+
+def test_walls_at_two_heights_are_two_storeys(tmp_path):
+    document = draw_two_rooms(tmp_path / "a.dxf")
+    draw_two_rooms(tmp_path / "a.dxf", z_m=3.1, document=document)
+    plans = floor_plans(read_dxf(str(tmp_path / "a.dxf")))
+    assert [plan.height_m for plan in plans] == [0.0, 3.1]
+    assert [kinds(plan) for plan in plans] == [[("door", 0.9), ("door", 1.0), ("window", 1.5)]] * 2
+    assert [[room.name for room in plan.rooms] for plan in plans] == [["101", "102"]] * 2
+
+
+def test_unit_that_doors_contradict_is_refused_unless_given(tmp_path):
+    draw_two_rooms(tmp_path / "a.dxf", unit_m=1.0, insunits=4)
+    drawing = read_dxf(str(tmp_path / "a.dxf"))
+    with pytest.raises(SceneError, match=r"doors 0\.00095 m wide and walls .* thick.*--units m"):
+        floor_plans(drawing)
+    (plan,) = floor_plans(drawing, unit_m=1.0)
+    assert far_apart(walls_of(plan), ROOM_WALLS) < 0.01
+
+
+def test_drawing_without_walls_is_refused(tmp_path):
+    document = ezdxf.new("R2010", units=6)
+    document.modelspace().add_circle((0, 0), 3, dxfattribs={"layer": "WALL"})
+    document.saveas(tmp_path / "a.dxf")
+    with pytest.raises(SceneError, match="its wall layers hold no walls"):
+        floor_plans(read_dxf(str(tmp_path / "a.dxf")), unit_m=1.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "z_m", "doors", "windows", "rooms"),
+    [("duplex", 1.2, 6, 4, 4), ("duplex", 4.3, 8, 10, 10), ("fzk-haus", 1.2, 5, 9, 4)],
+)
+def test_walls_of_a_real_building_come_back_within_two_centimetres(
+    name, z_m, doors, windows, rooms, real_scene, tmp_path
+):
+    walls = draw(real_scene(name), z_m, tmp_path / "a.dxf")
+    (plan,) = floor_plans(read_dxf(str(tmp_path / "a.dxf")))
+    assert far_apart(walls_of(plan), walls) < 0.01
+    assert [kind for kind, _ in kinds(plan)] == ["door"] * doors + ["window"] * windows
+    assert len(plan.rooms) == rooms
+
+
+@pytest.mark.slow
+def test_own_drawing_of_a_plan_comes_back(house_plan, tmp_path: Path):
+    """Our own export has hatches, storeys at their heights, and much that is no wall."""
+    write_dxf(open_plan(house_plan.folder), tmp_path / "a.dxf", Options(), silent)
+    plans = floor_plans(read_dxf(str(tmp_path / "a.dxf")))
+    scene = house_plan.plan.survey.scene
+    assert [plan.height_m for plan in plans] == [round(storey.elevation_m, 1) for storey in scene.storeys[: len(plans)]]
+    for plan in plans:
+        walls = cut_area(scene, ("IfcWall", "IfcColumn"), plan.height_m + 1.2)
+        assert far_apart(walls_of(plan), walls) < 0.01
