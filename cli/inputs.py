@@ -128,8 +128,22 @@ def _drawing_options(drawings: Sequence[Path], units: dict[Path, str], drawn: Dr
     from planner_core.drawings.building import Doubtful, Heights
     from planner_core.drawings.layer_names import layer_patterns
     from planner_core.drawings.lift import DrawingOptions
+    from planner_core.drawings.scales import page_scale
+    from planner_core.requirements.quantities import coordinate_m
 
+    scales, scales_by, corners = (
+        _of_each(drawings, given, option)
+        for given, option in (
+            (drawn.scales, "--scale"),
+            (drawn.scales_by, "--scale-by"),
+            (drawn.corners, "--corners"),
+        )
+    )
     return DrawingOptions(
+        scales=tuple(
+            page_scale(coordinate_m, scale=ratio or None, scale_by=by or None, corners=four or None)
+            for ratio, by, four in zip(scales, scales_by, corners, strict=True)
+        ),
         unit_m=tuple(METRES_PER_UNIT[units[path]] if units[path] else None for path in drawings),
         patterns=layer_patterns(drawn.layers),
         heights=Heights(

@@ -76,6 +76,17 @@ class OfFile(click.ParamType[tuple[str, str]]):
         return file, self._choice.convert(choice, param, ctx)
 
 
+class TextOfFile(click.ParamType[tuple[str, str]]):
+    """A text for all drawings, `1:100`, or for one, `upper.pdf=1:50`. Gives the file, or empty text, and the text."""
+
+    name = "text"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
+        """Return file and text."""
+        file, _, text = str(value).rpartition("=")
+        return file, text
+
+
 class SchedulerAddress(click.ParamType[str]):
     """Where workers are: refused before anything is loaded where nobody can be."""
 
@@ -152,6 +163,20 @@ join_option = click.option(
 door_closed_option = click.option(
     "--door-closed", "doors_closed", multiple=True, metavar="GLOBALID",
     help="This door (its IFC GlobalId) is closed, whatever --doors is; may be repeated.",
+)  # fmt: skip
+scale_option = click.option(
+    "--scale", "scales", type=TextOfFile(), multiple=True, metavar="[FILE=]1:N",
+    help="Scale of a drawn page, or of a picture that states its resolution; of one of several files: upper.pdf=1:50.",
+)  # fmt: skip
+scale_by_option = click.option(
+    "--scale-by", "scales_by", type=TextOfFile(), multiple=True, metavar="[FILE=]LENGTH,X1,Y1,X2,Y2",
+    help="Two points of a drawn page or picture and their distance: 2.4m,120,300,480,300. Points are pixels of a "
+    "picture, or points of a page, from its upper left corner.",
+)  # fmt: skip
+corners_option = click.option(
+    "--corners", type=TextOfFile(), multiple=True, metavar="[FILE=]WIDTH,HEIGHT,X1,Y1,...,X4,Y4",
+    help="Four corners of a rectangle of known size in a photographed drawing, clockwise from the upper left: takes "
+    "its perspective away and gives its scale.",
 )  # fmt: skip
 layer_option = click.option(
     "--layer", "layers", multiple=True, metavar="KIND=PATTERN",
@@ -439,6 +464,10 @@ class FileOptions:
 class DrawingSettings:
     """How to read and raise drawings: the values of `drawing_options`."""
 
+    scales: tuple[tuple[str, str], ...] = ()
+    """File and scale; the file is empty where it holds for all. So with the next two."""
+    scales_by: tuple[tuple[str, str], ...] = ()
+    corners: tuple[tuple[str, str], ...] = ()
     layers: tuple[str, ...] = ()
     room_m: float = 2.8
     door_m: float = 2.1
@@ -530,7 +559,8 @@ scene_options = _gathered(
     leave_out_option,
 )
 drawing_options = _gathered(
-    "drawn", DrawingSettings, layer_option, room_height_option, door_height_option, sill_height_option,
+    "drawn", DrawingSettings, scale_option, scale_by_option, corners_option, layer_option, room_height_option,
+    door_height_option, sill_height_option,
     storey_height_option, doubtful_option,
 )  # fmt: skip
 requirement_options = _gathered(

@@ -59,6 +59,10 @@ class Drawing:
     """Metres in a unit of the file, as the file states it; None: it states none."""
     unit_source: str = ""
     """Where the file states it, for messages, such as `$INSUNITS`."""
+    paper_unit_m: float | None = None
+    """Metres of paper in a unit, of a page or of a picture of known resolution: of the plan's scale, nothing."""
+    page_height: float | None = None
+    """Of a page or a picture, in its unit; None: it has no page, but a space."""
     warnings: tuple[str, ...] = ()
 
     @property
@@ -113,7 +117,14 @@ class DrawingParts:
         self._rows.append((self._layers.setdefault(layer, len(self._layers)), symbol, fill))
 
     def drawing(
-        self, name: str, *, unit_m: float | None, unit_source: str = "", warnings: tuple[str, ...] = ()
+        self,
+        name: str,
+        *,
+        unit_m: float | None,
+        unit_source: str = "",
+        paper_unit_m: float | None = None,
+        page_height: float | None = None,
+        warnings: tuple[str, ...] = (),
     ) -> Drawing:
         """Return all that was added as one drawing."""
         rows = np.array(self._rows, dtype=np.int64).reshape(-1, 3)
@@ -130,5 +141,7 @@ class DrawingParts:
             texts=tuple(self.texts),
             unit_m=unit_m,
             unit_source=unit_source,
+            paper_unit_m=paper_unit_m,
+            page_height=page_height,
             warnings=warnings,
         )

@@ -19,11 +19,12 @@ import shapely
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from planner_core.drawings.arcs import SwingArc, swing_arcs
+from planner_core.drawings.arcs import swing_arcs
 from planner_core.drawings.drawing import NO_FILL, Drawing
 from planner_core.drawings.layer_names import Kind, kind_of_name
+from planner_core.drawings.likely_walls import LikelyWalls, likely_layer, likely_walls
 from planner_core.drawings.openings import Opening, OpeningKind, SymbolLines, is_in_opening, openings_of
-from planner_core.drawings.room_outlines import PlacedText, RoomOutline, rooms_of
+from planner_core.drawings.room_outlines import SEAL_M, TRACED_SEAL_M, PlacedText, RoomOutline, rooms_of, sealed
 from planner_core.drawings.stairs import Treads, treads_of
 from planner_core.drawings.units import DrawnSizes, drawn_sizes, unit_of
 from planner_core.drawings.walls import WallPiece, fills_area, outlined_area, straight_pieces
@@ -32,7 +33,7 @@ from planner_core.model import BoolArray, FloatArray, Int64Array
 
 _OPENING_KINDS = {Kind.DOOR: OpeningKind.DOOR, Kind.WINDOW: OpeningKind.WINDOW}
 _CODES = {kind: code for code, kind in enumerate(Kind)}
-_SWING_M = (0.5, 1.6)
+_SWING_M = (0.5, 2.1)
 """Radii of arcs that are doors wherever they are drawn."""
 _TOUCH_M = 0.02
 """Strokes of one door or window are nearer to each other."""
@@ -77,20 +78,23 @@ def floor_plans(
         No walls, or a unit that doors and walls contradict.
     """
     kinds = _kinds_of_strokes(drawing, patterns or {})
-    if not (kinds == _CODES[Kind.WALL]).any():
-        raise SceneError(_no_wall_layer(drawing))
+    is_named = bool((kinds == _CODES[Kind.WALL]).any())
     warnings: tuple[str, ...] = ()
     if unit_m is None:
-        unit_m, warnings = unit_of(
-            drawing.name, _sizes(drawing, kinds), stated_m=drawing.unit_m, source=drawing.unit_source
-        )
-    levels = _levels(drawing, kinds, unit_m)
-    plans = [
-        _floor_plan(drawing, kinds, rows, unit_m, height_m, patterns or {}, name)
-        for name, height_m, rows in _storeys(drawing, levels, unit_m)
-    ]
-    first = plans[0]
-    plans[0] = replace(first, warnings=(*drawing.warnings, *warnings, *first.warnings))
+        sizes = _sizes(drawing, kinds, Kind.WALL if is_named else Kind.UNKNOWN)
+        unit_m, warnings = unit_of(drawing.name, sizes, stated_m=drawing.unit_m, source=drawing.unit_source)
+    if not is_named:
+        layer = _likely_layer(drawing, kinds, unit_m)
+        warnings = (*warnings, _walls_by_shape(drawing, layer))
+        plans = [
+            _floor_plan(drawing, kinds, np.arange(drawing.n_strokes), unit_m, patterns=patterns or {}, layer=layer)
+        ]
+    else:
+        plans = [
+            _floor_plan(drawing, kinds, rows, unit_m, patterns=patterns or {}, height_m=height_m, name=name)
+            for name, height_m, rows in _storeys(drawing, _levels(drawing, kinds, unit_m), unit_m)
+        ]
+    plans[0] = replace(plans[0], warnings=(*drawing.warnings, *warnings, *plans[0].warnings))
     return plans
 
 
@@ -128,14 +132,39 @@ def _kind_of_block(names: str, patterns: Mapping[str, Kind]) -> Kind:
     return next((kind for kind in found if kind not in (Kind.UNKNOWN, Kind.WALL)), Kind.UNKNOWN)
 
 
-def _no_wall_layer(drawing: Drawing) -> str:
-    count = np.bincount(drawing.layer_of_stroke, minlength=len(drawing.layers))
-    order = np.argsort(-count, kind="stable")[:_NAMED_LAYERS]
-    named = ", ".join(one_line(drawing.layers[row]) for row in order.tolist())
-    more = f" and {len(drawing.layers) - _NAMED_LAYERS} more" if len(drawing.layers) > _NAMED_LAYERS else ""
+def _likely_layer(drawing: Drawing, kinds: Int64Array, unit_m: float) -> int:
+    """The layer that holds walls by its shape, where no layer has a name for them."""
+    found = [_likely(drawing, kinds, layer, unit_m) for layer in range(len(drawing.layers))]
+    extent_m = float(np.ptp(drawing.points[:, :2], axis=0).max()) * unit_m
+    layer = likely_layer(found, extent_m)
+    if layer is None:
+        count = np.bincount(drawing.layer_of_stroke, minlength=len(drawing.layers))
+        order = np.argsort(-count, kind="stable")[:_NAMED_LAYERS].tolist()
+        named = ", ".join(one_line(drawing.layers[row]) for row in order)
+        more = f" and {len(drawing.layers) - _NAMED_LAYERS} more" if len(drawing.layers) > _NAMED_LAYERS else ""
+        raise SceneError(
+            f"{drawing.name}: none of its {len(drawing.layers)} layers ({named}{more}) has a name for walls or holds "
+            "lines like walls, 0.06 to 0.5 m apart, expected a floor plan; check its scale, or name the layer of the "
+            "walls, such as --layer wall=NAME."
+        )
+    return layer
+
+
+def _likely(drawing: Drawing, kinds: Int64Array, layer: int, unit_m: float) -> LikelyWalls:
+    rows = np.flatnonzero((drawing.layer_of_stroke == layer) & (kinds == _CODES[Kind.UNKNOWN]))
+    strokes = [(row, drawing.stroke(row)[:, :2] * unit_m) for row in rows.tolist()]
+    is_line = drawing.fill_of_stroke[rows] == NO_FILL
+    lines = [stroke for (_, stroke), line in zip(strokes, is_line.tolist(), strict=True) if line]
+    fills = [stroke for stroke, line in zip(strokes, is_line.tolist(), strict=True) if not line]
+    return likely_walls([line for line in lines if not swing_arcs([line])], _filled_area(drawing, fills))
+
+
+def _walls_by_shape(drawing: Drawing, layer: int) -> str:
+    name = one_line(drawing.layers[layer])
+    others = " and no other layer" if len(drawing.layers) > 1 else ""
     return (
-        f"{drawing.name}: none of its {len(drawing.layers)} layers has a name for walls ({named}{more}), expected a "
-        "floor plan; name the layer of the walls, such as --layer wall=NAME."
+        f"{drawing.name}: no layer has a name for walls, so they are what looks like walls on layer {name}{others}; "
+        "check the map, or name their layers, such as --layer wall=NAME."
     )
 
 
@@ -148,16 +177,16 @@ def _corners(drawing: Drawing, chosen: BoolArray) -> FloatArray:
     return drawing.points[np.repeat(chosen, np.diff(drawing.starts)), :2]
 
 
-def _sizes(drawing: Drawing, kinds: Int64Array) -> DrawnSizes:
+def _sizes(drawing: Drawing, kinds: Int64Array, of_walls: Kind) -> DrawnSizes:
     """Sizes of walls and doors, in the drawing's unit; swings on layers of no name count where neither is there."""
 
     def lines(kind: Kind) -> list[FloatArray]:
         return _strokes(drawing, np.flatnonzero((kinds == _CODES[kind]) & (drawing.fill_of_stroke == NO_FILL)))
 
-    of_walls = _segments(lines(Kind.WALL))
-    corners = _corners(drawing, kinds == _CODES[Kind.WALL])
-    sizes = drawn_sizes(of_walls, swing_arcs(lines(Kind.DOOR)), corners)
-    return sizes if sizes.is_telling else drawn_sizes(of_walls, swing_arcs(lines(Kind.UNKNOWN)), corners)
+    segments = _segments(lines(of_walls)) if of_walls == Kind.WALL else np.empty((0, 2, 2))
+    corners = _corners(drawing, kinds == _CODES[of_walls])
+    sizes = drawn_sizes(segments, swing_arcs(lines(Kind.DOOR)), corners)
+    return sizes if sizes.is_telling else drawn_sizes(segments, swing_arcs(lines(Kind.UNKNOWN)), corners)
 
 
 # ------------------------------------------------------------------------------------------ storeys
@@ -190,31 +219,42 @@ def _floor_plan(
     kinds: Int64Array,
     rows: Int64Array,
     unit_m: float,
-    height_m: float | None,
+    *,
     patterns: Mapping[str, Kind],
-    name: str,
+    height_m: float | None = None,
+    name: str = "",
+    layer: int | None = None,
 ) -> FloorPlan:
+    """One storey of the strokes `rows`. layer : of walls without a name; None: walls have names."""
+
     def strokes_m(kind: Kind, *, filled: bool = False) -> list[tuple[int, FloatArray]]:
         chosen = rows[(kinds[rows] == _CODES[kind]) & ((drawing.fill_of_stroke[rows] != NO_FILL) == filled)]
         return [(row, drawing.stroke(row)[:, :2] * unit_m) for row in chosen.tolist()]
 
-    area = _walls_area(drawing, strokes_m(Kind.WALL), strokes_m(Kind.WALL, filled=True))
+    likely = None if layer is None else _likely(drawing, kinds, layer, unit_m)
+    if likely is None:
+        area = _walls_area(drawing, strokes_m(Kind.WALL), strokes_m(Kind.WALL, filled=True))
+    else:
+        area = likely.area
     if area.area < _LEAST_WALLS_M2:
         raise SceneError(
             f"{drawing.name}: its wall layers hold no walls, that is no closed outlines, filled areas or pairs of "
             "parallel lines 0.04 to 0.56 m apart, expected a floor plan; check --units, or name the layer of the "
             "walls, such as --layer wall=NAME."
         )
+    windows = () if likely is None else likely.windows
     symbols = [
         *_symbols(drawing, OpeningKind.DOOR, strokes_m(Kind.DOOR)),
         *_symbols(drawing, OpeningKind.WINDOW, strokes_m(Kind.WINDOW)),
+        *(SymbolLines(OpeningKind.WINDOW, window.exterior) for window in windows),
         *_swings(strokes_m(Kind.UNKNOWN)),
     ]
     openings, area = openings_of(area, symbols)
     texts = _texts(drawing, unit_m, height_m, patterns)
     filled = shapely.union_all([opening.area for opening in openings])
-    rooms = rooms_of(area, filled, texts)
-    outline = _outline(area, filled)
+    seal_m = SEAL_M if likely is None else TRACED_SEAL_M
+    rooms = rooms_of(area, filled, texts, seal_m)
+    outline = _outline(sealed(area, filled, seal_m), seal_m)
     return FloorPlan(
         name=name,
         walls=tuple(straight_pieces(area)),
@@ -229,13 +269,17 @@ def _floor_plan(
 
 def _walls_area(drawing: Drawing, lines: list[tuple[int, FloatArray]], fills: list[tuple[int, FloatArray]]) -> Any:
     outlined = outlined_area([stroke for _, stroke in lines])
-    rings: dict[int, list[FloatArray]] = {}
-    for row, ring in fills:
-        rings.setdefault(int(drawing.fill_of_stroke[row]), []).append(ring)
-    filled = fills_area(list(rings.values()))
+    filled = _filled_area(drawing, fills)
     if filled.area >= _FILLED_SHARE * outlined.area:
         return filled
     return shapely.union_all([outlined, filled])
+
+
+def _filled_area(drawing: Drawing, fills: list[tuple[int, FloatArray]]) -> Any:
+    rings: dict[int, list[FloatArray]] = {}
+    for row, ring in fills:
+        rings.setdefault(int(drawing.fill_of_stroke[row]), []).append(ring)
+    return fills_area(list(rings.values()))
 
 
 def _symbols(drawing: Drawing, kind: OpeningKind, strokes: list[tuple[int, FloatArray]]) -> list[SymbolLines]:
@@ -260,10 +304,8 @@ def _symbols(drawing: Drawing, kind: OpeningKind, strokes: list[tuple[int, Float
         members = np.flatnonzero(group == number)
         of_block = [int(each) for each in block[members] if each >= 0]
         name = drawing.symbols[of_block[0]].name.rpartition("/")[2] if of_block else ""
-        leaves = tuple(
-            leaf for arc in swing_arcs([strokes[row][1] for row in members.tolist()]) for leaf in _leaves(arc)
-        )
-        found.append(SymbolLines(kind, shapely.multilinestrings(lines[members]), name, leaves))
+        swings = tuple(swing_arcs([strokes[row][1] for row in members.tolist()]))
+        found.append(SymbolLines(kind, shapely.multilinestrings(lines[members]), name, swings))
     return found
 
 
@@ -272,14 +314,9 @@ def _swings(strokes: list[tuple[int, FloatArray]]) -> list[SymbolLines]:
     found = []
     for arc in swing_arcs(stroke for _, stroke in strokes):
         if _SWING_M[0] <= arc.radius <= _SWING_M[1]:
-            leaves = _leaves(arc)
-            found.append(SymbolLines(OpeningKind.DOOR, shapely.multilinestrings(list(leaves)), "", leaves))
+            lines = shapely.multilinestrings([np.stack([arc.centre, end]) for end in (arc.start, arc.end)])
+            found.append(SymbolLines(OpeningKind.DOOR, lines, "", (arc,)))
     return found
-
-
-def _leaves(arc: SwingArc) -> tuple[Any, Any]:
-    """Lines along one of which the leaf lies when it is shut."""
-    return shapely.LineString([arc.centre, arc.start]), shapely.LineString([arc.centre, arc.end])
 
 
 def _texts(drawing: Drawing, unit_m: float, height_m: float | None, patterns: Mapping[str, Kind]) -> list[PlacedText]:
@@ -291,11 +328,10 @@ def _texts(drawing: Drawing, unit_m: float, height_m: float | None, patterns: Ma
     ]
 
 
-def _outline(walls: Any, openings: Any) -> Any:
-    """What walls and openings enclose, without courts: the area of the slab."""
-    solid = shapely.buffer(shapely.union_all([walls, openings]), 0.02, join_style="mitre")
+def _outline(solid: Any, seal_m: float) -> Any:
+    """What walls and openings enclose, sealed, without courts: the area of the slab."""
     parts = [shapely.Polygon(part.exterior) for part in shapely.get_parts(solid)]
-    whole = shapely.buffer(shapely.union_all(parts), -0.02, join_style="mitre")
+    whole = shapely.buffer(shapely.union_all(parts), -seal_m, join_style="mitre")
     return shapely.simplify(whole, 1e-3)
 
 

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import shapely
 
+from planner_core.drawings.arcs import SwingArc
 from planner_core.drawings.walls import GRID_M, THICKEST_M, THINNEST_M, edges_of, polygons_of
 from planner_core.model import FloatArray
 
@@ -35,13 +36,18 @@ class OpeningKind(StrEnum):
 class SymbolLines:
     """What is drawn for one door or window.
 
-    lines : shapely geometry of its strokes. leaves : shapely lines along one of which a door's leaf lies when shut.
+    lines : shapely geometry of its strokes. swings : of a door's leaves.
     """
 
     kind: OpeningKind
     lines: Any
     name: str = ""
-    leaves: tuple[Any, ...] = ()
+    swings: tuple[SwingArc, ...] = ()
+
+    @property
+    def leaves(self) -> list[Any]:
+        """Shapely lines, along some of which leaves lie when they are shut."""
+        return [shapely.LineString([arc.centre, end]) for arc in self.swings for end in (arc.start, arc.end)]
 
     @property
     def reach(self) -> Any:
@@ -87,7 +93,12 @@ _REACH_M = 0.05
 _LEAST_DRAWN_M = 0.05
 _LEAST_SPAN_SHARE = 0.7
 """Of the width of a gap that the lines in it span: a door at one end of a room's open side does not fill that."""
+_DENT_M = 0.015
+"""Ends of walls are straight to this, as traced ones have dents where other lines meet them."""
 _SAME_SHARE = 0.3
+_HINGE_M, _FRAME_M, _SHUT = 0.15, 0.3, 0.8
+"""Hinges are so near to the gap, and leaves so much wider; cosine of the angle that a drawn arc may lack to the wall,
+where lines cross it."""
 _ON_WALL_SHARE = 0.5
 _STEPS = 5
 
@@ -100,10 +111,12 @@ def openings_of(walls: Any, symbols: Sequence[SymbolLines]) -> tuple[list[Openin
     The openings, from the lowest corner; and the walls without those that symbols cut out.
     """
     tree = shapely.STRtree([symbol.reach for symbol in symbols])
-    found = [opening for corners in _gaps(walls) if (opening := _filled(corners, symbols, tree)) is not None]
+    found = [opening for corners in _gaps(walls) for opening in _filled(corners, symbols, tree)]
     in_gaps = {int(row) for opening in found if not opening.is_doubtful for row in _symbols_in(opening.area, tree)}
-    walls, cut = _cut_by_symbols(walls, [each for row, each in enumerate(symbols) if row not in in_gaps])
-    return _once_each([*found, *cut]), walls
+    alone = [each for row, each in enumerate(symbols) if row not in in_gaps]
+    walls, cut = _cut_by_symbols(walls, alone)
+    between = [o for each in alone if (o := _between_walls(walls, each)) is not None]
+    return _once_each([*found, *cut, *between]), walls
 
 
 def is_in_opening(symbol: SymbolLines, openings: Sequence[Opening]) -> bool:
@@ -133,7 +146,7 @@ def _gaps(walls: Any) -> list[FloatArray]:
     share = (np.arange(_STEPS) + 0.5) / _STEPS
     gaps = []
     for cap, away in zip(caps, outward, strict=True):
-        foot = cap[0] + share[:, None] * (cap[1] - cap[0]) + 10 * GRID_M * away
+        foot = cap[0] + share[:, None] * (cap[1] - cap[0]) + _DENT_M * away
         rays = shapely.linestrings(np.stack([foot, foot + reach_m * away], axis=1))
         depth = np.full(_STEPS, np.inf)
         for row, edge in zip(*boundary.query(rays, predicate="intersects"), strict=True):
@@ -142,7 +155,7 @@ def _gaps(walls: Any) -> list[FloatArray]:
         middle = float(np.median(depth))
         if not np.isfinite(middle) or (np.abs(depth - middle) > 0.1).sum() > _STEPS // 2:
             continue
-        width = middle + 10 * GRID_M
+        width = middle + _DENT_M
         if width >= NARROWEST_M:
             gaps.append(np.stack([cap[1], cap[1] + width * away, cap[0] + width * away, cap[0]]))
     return sorted(gaps, key=lambda gap: (round(float(np.hypot(*(gap[1] - gap[0]))), 4), *gap[0].tolist()))
@@ -152,7 +165,7 @@ def _caps(walls: Any) -> FloatArray:
     """(C, 2, 2) edges that are ends of walls: as long as walls are thick, with square outer corners."""
     caps = []
     for polygon in shapely.get_parts(walls):
-        oriented = shapely.orient_polygons(shapely.simplify(polygon, 2 * GRID_M))
+        oriented = shapely.orient_polygons(shapely.simplify(polygon, _DENT_M))
         for ring in (oriented.exterior, *oriented.interiors):
             corners = shapely.get_coordinates(ring)[:-1]
             after, before = np.roll(corners, -1, axis=0), np.roll(corners, 1, axis=0)
@@ -167,31 +180,84 @@ def _caps(walls: Any) -> FloatArray:
     return np.array(caps).reshape(-1, 2, 2)
 
 
-def _filled(corners: FloatArray, symbols: Sequence[SymbolLines], tree: Any) -> Opening | None:
-    """What fills a gap, by the symbols drawn in it; None where it is as wide as no such opening."""
-    opening = Opening(OpeningKind.PASSAGE, corners, is_doubtful=True)
-    width_m = opening.width_m
-    area = _around(opening.area)
+def _filled(corners: FloatArray, symbols: Sequence[SymbolLines], tree: Any) -> list[Opening]:
+    """What fills a gap, by the symbols drawn in it: doors by their swings, and in the rest what lines show."""
+    gap = Opening(OpeningKind.PASSAGE, corners, is_doubtful=True)
+    near = [symbols[row] for row in _symbols_in(gap.area, tree)]
+    leaves = _leaf_spans(gap, near)
+    if not leaves:
+        opening = _by_lines(gap, near)
+        return [] if opening is None else [opening]
+    width_m = gap.width_m
+    if width_m - sum(high - low for low, high, _ in leaves) < NARROWEST_M:
+        return [replace(gap, kind=OpeningKind.DOOR, name=leaves[0][2], is_doubtful=False)]
+    found = []
+    begin = 0.0
+    for low, high, name in [*leaves, (width_m, width_m, "")]:
+        if low - begin >= NARROWEST_M:
+            rest = _by_lines(_part(gap, begin, low), near)
+            if rest is None or rest.kind == OpeningKind.PASSAGE:  # a leaf that stands open beside a room's open side
+                opening = _by_lines(gap, near)
+                return [] if opening is None else [opening]
+            found.append(rest)
+        if high > low:
+            found.append(replace(_part(gap, low, high), kind=OpeningKind.DOOR, name=name, is_doubtful=False))
+        begin = high
+    return found
+
+
+def _part(gap: Opening, low_m: float, high_m: float) -> Opening:
+    """A gap from one distance along it to another."""
+    a, b, c, d = gap.corners_m
+    low, high = low_m / gap.width_m, high_m / gap.width_m
+    return replace(
+        gap, corners_m=np.stack([a + low * (b - a), a + high * (b - a), d + high * (c - d), d + low * (c - d)])
+    )
+
+
+def _leaf_spans(gap: Opening, symbols: Sequence[SymbolLines]) -> list[tuple[float, float, str]]:
+    """From where to where along a gap leaves hinged in it swing, in order and apart; and the names of their doors."""
+    foot, width_m = gap.corners_m[0], gap.width_m
+    along = (gap.corners_m[1] - foot) / width_m
+    spans = []
+    for symbol in symbols:
+        for arc in symbol.swings:
+            if shapely.distance(gap.area, shapely.Point(arc.centre)) > _HINGE_M:
+                continue
+            hinge_m = float((arc.centre - foot) @ along)
+            for sign in (-1.0, 1.0):
+                ends = np.stack([arc.start - arc.centre, arc.end - arc.centre]) @ (sign * along)
+                low, high = sorted((hinge_m, hinge_m + sign * arc.radius))
+                if ends.max() >= _SHUT * arc.radius and low > -_FRAME_M and high < width_m + _FRAME_M:
+                    spans.append((max(low, 0.0), min(high, width_m), symbol.name))
+    apart: list[tuple[float, float, str]] = []
+    for low, high, name in sorted(spans):
+        begin = max(low, apart[-1][1]) if apart else low
+        if high - begin >= NARROWEST_M:
+            apart.append((begin, high, name))
+    return apart
+
+
+def _by_lines(gap: Opening, symbols: Sequence[SymbolLines]) -> Opening | None:
+    """What fills a gap by the lines drawn in it; None where it is as wide as no such opening."""
+    width_m = gap.width_m
+    area = _around(gap.area)
+    along = (gap.corners_m[1] - gap.corners_m[0]) / width_m
     drawn: dict[OpeningKind, float] = {}
     names: dict[OpeningKind, str] = {}
-    along = (corners[1] - corners[0]) / width_m
     covered: dict[OpeningKind, list[FloatArray]] = {}
-    for row in _symbols_in(opening.area, tree):
-        inside = shapely.intersection(tree.geometries[row], area)
-        kind = symbols[row].kind
+    for symbol in symbols:
+        inside = shapely.intersection(symbol.reach, area)
         if inside.length < _LEAST_DRAWN_M:
             continue
-        drawn[kind] = drawn.get(kind, 0.0) + inside.length
-        names.setdefault(kind, symbols[row].name)
-        covered.setdefault(kind, []).append((shapely.get_coordinates(inside) - corners[0]) @ along)
+        drawn[symbol.kind] = drawn.get(symbol.kind, 0.0) + inside.length
+        names.setdefault(symbol.kind, symbol.name)
+        covered.setdefault(symbol.kind, []).append((shapely.get_coordinates(inside) - gap.corners_m[0]) @ along)
     for kind in sorted(drawn, key=lambda kind: -drawn[kind]):
-        if width_m > _WIDEST_M[kind]:
-            continue
-        at = np.concatenate(covered[kind])
-        if np.ptp(at) < _LEAST_SPAN_SHARE * width_m:
-            continue
-        return replace(opening, kind=kind, name=names[kind], is_doubtful=False)
-    return opening if width_m <= _WIDEST_M[OpeningKind.PASSAGE] else None
+        spans = np.ptp(np.concatenate(covered[kind])) >= _LEAST_SPAN_SHARE * width_m
+        if width_m <= _WIDEST_M[kind] and spans:
+            return replace(gap, kind=kind, name=names[kind], is_doubtful=False)
+    return gap if width_m <= _WIDEST_M[OpeningKind.PASSAGE] else None
 
 
 def _once_each(openings: list[Opening]) -> list[Opening]:
@@ -222,6 +288,23 @@ def _cut_by_symbols(walls: Any, symbols: Sequence[SymbolLines]) -> tuple[Any, li
             shapely.difference(walls, shapely.buffer(opening.area, GRID_M, join_style="mitre"), grid_size=GRID_M)
         )
     return walls, openings
+
+
+def _between_walls(walls: Any, symbol: SymbolLines) -> Opening | None:
+    """A window whose lines fill a gap between the sides of walls, so that no end of a wall faces it."""
+    box = shapely.oriented_envelope(symbol.lines)
+    if symbol.kind != OpeningKind.WINDOW or box.geom_type != "Polygon":
+        return None
+    corners = shapely.get_coordinates(shapely.orient_polygons(box))[:4]
+    sides = np.hypot(*(np.roll(corners, -1, axis=0) - corners)[:2].T)
+    if sides[0] < sides[1]:
+        corners = np.roll(corners, -1, axis=0)
+    opening = Opening(symbol.kind, corners, symbol.name)
+    fits = NARROWEST_M <= opening.width_m <= _WIDEST_M[symbol.kind] and opening.thickness_m <= THICKEST_M
+    jambs = [shapely.LineString(corners[[1, 2]]), shapely.LineString(corners[[3, 0]])]
+    touches = all(shapely.distance(walls, jamb) <= _REACH_M for jamb in jambs)
+    is_free = shapely.intersection(walls, box).area < _SAME_SHARE * box.area
+    return opening if fits and touches and is_free else None
 
 
 def _corners_in_wall(walls: Any, lines: Any) -> FloatArray | None:

@@ -15,8 +15,8 @@ import shapely
 
 LEAST_ROOM_M2 = 0.8
 """Shafts are smaller."""
-_SEAL_M = 0.02
-"""Walls and openings that miss each other by less are closed."""
+SEAL_M, TRACED_SEAL_M = 0.02, 0.06
+"""Walls and openings that miss each other by twice this are closed: of exact drawings, and of those that are traced."""
 _NUMBER = re.compile(r"^[A-Za-z]{0,3}[-. ]?\d[\w.\-/]{0,7}$")
 _NUMBERED = re.compile(r"^([A-Za-z]{0,3}[-. ]?\d[\w.\-/]{0,7})[ :]+([^\d\s].*)$")
 """A number and a name in one line."""
@@ -48,9 +48,14 @@ class PlacedText:
     y: float
 
 
-def rooms_of(walls: Any, openings: Any, texts: Sequence[PlacedText]) -> list[RoomOutline]:
+def sealed(walls: Any, openings: Any, seal_m: float) -> Any:
+    """Walls and openings (shapely areas) together, wider by `seal_m` on all sides, so that they close."""
+    return shapely.buffer(shapely.union_all([walls, openings]), seal_m, join_style="mitre")
+
+
+def rooms_of(walls: Any, openings: Any, texts: Sequence[PlacedText], seal_m: float = SEAL_M) -> list[RoomOutline]:
     """Rooms, from the lowest corner: the holes of walls and openings (shapely areas) together."""
-    solid = shapely.buffer(shapely.union_all([walls, openings]), _SEAL_M, join_style="mitre")
+    solid = sealed(walls, openings, seal_m)
     holes = []
     for polygon in shapely.get_parts(solid):
         if polygon.geom_type != "Polygon":
@@ -58,7 +63,7 @@ def rooms_of(walls: Any, openings: Any, texts: Sequence[PlacedText]) -> list[Roo
         for ring in polygon.interiors:
             # What stands free inside, such as a column, is a polygon of its own.
             inside = shapely.difference(shapely.Polygon(ring), solid)
-            free = shapely.buffer(inside, _SEAL_M, join_style="mitre")
+            free = shapely.buffer(inside, seal_m, join_style="mitre")
             holes += [part for part in shapely.get_parts(free) if part.geom_type == "Polygon"]
     rooms = [hole for hole in holes if hole.area >= LEAST_ROOM_M2]
     rooms.sort(key=lambda room: tuple(np.round(shapely.bounds(room), 3).tolist()))

@@ -27,6 +27,11 @@ THICKEST_M = 0.56
 THINNEST_M = 0.04
 SNAP_M = 0.03
 """Lines that miss each other by less were meant to meet."""
+INTERRUPTED_M = 0.45
+"""Lines go on behind a gap like this: dashed ones, and those that other things are drawn over."""
+_PAIR_M, _SAME_WAY, _ONE_SIDED_M = 0.4, 0.9998, 1.6
+"""Lines that close no face are pairs up to this distance; a wall goes on where one of its lines does and the other is
+interrupted by less, as doors interrupt both."""
 _LEAST_WALL_M2 = 0.004
 _ROOM_M, _WIDE_SHARE = 0.95, 0.4
 """Rooms are this wide nearly everywhere."""
@@ -50,10 +55,15 @@ def fills_area(rings_of_fill: Sequence[Sequence[FloatArray]]) -> Any:
 
 
 def outlined_area(lines: Sequence[FloatArray], *, thickest_m: float = THICKEST_M) -> Any:
-    """The area of walls that are drawn by their outlines (K, 2), closed or not: the thin faces between lines."""
+    """The area of walls that are drawn by their outlines (K, 2), closed or not."""
+    return polygons_of(shapely.union_all(thin_faces(lines, thickest_m=thickest_m), grid_size=GRID_M))
+
+
+def thin_faces(lines: Sequence[FloatArray], *, thickest_m: float = THICKEST_M) -> list[Any]:
+    """Faces between lines (K, 2) that are as thin as walls, and strips between lines that close none (shapely)."""
     segments = segments_of(lines)
     if not len(segments):
-        return shapely.MultiPolygon()
+        return []
     noded = shapely.union_all(shapely.linestrings(segments), grid_size=GRID_M)
     ends = segments_of([shapely.get_coordinates(line) for line in shapely.get_parts(noded)])
     extra = _closing_lines(ends, thickest_m)
@@ -62,7 +72,50 @@ def outlined_area(lines: Sequence[FloatArray], *, thickest_m: float = THICKEST_M
     faces = shapely.get_parts(shapely.polygonize(shapely.get_parts(noded)))
     # Hairlines between nearly equal lines are no walls.
     walls = [face for face in faces if is_thin(face, thickest_m) and wide_share(face, THINNEST_M) > 0.0]
-    return polygons_of(shapely.union_all(walls, grid_size=GRID_M))
+    closed = shapely.union_all(walls, grid_size=GRID_M)
+    left = shapely.difference(shapely.union_all(shapely.linestrings(segments)), shapely.buffer(closed, SNAP_M))
+    return [*walls, *_strips_between(segments_of([shapely.get_coordinates(line) for line in shapely.get_parts(left)]))]
+
+
+def _strips_between(segments: FloatArray) -> list[Any]:
+    """Strips between parallel lines that no face is closed by; each line has its wall on the nearer side.
+
+    Where one of both lines goes on, the wall does, as far as `_ONE_SIDED_M`.
+    """
+    along = segments[:, 1] - segments[:, 0]
+    length = np.hypot(along[:, 0], along[:, 1])
+    segments, along, length = (each[length >= _LEAST_EDGE_M] for each in (segments, along, length))
+    if len(segments) < 2:
+        return []
+    tree = shapely.STRtree(shapely.linestrings(segments))
+    direction = along / length[:, None]
+    strips = []
+    for row in np.argsort(-length, kind="stable").tolist():
+        across = np.array([-direction[row, 1], direction[row, 0]])
+        near = tree.query(tree.geometries[row], predicate="dwithin", distance=_PAIR_M)
+        near = near[(np.abs(direction[near] @ direction[row]) > _SAME_WAY) & (near != row)]
+        ends = np.sort((segments[near] - segments[row, 0]) @ direction[row], axis=1).clip(0.0, length[row])
+        off = ((segments[near] - segments[row, 0]) @ across).mean(axis=1)
+        is_pair = (np.abs(off) >= THINNEST_M) & (ends[:, 1] - ends[:, 0] >= _LEAST_EDGE_M)
+        off, ends = off[is_pair], ends[is_pair]
+        if not off.size:
+            continue
+        thickness = off[np.argmin(np.abs(off))]
+        same = np.abs(off - thickness) <= SNAP_M
+        spans = ends[same][np.argsort(ends[same, 0], kind="stable")]
+        begin, end = spans[0]
+        merged = []
+        for low, high in [*spans[1:].tolist(), (np.inf, np.inf)]:
+            if low - end > _ONE_SIDED_M:
+                merged.append((begin, end))
+                begin = low
+            end = max(end, high)
+        for low, high in merged:
+            # Up to its end beyond the other line's, where both turn the corner.
+            low, high = 0.0 if low <= THICKEST_M else low, length[row] if length[row] - high <= THICKEST_M else high
+            ring = [segments[row, 0] + s * direction[row] for s in (low, high)]
+            strips.append(shapely.Polygon([*ring, ring[1] + thickness * across, ring[0] + thickness * across]))
+    return strips
 
 
 def is_thin(area: Any, width_m: float) -> bool:
@@ -131,7 +184,8 @@ def _closing_lines(segments: FloatArray, thickest_m: float) -> FloatArray:
     for number in range(len(loose)):
         if closed[number]:
             continue
-        # 2. the nearest loose end across, of a line that runs the same way and ends there, too
+        # 2. the nearest loose end: across, of a line that runs the same way and ends there, too; or ahead, of the rest
+        #    of a line that something else is drawn over
         found = near.query(shapely.Point(here[number]).buffer(1.02 * thickest_m), predicate="intersects")
         best, best_m = -1, np.inf
         for other in found.tolist():
@@ -141,7 +195,9 @@ def _closing_lines(segments: FloatArray, thickest_m: float) -> FloatArray:
                 continue
             is_joint = gap_m <= SNAP_M
             is_cap = away[number] @ away[other] > _PARALLEL and abs(across @ away[number]) < 0.2 * gap_m + SNAP_M
-            if is_joint or is_cap:
+            is_rest = gap_m <= INTERRUPTED_M and away[number] @ across > _PARALLEL * gap_m
+            is_rest = is_rest and away[number] @ away[other] < -_PARALLEL
+            if is_joint or is_cap or is_rest:
                 best, best_m = other, gap_m
         if best >= 0:
             extra.append(np.stack([here[number], here[best]]))

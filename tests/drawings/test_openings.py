@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
+from planner_core.drawings.arcs import SwingArc
 from planner_core.drawings.openings import OpeningKind, SymbolLines, is_in_opening, openings_of
 from tests.drawings.drawn_buildings import ENTRANCE, INNER_DOOR, ROOM_WALLS, WINDOW
 
@@ -15,7 +16,8 @@ def lines(*strokes):
 
 
 PANES = SymbolLines(PANE, lines([(4, 4.2), (5.5, 4.2)], [(4, 4.4), (5.5, 4.4)]), "W1")
-LEAF = SymbolLines(DOOR, lines([(3.25, 1.0), (4.15, 1.0)]), "D1", (shapely.linestrings([(3.25, 1.0), (3.25, 1.9)]),))
+HINGE, TIP, SHUT = np.array([3.25, 1.0]), np.array([4.15, 1.0]), np.array([3.25, 1.9])
+LEAF = SymbolLines(DOOR, lines([HINGE, TIP]), "D1", (SwingArc(HINGE, TIP, SHUT, 0.9),))
 
 
 def kinds_at(openings, areas):

@@ -1,0 +1,181 @@
+"""The scale of pages and pictures, by the user: `1:100`, two points of known distance, or four corners of a rectangle.
+
+Points of a picture are pixels, those of a page points of 1/72 inch, both from the upper left corner, as viewers show
+them. Four corners take the perspective of a photograph away (a homography). A picture that lies a little askew is
+turned, so that most of its lines run along an axis.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner_core.drawings.drawing import Drawing
+from planner_core.errors import SceneError
+from planner_core.model import FloatArray, Int64Array
+
+_RATIO = re.compile(r"^\s*1\s*[:/]\s*(\d+(?:\.\d+)?)\s*$")
+_MOST_SKEW_RAD, _LEAST_SKEW_RAD = np.deg2rad(15.0), np.deg2rad(0.05)
+_STEP_RAD = np.deg2rad(0.1)
+_LEAST_APART = 10.0
+"""Units between points, so that a pixel more or less does not count."""
+
+
+@dataclass(frozen=True)
+class PageScale:
+    """What the user gives; one of the three, or nothing.
+
+    ratio : 100 of 1:100. points : two, (2, 2) of the page, with their distance_m apart. corners : (4, 2) of the page,
+    of a rectangle of size_m, from its upper left corner clockwise.
+    """
+
+    ratio: float | None = None
+    points: tuple[tuple[float, float], ...] = ()
+    distance_m: float | None = None
+    corners: tuple[tuple[float, float], ...] = ()
+    size_m: tuple[float, float] | None = None
+
+
+def page_scale(
+    length_m: Callable[[str], float],
+    *,
+    scale: str | None = None,
+    scale_by: str | None = None,
+    corners: str | None = None,
+) -> PageScale:
+    """Read what a user types: `1:100`; `2.4m,x1,y1,x2,y2`; `6.5m,4.4m,x1,y1,...,x4,y4`.
+
+    Parameters
+    ----------
+    length_m
+        Metres of a length with its unit.
+
+    Raises
+    ------
+    SceneError
+        Something else.
+    """
+    if sum(each is not None for each in (scale, scale_by, corners)) > 1:
+        raise SceneError(
+            "scale: got more than one of --scale, --scale-by and --corners, expected one; leave out others."
+        )
+    if scale is not None:
+        match = _RATIO.match(scale)
+        if match is None or not float(match[1]):
+            raise SceneError(f"--scale: got {scale!r}, expected a ratio such as 1:100; correct it.")
+        return PageScale(ratio=float(match[1]))
+    if scale_by is not None:
+        form = "LENGTH,X1,Y1,X2,Y2, such as 2.4m,120,300,480,300"
+        (distance_m,), points = _lengths_and_points(length_m, scale_by, "--scale-by", 1, 2, form)
+        if np.hypot(*(np.array(points[0]) - points[1])) < _LEAST_APART:
+            raise SceneError(
+                f"--scale-by: got two points less than {_LEAST_APART:g} apart, expected the ends of a long known "
+                "distance; choose others."
+            )
+        return PageScale(points=points, distance_m=distance_m)
+    if corners is not None:
+        form = "WIDTH,HEIGHT and four corners X,Y clockwise from the upper left"
+        (width_m, height_m), four = _lengths_and_points(length_m, corners, "--corners", 2, 4, form)
+        return PageScale(corners=four, size_m=(width_m, height_m))
+    return PageScale()
+
+
+def _lengths_and_points(
+    length_m: Callable[[str], float], text: str, option: str, n_lengths: int, n_points: int, form: str
+) -> tuple[list[float], tuple[tuple[float, float], ...]]:
+    words = text.split(",")
+    try:
+        lengths = [length_m(word) for word in words[:n_lengths]]
+        values = [float(word) for word in words[n_lengths:]]
+    except ValueError:
+        lengths, values = [], []
+    if len(values) != 2 * n_points or not all(np.isfinite(values)) or not all(0.0 < each < 1e4 for each in lengths):
+        raise SceneError(f"{option}: got {text!r}, expected {form}; correct it.")
+    return lengths, tuple(zip(values[::2], values[1::2], strict=True))
+
+
+def scaled(drawing: Drawing, scale: PageScale, *, is_picture: bool) -> Drawing:
+    """Bring a page or a picture to metres, x to the right and y up, upright.
+
+    Raises
+    ------
+    SceneError
+        Nothing states its scale, or four corners are no quadrilateral.
+    """
+    corners = drawing.points[:, :2]
+    places = np.array([(text.x, text.y) for text in drawing.texts], dtype=np.float64).reshape(-1, 2)
+    if scale.corners:
+        corners, places = (_squared(each, scale, drawing) for each in (corners, places))
+    else:
+        size_m = _unit_m(drawing, scale, is_picture=is_picture)
+        corners, places = size_m * corners, size_m * places
+    if is_picture and not scale.corners:
+        turn = _upright(corners, drawing.starts)
+        corners, places = corners @ turn.T, places @ turn.T
+    at = zip(drawing.texts, places.tolist(), strict=True)
+    texts = tuple(replace(text, x=x, y=y) for text, (x, y) in at)
+    points = np.column_stack([corners, np.zeros(len(corners))])
+    return replace(drawing, points=points, texts=texts, unit_m=1.0, paper_unit_m=None, page_height=None)
+
+
+def _unit_m(drawing: Drawing, scale: PageScale, *, is_picture: bool) -> float:
+    """Metres of the building in a unit of the page."""
+    by_points = "--scale-by 2.4m,x1,y1,x2,y2 (pixels from the upper left corner)"
+    if scale.points and scale.distance_m:
+        return scale.distance_m / float(math.dist(*scale.points))
+    if scale.ratio is None:
+        example = by_points if is_picture else "--scale 1:100"
+        raise SceneError(f"{drawing.name}: it states no scale, expected one; pass it, such as {example}.")
+    if drawing.paper_unit_m is None:
+        raise SceneError(
+            f"{drawing.name}: it does not state its resolution, so its scale 1:{scale.ratio:g} gives no lengths; pass "
+            f"two points of known distance, such as {by_points}."
+        )
+    return scale.ratio * drawing.paper_unit_m
+
+
+def _squared(points: FloatArray, scale: PageScale, drawing: Drawing) -> FloatArray:
+    """Points (N, 2) seen in perspective -> metres in the plane of the rectangle, by the homography of its corners."""
+    assert scale.size_m is not None and drawing.page_height is not None
+    width_m, height_m = scale.size_m
+    seen = np.array(scale.corners) * [1.0, -1.0] + [0.0, drawing.page_height]
+    sides = np.roll(seen, -1, axis=0) - seen
+    turns = sides[:, 0] * np.roll(sides, -1, axis=0)[:, 1] - sides[:, 1] * np.roll(sides, -1, axis=0)[:, 0]
+    if not (turns < -_LEAST_APART).all():
+        raise SceneError(
+            "--corners: got corners that enclose no area clockwise, expected the upper left, upper right, lower right "
+            "and lower left corner of a rectangle; correct them."
+        )
+    to = np.array([(0.0, height_m), (width_m, height_m), (width_m, 0.0), (0.0, 0.0)])
+    middle, size = seen.mean(axis=0), float(np.ptp(seen))
+    rows = []
+    for (x, y), (u, v) in zip(((seen - middle) / size).tolist(), to.tolist(), strict=True):
+        rows.append([x, y, 1, 0, 0, 0, -u * x, -u * y, -u])
+        rows.append([0, 0, 0, x, y, 1, -v * x, -v * y, -v])
+    matrix = np.linalg.svd(np.array(rows))[2][-1].reshape(3, 3)
+    mapped = np.column_stack([(points - middle) / size, np.ones(len(points))]) @ matrix.T
+    depth = mapped[:, 2:]
+    return np.asarray(mapped[:, :2] / np.where(np.abs(depth) < 1e-12, np.nan, depth))
+
+
+def _upright(points: FloatArray, starts: Int64Array) -> FloatArray:
+    """(2, 2) turn by the small angle at which most lines of points (N, 2) run along an axis."""
+    step = np.diff(points, axis=0)
+    inner = np.ones(len(step), dtype=np.bool_)
+    inner[starts[1:-1] - 1] = False
+    step = step[inner]
+    length = np.hypot(step[:, 0], step[:, 1])
+    if not length.sum():
+        return np.eye(2)
+    angle = (np.arctan2(step[:, 1], step[:, 0]) + np.pi / 4) % (np.pi / 2) - np.pi / 4
+    values, at = np.unique(np.rint(angle / _STEP_RAD), return_inverse=True)
+    best = values[np.argmax(np.bincount(at.reshape(-1), weights=length))] * _STEP_RAD
+    near = np.abs(angle - best) <= 2 * _STEP_RAD
+    skew = float((angle[near] * length[near]).sum() / length[near].sum())
+    if not _LEAST_SKEW_RAD < abs(skew) < _MOST_SKEW_RAD:
+        return np.eye(2)
+    return np.array([[np.cos(skew), np.sin(skew)], [-np.sin(skew), np.cos(skew)]])
