@@ -100,7 +100,7 @@ def layer_patterns(assignments: Sequence[str]) -> dict[str, Kind]:
 
 
 def _plain(name: str) -> str:
-    """Small letters without marks: `Außenwände` -> `aussenwande`."""
+    """Small letters without marks: Außenwände -> `aussenwande`."""
     spread = unicodedata.normalize("NFKD", name.casefold())
     return "".join(sign for sign in spread if not unicodedata.combining(sign))
 

@@ -13,7 +13,6 @@ QUICK = ("--grid", "1.0", "--height", "1.5", "--patch-area", "0.2", "--coverage"
          "--no-refine", "--verify", "0")  # fmt: skip
 
 
-@pytest.mark.slow
 def test_drawing_is_planned_from_an_ifc_file_beside_the_plan(tlsplan, tmp_path: Path) -> None:
     draw_two_rooms(tmp_path / "house.dxf")
     folder, lifted = tmp_path / "out", tmp_path / "out.ifc"
@@ -27,6 +26,7 @@ def test_drawing_is_planned_from_an_ifc_file_beside_the_plan(tlsplan, tmp_path: 
     assert ((where > [0.2, 0.2, 1.0]) & (where < [6.3, 4.2, 2.0])).all()
 
 
+@pytest.mark.slow
 def test_other_commands_name_the_way(tlsplan, tmp_path: Path) -> None:
     draw_two_rooms(tmp_path / "house.dxf")
     done = tlsplan("floors", tmp_path / "house.dxf")
@@ -34,6 +34,7 @@ def test_other_commands_name_the_way(tlsplan, tmp_path: Path) -> None:
     assert "tlsplan plan raises it to an IFC file" in done.stderr
 
 
+@pytest.mark.slow
 def test_mended_file_is_kept_without_overwrite(tlsplan, tmp_path: Path) -> None:
     draw_two_rooms(tmp_path / "house.dxf")
     (tmp_path / "out.ifc").write_bytes(b"mended")

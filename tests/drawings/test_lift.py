@@ -32,6 +32,7 @@ def model(drawn):
     return ifcopenshell.open(lifted_file([drawn], drawn.with_suffix(".ifc")))
 
 
+@pytest.mark.slow
 def test_same_drawing_same_bytes(drawn, model, tmp_path):
     assert lifted_file([drawn], tmp_path / "again.ifc").read_bytes() == drawn.with_suffix(".ifc").read_bytes()
 
@@ -61,6 +62,7 @@ def test_scene_of_the_file_is_a_building_with_rooms_doors_and_glass(drawn, model
     assert scene.vertices_m.max(axis=0) == pytest.approx([6.5, 4.4, 3.0])
 
 
+@pytest.mark.slow
 def test_heights_of_rooms_doors_and_sills_are_those_given(drawn, tmp_path):
     heights = Heights(room_m=3.4, door_m=2.0, sill_m=0.5, window_head_m=2.4)
     scene = load_scene(lifted_file([drawn], tmp_path / "a.ifc", heights=heights))
@@ -73,6 +75,7 @@ def test_heights_of_rooms_doors_and_sills_are_those_given(drawn, tmp_path):
     assert spans["IfcWall"] == pytest.approx((0.0, 3.4))
 
 
+@pytest.mark.slow
 def test_drawings_are_storeys_from_below(drawn, tmp_path):
     building = lift_drawings([drawn, drawn], DrawingOptions(heights=Heights(storey_m=3.3)))
     assert [storey.elevation_m for storey in building.storeys] == [0.0, 3.3]
@@ -93,6 +96,7 @@ def test_doubtful_gaps_bound_the_building_from_both_sides(tmp_path):
     assert len(without.by_type("IfcWall")) == len(walls) - 3
 
 
+@pytest.mark.slow
 def test_stairs_of_two_storeys_join_them(tmp_path):
     """Five treads below, thirteen above: a flight of even steps through a void of the slab."""
     for name, n in (("lower", 5), ("upper", 13)):
