@@ -59,6 +59,11 @@ class Range:
         """Tell whether a figure is plausible."""
         return self.low <= figure <= self.high
 
+    def written(self, figure: float, decimals: int = 0) -> str:
+        """Return a figure as text, rounded away from the range where it is outside: it never reads as plausible."""
+        to_whole = math.floor if figure < self.low else math.ceil if figure > self.high else round
+        return f"{to_whole(figure * 10**decimals) / 10**decimals:.{decimals}f}"
+
     @property
     def expected(self) -> str:
         """The range in words."""
@@ -95,7 +100,7 @@ def _stations_per_ground(f: PlanFigures, check: Range) -> list[str]:
     if not n or area_m2 < _SMALL_M2 or check.holds(1000 * n / area_m2):
         return []
     measured = (
-        f"{_count(n, 'station')} on {area_m2:.0f} m2 of planned ground, {1000 * n / area_m2:.0f} per 1000 m2, "
+        f"{_count(n, 'station')} on {area_m2:.0f} m2 of planned ground, {check.written(1000 * n / area_m2)} per 1000 m2, "
         f"expected {check.low:g} to {check.high:g}"
     )
     if 1000 * n / area_m2 > check.high:
@@ -186,7 +191,7 @@ def _floor_to_floor(f: FloorFigures, check: Range) -> list[str]:
         over, rise_m = above
         if not check.holds(rise_m):
             lines.append(
-                f"floors {floor.name!r} and {f.floors[over].name!r} lie {rise_m:.2f} m over each other, expected "
+                f"floors {floor.name!r} and {f.floors[over].name!r} lie {check.written(rise_m, 2)} m over each other, expected "
                 f"{check.expected}: one of them is furniture, a plenum or a second slab; unmark what is no floor "
                 "(docs/howto/pick-ground.md)"
             )
@@ -244,7 +249,7 @@ def _rooms_entered(f: PlanFigures, check: Range) -> list[str]:
         if which.any()
     ]
     return [
-        f"{n - n_out} of {n} rooms of the file can be entered, {100 * (n - n_out) / n:.0f} %, expected "
+        f"{n - n_out} of {n} rooms of the file can be entered, {check.written(100 * (n - n_out) / n)} %, expected "
         f"{check.expected}: {', '.join(phrase for phrase, _ in words)}; {'; '.join(remedy for _, remedy in words)}"
     ]
 
@@ -269,7 +274,7 @@ def _ground_of_footprint(f: FloorFigures, check: Range) -> list[str]:
             continue
         lines.append(
             f"ground of floor {floor.name!r} is {floor.ground_area_m2:.0f} m2, and {enclosed_m2:.0f} m2 lie between "
-            f"the walls at its height, {100 * ground_m2 / enclosed_m2:.0f} %, expected {check.expected}: a dock or a "
+            f"the walls at its height, {check.written(100 * ground_m2 / enclosed_m2)} %, expected {check.expected}: a dock or a "
             "ledge was taken for the floor, or slabs are in another file; load that too, or mark the ground "
             "(docs/howto/pick-ground.md)"
         )
@@ -303,7 +308,7 @@ def _ground_per_station(f: PlanFigures, check: Range) -> list[str]:
     crowded = [room for room in many if not check.holds(room.area_m2 / len(room.stations))]
     lines = [
         f"room {room.name} of {room.area_m2:.0f} m2 has {len(room.stations)} stations, one per "
-        f"{room.area_m2 / len(room.stations):.1f} m2, expected {check.expected}: {_why_close(f, room.stations)}"
+        f"{check.written(room.area_m2 / len(room.stations), 1)} m2, expected {check.expected}: {_why_close(f, room.stations)}"
         for room in sorted(crowded, key=lambda room: room.area_m2 / len(room.stations))[:_MOST_NAMED]
     ]
     bare = [room for room in f.rooms if room.away_m > _DOOR_M and room.area_m2 >= _LARGE_ROOM_M2]
