@@ -131,12 +131,15 @@ def _drawing_options(drawings: Sequence[Path], units: dict[Path, str], drawn: Dr
     from planner_core.drawings.scales import page_scale
     from planner_core.requirements.quantities import coordinate_m
 
-    scales, scales_by, corners = (
+    scales, scales_by, corners, pages, parts, common = (
         _of_each(drawings, given, option)
         for given, option in (
             (drawn.scales, "--scale"),
             (drawn.scales_by, "--scale-by"),
             (drawn.corners, "--corners"),
+            (drawn.pages, "--page"),
+            (drawn.parts, "--part"),
+            (drawn.common_points, "--align"),
         )
     )
     return DrawingOptions(
@@ -145,6 +148,9 @@ def _drawing_options(drawings: Sequence[Path], units: dict[Path, str], drawn: Dr
             for ratio, by, four in zip(scales, scales_by, corners, strict=True)
         ),
         unit_m=tuple(METRES_PER_UNIT[units[path]] if units[path] else None for path in drawings),
+        pages=tuple(_pages(text) for text in pages),
+        parts=tuple(_parts(text) for text in parts),
+        common_points=tuple(_point(text) for text in common),
         patterns=layer_patterns(drawn.layers),
         heights=Heights(
             room_m=drawn.room_m,
@@ -155,6 +161,42 @@ def _drawing_options(drawings: Sequence[Path], units: dict[Path, str], drawn: Dr
         ),
         doubtful=Doubtful(drawn.doubtful),
     )
+
+
+def _pages(text: str) -> tuple[int, ...]:
+    from planner_core.errors import RequirementError
+
+    words = text.split(",") if text else []
+    if not all(word.strip().isdecimal() and int(word) > 0 for word in words):
+        raise RequirementError(f"--page: got {text!r}, expected numbers of pages from 1, such as 2 or 1,2; correct it")
+    return tuple(int(word) for word in words)
+
+
+def _parts(text: str) -> tuple[tuple[float, float, float, float], ...]:
+    from planner_core.errors import RequirementError
+
+    boxes = []
+    for box in text.split(";") if text else []:
+        try:
+            x1, y1, x2, y2 = (float(word) for word in box.split(","))
+        except ValueError as error:
+            raise RequirementError(
+                f"--part: got {text!r}, expected X1,Y1,X2,Y2, such as 50,60,500,400; correct it"
+            ) from error
+        boxes.append((x1, y1, x2, y2))
+    return tuple(boxes)
+
+
+def _point(text: str) -> tuple[float, float] | None:
+    from planner_core.errors import RequirementError
+
+    if not text:
+        return None
+    try:
+        x, y = (float(word) for word in text.split(","))
+    except ValueError as error:
+        raise RequirementError(f"--align: got {text!r}, expected X,Y, such as 120,340; correct it") from error
+    return x, y
 
 
 def _write_lifted(building: Building, path: Path, *, overwrite: bool) -> None:

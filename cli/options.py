@@ -178,6 +178,20 @@ corners_option = click.option(
     help="Four corners of a rectangle of known size in a photographed drawing, clockwise from the upper left: takes "
     "its perspective away and gives its scale.",
 )  # fmt: skip
+page_option = click.option(
+    "--page", "pages", type=TextOfFile(), multiple=True, metavar="[FILE=]N[,N...]",
+    help="Page of a PDF that holds the plan; several pages are storeys from the lowest. [default: the only page]",
+)  # fmt: skip
+part_option = click.option(
+    "--part", "parts", type=TextOfFile(), multiple=True, metavar="[FILE=]X1,Y1,X2,Y2[;...]",
+    help="Box that holds the plan, of several on a page or in a drawing; points as for --scale-by, of DXF coordinates; "
+    "several boxes are storeys from the lowest.",
+)  # fmt: skip
+align_option = click.option(
+    "--align", "common_points", type=TextOfFile(), multiple=True, metavar="[FILE=]X,Y",
+    help="A point that the drawings of several storeys share, such as the corner of a shaft; of each file. [default: "
+    "pages and pictures are moved over each other by their walls]",
+)  # fmt: skip
 layer_option = click.option(
     "--layer", "layers", multiple=True, metavar="KIND=PATTERN",
     help="Contents of a drawing's layers and blocks with such a name: wall, door, window, stair, room, text or "
@@ -468,6 +482,9 @@ class DrawingSettings:
     """File and scale; the file is empty where it holds for all. So with the next two."""
     scales_by: tuple[tuple[str, str], ...] = ()
     corners: tuple[tuple[str, str], ...] = ()
+    pages: tuple[tuple[str, str], ...] = ()
+    parts: tuple[tuple[str, str], ...] = ()
+    common_points: tuple[tuple[str, str], ...] = ()
     layers: tuple[str, ...] = ()
     room_m: float = 2.8
     door_m: float = 2.1
@@ -559,8 +576,8 @@ scene_options = _gathered(
     leave_out_option,
 )
 drawing_options = _gathered(
-    "drawn", DrawingSettings, scale_option, scale_by_option, corners_option, layer_option, room_height_option,
-    door_height_option, sill_height_option,
+    "drawn", DrawingSettings, scale_option, scale_by_option, corners_option, page_option, part_option,
+    align_option, layer_option, room_height_option, door_height_option, sill_height_option,
     storey_height_option, doubtful_option,
 )  # fmt: skip
 requirement_options = _gathered(

@@ -52,7 +52,7 @@ def command(
 
     They are the fewest that meet the requirements and register as one network.
 
-    Drawings (DXF, pictures), a storey each from the lowest, are raised to an IFC file beside the plan, and that is
+    Drawings (DXF, PDF, pictures), a storey each from the lowest, are raised to an IFC file beside the plan; that is
     planned.
 
     Ctrl-C during the search ends it: the best plan so far is written, with its lower bound.

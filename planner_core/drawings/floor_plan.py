@@ -22,7 +22,7 @@ from scipy.sparse.csgraph import connected_components
 from planner_core.drawings.arcs import swing_arcs
 from planner_core.drawings.drawing import NO_FILL, Drawing
 from planner_core.drawings.layer_names import Kind, kind_of_name
-from planner_core.drawings.likely_walls import LikelyWalls, likely_layer, likely_walls
+from planner_core.drawings.likely_walls import LikelyWalls, likely_layer, likely_walls, lines_side_by_side
 from planner_core.drawings.openings import Opening, OpeningKind, SymbolLines, is_in_opening, openings_of
 from planner_core.drawings.room_outlines import SEAL_M, TRACED_SEAL_M, PlacedText, RoomOutline, rooms_of, sealed
 from planner_core.drawings.stairs import Treads, treads_of
@@ -42,6 +42,8 @@ _FILLED_SHARE = 0.5
 _STOREY_M, _LEVEL_SHARE = (2.0, 12.0), 0.1
 """Heights of storeys, and the share of the longest level's walls from which on a level is one."""
 _NAMED_LAYERS = 8
+_APART_M, _GROUP_SHARE = 2.0, 0.5
+"""Groups of walls this far apart, each of half of the largest's area, may be storeys."""
 _LEAST_WALLS_M2 = 0.2
 
 
@@ -247,6 +249,7 @@ def _floor_plan(
         *_symbols(drawing, OpeningKind.DOOR, strokes_m(Kind.DOOR)),
         *_symbols(drawing, OpeningKind.WINDOW, strokes_m(Kind.WINDOW)),
         *(SymbolLines(OpeningKind.WINDOW, window.exterior) for window in windows),
+        *_panes(drawing, strokes_m(Kind.UNKNOWN), layer),
         *_swings(strokes_m(Kind.UNKNOWN)),
     ]
     openings, area = openings_of(area, symbols)
@@ -263,7 +266,7 @@ def _floor_plan(
         outline=outline,
         treads=tuple(treads_of([stroke for _, stroke in strokes_m(Kind.STAIR)])),
         height_m=height_m,
-        warnings=tuple(_doubts(drawing.name, name, symbols, openings, rooms)),
+        warnings=tuple(_doubts(outline, drawing.name, name, symbols, openings, rooms)),
     )
 
 
@@ -319,6 +322,14 @@ def _swings(strokes: list[tuple[int, FloatArray]]) -> list[SymbolLines]:
     return found
 
 
+def _panes(drawing: Drawing, strokes: list[tuple[int, FloatArray]], layer: int | None) -> list[SymbolLines]:
+    """Lines side by side on other layers than the walls', where these have no name: windows, where they fill a gap."""
+    if layer is None:
+        return []
+    others = [stroke for row, stroke in strokes if drawing.layer_of_stroke[row] != layer]
+    return [SymbolLines(OpeningKind.WINDOW, lines, is_loose=True) for lines in lines_side_by_side(others)]
+
+
 def _texts(drawing: Drawing, unit_m: float, height_m: float | None, patterns: Mapping[str, Kind]) -> list[PlacedText]:
     return [
         PlacedText(text.text, text.x * unit_m, text.y * unit_m)
@@ -335,8 +346,20 @@ def _outline(solid: Any, seal_m: float) -> Any:
     return shapely.simplify(whole, 1e-3)
 
 
+def _groups(outline: Any) -> int:
+    """Number of large parts of an outline that lie far apart, as storeys drawn side by side do."""
+    near = shapely.get_parts(shapely.union_all(shapely.buffer(shapely.get_parts(outline), 0.5 * _APART_M)))
+    areas = np.array([shapely.intersection(part, outline).area for part in near])
+    return int((areas >= _GROUP_SHARE * areas.max(initial=0.0)).sum()) if len(areas) else 0
+
+
 def _doubts(
-    file: str, name: str, symbols: Sequence[SymbolLines], openings: Sequence[Opening], rooms: Sequence[RoomOutline]
+    outline: Any,
+    file: str,
+    name: str,
+    symbols: Sequence[SymbolLines],
+    openings: Sequence[Opening],
+    rooms: Sequence[RoomOutline],
 ) -> list[str]:
     where = f"{file}, {name}" if name else file
     lines = []
@@ -347,11 +370,17 @@ def _doubts(
             f"{where}: {len(doubtful)} {noun} no door or window drawn and count as open; --doubtful as-wall "
             "closes such gaps."
         )
-    lost = [symbol for symbol in symbols if not is_in_opening(symbol, openings)]
+    lost = [symbol for symbol in symbols if not symbol.is_loose and not is_in_opening(symbol, openings)]
     if lost:
         x, y = shapely.get_coordinates(shapely.centroid(lost[0].lines))[0].tolist()
         noun = "door or window that lies" if len(lost) == 1 else "doors and windows that lie"
         lines.append(f"{where}: {len(lost)} {noun} in no wall left out, the first at x {x:.2f}, y {y:.2f} m.")
+    groups = _groups(outline)
+    if groups > 1:
+        lines.append(
+            f"{where}: its walls are {groups} groups more than {_APART_M:g} m apart, taken as one storey; where they "
+            "are storeys side by side, name the part of each, such as --part 'X1,Y1,X2,Y2;X1,Y1,X2,Y2'."
+        )
     if not rooms:
         lines.append(
             f"{where}: its walls enclose no room, so nothing separates indoors from outdoors; close the outlines, or "

@@ -7,22 +7,26 @@ docs/decisions/0021-drawings.md.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import product
 from pathlib import Path
 
 from planner_core import child_process
 from planner_core.child_process import LostChildError, limits_for
+from planner_core.drawings.alignment import moved, over
 from planner_core.drawings.building import Building, Doubtful, Heights, lifted
 from planner_core.drawings.drawing import Drawing, DrawingText, Symbol
-from planner_core.drawings.floor_plan import floor_plans
+from planner_core.drawings.floor_plan import FloorPlan, floor_plans
 from planner_core.drawings.layer_names import Kind
-from planner_core.drawings.scales import PageScale, scaled
+from planner_core.drawings.scales import PageScale, cropped, scaled, stated_ratio, with_mark, without_mark
 from planner_core.errors import SceneError, SceneNotFoundError, one_line
+from planner_core.model import FloatArray
 from planner_core.progress import Progress, ProgressEvent, silent
 
 PICTURES = frozenset({".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"})
 _READERS = {
     "dxf": ("planner_core.drawings.dxf:read_dxf", "ezdxf", "export the layers of walls, doors and windows alone"),
+    "pdf": ("planner_core.drawings.pdf:read_pdf", "PDFium", "print the layers of walls, doors and windows alone"),
     "picture": (
         "planner_core.drawings.pictures:read_picture",
         "OpenImageIO",
@@ -32,6 +36,9 @@ _READERS = {
 """Function, library, and what to do about a file that is too much for it, by form."""
 
 
+Box = tuple[float, float, float, float]
+
+
 @dataclass(frozen=True)
 class DrawingOptions:
     """What a user may set of drawings."""
@@ -39,7 +46,13 @@ class DrawingOptions:
     unit_m: tuple[float | None, ...] = ()
     """Metres in a unit of each file, of DXF; None: the file's, checked. Empty: so of all."""
     scales: tuple[PageScale, ...] = ()
-    """Of each file, of pages and pictures. Empty: none."""
+    """Of each file, of pages and pictures. Empty: none. So with the next two."""
+    pages: tuple[tuple[int, ...], ...] = ()
+    """Pages of each PDF from 1, a storey each; none: the only one."""
+    parts: tuple[tuple[Box, ...], ...] = ()
+    """Boxes x1, y1, x2, y2 of each file, a storey each: of a page from its upper left corner, of DXF as it is."""
+    common_points: tuple[tuple[float, float] | None, ...] = ()
+    """A point of each file, as of `parts`, that lies over that of the first; None: storeys are moved by their walls."""
     patterns: Mapping[str, Kind] = field(default_factory=dict)
     """Kinds of layers and blocks by pattern."""
     heights: Heights = field(default_factory=Heights)
@@ -52,9 +65,9 @@ def is_drawing(path: Path) -> bool:
 
 
 def _form(path: Path) -> str:
-    """`dxf`, `dwg` or `picture`; empty: no drawing."""
+    """`dxf`, `dwg`, `pdf` or `picture`; empty: no drawing."""
     suffix = path.suffix.lower()
-    return "picture" if suffix in PICTURES else suffix[1:] if suffix in (".dxf", ".dwg") else ""
+    return "picture" if suffix in PICTURES else suffix[1:] if suffix in (".dxf", ".dwg", ".pdf") else ""
 
 
 def lift_drawings(
@@ -76,20 +89,56 @@ def lift_drawings(
     MissingPackageError
         The format's library is not installed.
     """
-    units = options.unit_m or (None,) * len(paths)
-    scales = options.scales or (PageScale(),) * len(paths)
-    plans = []
-    for path, unit_m, scale in zip(paths, units, scales, strict=True):
-        progress(ProgressEvent("load", 0, 0, f"reading {path.name}"))
-        drawing = _read(path, progress)
-        if drawing.page_height is not None:
-            drawing, unit_m = scaled(drawing, scale, is_picture=_form(path) == "picture"), 1.0
-        progress(ProgressEvent("load", 0, 0, f"recognising walls, doors and rooms of {path.name}"))
-        plans += floor_plans(drawing, unit_m=unit_m, patterns=options.patterns)
+    plans: list[FloorPlan] = []
+    common: FloatArray | None = None
+    for number, path in enumerate(paths):
+        pages: Sequence[int] = (options.pages[number] if options.pages else ()) or (0,)
+        parts: Sequence[Box | None] = (options.parts[number] if options.parts else ()) or (None,)
+        for page, part in product(pages, parts):
+            progress(ProgressEvent("load", 0, 0, f"reading {path.name}"))
+            drawing = _read(path, page, progress)
+            progress(ProgressEvent("load", 0, 0, f"recognising walls, doors and rooms of {path.name}"))
+            found, point = _plans(drawing, number, part, options, is_picture=_form(path) == "picture")
+            if point is not None and common is not None:
+                found = [moved(plan, common - point) for plan in found]
+            elif plans and (drawing.page_height is not None or part != parts[0]) and point is None:
+                found[0], line = over(plans[-1], found[0], path.name)
+                found[0] = replace(found[0], warnings=(*found[0].warnings, line))
+            common = point if common is None else common
+            plans += found
     return lifted(paths[0].stem, plans, options.heights, options.doubtful)
 
 
-def _read(path: Path, progress: Progress) -> Drawing:
+def _plans(
+    drawing: Drawing, number: int, part: Box | None, options: DrawingOptions, *, is_picture: bool
+) -> tuple[list[FloorPlan], FloatArray | None]:
+    """Recognise one drawing, of the file of a number; and where the point is that it has in common with others."""
+    unit_m = options.unit_m[number] if options.unit_m else None
+    at = options.common_points[number] if options.common_points else None
+    if part is not None:
+        drawing = cropped(drawing, part)
+    if at is not None:
+        drawing = with_mark(drawing, at)
+    if drawing.page_height is not None:
+        scale = options.scales[number] if options.scales else PageScale()
+        drawing, unit_m = _in_metres(drawing, scale, is_picture=is_picture), 1.0
+    drawing, mark = without_mark(drawing) if at is not None else (drawing, None)
+    plans = floor_plans(drawing, unit_m=unit_m, patterns=options.patterns)
+    return plans, None if mark is None else mark * (unit_m or drawing.unit_m or 1.0)
+
+
+def _in_metres(drawing: Drawing, scale: PageScale, *, is_picture: bool) -> Drawing:
+    """A page or a picture by the user's scale, else by the one that it states, with a warning."""
+    stated = stated_ratio(drawing) if scale == PageScale() else None
+    if stated is None:
+        return scaled(drawing, scale, is_picture=is_picture)
+    ratio, where = stated
+    line = f"{drawing.name}: its scale is 1:{ratio:g} by {where}; if that is wrong, pass --scale."
+    drawing = scaled(drawing, PageScale(ratio=ratio), is_picture=is_picture)
+    return replace(drawing, warnings=(*drawing.warnings, line))
+
+
+def _read(path: Path, page: int, progress: Progress) -> Drawing:
     form = _form(path)
     if not path.is_file():
         raise SceneNotFoundError(f"{path}: there is no such file; check the name and the folder.")
@@ -97,11 +146,13 @@ def _read(path: Path, progress: Progress) -> Drawing:
         raise SceneError(
             f"{path.name}: it is a DWG file, expected DXF; save it as DXF in the program that made it, or convert it."
         )
+    if page and form != "pdf":
+        raise SceneError(f"{path.name}: got page {page} of a file without pages, expected a PDF; leave out --page.")
     function, library, remedy = _READERS[form]
     try:
         drawing: Drawing = child_process.run_isolated(
             function,
-            {"path": str(path)},
+            {"path": str(path), "page": page} if form == "pdf" else {"path": str(path)},
             classes=(Drawing, DrawingText, Symbol),
             limits=limits_for(path.stat().st_size),
             stage="load",

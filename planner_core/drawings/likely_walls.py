@@ -21,7 +21,7 @@ import shapely
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from planner_core.drawings.walls import GRID_M, THICKEST_M, mean_width_m, polygons_of, thin_faces
+from planner_core.drawings.walls import GRID_M, THICKEST_M, mean_width_m, polygons_of, segments_of, thin_faces
 from planner_core.model import FloatArray
 
 _THICKEST_M, _THINNEST_M = 0.5, 0.06
@@ -73,6 +73,33 @@ def likely_layer(of_layers: Sequence[LikelyWalls], extent_m: float) -> int | Non
     areas = [walls.area.area if walls.reach_m >= _LEAST_SHARE * extent_m else 0.0 for walls in of_layers]
     best = int(np.argmax(areas)) if areas else 0
     return best if areas and areas[best] > 0.0 else None
+
+
+def lines_side_by_side(lines: Sequence[FloatArray]) -> list[Any]:
+    """Groups of two or more straight lines side by side from end to end, as panes are drawn; shapely multilines."""
+    segments = segments_of(lines)
+    along = segments[:, 1] - segments[:, 0]
+    length = np.hypot(along[:, 0], along[:, 1])
+    fits = (length >= _WINDOW_M[0]) & (length <= _WINDOW_M[1])
+    segments, along, length = segments[fits], along[fits] / length[fits, None], length[fits]
+    if len(segments) < 2:
+        return []
+    strings = shapely.linestrings(segments)
+    a, b = shapely.STRtree(strings).query(strings, predicate="dwithin", distance=_THICKEST_M)
+    a, b = a[a < b], b[a < b]
+    turned = (along[a] * along[b]).sum(axis=1) < 0.0
+    other = np.where(turned[:, None, None], segments[b][:, ::-1], segments[b])
+    apart = other - segments[a]
+    shift = (apart * along[a][:, None]).sum(axis=2)
+    aside = apart[..., 1] * along[a][:, :1] - apart[..., 0] * along[a][:, 1:]
+    beside = (np.abs(shift) <= _POST_M).all(axis=1) & (np.abs(aside) > GRID_M).all(axis=1)
+    beside &= np.abs(aside[:, 0] - aside[:, 1]) <= _SAME_M
+    n_groups, group = connected_components(
+        coo_array((np.ones(int(beside.sum())), (a[beside], b[beside])), shape=(len(segments),) * 2), directed=False
+    )
+    order = np.argsort(group, kind="stable")
+    groups = np.split(order, np.cumsum(np.bincount(group, minlength=n_groups))[:-1])
+    return [shapely.multilinestrings(strings[members]) for members in groups if members.size > 1]
 
 
 def _without_patterns(faces: list[Any]) -> list[Any]:

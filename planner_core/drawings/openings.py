@@ -43,6 +43,8 @@ class SymbolLines:
     lines: Any
     name: str = ""
     swings: tuple[SwingArc, ...] = ()
+    is_loose: bool = False
+    """It may be something else: it fills a gap, and cuts no wall."""
 
     @property
     def leaves(self) -> list[Any]:
@@ -113,7 +115,7 @@ def openings_of(walls: Any, symbols: Sequence[SymbolLines]) -> tuple[list[Openin
     tree = shapely.STRtree([symbol.reach for symbol in symbols])
     found = [opening for corners in _gaps(walls) for opening in _filled(corners, symbols, tree)]
     in_gaps = {int(row) for opening in found if not opening.is_doubtful for row in _symbols_in(opening.area, tree)}
-    alone = [each for row, each in enumerate(symbols) if row not in in_gaps]
+    alone = [each for row, each in enumerate(symbols) if row not in in_gaps and not each.is_loose]
     walls, cut = _cut_by_symbols(walls, alone)
     between = [o for each in alone if (o := _between_walls(walls, each)) is not None]
     return _once_each([*found, *cut, *between]), walls

@@ -149,20 +149,22 @@ def _ink(rgb: UInt8Array) -> BoolArray:
 
 
 def _colours(rgb: UInt8Array, ink: BoolArray) -> UInt8Array:
-    """(N,) uint8 into `COLOURS` of the pixels that are ink: black, or the nearest of six hues."""
-    values = rgb[ink].astype(np.int16)
+    """(N,) uint8 into `COLOURS` of the pixels that are ink."""
+    values = rgb[ink]
     if float(np.median(rgb[::7, ::7])) < 100:
-        values = np.where(
-            values.max(axis=1, keepdims=True) - values.min(axis=1, keepdims=True) < 60, 255 - values, values
-        )
+        plain = values.max(axis=1, keepdims=True) - values.min(axis=1, keepdims=True) < 60
+        values = np.where(plain, 255 - values, values)
+    return colours_of(values)
+
+
+def colours_of(rgb: UInt8Array) -> UInt8Array:
+    """(N,) uint8 into `COLOURS` of colours (N, 3) on white paper: black, or the nearest of six hues."""
+    values = rgb.astype(np.int16)
     high, low = values.max(axis=1), values.min(axis=1)
     spread = np.maximum(high - low, 1)
     red, green, blue = values.T
-    hue = np.where(
-        high == red,
-        (green - blue) / spread,
-        np.where(high == green, 2 + (blue - red) / spread, 4 + (red - green) / spread),
-    )
+    after_red, after_green, after_blue = (green - blue) / spread, (blue - red) / spread, (red - green) / spread
+    hue = np.where(high == red, after_red, np.where(high == green, 2 + after_green, 4 + after_blue))
     nearest = np.rint(hue).astype(np.int64) % 6 + 1
     coloured = (high - low) > _COLOURED * np.maximum(255 - low, 1)
     return np.where(coloured, nearest, 0).astype(np.uint8)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.drawings.drawing import Drawing
+from planner_core.drawings.drawing import NO_FILL, Drawing, DrawingText
 from planner_core.errors import SceneError
 from planner_core.model import FloatArray, Int64Array
 
@@ -23,6 +23,16 @@ _MOST_SKEW_RAD, _LEAST_SKEW_RAD = np.deg2rad(15.0), np.deg2rad(0.05)
 _STEP_RAD = np.deg2rad(0.1)
 _LEAST_APART = 10.0
 """Units between points, so that a pixel more or less does not count."""
+
+
+_RATIO_IN_TEXT = re.compile(r"(?<![\d.:,])1\s?[:/]\s?(\d{2,4})(?![\d.:,])")
+_NUMBER = re.compile(r"^\d{1,5}(?:[.,]\d{1,3})?$")
+_USUAL = (10, 20, 25, 33.333, 40, 50, 75, 100, 125, 150, 200, 250, 300, 400, 500, 1000, 24, 48, 64, 96, 192)
+"""Ratios of scales that plans are drawn at, in metres and in feet and inches."""
+_VOTES, _LEAD, _SAME_SHARE = 4, 3, 0.004
+"""Dimensions that have to agree, how many times as many as for another ratio, and how well."""
+_BESIDE_POINTS = 14.0
+"""A dimension stands this near to the middle of its line, in points of the page."""
 
 
 @dataclass(frozen=True)
@@ -120,6 +130,95 @@ def scaled(drawing: Drawing, scale: PageScale, *, is_picture: bool) -> Drawing:
     texts = tuple(replace(text, x=x, y=y) for text, (x, y) in at)
     points = np.column_stack([corners, np.zeros(len(corners))])
     return replace(drawing, points=points, texts=texts, unit_m=1.0, paper_unit_m=None, page_height=None)
+
+
+def stated_ratio(drawing: Drawing) -> tuple[float, str] | None:
+    """The scale that a page states, and where: a text such as `1:100`, else dimensions that agree with their lines.
+
+    None: it states none, or several.
+    """
+    found = {float(match[1]) for text in drawing.texts for match in _RATIO_IN_TEXT.finditer(text.text)}
+    if len(found) == 1:
+        ratio = found.pop()
+        return ratio, f"the text 1:{ratio:g} on its page"
+    votes = _votes_of_dimensions(drawing)
+    if not votes:
+        return None
+    ratio, count = max(votes.items(), key=lambda vote: (vote[1], -vote[0]))
+    others = max((n for other, n in votes.items() if other != ratio), default=0)
+    if count < _VOTES or count < _LEAD * others:
+        return None
+    return ratio, f"{count} dimensions on its page"
+
+
+def _votes_of_dimensions(drawing: Drawing) -> dict[float, int]:
+    """How many numbers on a page are the lengths of lines beside them, in m, cm or mm, by usual ratios."""
+    if drawing.paper_unit_m is None:
+        return {}
+    first = drawing.starts[:-1][(np.diff(drawing.starts) == 2) & (drawing.fill_of_stroke == NO_FILL)]
+    starts, ends = drawing.points[first, :2], drawing.points[first + 1, :2]
+    middle, length = 0.5 * (starts + ends), np.hypot(*(ends - starts).T)
+    votes: dict[float, int] = {}
+    for text in drawing.texts:
+        if not _NUMBER.match(text.text):
+            continue
+        value = float(text.text.replace(",", "."))
+        near = np.hypot(*(middle - [text.x, text.y]).T) <= _BESIDE_POINTS
+        for unit_m in (1.0, 0.01, 0.001):
+            ratios = value * unit_m / np.maximum(length[near] * drawing.paper_unit_m, 1e-9)
+            for usual in _USUAL:
+                if 0.3 <= value * unit_m <= 200.0 and (np.abs(ratios / usual - 1.0) <= _SAME_SHARE).any():
+                    votes[float(usual)] = votes.get(float(usual), 0) + 1
+    return votes
+
+
+def cropped(drawing: Drawing, box: tuple[float, float, float, float]) -> Drawing:
+    """The part of a drawing inside a box x1, y1, x2, y2: of a page from its upper left corner, else of its coordinates.
+
+    Raises
+    ------
+    SceneError
+        Nothing lies in it.
+    """
+    x1, y1, x2, y2 = box
+    if drawing.page_height is not None:
+        y1, y2 = drawing.page_height - y1, drawing.page_height - y2
+    low, high = np.array([min(x1, x2), min(y1, y2)]), np.array([max(x1, x2), max(y1, y2)])
+    inside = ((drawing.points[:, :2] >= low) & (drawing.points[:, :2] <= high)).all(axis=1)
+    n_outside = np.concatenate([[0], np.cumsum(~inside)])[drawing.starts]
+    kept = np.diff(n_outside) == 0
+    if not kept.any():
+        raise SceneError(
+            f"{drawing.name}: nothing lies inside the part {','.join(f'{value:g}' for value in box)}, expected a floor "
+            "plan; points of a page and pixels of a picture count from its upper left corner."
+        )
+    lengths = np.diff(drawing.starts)
+    return replace(
+        drawing,
+        points=drawing.points[np.repeat(kept, lengths)],
+        starts=np.concatenate([[0], np.cumsum(lengths[kept])]).astype(np.int64),
+        layer_of_stroke=drawing.layer_of_stroke[kept],
+        symbol_of_stroke=drawing.symbol_of_stroke[kept],
+        fill_of_stroke=drawing.fill_of_stroke[kept],
+        texts=tuple(t for t in drawing.texts if low[0] <= t.x <= high[0] and low[1] <= t.y <= high[1]),
+    )
+
+
+_MARK = "\0mark"
+
+
+def with_mark(drawing: Drawing, at: tuple[float, float]) -> Drawing:
+    """A drawing with a text at a point of the user, which goes wherever the drawing is brought."""
+    x, y = at
+    y = y if drawing.page_height is None else drawing.page_height - y
+    return replace(drawing, texts=(*drawing.texts, DrawingText(_MARK, x, y, 0.0, "")))
+
+
+def without_mark(drawing: Drawing) -> tuple[Drawing, FloatArray]:
+    """The drawing without its mark, and where that is, (2,)."""
+    mark = next(text for text in drawing.texts if text.text == _MARK)
+    rest = tuple(text for text in drawing.texts if text is not mark)
+    return replace(drawing, texts=rest), np.array([mark.x, mark.y])
 
 
 def _unit_m(drawing: Drawing, scale: PageScale, *, is_picture: bool) -> float:

@@ -18,7 +18,7 @@ FORMAT_OF_EXTENSION = {
     ".usdc": "usd",
     ".usdz": "usd",
 }
-DRAWINGS = frozenset({".dxf", ".dwg", ".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"})
+DRAWINGS = frozenset({".dxf", ".dwg", ".pdf", ".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"})
 """What `planner_core.drawings` lifts to IFC."""
 POINT_CLOUDS = frozenset({".asc", ".e57", ".las", ".laz", ".pcd", ".pts", ".ptx", ".rcp", ".rcs", ".xyz"})
 
