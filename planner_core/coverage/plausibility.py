@@ -60,9 +60,11 @@ class Range:
         return self.low <= figure <= self.high
 
     def written(self, figure: float, decimals: int = 0) -> str:
-        """Return a figure as text, rounded away from the range where it is outside: it never reads as plausible."""
-        to_whole = math.floor if figure < self.low else math.ceil if figure > self.high else round
-        return f"{to_whole(figure * 10**decimals) / 10**decimals:.{decimals}f}"
+        """Return a figure as text, rounded; one that is outside the range never reads as if it were within."""
+        rounded = round(figure, decimals)
+        if self.holds(rounded) and not self.holds(figure):
+            rounded += math.copysign(10.0**-decimals, figure - rounded)
+        return f"{rounded:.{decimals}f}"
 
     @property
     def expected(self) -> str:
@@ -100,8 +102,8 @@ def _stations_per_ground(f: PlanFigures, check: Range) -> list[str]:
     if not n or area_m2 < _SMALL_M2 or check.holds(1000 * n / area_m2):
         return []
     measured = (
-        f"{_count(n, 'station')} on {area_m2:.0f} m2 of planned ground, {check.written(1000 * n / area_m2)} per 1000 m2, "
-        f"expected {check.low:g} to {check.high:g}"
+        f"{_count(n, 'station')} on {area_m2:.0f} m2 of planned ground, {check.written(1000 * n / area_m2)} per "
+        f"1000 m2, expected {check.low:g} to {check.high:g}"
     )
     if 1000 * n / area_m2 > check.high:
         return [f"{measured}: {_why_many(f)}"]
@@ -191,9 +193,9 @@ def _floor_to_floor(f: FloorFigures, check: Range) -> list[str]:
         over, rise_m = above
         if not check.holds(rise_m):
             lines.append(
-                f"floors {floor.name!r} and {f.floors[over].name!r} lie {check.written(rise_m, 2)} m over each other, expected "
-                f"{check.expected}: one of them is furniture, a plenum or a second slab; unmark what is no floor "
-                "(docs/howto/pick-ground.md)"
+                f"floors {floor.name!r} and {f.floors[over].name!r} lie {check.written(rise_m, 2)} m over each other, "
+                f"expected {check.expected}: one of them is furniture, a plenum or a second slab; unmark what is no "
+                "floor (docs/howto/pick-ground.md)"
             )
     return lines
 
@@ -274,8 +276,8 @@ def _ground_of_footprint(f: FloorFigures, check: Range) -> list[str]:
             continue
         lines.append(
             f"ground of floor {floor.name!r} is {floor.ground_area_m2:.0f} m2, and {enclosed_m2:.0f} m2 lie between "
-            f"the walls at its height, {check.written(100 * ground_m2 / enclosed_m2)} %, expected {check.expected}: a dock or a "
-            "ledge was taken for the floor, or slabs are in another file; load that too, or mark the ground "
+            f"the walls at its height, {check.written(100 * ground_m2 / enclosed_m2)} %, expected {check.expected}: a "
+            "dock or a ledge was taken for the floor, or slabs are in another file; load that too, or mark the ground "
             "(docs/howto/pick-ground.md)"
         )
     return lines
@@ -308,7 +310,8 @@ def _ground_per_station(f: PlanFigures, check: Range) -> list[str]:
     crowded = [room for room in many if not check.holds(room.area_m2 / len(room.stations))]
     lines = [
         f"room {room.name} of {room.area_m2:.0f} m2 has {len(room.stations)} stations, one per "
-        f"{check.written(room.area_m2 / len(room.stations), 1)} m2, expected {check.expected}: {_why_close(f, room.stations)}"
+        f"{check.written(room.area_m2 / len(room.stations), 1)} m2, expected {check.expected}: "
+        f"{_why_close(f, room.stations)}"
         for room in sorted(crowded, key=lambda room: room.area_m2 / len(room.stations))[:_MOST_NAMED]
     ]
     bare = [room for room in f.rooms if room.away_m > _DOOR_M and room.area_m2 >= _LARGE_ROOM_M2]

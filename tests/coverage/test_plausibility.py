@@ -209,6 +209,12 @@ def storeys(upper_m: float, top_m: float) -> Scene:
     )
 
 
+def test_figures_outside_a_range_never_read_as_within() -> None:
+    (stations, *_) = CHECKS
+    assert [stations.written(figure) for figure in (70.4, 70.6, 9.6, 12.4)] == ["71", "71", "9", "12"]
+    assert stations.written(70.04, 1) == "70.1"
+
+
 @pytest.mark.parametrize(
     ("scene", "words"),
     [
