@@ -34,16 +34,24 @@ _SAME_M = 0.03
 _POST_M = 0.05
 _GLAZING_M = 0.16
 """Frames are less deep."""
+_APART_M, _GROUP_SHARE = 8.0, 0.1
+"""Legends and scale bars lie this far from the plan, and are smaller beside it."""
+_FILLED_TIMES = 3.0
+"""Filled walls count so many times more: who fills anything long and thin in a plan, fills walls."""
 _LEAST_SHARE = 0.25
 """Walls reach over this share of a drawing's longer side."""
 
 
 @dataclass(frozen=True)
 class LikelyWalls:
-    """area : shapely MultiPolygon of walls. windows : shapely polygons of windows in them, of no wall."""
+    """area : shapely MultiPolygon of walls. windows : shapely polygons of windows in them, of no wall.
+
+    filled_m2 : of the walls, what is filled.
+    """
 
     area: Any
     windows: tuple[Any, ...]
+    filled_m2: float = 0.0
 
     @property
     def reach_m(self) -> float:
@@ -65,12 +73,16 @@ def likely_walls(lines: Sequence[FloatArray], filled: Any) -> LikelyWalls:
     area = _long_groups(shapely.union_all([*kept, *solid], grid_size=GRID_M))
     glazing = [face for face in kept if _is_between_caps(face, area)]
     area = _long_groups(shapely.difference(area, shapely.buffer(shapely.union_all(glazing), GRID_M)))
-    return LikelyWalls(area, tuple(_in_rows([*panes, *glazing], area)))
+    filled_m2 = float(shapely.intersection(area, shapely.union_all(solid)).area)
+    return LikelyWalls(area, tuple(_in_rows([*panes, *glazing], area)), filled_m2)
 
 
 def likely_layer(of_layers: Sequence[LikelyWalls], extent_m: float) -> int | None:
-    """The layer with most walls; None: none has walls that reach over a part of the drawing."""
-    areas = [walls.area.area if walls.reach_m >= _LEAST_SHARE * extent_m else 0.0 for walls in of_layers]
+    """The layer with most walls, filled ones first; None: none has walls that reach over a part of the drawing."""
+    areas = [
+        walls.area.area + _FILLED_TIMES * walls.filled_m2 if walls.reach_m >= _LEAST_SHARE * extent_m else 0.0
+        for walls in of_layers
+    ]
     best = int(np.argmax(areas)) if areas else 0
     return best if areas and areas[best] > 0.0 else None
 
@@ -116,7 +128,10 @@ def _long_groups(area: Any) -> Any:
         for part in shapely.get_parts(polygons_of(area))
         if max(shapely.bounds(part)[2:] - shapely.bounds(part)[:2]) >= _SHORTEST_M
     ]
-    return shapely.MultiPolygon(parts)
+    near = shapely.get_parts(shapely.union_all(shapely.buffer(parts, 0.5 * _APART_M)))
+    areas = np.array([sum(part.area for part in parts if shapely.intersects(part, group)) for group in near])
+    groups = shapely.union_all(near[areas >= _GROUP_SHARE * areas.max(initial=0.0)])
+    return shapely.MultiPolygon([part for part in parts if shapely.intersects(part, groups)])
 
 
 def _windows(faces: Sequence[Any]) -> list[Any]:

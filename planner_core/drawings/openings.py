@@ -252,9 +252,12 @@ def _by_lines(gap: Opening, symbols: Sequence[SymbolLines]) -> Opening | None:
         inside = shapely.intersection(symbol.reach, area)
         if inside.length < _LEAST_DRAWN_M:
             continue
+        at = (shapely.get_coordinates(inside) - gap.corners_m[0]) @ along
+        if symbol.is_loose and np.ptp(at) < _LEAST_SPAN_SHARE * width_m:
+            continue
         drawn[symbol.kind] = drawn.get(symbol.kind, 0.0) + inside.length
         names.setdefault(symbol.kind, symbol.name)
-        covered.setdefault(symbol.kind, []).append((shapely.get_coordinates(inside) - gap.corners_m[0]) @ along)
+        covered.setdefault(symbol.kind, []).append(at)
     for kind in sorted(drawn, key=lambda kind: -drawn[kind]):
         spans = np.ptp(np.concatenate(covered[kind])) >= _LEAST_SPAN_SHARE * width_m
         if width_m <= _WIDEST_M[kind] and spans:
