@@ -92,6 +92,24 @@ def load(scenes: Sequence[Path], reading: FileOptions, *, progress: Progress) ->
     return load_scene(scenes, options=options, progress=progress)
 
 
+#: Of `DrawingSettings`, by field.
+OPTION_OF = {
+    "scales": "--scale",
+    "scales_by": "--scale-by",
+    "corners": "--corners",
+    "pages": "--page",
+    "parts": "--part",
+    "common_points": "--align",
+    "layers": "--layer",
+    "room_m": "--room-height",
+    "door_m": "--door-height",
+    "sill_m": "--sill-height",
+    "storey_m": "--storey-height",
+    "doubtful": "--doubtful",
+}
+_DEFAULT = DrawingSettings()
+
+
 def with_drawings_lifted(
     scenes: Sequence[Path],
     reading: FileOptions,
@@ -109,11 +127,19 @@ def with_drawings_lifted(
         There is another file of this name, which people may have mended.
     SceneError
         A drawing can't be used.
+    RequirementError
+        Options of drawings without a drawing.
     """
     from planner_core.drawings.lift import is_drawing, lift_drawings
+    from planner_core.errors import RequirementError
 
     drawings = [path for path in scenes if is_drawing(path)]
     if not drawings:
+        if idle := [option for name, option in OPTION_OF.items() if getattr(drawn, name) != getattr(_DEFAULT, name)]:
+            raise RequirementError(
+                f"{idle[0]}: got it with {scenes[0].name}, which is a model, expected a drawing (DXF, PDF or picture); "
+                "leave it out"
+            )
         return scenes, reading
     units = dict(zip(scenes, _of_each(scenes, reading.units, "--units"), strict=True))
     building = lift_drawings(drawings, _drawing_options(drawings, units, drawn), progress=reporter.show)
@@ -134,12 +160,8 @@ def _drawing_options(drawings: Sequence[Path], units: dict[Path, str], drawn: Dr
     scales, scales_by, corners, pages, parts, common = (
         _of_each(drawings, given, option)
         for given, option in (
-            (drawn.scales, "--scale"),
-            (drawn.scales_by, "--scale-by"),
-            (drawn.corners, "--corners"),
-            (drawn.pages, "--page"),
-            (drawn.parts, "--part"),
-            (drawn.common_points, "--align"),
+            (getattr(drawn, name), OPTION_OF[name])
+            for name in ("scales", "scales_by", "corners", "pages", "parts", "common_points")
         )
     )
     return DrawingOptions(

@@ -6,8 +6,9 @@ docs/decisions/0021-drawings.md.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
 from itertools import product
 from pathlib import Path
 
@@ -37,6 +38,8 @@ _READERS = {
 
 
 Box = tuple[float, float, float, float]
+_NAMED = 8
+"""Names of layers in a message."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +93,7 @@ def lift_drawings(
         The format's library is not installed.
     """
     plans: list[FloorPlan] = []
+    names: set[str] = set()
     common: FloatArray | None = None
     for number, path in enumerate(paths):
         pages: Sequence[int] = (options.pages[number] if options.pages else ()) or (0,)
@@ -97,6 +101,7 @@ def lift_drawings(
         for page, part in product(pages, parts):
             progress(ProgressEvent("load", 0, 0, f"reading {path.name}"))
             drawing = _read(path, page, progress)
+            names |= {*drawing.layers, *(part for symbol in drawing.symbols for part in symbol.name.split("/"))}
             progress(ProgressEvent("load", 0, 0, f"recognising walls, doors and rooms of {path.name}"))
             found, point = _plans(drawing, number, part, options, is_picture=_form(path) == "picture")
             if point is not None and common is not None:
@@ -106,6 +111,7 @@ def lift_drawings(
                 found[0] = replace(found[0], warnings=(*found[0].warnings, line))
             common = point if common is None else common
             plans += found
+    _check_patterns(options.patterns, names)
     return lifted(paths[0].stem, plans, options.heights, options.doubtful)
 
 
@@ -119,12 +125,40 @@ def _plans(
         drawing = cropped(drawing, part)
     if at is not None:
         drawing = with_mark(drawing, at)
+    scale = options.scales[number] if options.scales else PageScale()
+    _check_size(drawing, unit_m, scale)
     if drawing.page_height is not None:
-        scale = options.scales[number] if options.scales else PageScale()
         drawing, unit_m = _in_metres(drawing, scale, is_picture=is_picture), 1.0
     drawing, mark = without_mark(drawing) if at is not None else (drawing, None)
     plans = floor_plans(drawing, unit_m=unit_m, patterns=options.patterns)
     return plans, None if mark is None else mark * (unit_m or drawing.unit_m or 1.0)
+
+
+def _check_size(drawing: Drawing, unit_m: float | None, scale: PageScale) -> None:
+    """Refuse a scale of what has a unit, and a unit of what has a scale: neither would count."""
+    if drawing.page_height is None and scale != PageScale():
+        raise SceneError(
+            f"{drawing.name}: got a scale of a DXF, which has a unit, expected none; pass --units, or name the page or "
+            "picture that the scale is of, such as --scale upper.pdf=1:100."
+        )
+    if drawing.page_height is not None and unit_m is not None:
+        raise SceneError(
+            f"{drawing.name}: got a unit of a page or picture, which has a scale, expected none; pass --scale, or name "
+            "the file that the unit is of, such as --units ground.dxf=mm."
+        )
+
+
+def _check_patterns(patterns: Mapping[str, Kind], names: Collection[str]) -> None:
+    """Refuse patterns that no layer or block has: what they name would be read as if they were not there."""
+    for pattern in patterns:
+        if not any(fnmatchcase(name.casefold(), pattern.casefold()) for name in names):
+            shown = ", ".join(sorted(names)[:_NAMED]) + (
+                f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+            )
+            raise SceneError(
+                f"layer pattern {pattern!r}: no layer or block has such a name, expected one of {one_line(shown)}; "
+                "correct it."
+            )
 
 
 def _in_metres(drawing: Drawing, scale: PageScale, *, is_picture: bool) -> Drawing:

@@ -1,10 +1,13 @@
 """`tlsplan plan` on drawings, end to end."""
 
 import json
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tlsplan.inputs import OPTION_OF
+from tlsplan.options import DrawingSettings
 
 from planner_core.scene.load import load_scene
 from tests.drawings.drawn_buildings import draw_two_rooms
@@ -42,3 +45,24 @@ def test_mended_file_is_kept_without_overwrite(tlsplan, tmp_path: Path) -> None:
     assert done.returncode != 0
     assert "perhaps mended since; plan from it with tlsplan plan" in done.stderr
     assert (tmp_path / "out.ifc").read_bytes() == b"mended"
+
+
+@pytest.mark.parametrize(
+    ("scene", "option", "message"),
+    [
+        ("house.dxf", ("--scale", "1:100"), "house.dxf: got a scale of a DXF, which has a unit"),
+        ("house.dxf", ("--layer", "wall=NOPE*"), "layer pattern 'NOPE*': no layer or block has such a name"),
+        ("house.ifc", ("--page", "2"), "--page: got it with house.ifc, which is a model"),
+    ],
+)
+def test_options_that_would_not_count_are_refused(
+    tlsplan, tmp_path: Path, scene: str, option: tuple[str, ...], message: str
+) -> None:
+    draw_two_rooms(tmp_path / "house.dxf")
+    done = tlsplan("plan", tmp_path / scene, "-o", tmp_path / "out", *option)
+    assert done.returncode in (3, 4)
+    assert message in done.stderr and done.stderr.count("tlsplan: ") == 1
+
+
+def test_every_option_of_drawings_is_refused_without_one() -> None:
+    assert set(OPTION_OF) == {field.name for field in fields(DrawingSettings)}
