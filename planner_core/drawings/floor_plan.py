@@ -42,6 +42,8 @@ _FILLED_SHARE = 0.5
 _STOREY_M, _LEVEL_SHARE = (2.0, 12.0), 0.1
 """Heights of storeys, and the share of the longest level's walls from which on a level is one."""
 _NAMED_LAYERS = 8
+_PANE_M, _PANE_THICK_M = (0.35, 6.0), 0.08
+"""Lengths of windows that are drawn as one line, and how thick such a line is."""
 _APART_M, _GROUP_SHARE = 2.0, 0.5
 """Groups of walls this far apart, each of half of the largest's area, may be storeys."""
 _LEAST_WALLS_M2 = 0.2
@@ -249,7 +251,7 @@ def _floor_plan(
         *_symbols(drawing, OpeningKind.DOOR, strokes_m(Kind.DOOR)),
         *_symbols(drawing, OpeningKind.WINDOW, strokes_m(Kind.WINDOW)),
         *(SymbolLines(OpeningKind.WINDOW, window.exterior) for window in windows),
-        *_panes(drawing, strokes_m(Kind.UNKNOWN), layer),
+        *_panes(drawing, strokes_m(Kind.UNKNOWN), strokes_m(Kind.UNKNOWN, filled=True), layer),
         *_swings(strokes_m(Kind.UNKNOWN)),
     ]
     openings, area = openings_of(area, symbols)
@@ -322,12 +324,23 @@ def _swings(strokes: list[tuple[int, FloatArray]]) -> list[SymbolLines]:
     return found
 
 
-def _panes(drawing: Drawing, strokes: list[tuple[int, FloatArray]], layer: int | None) -> list[SymbolLines]:
-    """Lines side by side on other layers than the walls', where these have no name: windows, where they fill a gap."""
+def _panes(
+    drawing: Drawing, lines: list[tuple[int, FloatArray]], fills: list[tuple[int, FloatArray]], layer: int | None
+) -> list[SymbolLines]:
+    """Windows of drawings without named layers: lines side by side on other layers than the walls', and single ones."""
     if layer is None:
         return []
-    others = [stroke for row, stroke in strokes if drawing.layer_of_stroke[row] != layer]
-    return [SymbolLines(OpeningKind.WINDOW, lines, is_loose=True) for lines in lines_side_by_side(others)]
+    others = [stroke for row, stroke in lines if drawing.layer_of_stroke[row] != layer]
+    single = [shapely.LineString(stroke) for _, stroke in lines if _is_pane(stroke)]
+    single += [shapely.LineString(ring) for _, ring in fills if len(ring) <= 8 and _is_pane(ring)]
+    return [SymbolLines(OpeningKind.WINDOW, lines, is_loose=True) for lines in (*lines_side_by_side(others), *single)]
+
+
+def _is_pane(stroke: FloatArray) -> bool:
+    """Whether a stroke is long and straight, of the size of a window."""
+    box = shapely.oriented_envelope(shapely.LineString(stroke))
+    length = 0.5 * box.length if box.geom_type == "Polygon" else box.length
+    return bool(_PANE_M[0] <= length <= _PANE_M[1] and box.area <= _PANE_THICK_M * length)
 
 
 def _texts(drawing: Drawing, unit_m: float, height_m: float | None, patterns: Mapping[str, Kind]) -> list[PlacedText]:

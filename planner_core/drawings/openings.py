@@ -44,7 +44,7 @@ class SymbolLines:
     name: str = ""
     swings: tuple[SwingArc, ...] = ()
     is_loose: bool = False
-    """It may be something else: it fills a gap, and cuts no wall."""
+    """It may be something else: it counts in the middle of a gap, from end to end, and cuts no wall."""
 
     @property
     def leaves(self) -> list[Any]:
@@ -252,8 +252,10 @@ def _by_lines(gap: Opening, symbols: Sequence[SymbolLines]) -> Opening | None:
         inside = shapely.intersection(symbol.reach, area)
         if inside.length < _LEAST_DRAWN_M:
             continue
-        at = (shapely.get_coordinates(inside) - gap.corners_m[0]) @ along
-        if symbol.is_loose and np.ptp(at) < _LEAST_SPAN_SHARE * width_m:
+        apart = shapely.get_coordinates(inside) - gap.corners_m[0]
+        at, aside = apart @ along, apart @ ((gap.corners_m[3] - gap.corners_m[0]) / gap.thickness_m)
+        off_m = abs(float(np.median(aside)) - 0.5 * gap.thickness_m)
+        if symbol.is_loose and (np.ptp(at) < _LEAST_SPAN_SHARE * width_m or off_m > 0.25 * gap.thickness_m):
             continue
         drawn[symbol.kind] = drawn.get(symbol.kind, 0.0) + inside.length
         names.setdefault(symbol.kind, symbol.name)

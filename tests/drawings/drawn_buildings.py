@@ -84,6 +84,8 @@ def openings_at(scene: Scene, kind: str, z_m: float) -> list[DrawnOpening]:
         sides = np.stack([box[1] - box[0], box[2] - box[1]])
         length = np.hypot(sides[:, 0], sides[:, 1])
         long = int(np.argmax(length))
+        if length.min() > 0.5:
+            continue  # a leaf that stands open: its box does not show where the opening is
         found.append(DrawnOpening(box.mean(axis=0), sides[long] / length[long], length[long], length[1 - long]))
     return found
 
