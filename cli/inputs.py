@@ -226,6 +226,7 @@ def _write_lifted(building: Building, path: Path, *, overwrite: bool) -> None:
     from planner_core.errors import OutputExistsError
     from planner_core.plan_folder.atomic import staged_file
 
+    path.parent.mkdir(parents=True, exist_ok=True)
     with staged_file(path) as staged:
         write_building(building, staged)
         if path.exists() and not overwrite and path.read_bytes() != staged.read_bytes():

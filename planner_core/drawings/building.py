@@ -130,6 +130,8 @@ class Building:
     warnings: tuple[str, ...] = field(default=())
 
 
+#: Class of what is shown in a BIM editor, and is none of the building.
+_NO_SURFACE = "IfcVirtualElement"
 #: A jamb and a head of a door's frame; a leaf; a pane of a window.
 _FRAME_M, _LEAF_M, _PANE_M = 0.05, 0.04, 0.02
 #: Frames are as deep as walls, up to this.
@@ -220,12 +222,11 @@ def _stair(flight: Flight, number: int, rise_m: float) -> BuildingElement:
 def _stairs_in_doubt(
     plan: FloorPlan, above: FloorPlan | None, flights: Sequence[Flight], ceiling_m: float, doubtful: Doubtful
 ) -> list[BuildingElement]:
-    """Treads of which nothing shows which way they rise: left out, or solid up to the ceiling."""
-    if doubtful == Doubtful.AS_OPEN:
-        return []
+    """Treads of which nothing shows which way they rise: without surface, or solid up to the ceiling."""
+    kind = "IfcStair" if doubtful == Doubtful.AS_WALL else _NO_SURFACE
     known = shapely.union_all([flight.area for flight in flights])
     return [
-        BuildingElement("IfcStair", f"Stair {row} (doubtful)", (Prism(treads.area, 0.0, ceiling_m),), is_doubtful=True)
+        BuildingElement(kind, f"Stair {row} (doubtful)", (Prism(treads.area, 0.0, ceiling_m),), is_doubtful=True)
         for row, treads in enumerate(plan.treads, len(flights) + 1)
         if not shapely.intersects(treads.area, known)
     ]
@@ -250,10 +251,9 @@ def _opening(
 ) -> list[BuildingElement]:
     """The elements of an opening: the wall across it with a hole, and what fills the hole."""
     if opening.kind == OpeningKind.PASSAGE:
-        if doubtful == Doubtful.AS_OPEN:
-            return []
+        kind = "IfcWall" if doubtful == Doubtful.AS_WALL else _NO_SURFACE
         whole = (Prism(opening.area, 0.0, ceiling_m),)
-        return [BuildingElement("IfcWall", f"Gap {number} (doubtful)", whole, is_doubtful=True)]
+        return [BuildingElement(kind, f"Gap {number} (doubtful)", whole, is_doubtful=True)]
     is_door = opening.kind == OpeningKind.DOOR
     low_m, high_m = (0.0, heights.door_m) if is_door else (heights.sill_m, heights.window_head_m)
     high_m = min(high_m, ceiling_m)

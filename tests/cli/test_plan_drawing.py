@@ -18,7 +18,7 @@ QUICK = ("--grid", "1.0", "--height", "1.5", "--patch-area", "0.2", "--coverage"
 
 def test_drawing_is_planned_from_an_ifc_file_beside_the_plan(tlsplan, tmp_path: Path) -> None:
     draw_two_rooms(tmp_path / "house.dxf")
-    folder, lifted = tmp_path / "out", tmp_path / "out.ifc"
+    folder, lifted = tmp_path / "new" / "out", tmp_path / "new" / "out.ifc"
     done = tlsplan("plan", tmp_path / "house.dxf", "-o", folder, "--json", *QUICK)
     assert done.returncode == 0, done.stderr
     scene = load_scene(lifted)

@@ -94,6 +94,10 @@ def test_doubtful_gaps_bound_the_building_from_both_sides(tmp_path):
     doubtful = [wall.Name for wall in walls if get_pset(wall, "TLSPLAN_Drawing", "Doubtful")]
     assert doubtful == ["Gap 1 (doubtful)", "Gap 2 (doubtful)", "Gap 3 (doubtful)"]
     assert len(without.by_type("IfcWall")) == len(walls) - 3
+    assert [gap.Name for gap in without.by_type("IfcVirtualElement")] == doubtful
+    scene = load_scene(opened)
+    assert not any("doubtful" in element.name for element in scene.elements)
+    assert scene.report.warnings == ()
 
 
 @pytest.mark.slow
