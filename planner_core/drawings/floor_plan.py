@@ -259,6 +259,12 @@ def _floor_plan(
     filled = shapely.union_all([opening.area for opening in openings])
     seal_m = SEAL_M if likely is None else TRACED_SEAL_M
     rooms = rooms_of(area, filled, texts, seal_m)
+    if likely is not None and len(rooms) > 1 and all(o.kind == OpeningKind.WINDOW for o in openings):
+        raise SceneError(
+            f"{drawing.name}: no layer has a name for walls, and what looks like them encloses {len(rooms)} rooms "
+            "without a door or a gap, as on facades and sections, expected a floor plan; name the layer of the walls, "
+            "such as --layer wall=NAME."
+        )
     outline = _outline(sealed(area, filled, seal_m), seal_m)
     return FloorPlan(
         name=name,

@@ -67,9 +67,11 @@ def unit_of(name: str, sizes: DrawnSizes, *, stated_m: float | None, source: str
     if stated_m is not None:
         if not sizes.is_telling or sizes.fits(stated_m):
             return stated_m, ()
-        remedy = (
-            f"--units {fitting[0]}, in which it has {sizes.in_words(_UNITS_M[fitting[0]])}" if fitting else "--units"
-        )
+        remedy = "--units"
+        if fitting:
+            first, *others = fitting
+            named = " or ".join([first, *others])
+            remedy = f"--units {named}; in {first} it has {sizes.in_words(_UNITS_M[first])}"
         raise SceneError(
             f"{name}: by {source} its unit is {stated_m:g} m and it has {sizes.in_words(stated_m)}, expected doors of "
             f"0.5 to 1.6 m and walls of 0.04 to 0.7 m; pass its unit, such as {remedy}."

@@ -77,7 +77,7 @@ def test_walls_at_two_heights_are_two_storeys(tmp_path):
 def test_unit_that_doors_contradict_is_refused_unless_given(tmp_path):
     draw_two_rooms(tmp_path / "a.dxf", unit_m=1.0, insunits=4)
     drawing = read_dxf(str(tmp_path / "a.dxf"))
-    with pytest.raises(SceneError, match=r"doors 0\.00095 m wide and walls .* thick.*--units m"):
+    with pytest.raises(SceneError, match=r"doors 0\.00095 m wide and walls .* thick.*--units m;"):
         floor_plans(drawing)
     (plan,) = floor_plans(drawing, unit_m=1.0)
     assert far_apart(walls_of(plan), ROOM_WALLS) < 0.01

@@ -181,3 +181,14 @@ def test_scales_are_read_as_people_type_them():
             page_scale(coordinate_m, **wrong)
     with pytest.raises(SceneError, match="more than one"):
         page_scale(coordinate_m, scale="1:50", scale_by="1m,0,0,50,0")
+
+
+def test_facade_is_no_floor_plan():
+    """Frames of windows look like walls round rooms that nobody can enter."""
+    image = Image.new("RGB", SIZE, "white")
+    draw = ImageDraw.Draw(image)
+    for x, y in ((100, 100), (400, 100), (100, 350), (400, 350)):
+        draw.rectangle((x, y, x + 200, y + 180), outline="black", width=2)
+        draw.rectangle((x + 10, y + 10, x + 190, y + 170), outline="black", width=2)
+    with pytest.raises(SceneError, match=r"encloses 4 rooms without a door or a gap, as on facades.*--layer wall=NAME"):
+        plan_of(np.array(image))

@@ -54,7 +54,9 @@ def test_unit_that_is_not_stated_follows_from_doors_and_walls_with_a_warning(siz
 def test_stated_unit_is_believed_where_it_fits_and_refused_where_not():
     sizes = DrawnSizes(0.9, 0.15, 12.0)
     assert unit_of("a.dxf", sizes, stated_m=1.0, source="$INSUNITS") == (1.0, ())
-    with pytest.raises(SceneError, match=r"by \$INSUNITS its unit is 0\.001 m .*pass its unit, such as --units m,"):
+    with pytest.raises(
+        SceneError, match=r"by \$INSUNITS its unit is 0\.001 m .*pass its unit, such as --units m; in m it has doors 0"
+    ):
         unit_of("a.dxf", sizes, stated_m=0.001, source="$INSUNITS")
 
 
