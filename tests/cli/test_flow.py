@@ -153,7 +153,7 @@ def test_unknown_floor_ends_with_the_floors_there_are(tlsplan: Tlsplan, room: Pa
         ("points.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no faces"),
         ("index.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "--skip-bad-faces"),
         ("picture.ifc", b"\x89PNG\r\n\x1a\n" + bytes(64), "picture.ifc"),
-        ("plan.dwg", b"AC1027", ".ifc"),
+        ("plan.dwg", b"AC1027", "save it as DXF"),
     ],
 )
 def test_bad_scene_ends_with_one_line(tlsplan: Tlsplan, name: str, content: bytes, word: str, tmp_path: Path) -> None:

@@ -65,7 +65,7 @@ def test_name_that_no_system_allows_says_so(tmp_path):
         load_scene(tmp_path / ("x" * 5000 + ".obj"))
 
 
-@pytest.mark.parametrize("name", ["model.fbx", "model", "model.dwg"])
+@pytest.mark.parametrize("name", ["model.fbx", "model", "model.rvt"])
 def test_unknown_extension_lists_the_known_ones(tmp_path, name):
     message = message_of(written(tmp_path, name, "v 0 0 0\n"))
     assert all(extension in message for extension in FORMAT_OF_EXTENSION)
