@@ -133,3 +133,10 @@ def test_stairs_of_two_storeys_join_them(tmp_path):
 def test_heights_that_fit_no_room_are_refused(heights, words):
     with pytest.raises(SceneError, match=words):
         Heights(**heights)
+
+
+def test_drawing_that_takes_too_much_memory_in_child_is_one_line(drawn, monkeypatch):
+    assert len(lift_drawings([drawn]).storeys[0].rooms) == 2
+    monkeypatch.setenv("TLSPLAN_READ_MEMORY_GB", "0.01")
+    with pytest.raises(SceneError, match=r"house\.dxf: ezdxf took more than 0\.0 GB of memory"):
+        lift_drawings([drawn])
