@@ -46,6 +46,8 @@ def test_plan_of_the_first_version_can_be_planned_again_as_it_was_made(old_folde
     assert settings.site == Site()
     assert settings.requirements.limits == PointLimits()
     assert settings.requirements.network == "none"
+    assert (settings.requirements.min_strength, settings.requirements.min_probability) == (0.0, 0.0)
+    assert settings.set_up_tolerance_m == 0.0
     assert settings.scanner.azimuth_range_rad is None
     (options,) = load_options_of(document)
     assert (options.glass, options.doors) == ("return", "shut")
