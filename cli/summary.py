@@ -121,16 +121,14 @@ def _show_check(check: IndependentCheck, *, in_full: bool) -> None:
     output.say(f"judge         {check.n_points} random points, cast by {check.engine}")
     for name, figure in (("covered", check.covered_m2), ("scannable", check.achievable_m2)):
         off = f", {100 * (figure.planned / figure.judged - 1):+.1f} %" if figure.judged else ""
-        output.say(
-            f"  {name:<11} {figure.judged:.1f} m2 +- {figure.error:.1f}, the plan says {figure.planned:.1f}{off}"
-        )
+        output.say(f"  {name:<11} {figure.judged:.1f} m2 +- {figure.error:.1f}, the plan has {figure.planned:.1f}{off}")
     lines = [("share", check.share)]
     if check.links:
         worst = max(check.links, key=lambda link: abs(link.overlap.planned - link.overlap.judged))
         lines.append((f"overlap of {worst.a} and {worst.b}, which differs most:", worst.overlap))
     for name, figure in lines:
         output.say(
-            f"  {name:<11} {100 * figure.judged:.2f} % +- {100 * figure.error:.2f}, the plan says "
+            f"  {name:<11} {100 * figure.judged:.2f} % +- {100 * figure.error:.2f}, the plan has "
             f"{100 * figure.planned:.2f} %"
         )
 

@@ -84,13 +84,13 @@ def run(
     from planner_core.planning.independent_check import with_independent_check
     from planner_core.planning.plan import plan_survey
 
-    from .. import inputs, summary
+    from .. import drawings, inputs, summary
     from ..progress import ProgressReporter
 
     check_output(folder, overwrite=overwrite)  # before minutes of work, not after
     settings = problem_of(choosing=choosing, prior_stations=prior_stations, **problem)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
-        scenes, reading = inputs.with_drawings_lifted(
+        scenes, reading = drawings.with_drawings_lifted(
             scenes, reading, drawn, folder.with_name(f"{folder.name}.ifc"), reporter, overwrite=overwrite
         )
         survey, scan_engine, _ = inputs.open_survey(

@@ -98,14 +98,14 @@ def _disagreements(found: IndependentCheck) -> tuple[str, ...]:
     """A line on figures that are off by more than chance explains."""
     areas = (("covered", found.covered_m2), ("scannable", found.achievable_m2))
     differences = [
-        f"{name} {figure.judged:.0f} ± {figure.error:.0f} m2, the plan says {figure.planned:.0f}"
+        f"{name} {figure.judged:.0f} ± {figure.error:.0f} m2, the plan has {figure.planned:.0f}"
         for name, figure in areas
         if _is_off(figure)
     ]
     if _is_off(found.share):
         share = found.share
         differences.append(
-            f"{100 * share.judged:.1f} ± {100 * share.error:.1f} % of it covered, the plan says "
+            f"{100 * share.judged:.1f} ± {100 * share.error:.1f} % of it covered, the plan has "
             f"{100 * share.planned:.1f}"
         )
     if not differences:

@@ -41,7 +41,7 @@ def test_the_check_is_printed_beside_the_plan(tmp_path: Path, tlsplan: Callable[
     run = tlsplan(*asked)
     assert run.returncode == 0, run.stderr
     assert "judge         2000 random points, cast by Open3D" in run.stdout
-    assert re.search(r"covered +[\d.]+ m2 \+- [\d.]+, the plan says [\d.]+, \+\d", run.stdout)
+    assert re.search(r"covered +[\d.]+ m2 \+- [\d.]+, the plan has [\d.]+, \+\d", run.stdout)
     assert "overlap of A and B, which differs most:" in run.stdout
     document = json.loads(tlsplan(*asked, "--json").stdout)
     told = document["judge"]["share"]

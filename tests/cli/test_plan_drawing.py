@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tlsplan.inputs import OPTION_OF
+from tlsplan.drawings import OPTION_OF
 from tlsplan.options import DrawingSettings
 
 from planner_core.scene.load import load_scene

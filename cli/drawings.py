@@ -1,0 +1,160 @@
+"""Drawings among the files of a scene: raised to one IFC file, which takes their place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .inputs import of_each
+from .options import METRES_PER_UNIT, DrawingSettings, FileOptions
+
+if TYPE_CHECKING:
+    from planner_core.drawings.building import Building
+    from planner_core.drawings.lift import DrawingOptions
+
+    from .progress import ProgressReporter
+
+#: Of `DrawingSettings`, by field.
+OPTION_OF = {
+    "scales": "--scale",
+    "scales_by": "--scale-by",
+    "corners": "--corners",
+    "pages": "--page",
+    "parts": "--part",
+    "common_points": "--align",
+    "layers": "--layer",
+    "room_m": "--room-height",
+    "door_m": "--door-height",
+    "sill_m": "--sill-height",
+    "storey_m": "--storey-height",
+    "doubtful": "--doubtful",
+}
+_DEFAULT = DrawingSettings()
+
+
+def with_drawings_lifted(
+    scenes: Sequence[Path],
+    reading: FileOptions,
+    drawn: DrawingSettings,
+    lifted: Path,
+    reporter: ProgressReporter,
+    *,
+    overwrite: bool,
+) -> tuple[Sequence[Path], FileOptions]:
+    """Write the drawings among the scene's files as one IFC file, `lifted`, which takes their place.
+
+    Raises
+    ------
+    OutputExistsError
+        There is another file of this name, which people may have mended.
+    SceneError
+        A drawing can't be used.
+    RequirementError
+        Options of drawings without a drawing.
+    """
+    from planner_core.drawings.lift import is_drawing, lift_drawings
+    from planner_core.errors import RequirementError
+
+    drawings = [path for path in scenes if is_drawing(path)]
+    if not drawings:
+        if idle := [option for name, option in OPTION_OF.items() if getattr(drawn, name) != getattr(_DEFAULT, name)]:
+            raise RequirementError(
+                f"{idle[0]}: got it with {scenes[0].name}, which is a model, expected a drawing (DXF, PDF or picture); "
+                "leave it out"
+            )
+        return scenes, reading
+    units = dict(zip(scenes, of_each(scenes, reading.units, "--units"), strict=True))
+    building = lift_drawings(drawings, _drawing_options(drawings, units, drawn), progress=reporter.show)
+    reporter.warn(building.warnings)
+    _write_lifted(building, lifted, overwrite=overwrite)
+    others = [path for path in scenes if path not in drawings]
+    of_others = tuple((str(path), units[path]) for path in others if units[path])
+    return [lifted, *others], replace(reading, units=of_others)
+
+
+def _drawing_options(drawings: Sequence[Path], units: dict[Path, str], drawn: DrawingSettings) -> DrawingOptions:
+    from planner_core.drawings.building import Doubtful, Heights
+    from planner_core.drawings.layer_names import layer_patterns
+    from planner_core.drawings.lift import DrawingOptions
+    from planner_core.drawings.scales import page_scale
+    from planner_core.requirements.quantities import coordinate_m
+
+    scales, scales_by, corners, pages, parts, common = (
+        of_each(drawings, given, option)
+        for given, option in (
+            (getattr(drawn, name), OPTION_OF[name])
+            for name in ("scales", "scales_by", "corners", "pages", "parts", "common_points")
+        )
+    )
+    return DrawingOptions(
+        scales=tuple(
+            page_scale(coordinate_m, scale=ratio or None, scale_by=by or None, corners=four or None)
+            for ratio, by, four in zip(scales, scales_by, corners, strict=True)
+        ),
+        unit_m=tuple(METRES_PER_UNIT[units[path]] if units[path] else None for path in drawings),
+        pages=tuple(_pages(text) for text in pages),
+        parts=tuple(_parts(text) for text in parts),
+        common_points=tuple(_point(text) for text in common),
+        patterns=layer_patterns(drawn.layers),
+        heights=Heights(
+            room_m=drawn.room_m,
+            door_m=drawn.door_m,
+            sill_m=drawn.sill_m,
+            window_head_m=max(drawn.door_m, drawn.sill_m + 0.3),
+            storey_m=drawn.storey_m,
+        ),
+        doubtful=Doubtful(drawn.doubtful),
+    )
+
+
+def _pages(text: str) -> tuple[int, ...]:
+    from planner_core.errors import RequirementError
+
+    words = text.split(",") if text else []
+    if not all(word.strip().isdecimal() and int(word) > 0 for word in words):
+        raise RequirementError(f"--page: got {text!r}, expected numbers of pages from 1, such as 2 or 1,2; correct it")
+    return tuple(int(word) for word in words)
+
+
+def _parts(text: str) -> tuple[tuple[float, float, float, float], ...]:
+    from planner_core.errors import RequirementError
+
+    boxes = []
+    for box in text.split(";") if text else []:
+        try:
+            x1, y1, x2, y2 = (float(word) for word in box.split(","))
+        except ValueError as error:
+            raise RequirementError(
+                f"--part: got {text!r}, expected X1,Y1,X2,Y2, such as 50,60,500,400; correct it"
+            ) from error
+        boxes.append((x1, y1, x2, y2))
+    return tuple(boxes)
+
+
+def _point(text: str) -> tuple[float, float] | None:
+    from planner_core.errors import RequirementError
+
+    if not text:
+        return None
+    try:
+        x, y = (float(word) for word in text.split(","))
+    except ValueError as error:
+        raise RequirementError(f"--align: got {text!r}, expected X,Y, such as 120,340; correct it") from error
+    return x, y
+
+
+def _write_lifted(building: Building, path: Path, *, overwrite: bool) -> None:
+    from planner_core.drawings.ifc_file import write_building
+    from planner_core.errors import OutputExistsError
+    from planner_core.plan_folder.atomic import staged_file
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with staged_file(path) as staged:
+        write_building(building, staged)
+        if path.exists() and not overwrite and path.read_bytes() != staged.read_bytes():
+            raise OutputExistsError(
+                f"{path}: exists and is not what the drawing gives, perhaps mended since; plan from it with tlsplan "
+                f"plan {path}, or pass --overwrite to replace it"
+            )
