@@ -5,6 +5,7 @@ plays no part.
 the machine is; `--hypothesis-profile=default` tries others.
 """
 
+import fcntl
 import gc
 import os
 import random
@@ -46,6 +47,7 @@ prepare_import()
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
+gc.disable()  # until the tests are collected: modules and tests stay, whatever it looks through meanwhile
 NO_DEVICE = "this machine has no OpenCL device"
 _FOLDER = str(Path(__file__).parent)
 sys.path.insert(0, _FOLDER)
@@ -169,6 +171,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--random-order", metavar="SEED", help="random order of groups and of the tests in each")
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection(session: pytest.Session) -> Iterator[None]:
+    """In a new checkout one worker compiles all modules, which takes as long as all else here, and the others wait."""
+    if "PYTEST_XDIST_WORKER" not in os.environ or any(Path(_FOLDER, "__pycache__").glob("test_*-pytest-*.pyc")):
+        return (yield)
+    shared: Path = session.config._tmp_path_factory.getbasetemp().parent  # type: ignore[attr-defined]
+    with (shared / "compiling.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        return (yield)
+
+
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Keep tests of a file on one worker, so that what they share is made once, not once a worker.
@@ -198,6 +211,7 @@ def pytest_collection_finish() -> None:
     """Leave modules and tests out of what the collector of cycles looks through: it would, thousands of times."""
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
