@@ -27,7 +27,16 @@ from planner_core.drawings.openings import Opening, OpeningKind, SymbolLines, is
 from planner_core.drawings.room_outlines import SEAL_M, TRACED_SEAL_M, PlacedText, RoomOutline, rooms_of, sealed
 from planner_core.drawings.stairs import Treads, treads_of
 from planner_core.drawings.units import DrawnSizes, drawn_sizes, unit_of
-from planner_core.drawings.walls import WallPiece, fills_area, outlined_area, straight_pieces
+from planner_core.drawings.walls import (
+    THICKEST_M,
+    WallPiece,
+    fills_area,
+    lines_without_walls,
+    outlined_area,
+    polygons_of,
+    segments_of,
+    straight_pieces,
+)
 from planner_core.errors import SceneError, one_line
 from planner_core.model import BoolArray, FloatArray, Int64Array
 
@@ -44,9 +53,15 @@ _STOREY_M, _LEVEL_SHARE = (2.0, 12.0), 0.1
 _NAMED_LAYERS = 8
 _PANE_M, _PANE_THICK_M = (0.35, 6.0), 0.08
 """Lengths of windows that are drawn as one line, and how thick such a line is."""
-_APART_M, _GROUP_SHARE = 2.0, 0.5
-"""Groups of walls this far apart, each of half of the largest's area, may be storeys."""
+_APART_M, _GROUP_SHARE = 2.0, 0.25
+"""Groups of walls this far apart, each of a quarter of the largest's area, may be storeys."""
 _LEAST_WALLS_M2 = 0.2
+_THICKER, _THICKEST_OLD_M = 1.4, 1.6
+"""Of the usual thickness of a drawing's walls: the thickest; and the limit of that, in old buildings."""
+_SINGLE_M, _SINGLE_SHARE = 0.1, 0.5
+"""Thickness of walls that are drawn as one line, and the share of lines from which on a drawing's walls are."""
+_LOST_SHARE, _LOST_SHARE_OF_WRONG_UNIT = 0.1, 0.25
+"""Of lines that bound no wall: a few are of piers and niches; these are worth a warning, and doubt of the unit."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +77,18 @@ class FloorPlan:
     height_m: float | None = None
     """Of the drawing's own level; None: it is flat."""
     warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _NamedWalls:
+    """What is known of the walls of a drawing whose layers have names.
+
+    are_doors_drawn : facades and sections have no swings. other_units : those that sizes fit, if nobody chose one.
+    """
+
+    thickest_m: float = THICKEST_M
+    are_doors_drawn: bool = False
+    other_units: tuple[str, ...] = ()
 
 
 def floor_plans(
@@ -84,9 +111,13 @@ def floor_plans(
     kinds = _kinds_of_strokes(drawing, patterns or {})
     is_named = bool((kinds == _CODES[Kind.WALL]).any())
     warnings: tuple[str, ...] = ()
+    sizes = _sizes(drawing, kinds, Kind.WALL if is_named else Kind.UNKNOWN)
+    other_units: tuple[str, ...] = ()
     if unit_m is None:
-        sizes = _sizes(drawing, kinds, Kind.WALL if is_named else Kind.UNKNOWN)
         unit_m, warnings = unit_of(drawing.name, sizes, stated_m=drawing.unit_m, source=drawing.unit_source)
+        other_units = sizes.other_units(unit_m)
+    thickest_m = min(max(THICKEST_M, _THICKER * sizes.wall * unit_m), _THICKEST_OLD_M)
+    named = _NamedWalls(thickest_m, bool(np.isfinite(sizes.door)), other_units)
     if not is_named:
         layer = _likely_layer(drawing, kinds, unit_m)
         warnings = (*warnings, _walls_by_shape(drawing, layer))
@@ -95,7 +126,9 @@ def floor_plans(
         ]
     else:
         plans = [
-            _floor_plan(drawing, kinds, rows, unit_m, patterns=patterns or {}, height_m=height_m, name=name)
+            _floor_plan(
+                drawing, kinds, rows, unit_m, patterns=patterns or {}, height_m=height_m, name=name, walls=named
+            )
             for name, height_m, rows in _storeys(drawing, _levels(drawing, kinds, unit_m), unit_m)
         ]
     plans[0] = replace(plans[0], warnings=(*drawing.warnings, *warnings, *plans[0].warnings))
@@ -228,6 +261,7 @@ def _floor_plan(
     height_m: float | None = None,
     name: str = "",
     layer: int | None = None,
+    walls: _NamedWalls = _NamedWalls(),
 ) -> FloorPlan:
     """One storey of the strokes `rows`. layer : of walls without a name; None: walls have names."""
 
@@ -236,8 +270,10 @@ def _floor_plan(
         return [(row, drawing.stroke(row)[:, :2] * unit_m) for row in chosen.tolist()]
 
     likely = None if layer is None else _likely(drawing, kinds, layer, unit_m)
+    doubts: list[str] = []
     if likely is None:
-        area = _walls_area(drawing, strokes_m(Kind.WALL), strokes_m(Kind.WALL, filled=True))
+        lines = [stroke for _, stroke in strokes_m(Kind.WALL)]
+        area, doubts = _walls_area(drawing, lines, strokes_m(Kind.WALL, filled=True), walls)
     else:
         area = likely.area
     if area.area < _LEAST_WALLS_M2:
@@ -254,7 +290,7 @@ def _floor_plan(
         *_panes(drawing, strokes_m(Kind.UNKNOWN), strokes_m(Kind.UNKNOWN, filled=True), layer),
         *_swings(strokes_m(Kind.UNKNOWN)),
     ]
-    openings, area = openings_of(area, symbols)
+    openings, area = openings_of(area, symbols, thickest_m=walls.thickest_m)
     texts = _texts(drawing, unit_m, height_m, patterns)
     filled = shapely.union_all([opening.area for opening in openings])
     seal_m = SEAL_M if likely is None else TRACED_SEAL_M
@@ -268,22 +304,44 @@ def _floor_plan(
     outline = _outline(sealed(area, filled, seal_m), seal_m)
     return FloorPlan(
         name=name,
-        walls=tuple(straight_pieces(area)),
+        walls=tuple(straight_pieces(area, thickest_m=walls.thickest_m)),
         openings=tuple(openings),
         rooms=tuple(rooms),
         outline=outline,
         treads=tuple(treads_of([stroke for _, stroke in strokes_m(Kind.STAIR)])),
         height_m=height_m,
-        warnings=tuple(_doubts(outline, drawing.name, name, symbols, openings, rooms)),
+        warnings=(*doubts, *_doubts(outline, drawing.name, name, symbols, openings, rooms)),
     )
 
 
-def _walls_area(drawing: Drawing, lines: list[tuple[int, FloatArray]], fills: list[tuple[int, FloatArray]]) -> Any:
-    outlined = outlined_area([stroke for _, stroke in lines])
+def _walls_area(
+    drawing: Drawing, lines: list[FloatArray], fills: list[tuple[int, FloatArray]], walls: _NamedWalls
+) -> tuple[Any, list[str]]:
+    """The area of walls, and a warning of lines that bound none."""
+    outlined = outlined_area(lines, thickest_m=walls.thickest_m)
     filled = _filled_area(drawing, fills)
-    if filled.area >= _FILLED_SHARE * outlined.area:
-        return filled
-    return shapely.union_all([outlined, filled])
+    if fills and filled.area >= _FILLED_SHARE * outlined.area:
+        return filled, []
+    area = shapely.union_all([outlined, filled])
+    lost = lines_without_walls(lines, area)
+    share = lost.length / shapely.length(shapely.union_all(shapely.linestrings(segments_of(lines)))).item()
+    if share <= _LOST_SHARE:
+        return area, []
+    longest = max(shapely.get_parts(lost), key=lambda line: (line.length, *line.bounds))
+    x, y = shapely.get_coordinates(shapely.line_interpolate_point(longest, 0.5, normalized=True))[0].tolist()
+    which = f"{share:.0%} of the lines on its wall layers, the longest at x {x:.2f}, y {y:.2f} m,".replace("%", " %", 1)
+    if walls.other_units and share > _LOST_SHARE_OF_WRONG_UNIT:
+        raise SceneError(
+            f"{drawing.name}: {which} bound no wall, and its sizes fit {' and '.join(walls.other_units)} as well as "
+            f"the unit that it states, expected to know its unit; pass it, such as --units {walls.other_units[0]}."
+        )
+    if walls.are_doors_drawn and share > _SINGLE_SHARE:
+        single = shapely.buffer(lost, 0.5 * _SINGLE_M, cap_style="square", join_style="mitre")
+        line = f"{which} have no line beside them and are walls {_SINGLE_M:g} m thick"
+        return polygons_of(shapely.union_all([area, single])), [
+            f"{drawing.name}: {line}; if that is wrong, pass --units."
+        ]
+    return area, [f"{drawing.name}: {which} bound no wall and are left out; check the map."]
 
 
 def _filled_area(drawing: Drawing, fills: list[tuple[int, FloatArray]]) -> Any:

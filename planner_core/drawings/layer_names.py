@@ -37,8 +37,8 @@ _WORDS: tuple[tuple[Kind, str], ...] = (
         Kind.IGNORED,
         "=dim =dims =demo =hdr =head =lintel =sturz =rcp =grid =grids =axis =axes <achs =defpoints "
         "<dimension <bemass <vermass <cota <cotes <abbruch <demol <furn <mobel <moebel <mobili <mueble "
-        "<meuble =symb <overhead <station indoor outdoor <wandverk <jalous <sanitar <plumb мебел размер "
-        "=оси снос 家具 尺寸 标注 轴",
+        "<meuble =symb =stem <footer <footing <foundation <fundament <overhead <station indoor outdoor <wandverk "
+        "<jalous <sanitar <plumb мебел размер =оси снос 家具 尺寸 标注 轴",
     ),
     (Kind.TEXT, "=iden =anno =text =texte =texts <beschrift <label <tag =tags надпис 文字"),
     (

@@ -105,19 +105,21 @@ _ON_WALL_SHARE = 0.5
 _STEPS = 5
 
 
-def openings_of(walls: Any, symbols: Sequence[SymbolLines]) -> tuple[list[Opening], Any]:
-    """Find the openings in an area of walls.
+def openings_of(
+    walls: Any, symbols: Sequence[SymbolLines], *, thickest_m: float = THICKEST_M
+) -> tuple[list[Opening], Any]:
+    """Find the openings in an area of walls that are no thicker.
 
     Returns
     -------
     The openings, from the lowest corner; and the walls without those that symbols cut out.
     """
     tree = shapely.STRtree([symbol.reach for symbol in symbols])
-    found = [opening for corners in _gaps(walls) for opening in _filled(corners, symbols, tree)]
+    found = [opening for corners in _gaps(walls, thickest_m) for opening in _filled(corners, symbols, tree)]
     in_gaps = {int(row) for opening in found if not opening.is_doubtful for row in _symbols_in(opening.area, tree)}
     alone = [each for row, each in enumerate(symbols) if row not in in_gaps and not each.is_loose]
-    walls, cut = _cut_by_symbols(walls, alone)
-    between = [o for each in alone if (o := _between_walls(walls, each)) is not None]
+    walls, cut = _cut_by_symbols(walls, alone, thickest_m)
+    between = [o for each in alone if (o := _between_walls(walls, each, thickest_m)) is not None]
     return _once_each([*found, *cut, *between]), walls
 
 
@@ -135,9 +137,9 @@ def _symbols_in(area: Any, tree: Any) -> list[int]:
     return sorted(tree.query(_around(area), predicate="intersects").tolist())
 
 
-def _gaps(walls: Any) -> list[FloatArray]:
+def _gaps(walls: Any, thickest_m: float) -> list[FloatArray]:
     """Rectangles (4, 2) from the end of each wall to what is ahead of it, nearest first."""
-    caps = _caps(walls)
+    caps = _caps(walls, thickest_m)
     if not len(caps):
         return []
     reach_m = max(_WIDEST_M.values())
@@ -163,7 +165,7 @@ def _gaps(walls: Any) -> list[FloatArray]:
     return sorted(gaps, key=lambda gap: (round(float(np.hypot(*(gap[1] - gap[0]))), 4), *gap[0].tolist()))
 
 
-def _caps(walls: Any) -> FloatArray:
+def _caps(walls: Any, thickest_m: float) -> FloatArray:
     """(C, 2, 2) edges that are ends of walls: as long as walls are thick, with square outer corners."""
     caps = []
     for polygon in shapely.get_parts(walls):
@@ -177,7 +179,7 @@ def _caps(walls: Any) -> FloatArray:
                 np.degrees(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)))
                 for a, b in ((last, step), (step, following))
             ]
-            is_cap = (length >= THINNEST_M) & (length <= THICKEST_M) & (turns[0] > 45.0) & (turns[1] > 45.0)
+            is_cap = (length >= THINNEST_M) & (length <= thickest_m) & (turns[0] > 45.0) & (turns[1] > 45.0)
             caps += [np.stack([corners[row], after[row]]) for row in np.flatnonzero(is_cap)]
     return np.array(caps).reshape(-1, 2, 2)
 
@@ -281,11 +283,11 @@ def _once_each(openings: list[Opening]) -> list[Opening]:
     )
 
 
-def _cut_by_symbols(walls: Any, symbols: Sequence[SymbolLines]) -> tuple[Any, list[Opening]]:
+def _cut_by_symbols(walls: Any, symbols: Sequence[SymbolLines], thickest_m: float) -> tuple[Any, list[Opening]]:
     """Cut doors and windows out of walls whose outlines run on under them."""
     openings = []
     for symbol in symbols:
-        over = (_corners_in_wall(walls, lines) for lines in symbol.leaves or (symbol.lines,))
+        over = (_corners_in_wall(walls, lines, thickest_m) for lines in symbol.leaves or (symbol.lines,))
         found = [Opening(symbol.kind, corners, symbol.name) for corners in over if corners is not None]
         opening = next((o for o in found if NARROWEST_M <= o.width_m <= _WIDEST_M[symbol.kind]), None)
         if opening is None:
@@ -297,7 +299,7 @@ def _cut_by_symbols(walls: Any, symbols: Sequence[SymbolLines]) -> tuple[Any, li
     return walls, openings
 
 
-def _between_walls(walls: Any, symbol: SymbolLines) -> Opening | None:
+def _between_walls(walls: Any, symbol: SymbolLines, thickest_m: float) -> Opening | None:
     """A window whose lines fill a gap between the sides of walls, so that no end of a wall faces it."""
     box = shapely.oriented_envelope(symbol.lines)
     if symbol.kind != OpeningKind.WINDOW or box.geom_type != "Polygon":
@@ -307,14 +309,14 @@ def _between_walls(walls: Any, symbol: SymbolLines) -> Opening | None:
     if sides[0] < sides[1]:
         corners = np.roll(corners, -1, axis=0)
     opening = Opening(symbol.kind, corners, symbol.name)
-    fits = NARROWEST_M <= opening.width_m <= _WIDEST_M[symbol.kind] and opening.thickness_m <= THICKEST_M
+    fits = NARROWEST_M <= opening.width_m <= _WIDEST_M[symbol.kind] and opening.thickness_m <= thickest_m
     jambs = [shapely.LineString(corners[[1, 2]]), shapely.LineString(corners[[3, 0]])]
     touches = all(shapely.distance(walls, jamb) <= _REACH_M for jamb in jambs)
     is_free = shapely.intersection(walls, box).area < _SAME_SHARE * box.area
     return opening if fits and touches and is_free else None
 
 
-def _corners_in_wall(walls: Any, lines: Any) -> FloatArray | None:
+def _corners_in_wall(walls: Any, lines: Any, thickest_m: float) -> FloatArray | None:
     """The part of a wall (4, 2) that lines lie over; None where they lie over none."""
     box = shapely.oriented_envelope(lines)
     if box.geom_type != "Polygon":
@@ -328,13 +330,13 @@ def _corners_in_wall(walls: Any, lines: Any) -> FloatArray | None:
     across = np.array([-along[1], along[0]])
     middle = corners.mean(axis=0)
     half = float(np.hypot(*sides[long])) / 2
-    line = shapely.LineString([middle - THICKEST_M * across, middle + THICKEST_M * across])
+    line = shapely.LineString([middle - thickest_m * across, middle + thickest_m * across])
     parts = [part for part in shapely.get_parts(shapely.intersection(line, walls)) if part.geom_type == "LineString"]
     if not parts:
         return None
     through = min(parts, key=lambda part: (part.distance(shapely.Point(middle)), -part.length))
     reach = np.sort((shapely.get_coordinates(through) - middle) @ across)
-    if not THINNEST_M <= reach[1] - reach[0] <= THICKEST_M:
+    if not THINNEST_M <= reach[1] - reach[0] <= thickest_m:
         return None
     rows = [(-half, reach[0]), (half, reach[0]), (half, reach[1]), (-half, reach[1])]
     return np.array([middle + s * along + n * across for s, n in rows])

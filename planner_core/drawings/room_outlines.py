@@ -27,6 +27,8 @@ _MEASURE = re.compile(
     re.IGNORECASE,
 )
 """Areas, heights and dimensions, which rooms carry beside their names."""
+_DOOR_SIZE = re.compile(r"^\d\d(6[68]|70|80)$")
+"""Width and height of doors in feet and inches: 2668 is 2'6\" by 6'8\"."""
 _LONGEST_NAME = 60
 
 
@@ -67,6 +69,8 @@ def rooms_of(walls: Any, openings: Any, texts: Sequence[PlacedText], seal_m: flo
             holes += [part for part in shapely.get_parts(free) if part.geom_type == "Polygon"]
     rooms = [hole for hole in holes if hole.area >= LEAST_ROOM_M2]
     rooms.sort(key=lambda room: tuple(np.round(shapely.bounds(room), 3).tolist()))
+    are_door_sizes = sum(bool(_DOOR_SIZE.match(text.text)) for text in texts) > len(rooms) // 2
+    texts = [text for text in texts if not (are_door_sizes and _DOOR_SIZE.match(text.text))]
     where = shapely.points([[text.x, text.y] for text in texts]) if texts else np.empty(0, dtype=object)
     named = []
     for number, room in enumerate(rooms, 1):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from planner_core.model import FloatArray
 _UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 """What floor plans are drawn in, by the words of --units."""
 _DOOR_M, _WALL_M, _EXTENT_M = (0.5, 1.6), (0.04, 0.7), (2.0, 3000.0)
+_THICKEST_OLD_WALL_M = 1.5
+_LINE_A_WALL = 1.5
+"""Lines side by side that are this many doors apart are walls of one line each, with rooms between them."""
 _MOST_LINES = 4000
 _LEAST_DOORS = 2
 _SAME_ANGLE_RAD = np.deg2rad(0.5)
@@ -31,6 +34,10 @@ class DrawnSizes:
         """Whether they are a building's in a unit of this length."""
         pairs = ((self.door, _DOOR_M), (self.wall, _WALL_M), (self.extent, _EXTENT_M))
         return all(not np.isfinite(size) or low <= size * unit_m <= high for size, (low, high) in pairs)
+
+    def other_units(self, unit_m: float) -> tuple[str, ...]:
+        """Words of the units that they fit, but for one."""
+        return tuple(unit for unit, m in _UNITS_M.items() if m != unit_m and self.is_telling and self.fits(m))
 
     def in_words(self, unit_m: float) -> str:
         """Doors and walls in metres, for messages."""
@@ -52,7 +59,8 @@ def drawn_sizes(wall_segments: FloatArray, arcs: Sequence[SwingArc], points: Flo
     radii = np.array([arc.radius for arc in arcs])
     door = float(np.median(radii)) if radii.size >= _LEAST_DOORS else float("nan")
     extent = float(np.ptp(points, axis=0).max()) if len(points) else float("nan")
-    return DrawnSizes(door, _wall_thickness(wall_segments), extent)
+    wall = _wall_thickness(wall_segments)
+    return DrawnSizes(door, float("nan") if wall > _LINE_A_WALL * door else wall, extent)
 
 
 def unit_of(name: str, sizes: DrawnSizes, *, stated_m: float | None, source: str) -> tuple[float, tuple[str, ...]]:
@@ -67,14 +75,17 @@ def unit_of(name: str, sizes: DrawnSizes, *, stated_m: float | None, source: str
     if stated_m is not None:
         if not sizes.is_telling or sizes.fits(stated_m):
             return stated_m, ()
-        remedy = "--units"
+        remedy = "no other fits, so name the layer of its walls, such as --layer wall=NAME, or pass --units"
         if fitting:
             first, *others = fitting
             named = " or ".join([first, *others])
-            remedy = f"--units {named}; in {first} it has {sizes.in_words(_UNITS_M[first])}"
+            remedy = f"pass its unit, such as --units {named}; in {first} it has {sizes.in_words(_UNITS_M[first])}"
+        own = [unit for unit, length_m in _UNITS_M.items() if length_m == stated_m]
+        if own and replace(sizes, wall=float("nan")).fits(stated_m) and sizes.wall * stated_m <= _THICKEST_OLD_WALL_M:
+            remedy += f"; where its walls are as thick as that, --units {own[0]}"
         raise SceneError(
             f"{name}: by {source} its unit is {stated_m:g} m and it has {sizes.in_words(stated_m)}, expected doors of "
-            f"0.5 to 1.6 m and walls of 0.04 to 0.7 m; pass its unit, such as {remedy}."
+            f"0.5 to 1.6 m and walls of 0.04 to 0.7 m; {remedy}."
         )
     if len(fitting) == 1:
         unit_m = _UNITS_M[fitting[0]]

@@ -49,7 +49,10 @@ def fills_area(rings_of_fill: Sequence[Sequence[FloatArray]]) -> Any:
         area: Any = shapely.Polygon()
         for ring in rings:
             if len(ring) >= 4:
-                area = shapely.symmetric_difference(area, shapely.make_valid(shapely.Polygon(ring)), grid_size=GRID_M)
+                filled = polygons_of(
+                    shapely.make_valid(shapely.Polygon(ring))
+                )  # rings that touch themselves: lines, too
+                area = shapely.symmetric_difference(area, filled, grid_size=GRID_M)
         areas.append(area)
     return polygons_of(shapely.union_all(areas, grid_size=GRID_M)) if areas else shapely.MultiPolygon()
 
@@ -74,10 +77,17 @@ def thin_faces(lines: Sequence[FloatArray], *, thickest_m: float = THICKEST_M) -
     walls = [face for face in faces if is_thin(face, thickest_m) and wide_share(face, THINNEST_M) > 0.0]
     closed = shapely.union_all(walls, grid_size=GRID_M)
     left = shapely.difference(shapely.union_all(shapely.linestrings(segments)), shapely.buffer(closed, SNAP_M))
-    return [*walls, *_strips_between(segments_of([shapely.get_coordinates(line) for line in shapely.get_parts(left)]))]
+    alone = segments_of([shapely.get_coordinates(line) for line in shapely.get_parts(left)])
+    return [*walls, *_strips_between(alone, thickest_m)]
 
 
-def _strips_between(segments: FloatArray) -> list[Any]:
+def lines_without_walls(lines: Sequence[FloatArray], walls: Any) -> Any:
+    """The parts of lines (K, 2) that bound no wall of an area, nor lie in it (shapely)."""
+    strings = shapely.union_all(shapely.linestrings(segments_of(lines)), grid_size=GRID_M)
+    return shapely.difference(strings, shapely.buffer(walls, SNAP_M))
+
+
+def _strips_between(segments: FloatArray, thickest_m: float) -> list[Any]:
     """Strips between parallel lines that no face is closed by; each line has its wall on the nearer side.
 
     Where one of both lines goes on, the wall does, as far as `_ONE_SIDED_M`.
@@ -89,10 +99,11 @@ def _strips_between(segments: FloatArray) -> list[Any]:
         return []
     tree = shapely.STRtree(shapely.linestrings(segments))
     direction = along / length[:, None]
+    apart_m = thickest_m if thickest_m > THICKEST_M else _PAIR_M
     strips = []
     for row in np.argsort(-length, kind="stable").tolist():
         across = np.array([-direction[row, 1], direction[row, 0]])
-        near = tree.query(tree.geometries[row], predicate="dwithin", distance=_PAIR_M)
+        near = tree.query(tree.geometries[row], predicate="dwithin", distance=apart_m)
         near = near[(np.abs(direction[near] @ direction[row]) > _SAME_WAY) & (near != row)]
         ends = np.sort((segments[near] - segments[row, 0]) @ direction[row], axis=1).clip(0.0, length[row])
         off = ((segments[near] - segments[row, 0]) @ across).mean(axis=1)
@@ -112,7 +123,7 @@ def _strips_between(segments: FloatArray) -> list[Any]:
             end = max(end, high)
         for low, high in merged:
             # Up to its end beyond the other line's, where both turn the corner.
-            low, high = 0.0 if low <= THICKEST_M else low, length[row] if length[row] - high <= THICKEST_M else high
+            low, high = 0.0 if low <= thickest_m else low, length[row] if length[row] - high <= thickest_m else high
             ring = [segments[row, 0] + s * direction[row] for s in (low, high)]
             strips.append(shapely.Polygon([*ring, ring[1] + thickness * across, ring[0] + thickness * across]))
     return strips

@@ -9,6 +9,7 @@ import shapely
 from planner_core.drawings.dxf import read_dxf
 from planner_core.drawings.floor_plan import floor_plans
 from planner_core.drawings.layer_names import Kind
+from planner_core.drawings.room_outlines import PlacedText, rooms_of
 from planner_core.errors import SceneError
 from planner_core.export.dxf import write_dxf
 from planner_core.export.options import Options
@@ -81,6 +82,63 @@ def test_unit_that_doors_contradict_is_refused_unless_given(tmp_path):
         floor_plans(drawing)
     (plan,) = floor_plans(drawing, unit_m=1.0)
     assert far_apart(walls_of(plan), ROOM_WALLS) < 0.01
+
+
+def draw_lines(path, lines, *, layer="A-WALL", insunits=6, doors=()):
+    document = ezdxf.new(units=insunits)
+    for points, closed in lines:
+        document.modelspace().add_lwpolyline(points, close=closed, dxfattribs={"layer": layer})
+    for centre, begin, end in doors:
+        document.modelspace().add_arc(centre, 0.5, begin, end, dxfattribs={"layer": "A-DOOR"})
+    document.saveas(path)
+    return read_dxf(str(path))
+
+
+def ring(x0, y0, x1, y1, thick):
+    return [([(x0 - t, y0 - t), (x1 + t, y0 - t), (x1 + t, y1 + t), (x0 - t, y1 + t)], True) for t in (0.0, thick)]
+
+
+def test_walls_of_one_line_get_a_thickness_and_a_warning(tmp_path):
+    walls = [([(0, 0), (8, 0), (8, 5), (0, 5)], True), ([(4, 0), (4, 2)], False), ([(4, 3), (4, 5)], False)]
+    doors = [((4, 2), 0, 90), ((4, 3), 270, 360)]  # a double door
+    drawing = draw_lines(tmp_path / "a.dxf", walls, doors=doors)
+    (plan,) = floor_plans(drawing)
+    assert [room.outline.area for room in plan.rooms] == pytest.approx([3.9 * 4.9] * 2, abs=0.01)
+    assert kinds(plan) == [("door", 0.9)]
+    assert "100 % of the lines on its wall layers" in plan.warnings[0]
+    assert "no line beside them and are walls 0.1 m thick" in plan.warnings[0]
+    facade = draw_lines(tmp_path / "facade.dxf", walls)
+    with pytest.raises(SceneError, match="its wall layers hold no walls"):
+        floor_plans(facade, unit_m=1.0)
+    with pytest.raises(SceneError, match=r"walls 5 m thick .* no other fits, so name the layer of its walls"):
+        floor_plans(facade)
+
+
+def test_walls_of_old_buildings_are_as_thick_as_they_are_drawn(tmp_path):
+    (plan,) = floor_plans(draw_lines(tmp_path / "a.dxf", ring(0, 0, 20, 10, 0.9)), unit_m=1.0)
+    assert plan.warnings == ()
+    assert walls_of(plan).area == pytest.approx(21.8 * 11.8 - 200.0, abs=0.01)
+
+
+def test_lines_that_bound_no_wall_are_a_warning_or_put_the_unit_in_doubt(tmp_path):
+    # Of walls 0.13 m thick, in centimetres: read in inches, those of 0.25 m are no walls any more.
+    walls = [*ring(0, 0, 1000, 600, 25), *ring(1100, 0, 1500, 600, 13), *ring(1600, 0, 2000, 600, 13)]
+    drawing = draw_lines(tmp_path / "a.dxf", walls, insunits=1)
+    with pytest.raises(
+        SceneError, match=r"% of the lines on its wall layers.* fit cm as well as.*such as --units cm\."
+    ):
+        floor_plans(drawing)
+    (plan,) = floor_plans(drawing, unit_m=0.0254)
+    assert "bound no wall and are left out" in plan.warnings[0]
+    assert floor_plans(drawing, unit_m=0.01)[0].warnings == ()
+
+
+def test_sizes_of_doors_are_no_numbers_of_rooms():
+    walls = shapely.difference(shapely.box(-0.2, -0.2, 5.2, 4.2), shapely.box(0, 0, 5, 4))
+    (room,) = rooms_of(walls, shapely.Polygon(), [PlacedText("2668", 1.0, 1.0), PlacedText("KITCHEN", 2.0, 2.0)])
+    assert (room.name, room.long_name) == ("1", "KITCHEN")
+    (room,) = rooms_of(walls, shapely.Polygon(), [PlacedText("214", 1.0, 1.0), PlacedText("KITCHEN", 2.0, 2.0)])
+    assert (room.name, room.long_name) == ("214", "KITCHEN")
 
 
 def test_drawing_without_walls_is_refused(tmp_path):

@@ -32,6 +32,8 @@ def test_sizes_are_measured_in_the_drawing():
     sizes = drawn_sizes(walls.astype(float), swings, walls.reshape(-1, 2).astype(float))
     assert (sizes.door, sizes.extent) == (900.0, 5000.0)
     assert 115.0 <= sizes.wall <= 240.0
+    rooms_between = drawn_sizes(walls[::2].astype(float), swings, walls.reshape(-1, 2).astype(float))
+    assert math.isnan(rooms_between.wall)
 
 
 @pytest.mark.parametrize(
@@ -58,6 +60,8 @@ def test_stated_unit_is_believed_where_it_fits_and_refused_where_not():
         SceneError, match=r"by \$INSUNITS its unit is 0\.001 m .*pass its unit, such as --units m; in m it has doors 0"
     ):
         unit_of("a.dxf", sizes, stated_m=0.001, source="$INSUNITS")
+    with pytest.raises(SceneError, match=r"--units mm; .*; where its walls are as thick as that, --units cm\."):
+        unit_of("a.dxf", DrawnSizes(math.nan, 75.0, 28_000.0), stated_m=0.01, source="$INSUNITS")
 
 
 def test_unit_that_nothing_decides_has_to_be_given():

@@ -52,6 +52,11 @@ def test_curved_wall_is_followed():
     assert area.area == pytest.approx(np.pi / 4 * (3.3**2 - 3.0**2), rel=0.01)
 
 
+def test_filled_ring_that_runs_back_on_itself_has_no_area_there():
+    square = np.array([[0, 0], [2, 0], [2, 2], [0, 2], [0, 0], [-3, 0], [0, 0]], dtype=float)
+    assert fills_area([[square]]).area == pytest.approx(4.0)
+
+
 def test_filled_rings_count_by_the_even_odd_rule():
     outer, inner = rings(shapely.box(0, 0, 5, 5)), rings(shapely.box(0.3, 0.3, 4.7, 4.7))
     assert fills_area([[*outer, *inner]]).area == pytest.approx(25 - 4.4**2)
