@@ -186,11 +186,11 @@ def prove_an_instance(day: Day) -> None:
 
 
 def plan_several_buildings(day: Day) -> None:
-    """Plan two buildings, one of which is not there; in a process of its own, which draws small pictures."""
+    """Plan two buildings, one of which is not there; in a process of its own, which draws no pictures."""
     day.tlsplan("scene", "box", "-o", "box.ifc")
     Path("sites.yaml").write_text("sites: [{scene: box.ifc, effort: quick, grid: 1}, {scene: absent.ifc}]\n")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(runner, "_PROGRAM", (sys.executable, small_pictures.__file__, "tlsplan.batch.child"))
+        patch.setattr(runner, "_PROGRAM", (sys.executable, small_pictures.__file__, "--none", "tlsplan.batch.child"))
         done = day.tlsplan("batch", "sites.yaml", "-o", "portfolio", code=8)
     assert re.search(r"^warning: absent: failed: .*absent\.ifc: there is no such file", done.stderr, re.MULTILINE)
     assert f"summary       {Path('portfolio', 'index.html')}" in done.stdout

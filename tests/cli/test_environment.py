@@ -67,6 +67,7 @@ def test_a_home_that_can_be_written_is_left_alone(tmp_path: Path) -> None:
     assert run(SHOW_CACHE, HOME=str(tmp_path), XDG_CACHE_HOME="").stdout.split() == ["False"]
 
 
+@pytest.mark.slow
 def test_closed_standard_error_is_no_error() -> None:
     command = f"{sys.executable} -m tlsplan scanners 2>&-"
     done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, timeout=240)

@@ -147,6 +147,7 @@ def test_a_locale_of_another_encoding_knows_names_all_the_same(box: Path, tmp_pa
 
 
 # ------------------------------------------------------------------------------------------------------ homes, pipes
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "home",
     [
@@ -200,6 +201,7 @@ def test_a_reader_that_goes_away_is_no_error(arguments: list[str], box: Path) ->
     assert (done.returncode, b"Error" in done.stderr) == (0, False)
 
 
+@pytest.mark.slow
 def test_work_goes_on_where_the_reader_of_progress_goes_away(box: Path) -> None:
     done = run_unread("stderr", "floors", box)
     assert done.returncode == 0

@@ -125,6 +125,7 @@ def test_every_error_class_has_the_documented_exit_code(name: str, code: int) ->
     assert exit_codes.exit_code_of(getattr(errors, name)("x")) == code
 
 
+@pytest.mark.slow
 def test_scanners_json_lists_the_hdl_64e_in_a_process_of_its_own() -> None:
     command = [sys.executable, "-m", "tlsplan", "scanners", "--json"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=240, check=False)

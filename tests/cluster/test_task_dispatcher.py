@@ -42,6 +42,7 @@ def text_of(plan: Plan) -> str:
     return json.dumps({key: value for key, value in document.items() if key not in DROPPABLE_KEYS})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_workers", [1, 2, pytest.param(4, marks=pytest.mark.campaign)])
 def test_what_workers_see_is_what_one_process_sees(look: Look, n_workers: int) -> None:
     with cluster_of(n_workers) as (cluster, told):

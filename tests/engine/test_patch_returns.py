@@ -270,6 +270,7 @@ def test_slices_of_a_row_leave_no_trace(
     assert_same(engine.patch_returns(template, positions, moments=True), expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("band_beams", [1, 700, 2500])
 def test_bands_and_batches_leave_no_trace(
     device: Device, shapes: SimpleNamespace, positions: np.ndarray, band_beams: int

@@ -143,6 +143,7 @@ def test_a_review_without_stations_is_refused(box_folder: Path, tmp_path: Path) 
         export_reviewed("csv", folder, tmp_path / "stations.csv")
 
 
+@pytest.mark.slow
 def test_sheets_of_edited_stations_tell_figures_of_those(
     box_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -47,6 +47,7 @@ def weighted_mean(point_m: np.ndarray, corners_m: np.ndarray, position_m: np.nda
     return float(np.mean(squareform(pdist(points)).sum(axis=1) / (len(points) - 1) * weight))
 
 
+@pytest.mark.slow
 @BOTH
 def test_f2_is_that_of_the_equation_with_plain_distances(
     furnished: SimpleNamespace, rooms: SimpleNamespace, which: str

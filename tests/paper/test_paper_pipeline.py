@@ -76,6 +76,7 @@ def test_repair_brings_every_circle_to_the_required_overlap() -> None:
     assert connected_components(near)[0] == 1
 
 
+@pytest.mark.slow
 def test_improved_positions_are_better_than_their_starts_and_admissible() -> None:
     survey, engine = opened("l-room")
     none = replace(SETTINGS, method=Paper(search="none"))

@@ -50,7 +50,9 @@ def candidate_graph(plan: Plan) -> tuple["nx.Graph[int]", Pool]:
     return whole, pool
 
 
-@pytest.mark.parametrize("scene", ["l-room", "two-rooms", "corridor-comb"])
+@pytest.mark.parametrize(
+    "scene", ["corridor-comb", *(pytest.param(name, marks=pytest.mark.slow) for name in ("l-room", "two-rooms"))]
+)
 def test_stations_are_one_network_and_the_links_are_what_scans_have_in_common(
     scene: str, small: PlanSettings, planned: Planned, looks: Callable[..., object]
 ) -> None:

@@ -48,6 +48,7 @@ def test_most_coverage_is_that_of_the_best_of_all_sets_of_candidates(
     assert len(plan.stations) <= 2
 
 
+@pytest.mark.slow
 def test_coverage_grows_with_the_stations_allowed_and_never_passes_its_bound(
     most: PlanSettings, planned: Planned
 ) -> None:

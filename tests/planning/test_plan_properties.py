@@ -152,6 +152,7 @@ def test_a_storey_without_slab_is_planned_on_its_elevation_with_a_warning() -> N
     assert heights == pytest.approx([1.3] * len(heights))
 
 
+@pytest.mark.slow
 def test_every_puzzle_is_solved_with_no_more_stations_than_greedy_may_take() -> None:
     for name in ("box", "two-rooms", "closed-rooms"):
         synthetic = scenes_synthetic.build(name)

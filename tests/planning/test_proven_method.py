@@ -25,6 +25,7 @@ SETTINGS = PlanSettings(
 PROVEN = replace(SETTINGS, method=Proven(work_limit=2), refine=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", ["two-rooms", pytest.param("corridor-comb", marks=pytest.mark.campaign)])
 def test_proven_plans_need_no_more_stations_than_greedy_ones_and_say_how_few_can_do(scene: str) -> None:
     survey = make_survey(scenes_synthetic.build(scene).scene, SETTINGS)

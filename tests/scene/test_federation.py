@@ -98,6 +98,7 @@ def on_map(east_m: float, north_m: float, height_m: float = 0.0, turn_rad: float
 
 
 # ---------------------------------------------------------------------------------------- a house by trade
+@pytest.mark.slow
 def test_trades_together_are_the_whole_house(together, whole):
     scene = together
     assert rows_of(scene) == rows_of(whole)

@@ -257,6 +257,7 @@ def add_box(writer, storey):
 
 
 # ----------------------------------------------------------------------------------------- real buildings
+@pytest.mark.slow
 def test_duplex_has_its_storeys_elements_and_size(real_scene):
     scene = real_scene("duplex")
     assert scene.source.schema == "IFC2X3"

@@ -182,6 +182,7 @@ def test_axis_that_makes_no_sense_is_refused():
         LoadOptions(up_axis="x")
 
 
+@pytest.mark.slow
 def test_mesh_formats_load_without_the_heavy_packages(tmp_path, write_house):
     path = write_house(tmp_path, "house.obj")
     program = (

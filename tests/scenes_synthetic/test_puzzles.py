@@ -110,6 +110,7 @@ def test_exhaustive_search_finds_no_plan_of_fewer_stations(puzzle: SyntheticScen
         assert not seen[:, rest].all(axis=1).any(), f"{spots[list(chosen)]} and one more see everything"
 
 
+@pytest.mark.slow
 def test_no_place_sees_two_witnesses(puzzle: SyntheticScene) -> None:
     witnesses = np.array(puzzle.truth.witnesses_m).reshape(-1, 3)[:, :2]
     if puzzle.name == "column-hall":

@@ -86,7 +86,7 @@ def test_scene_arrays_follow_the_model(synthetic: SyntheticScene) -> None:
     assert [element.name for element in scene.elements] == [part.name for part in synthetic.parts]
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", ["house", *(pytest.param(n, marks=pytest.mark.slow) for n in NAMES if n != "house")])
 def test_same_seed_gives_the_same_bytes(name: str) -> None:
     first, second = (scenes_synthetic.build(name, seed=7).scene for _ in range(2))
     assert first.vertices_m.tobytes() == second.vertices_m.tobytes()

@@ -68,6 +68,7 @@ def own_address() -> str:
         return str(asked.getsockname()[0])
 
 
+@pytest.mark.slow
 def test_serve_on_all_addresses_answers_to_each_and_to_its_name_and_to_no_other(
     plan_folder: Path, built_app: Path
 ) -> None:

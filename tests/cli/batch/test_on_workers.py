@@ -53,6 +53,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     }
 
 
+@pytest.mark.slow
 def test_the_folder_is_the_one_of_this_machine_alone(
     tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str
 ) -> None:

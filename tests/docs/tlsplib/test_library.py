@@ -48,6 +48,7 @@ def test_the_folder_is_small_and_holds_nothing_of_the_art_gallery_set():
     assert not [path for path in kept if path.name.startswith("gallery")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_an_instance_comes_out_of_its_geometry_to_the_byte(name):
     [entry] = [entry for entry in entries() if entry.name.startswith(name)]

@@ -366,6 +366,7 @@ def test_previews_have_the_shape_of_what_is_seen_and_a_size_to_look_at(
     assert preview.rgb().shape == (*expected, 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*TOGETHER, *SPLIT])
 def test_clouds_written_again_have_the_same_bytes(
     source: PlanSource, files: dict[str, Path], tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch

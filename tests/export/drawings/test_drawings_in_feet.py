@@ -52,6 +52,7 @@ def drawing(house_in_new_york: PlanSource, tmp_path_factory: pytest.TempPathFact
     return ezdxf.readfile(path)
 
 
+@pytest.mark.slow
 def test_a_drawing_says_that_it_is_in_survey_feet_and_where_on_earth(drawing: ezdxf.document.Drawing) -> None:
     assert drawing.audit().errors == []
     assert (drawing.header["$INSUNITS"], drawing.header["$MEASUREMENT"]) == (21, 0)  # 21: US survey feet

@@ -124,6 +124,7 @@ def test_map_conversion_leads_from_placements_to_site_coordinates(alone, house_i
         assert ifcopenshell.util.geolocation.auto_xyz2enh(model, *local) == pytest.approx(station.site_m, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_our_own_reader_finds_the_frame_again(alone, house_in_munich):
     told = load_scene(alone).georeference
     assert told is not None

@@ -180,6 +180,7 @@ def test_floor_that_nobody_asked_for_has_no_sheet_unless_told(
     assert not ((pixels[..., 0] > 0.7) & (pixels[..., 1] < 0.4)).any()
 
 
+@pytest.mark.slow
 def test_zones_are_drawn_on_the_sheets_of_their_floors_and_named(
     edited: Callable[..., PlanSource], pdf_of: Callable[..., Any], scene_plan: PlanSource
 ) -> None:
