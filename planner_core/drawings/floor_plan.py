@@ -283,18 +283,22 @@ def _floor_plan(
             "walls, such as --layer wall=NAME."
         )
     windows = () if likely is None else likely.windows
+    are_windows_named = likely is None and bool((kinds == _CODES[Kind.WINDOW]).any())
+    unknown = strokes_m(Kind.UNKNOWN)
     symbols = [
         *_symbols(drawing, OpeningKind.DOOR, strokes_m(Kind.DOOR)),
         *_symbols(drawing, OpeningKind.WINDOW, strokes_m(Kind.WINDOW)),
         *(SymbolLines(OpeningKind.WINDOW, window.exterior) for window in windows),
-        *_panes(drawing, strokes_m(Kind.UNKNOWN), strokes_m(Kind.UNKNOWN, filled=True), layer),
-        *_swings(strokes_m(Kind.UNKNOWN)),
+        *([] if are_windows_named else _panes(drawing, unknown, strokes_m(Kind.UNKNOWN, filled=True), layer)),
+        *_swings(unknown),
     ]
     openings, area = openings_of(area, symbols, thickest_m=walls.thickest_m)
     texts = _texts(drawing, unit_m, height_m, patterns)
     filled = shapely.union_all([opening.area for opening in openings])
     seal_m = SEAL_M if likely is None else TRACED_SEAL_M
     rooms = rooms_of(area, filled, texts, seal_m)
+    if likely is None and not are_windows_named:
+        openings = [_door_between_rooms(opening, rooms) for opening in openings]
     if likely is not None and len(rooms) > 1 and all(o.kind == OpeningKind.WINDOW for o in openings):
         raise SceneError(
             f"{drawing.name}: no layer has a name for walls, and what looks like them encloses {len(rooms)} rooms "
@@ -391,13 +395,21 @@ def _swings(strokes: list[tuple[int, FloatArray]]) -> list[SymbolLines]:
 def _panes(
     drawing: Drawing, lines: list[tuple[int, FloatArray]], fills: list[tuple[int, FloatArray]], layer: int | None
 ) -> list[SymbolLines]:
-    """Windows of drawings without named layers: lines side by side on other layers than the walls', and single ones."""
-    if layer is None:
-        return []
+    """Windows of drawings that name none: lines side by side on other layers than the walls', and single ones."""
     others = [stroke for row, stroke in lines if drawing.layer_of_stroke[row] != layer]
     single = [shapely.LineString(stroke) for _, stroke in lines if _is_pane(stroke)]
     single += [shapely.LineString(ring) for _, ring in fills if len(ring) <= 8 and _is_pane(ring)]
     return [SymbolLines(OpeningKind.WINDOW, lines, is_loose=True) for lines in (*lines_side_by_side(others), *single)]
+
+
+def _door_between_rooms(opening: Opening, rooms: Sequence[RoomOutline]) -> Opening:
+    """What lines of no name fill: outside it is a window, between two rooms a door without a swing, as sliding ones."""
+    if opening.kind != OpeningKind.WINDOW:
+        return opening
+    middle, across = opening.corners_m.mean(axis=0), opening.corners_m[3] - opening.corners_m[0]
+    sides = shapely.points(middle + np.array([[-1.0], [1.0]]) * across)
+    inside = [any(shapely.covers(room.outline, side) for room in rooms) for side in sides]
+    return replace(opening, kind=OpeningKind.DOOR) if all(inside) else opening
 
 
 def _is_pane(stroke: FloatArray) -> bool:

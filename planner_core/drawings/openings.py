@@ -250,6 +250,7 @@ def _by_lines(gap: Opening, symbols: Sequence[SymbolLines]) -> Opening | None:
     drawn: dict[OpeningKind, float] = {}
     names: dict[OpeningKind, str] = {}
     covered: dict[OpeningKind, list[FloatArray]] = {}
+    certain: set[OpeningKind] = set()
     for symbol in symbols:
         inside = shapely.intersection(symbol.reach, area)
         if inside.length < _LEAST_DRAWN_M:
@@ -261,8 +262,9 @@ def _by_lines(gap: Opening, symbols: Sequence[SymbolLines]) -> Opening | None:
             continue
         drawn[symbol.kind] = drawn.get(symbol.kind, 0.0) + inside.length
         names.setdefault(symbol.kind, symbol.name)
+        certain |= set() if symbol.is_loose else {symbol.kind}
         covered.setdefault(symbol.kind, []).append(at)
-    for kind in sorted(drawn, key=lambda kind: -drawn[kind]):
+    for kind in sorted(drawn, key=lambda kind: (kind not in certain, -drawn[kind])):
         spans = np.ptp(np.concatenate(covered[kind])) >= _LEAST_SPAN_SHARE * width_m
         if width_m <= _WIDEST_M[kind] and spans:
             return replace(gap, kind=kind, name=names[kind], is_doubtful=False)

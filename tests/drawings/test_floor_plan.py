@@ -133,6 +133,30 @@ def test_lines_that_bound_no_wall_are_a_warning_or_put_the_unit_in_doubt(tmp_pat
     assert floor_plans(drawing, unit_m=0.01)[0].warnings == ()
 
 
+def test_lines_of_no_name_are_windows_outside_and_doors_between_rooms(tmp_path):
+    outside = [(0, 0), (8, 0), (8, 5), (5, 5)], [(3, 5), (0, 5), (0, 0)]  # a gap of 2 m in the upper wall
+    beyond = (
+        [(0, -0.2), (8.2, -0.2), (8.2, 5.2), (5, 5.2), (5, 5)],
+        [(3, 5), (3, 5.2), (-0.2, 5.2), (-0.2, -0.2), (0, -0.2)],
+    )
+    between = [(4, 0), (4, 1.5), (4.1, 1.5), (4.1, 0)], [(4, 5), (4, 2.5), (4.1, 2.5), (4.1, 5)]
+    walls = [(points, False) for points in (*outside, *beyond, *between)]
+    draw_lines(tmp_path / "a.dxf", walls)
+    document = ezdxf.readfile(tmp_path / "a.dxf")
+    for one, other in (
+        ((3, 5.08), (5, 5.08)),
+        ((3, 5.12), (5, 5.12)),
+        ((4.03, 1.5), (4.03, 2.5)),
+        ((4.07, 1.5), (4.07, 2.5)),
+    ):
+        document.modelspace().add_line(one, other, dxfattribs={"layer": "A-OPENING"})
+    document.saveas(tmp_path / "a.dxf")
+    (plan,) = floor_plans(read_dxf(str(tmp_path / "a.dxf")))
+    assert kinds(plan) == [("door", 1.0), ("window", 2.0)]
+    assert len(plan.rooms) == 2
+    assert plan.warnings == ()
+
+
 def test_sizes_of_doors_are_no_numbers_of_rooms():
     walls = shapely.difference(shapely.box(-0.2, -0.2, 5.2, 4.2), shapely.box(0, 0, 5, 4))
     (room,) = rooms_of(walls, shapely.Polygon(), [PlacedText("2668", 1.0, 1.0), PlacedText("KITCHEN", 2.0, 2.0)])
