@@ -23,15 +23,15 @@ import tempfile
 import time
 import traceback
 from array import array
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from typing import IO, Any, NoReturn
 
-import numpy as np
 from numpy.typing import NDArray
 
 from planner_core import errors
+from planner_core.encoding import encoded, parts_of_value, read_tree, read_value
 from planner_core.environment_variables import limit_from_env
 from planner_core.operating_system import end_with_parent, memory_bytes, own_session, process_use, thread_times_s
 from planner_core.progress import Progress, ProgressEvent
@@ -161,7 +161,7 @@ def run_isolated(
                 log = array("Q", logged[: len(logged) // 8 * 8])
                 raise LostChildError(reason, _text(page, _PLACE), log, is_slow=is_slow)
         file.seek(_PAGE_BYTES)
-        return _answer(file, {kind.__name__: kind for kind in classes})
+        return _answer(file, classes)
 
 
 def _waited(
@@ -271,7 +271,7 @@ def main() -> NoReturn:
         arrays: list[NDArray[Any]] = []
         try:
             module, _, name = function.partition(":")
-            answer = {"value": _encoded(getattr(import_module(module), name)(**arguments), arrays)}
+            answer = {"value": encoded(getattr(import_module(module), name)(**arguments), arrays)}
             text = json.dumps(answer).encode()
         except Exception as error:  # noqa: BLE001 (all of them are raised again, on the other side)
             arrays = []
@@ -304,8 +304,7 @@ def _put(part: slice, text: str) -> None:
 
 
 def _write(file: IO[bytes], text: bytes, arrays: Sequence[NDArray[Any]]) -> None:
-    parts = (np.ascontiguousarray(each).reshape(-1).view(np.uint8).data for each in arrays)
-    for part in (memoryview(struct.pack("<Q", len(text)) + text), *parts):
+    for part in parts_of_value(text, arrays):
         rest = part
         while len(rest):
             rest = rest[file.write(rest) :]
@@ -318,51 +317,11 @@ def _error(error: Exception) -> list[Any]:
 
 
 # ------------------------------------------------------------------------------------------------ the answer
-def _encoded(value: Any, arrays: list[NDArray[Any]]) -> Any:
-    """`value` as JSON; its arrays are gathered in `arrays`, in the order in which `_decoded` meets them."""
-    if isinstance(value, np.ndarray):
-        arrays.append(value)
-        return {"array": value.dtype.str, "shape": value.shape}
-    if is_dataclass(value):
-        return {
-            "class": type(value).__name__,
-            "fields": [_encoded(getattr(value, f.name), arrays) for f in fields(value)],
-        }
-    if isinstance(value, tuple | list):
-        return [_encoded(each, arrays) for each in value]
-    return value
-
-
-def _decoded(value: Any, read: Callable[[str, Sequence[int]], Any], classes: Mapping[str, type]) -> Any:
-    if isinstance(value, list):
-        return tuple(_decoded(each, read, classes) for each in value)
-    if not isinstance(value, dict):
-        return value
-    if "array" in value:
-        return read(value["array"], value["shape"])
-    return classes[value["class"]](*(_decoded(each, read, classes) for each in value["fields"]))
-
-
-def _answer(file: IO[bytes], classes: Mapping[str, type]) -> Any:
-    (n_bytes,) = struct.unpack("<Q", file.read(8))
-    answer = json.loads(file.read(n_bytes))
+def _answer(file: IO[bytes], classes: Sequence[type]) -> Any:
+    answer = read_tree(file)
     if "error" in answer:
         raise _raised(*answer["error"])
-
-    def read(kind: str, shape: Sequence[int]) -> Any:
-        dtype = np.dtype(kind)
-        if dtype.kind not in "biuf":
-            raise ValueError(f"an array of {kind}")
-        values = np.empty(tuple(shape), dtype)
-        rest = values.reshape(-1).view(np.uint8).data
-        while len(rest):
-            n = file.readinto(rest)  # type: ignore[attr-defined]
-            if not n:
-                raise ValueError("the answer of a child is cut off")
-            rest = rest[n:]
-        return values
-
-    return _decoded(answer["value"], read, classes)
+    return read_value(answer["value"], file, classes)
 
 
 def _raised(name: str, text: str, of_system: Sequence[Any], where: str) -> Exception:

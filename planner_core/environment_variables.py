@@ -18,15 +18,17 @@ _SIZE = re.compile(r"(\d+(?:\.\d+)?) ?(MB|GB|MiB|GiB)", re.IGNORECASE)
 _UNITS = {"mb": 10**6, "gb": 10**9, "mib": 2**20, "gib": 2**30}
 
 
-def memory_from_env(variable: str) -> int | None:
-    """Bytes that a variable names; None where it is not set."""
+def memory_from_env(variable: str, *, or_none: bool = False) -> int | None:
+    """Bytes that a variable names; None where it is not set. or_none : 0 is one of its values."""
     text = os.environ.get(variable, "").strip()
     if not text:
         return None
+    if or_none and text == "0":
+        return 0
     parts = _SIZE.fullmatch(text)
     n_bytes = float(parts[1]) * _UNITS[parts[2].lower()] if parts is not None else 0.0
     if not 1 <= n_bytes < math.inf:
-        raise _wrong(variable, text, "a size such as 8GB or 500MB")
+        raise _wrong(variable, text, f"a size such as 8GB or 500MB{', or 0 for none' if or_none else ''}")
     return int(n_bytes)
 
 

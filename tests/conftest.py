@@ -31,6 +31,8 @@ os.environ["NUMBA_CACHE_DIR"] = os.environ.get("NUMBA_CACHE_DIR") or str(
     else Path(__file__).resolve().parents[1] / "build" / "test-cache" / "numba"
 )
 os.environ["TLSPLAN_CACHE"] = str(Path(__file__).resolve().parents[1] / "build" / "test-cache")
+#: No result of another test: what a test replaces is no input of results that are kept.
+os.environ["TLSPLAN_CACHE_SIZE"] = "0"
 
 from planner_core.device import Device, list_devices, open_device
 from planner_core.engine.open3d import prepare_import

@@ -54,9 +54,10 @@ class Finding:
 
 
 @click.command("doctor", epilog="Example:  tlsplan doctor")
+@click.option("--clear-cache", is_flag=True, help="First remove the results that are kept between commands.")
 @json_option
 @click.pass_context
-def command(ctx: click.Context, as_json: bool) -> None:
+def command(ctx: click.Context, as_json: bool, clear_cache: bool) -> None:
     """Check packages, system libraries, OpenCL devices and the scan engine.
 
     Builds and runs the kernels on every device and checks their results. Reports what works, what does not, why, and
@@ -64,7 +65,9 @@ def command(ctx: click.Context, as_json: bool) -> None:
     """
     from .. import output
 
-    findings = [_python(), *_libraries(), *_packages(), *_devices(), *_engine(), _viewer()]
+    if clear_cache:
+        _forget()
+    findings = [_python(), *_libraries(), *_packages(), *_devices(), *_engine(), _viewer(), _kept()]
     healthy = all(finding.ok for finding in findings if finding.needed)
     if as_json:
         output.as_json({"healthy": healthy, "findings": [asdict(finding) for finding in findings]})
@@ -187,6 +190,31 @@ def _tiles() -> list[Finding]:
 
     used = shape_in_use(open_device())
     return [Finding("beam tiles", True, f"{name_of(used.shape)}; {used.origin}, {used.detail}", needed=False)]
+
+
+def _forget() -> None:
+    from planner_core.errors import RequirementError
+    from planner_core.kept import forget_kept
+
+    try:
+        forget_kept()
+    except OSError as error:
+        raise RequirementError(
+            f"{error.filename}: can't be removed ({error.strerror}), expected a file of yours; remove it by hand"
+        ) from error
+
+
+def _kept() -> Finding:
+    from planner_core.kept import SIZE_VARIABLE, use_of_kept
+
+    use = use_of_kept()
+    if use.folder is None or not use.most_bytes:
+        why = "there is no cache folder" if use.folder is None else f"{SIZE_VARIABLE} is 0"
+        return Finding("kept results", False, f"none: {why}; every plan computes all", needed=False)
+    most = f"of at most {use.most_bytes / 1e6:.0f} MB ({SIZE_VARIABLE})"
+    files = f"{use.n_files} file{'' if use.n_files == 1 else 's'}"
+    detail = f"{use.n_bytes / 1e6:.0f} MB in {files} {most} in {use.folder}; --clear-cache removes them"
+    return Finding("kept results", True, detail, needed=False)
 
 
 def _viewer() -> Finding:

@@ -20,10 +20,12 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from planner_core.coverage.visibility_threshold import sees_enough, shares_of
+from planner_core.engine.open_engine import engine_facts
 from planner_core.engine.patch_mode import PatchMode, PatchViews
 from planner_core.engine.patch_samples import UInt32Array
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
+from planner_core.kept import Shelf, hash_of, hash_of_scene
 from planner_core.model import (
     BoolArray,
     Float32Array,
@@ -42,6 +44,7 @@ from planner_core.scanner.range_noise import range_noise_m
 
 #: Observations a batch should have: some 500 bytes each while a batch is worked on.
 _BATCH_OBSERVATIONS = 2**20
+_Look = Callable[[FloatArray, Progress], "Observations"]
 #: Positions of the first batch, when nobody knows yet how many patches one sees, and of any.
 _FIRST_BATCH, _MOST_BATCH = 8, 64
 
@@ -63,6 +66,19 @@ class Observations:
     incidence_rad: Float32Array
     noise_m: Float32Array | None = None
     part: UInt32Array | None = None
+
+    def row(self, position: int) -> Observations:
+        """Those of one position, without noise."""
+        its = slice(int(self.starts[position]), int(self.starts[position + 1]))
+        return Observations(
+            starts=np.array([0, its.stop - its.start], dtype=np.int64),
+            patch=self.patch[its],
+            n_patches=self.n_patches,
+            spacing_m=self.spacing_m[its],
+            range_m=self.range_m[its],
+            incidence_rad=self.incidence_rad[its],
+            part=None if self.part is None else self.part[its],
+        )
 
     def take(self, kept: BoolArray) -> Observations:
         """Those of a mask (M,)."""
@@ -183,7 +199,7 @@ def observations_in_batches(
     RequirementError, DeviceError
         See `ScanEngine.patch_returns`, `PatchMode.see`, `with_noise`.
     """
-    look = observing(survey, engine, noise=noise)
+    look = observing(survey, engine, noise=noise, keeps=True)
     positions = np.asarray(positions_m, dtype=np.float64)
     first, size = 0, _FIRST_BATCH
     while first < len(positions):
@@ -194,12 +210,19 @@ def observations_in_batches(
         first = end
 
 
-def observing(
-    survey: Survey, engine: ScanEngine, *, noise: bool = False
-) -> Callable[[FloatArray, Progress], Observations]:
-    """Turn positions into observations; patch mode sends its groups to the device here."""
+def observing(survey: Survey, engine: ScanEngine, *, noise: bool = False, keeps: bool = False) -> _Look:
+    """Turn positions into observations; patch mode sends its groups to the device here.
+
+    keeps : what positions see is kept between commands, see `planner_core.kept`, and groups are sent once they are
+    needed.
+    """
     sides = GroundSides(survey)
-    by_mode = _by_beams(survey, engine) if survey.scan_mode == VisibilityMode.BEAMS else _by_samples(survey, engine)
+    of_mode = _by_beams if survey.scan_mode == VisibilityMode.BEAMS else _by_samples
+    by_mode = (
+        _KeptLooks(lambda: of_mode(survey, engine), engine, _shelf(survey, engine))
+        if keeps
+        else of_mode(survey, engine)
+    )
 
     def look(at: FloatArray, progress: Progress) -> Observations:
         found = by_mode(at, progress)
@@ -248,16 +271,71 @@ class GroundSides:
         return found
 
 
-def _by_beams(survey: Survey, engine: ScanEngine) -> Callable[[FloatArray, Progress], Observations]:
+def _by_beams(survey: Survey, engine: ScanEngine) -> _Look:
     template, area_m2, only = survey.template, survey.patches.area_m2, survey.patches_observed
     return lambda at, progress: observations_of_returns(
         engine.patch_returns(template, at, moments=True, progress=progress), area_m2, only=only
     )
 
 
-def _by_samples(survey: Survey, engine: ScanEngine) -> Callable[[FloatArray, Progress], Observations]:
-    mode = PatchMode(engine, survey.scene, survey.patches, only=survey.patches_observed)
+def _by_samples(survey: Survey, engine: ScanEngine) -> _Look:
+    # What is seen of a patch does not depend on how much of it counts.
+    patches = replace(survey.patches, countable_share=None)
+    mode = PatchMode(engine, survey.scene, patches, only=survey.patches_observed)
     return lambda at, progress: observations_of_views(mode.see(survey.template, at, progress=progress))
+
+
+def _shelf(survey: Survey, engine: ScanEngine) -> Shelf:
+    """Where what single positions see is kept, by all that `_by_beams` or `_by_samples` depends on."""
+    is_by_beams = survey.scan_mode == VisibilityMode.BEAMS
+    patches = hash_of(survey.patches, without=() if is_by_beams else ("countable_share",))
+    inputs = [hash_of_scene(survey.scene), patches, survey.patches_observed, survey.template, engine_facts(engine)]
+    return Shelf("beams" if is_by_beams else "samples", inputs, classes=(Observations,))
+
+
+class _KeptLooks:
+    """Observes from positions of which nothing is kept, and reads what the others see: each position by itself, so that
+    a few new ones among many cost no more than they take.
+    """
+
+    def __init__(self, open_look: Callable[[], _Look], engine: ScanEngine, shelf: Shelf) -> None:
+        self._open, self._engine, self._shelf = open_look, engine, shelf
+        self._look: _Look | None = None
+
+    def __call__(self, at: FloatArray, progress: Progress) -> Observations:
+        if not self._shelf.is_open:
+            return self._now(at, progress)
+        rows: list[Observations | None] = [self._shelf.find(each.tobytes()) for each in at]
+        new = [number for number, row in enumerate(rows) if row is None]
+        if new:
+            so_far = self._engine.warnings
+            found = self._now(at[new], _counted_from(progress, len(at) - len(new), len(at)))
+            for row, number in enumerate(new):
+                rows[number] = each = found.row(row)
+                if self._engine.warnings == so_far:  # which whoever reads it would not get
+                    self._shelf.put(each, at[number].tobytes())
+        else:
+            progress(ProgressEvent("scan", len(at), len(at)))
+        return _one_behind_the_other([row for row in rows if row is not None])
+
+    def _now(self, at: FloatArray, progress: Progress) -> Observations:
+        if self._look is None:
+            self._look = self._open()
+        return self._look(at, progress)
+
+
+def _one_behind_the_other(rows: list[Observations]) -> Observations:
+    """Rows, one or more, of the same mode, without noise."""
+    parts = [each.part for each in rows if each.part is not None]
+    return Observations(
+        starts=np.concatenate([[0], np.cumsum([each.patch.size for each in rows])]).astype(np.int64),
+        patch=np.concatenate([each.patch for each in rows]),
+        n_patches=rows[0].n_patches,
+        spacing_m=np.concatenate([each.spacing_m for each in rows]),
+        range_m=np.concatenate([each.range_m for each in rows]),
+        incidence_rad=np.concatenate([each.incidence_rad for each in rows]),
+        part=np.concatenate(parts) if parts else None,
+    )
 
 
 def _counted_from(progress: Progress, first: int, total: int) -> Progress:

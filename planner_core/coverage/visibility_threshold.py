@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from planner_core.engine.open_engine import engine_facts
 from planner_core.engine.patch_samples import (
     SLACK,
     SLACK_MOST,
@@ -24,6 +25,7 @@ from planner_core.engine.patch_samples import (
     view_of,
 )
 from planner_core.engine.scan_engine import ScanEngine
+from planner_core.kept import hash_of, hash_of_scene, kept
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Survey, UInt8Array, Visibility
 
 #: `Patches.countable_share` of a patch that counts whole.
@@ -73,6 +75,31 @@ def shares_of_cut_patches(
     """
     if patches.size == 0:
         return np.empty(0, dtype=np.uint8)
+    if type(rows) is not Visibility:  # of rows on disk, beyond a budget of memory
+        return _shares_now(survey, engine, positions_m, rows, share, patches)
+    own = hash_of(survey.patches, without=("countable_share",))
+    inputs = [
+        hash_of_scene(survey.scene),
+        own,
+        survey.template,
+        engine_facts(engine),
+        positions_m,
+        rows,
+        share,
+        patches,
+    ]
+    return kept("cut-patches", inputs, lambda: _shares_now(survey, engine, positions_m, rows, share, patches))
+
+
+def _shares_now(
+    survey: Survey,
+    engine: ScanEngine,
+    positions_m: FloatArray,
+    rows: Visibility,
+    share: UInt8Array,
+    patches: Int32Array,
+) -> UInt8Array:
+    """See `shares_of_cut_patches`."""
     position, rank_of_patch, look = _best_looks(rows, share, patches, survey.patches.n_patches)
     places = places_of(survey.scene, survey.patches, patches)
     u, v = points_of(patches)

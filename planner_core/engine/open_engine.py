@@ -69,6 +69,12 @@ def device_of(engine: ScanEngine) -> Device | None:
     return engine.on_device[0] if isinstance(engine, OpenCLEngine) else None
 
 
+def engine_facts(engine: ScanEngine) -> tuple[str, ...]:
+    """What an engine's results depend on, besides scene, patches and beams: its kind, device, driver and kernels."""
+    device = None if engine.name == "open3d" else device_of(engine)
+    return (type(engine).__name__, engine.device, *(() if device is None else device.identity().values()))
+
+
 def _check_scene(scene: Scene, patches: Patches) -> None:
     if scene.n_triangles == 0:
         raise SceneError(f"{scene.source.path}: no triangles to scan, expected at least one; check what was loaded")

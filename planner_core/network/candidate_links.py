@@ -17,6 +17,7 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.executor import Kept, Task, current_executor, parts_of_row
+from planner_core.kept import kept
 from planner_core.model import (
     BoolArray,
     FloatArray,
@@ -174,6 +175,20 @@ def candidate_links(
     is_scanned = np.zeros(n, dtype=bool)
     is_scanned[list(scanned)] = True
     job = LinkJob(visibility, patch_area_m2, surface, position_m, limits, pre_alignment, measure, is_scanned)
+    if type(visibility) is not Visibility:  # rows on disk, beyond a budget of memory
+        return _found(job, n, rows_a_block, progress)
+    return kept(
+        "links",
+        [job],
+        lambda: _found(job, n, rows_a_block, progress),
+        classes=(CandidateLinks,),
+        progress=progress,
+        done=ProgressEvent("links", n, n),
+    )
+
+
+def _found(job: LinkJob, n: int, rows_a_block: int, progress: Progress) -> CandidateLinks:
+    """Links of the job's N positions, see `candidate_links`."""
     executor = current_executor()
     if executor is None or n < _WORTH_SPREADING:
         linked = []

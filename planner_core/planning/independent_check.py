@@ -18,6 +18,7 @@ from planner_core.engine.patch_mode import LEAST_RETURNS, spacing_at
 from planner_core.engine.patch_samples import View, expected_returns, in_view, view_of
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
+from planner_core.kept import hash_of_survey, kept
 from planner_core.model import (
     BoolArray,
     CheckedFigure,
@@ -241,6 +242,13 @@ class _PointVisibility:
 
     def count(self, positions_m: FloatArray, enough: int, progress: Progress) -> Int64Array:
         """(N,) number of positions that meet the limits, up to `enough`, where a point is left out of later ones."""
+        inputs = [hash_of_survey(self._survey), self._requirements.limits, self._points, positions_m, enough]
+        done = ProgressEvent("judge", positions_m.shape[0], positions_m.shape[0], "scannable")
+        return kept(
+            "scannable", inputs, lambda: self._counted(positions_m, enough, progress), progress=progress, done=done
+        )
+
+    def _counted(self, positions_m: FloatArray, enough: int, progress: Progress) -> Int64Array:
         met = np.zeros(self._points.at_m.shape[0], dtype=np.int64)
         for number, position_m in enumerate(positions_m):
             left = np.flatnonzero(met < enough)

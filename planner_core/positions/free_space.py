@@ -23,6 +23,7 @@ import numpy as np
 
 from planner_core.compiled import compiled
 from planner_core.errors import RequirementError
+from planner_core.kept import hash_of_survey, kept
 from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Int64Array, Survey
 from planner_core.positions.local_site import PERSON, Carrier, WalkingZone, blocked_by_zones, needed_height_m
 from planner_core.positions.solids import Grid, Solids, find_solids
@@ -165,6 +166,21 @@ def free_space(
     if known is not None and known.carrier == carrier:
         excluded = blocked_by_zones(zones, known.grid.centre_m(known.column), known.floor)
         return replace(known, can_stand=known.can_stand & ~excluded)
+    without = ("patches", "template", "scanner", "scan_mode", "reflectivity", "scope")
+    return kept(
+        "free-space",
+        [hash_of_survey(survey, without=without), carrier, list(zones), cell_m],
+        lambda: _found(survey, carrier, zones, cell_m, progress),
+        classes=(FreeSpace, Carrier, Grid),
+        progress=progress,
+        done=ProgressEvent("free space", 3, 3),
+    )
+
+
+def _found(
+    survey: Survey, carrier: Carrier, zones: tuple[WalkingZone, ...], cell_m: float, progress: Progress
+) -> FreeSpace:
+    """See `free_space`."""
     progress(ProgressEvent("free space", 0, 3, "solids"))
     corners_m, level, ground_floor = _obstacles(survey, carrier)
     grid = _grid_over(survey.floors, corners_m, cell_m, carrier.radius_m)

@@ -13,8 +13,10 @@ from scipy.spatial import cKDTree
 
 from planner_core.coverage.patch_reasons import Surfaces, samples_of, viewpoints
 from planner_core.engine.open3d import Open3DEngine
+from planner_core.engine.open_engine import engine_facts
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
+from planner_core.kept import hash_of_survey, kept
 from planner_core.model import (
     BoolArray,
     Doors,
@@ -109,7 +111,30 @@ def with_scope(
     if joins_outside and required not in (Scope.AUTO, Scope.INTERIOR):
         raise _nothing_to_join(required)
     if required == Scope.ALL:
-        return _scoped(survey, required, wanted, wanted, None)
+        return replace(survey, scope=_scope_of(survey, required, wanted, wanted, None))
+    without = ("template", "scanner", "scan_mode", "reflectivity", "scope")
+    scope, lines = kept(
+        "scope",
+        [hash_of_survey(survey, without=without), required, wanted, engine_facts(engine)],
+        lambda: _found(survey, required, wanted, engine, space, progress),
+        classes=(SurveyScope,),
+        progress=progress,
+        done=ProgressEvent("scope", 2, 2),
+    )
+    scope = replace(scope, kind=Scope(scope.kind))  # what is kept has the word
+    return replace(survey, scope=scope, warnings=(*survey.warnings, *lines))
+
+
+def _found(
+    survey: Survey,
+    required: Scope,
+    wanted: BoolArray,
+    engine: ScanEngine,
+    space: FreeSpace | None,
+    progress: Progress,
+) -> tuple[SurveyScope, tuple[str, ...]]:
+    """Find the scope, and lines for the user, see `with_scope`. wanted : (P,) bool, more than obstacles."""
+    joins_outside = survey.scene.source.doors == Doors.OUTSIDE
     progress(ProgressEvent("scope", 0, 2, "indoors and outdoors"))
     if joins_outside:  # which opens the doors of rooms that are indoors all the same
         shut = with_exterior_doors_shut(survey.scene)
@@ -133,11 +158,11 @@ def with_scope(
                 f"scope {kind}: got no surface of it, expected some; use scope all, or check what was loaded"
             )
     progress(ProgressEvent("scope", 2, 2))
-    found = _scoped(survey, kind, in_scope, observed, places if kind != Scope.ALL else None)
+    found = _scope_of(survey, kind, in_scope, observed, places if kind != Scope.ALL else None)
     lines = (*_yards(survey, places), *_open_sides(survey, engine, places)) if kind == Scope.INTERIOR else ()
     if lost and required == Scope.AUTO:
         lines = (f"scope: all surfaces are planned, as {lost}; --scope interior or exterior chooses",)
-    return replace(found, warnings=(*found.warnings, *lines))
+    return found, lines
 
 
 def _nothing_to_join(kind: Scope, why: str = "") -> RequirementError:
@@ -147,8 +172,10 @@ def _nothing_to_join(kind: Scope, why: str = "") -> RequirementError:
     )
 
 
-def _scoped(survey: Survey, kind: Scope, in_scope: BoolArray, observed: BoolArray, places: Places | None) -> Survey:
-    scope = SurveyScope(
+def _scope_of(
+    survey: Survey, kind: Scope, in_scope: BoolArray, observed: BoolArray, places: Places | None
+) -> SurveyScope:
+    return SurveyScope(
         kind=kind,
         in_scope=in_scope,
         observed=observed,
@@ -156,7 +183,6 @@ def _scoped(survey: Survey, kind: Scope, in_scope: BoolArray, observed: BoolArra
         indoors=np.empty(0, dtype=np.bool_) if places is None else places.indoors,
         outdoors_m=OUTDOORS_M if survey.scene.source.doors == Doors.OUTSIDE else 0.0,
     )
-    return replace(survey, scope=scope)
 
 
 def _not_a_building(survey: Survey, places: Places) -> str:

@@ -8,6 +8,7 @@ left out, and the file is read without them.
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 from collections.abc import Collection
@@ -18,6 +19,7 @@ from typing import Any
 from planner_core import child_process
 from planner_core.child_process import LIMIT_VARIABLE, ChildLimits, LostChildError, limits_for, progress_of_child
 from planner_core.errors import SceneError, grouped, one_line
+from planner_core.kept import Shelf
 from planner_core.model import Element, Georeference, LoadReport, Room, Storey
 from planner_core.progress import Progress, silent
 from planner_core.scene.ifc_shapes import SHAPES
@@ -57,7 +59,7 @@ def read_apart(
     limits = limits_for(path.stat().st_size)
     try:
         try:
-            return _read_apart(arguments, limits, progress)
+            return _read_before_or_now(path, arguments, limits, progress)
         except LostChildError as lost:
             if not (lost.is_slow and lost.place == SHAPES):
                 raise
@@ -103,6 +105,24 @@ def _unreadable(path: Path, file_format: str, lost: LostChildError, place: str) 
         f"{path.name}: {_LIBRARY[file_format]} {lost}{reading}, expected a file that it can read; repair or leave "
         f"out what is named, check the file with {_CHECK[file_format]}, or export it again."
     )
+
+
+def _read_before_or_now(path: Path, arguments: dict[str, object], limits: ChildLimits, progress: Progress) -> RawScene:
+    """Read a file, or have what was read of it before; other formats than IFC name further files, and are read anew."""
+    if arguments["file_format"] != "ifc":
+        return _read_apart(arguments, limits, progress)
+    before = path.stat()
+    with path.open("rb") as file:
+        content = hashlib.file_digest(file, "sha256").hexdigest()
+    facts = {**arguments, "path": path.name, "content": content}  # messages have its name
+    shelf = Shelf("file", [*facts.values()], classes=_CLASSES)
+    found: RawScene | None = shelf.find()
+    if found is None:
+        found = _read_apart(arguments, limits, progress)
+        after = path.stat()
+        if (after.st_mtime_ns, after.st_size) == (before.st_mtime_ns, before.st_size):
+            shelf.put(found)
+    return found
 
 
 def _read_apart(arguments: dict[str, object], limits: ChildLimits, progress: Progress) -> RawScene:

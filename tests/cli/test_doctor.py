@@ -3,6 +3,7 @@
 import json
 import subprocess
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from tlsplan import start_time
@@ -29,6 +30,21 @@ def test_an_installation_is_healthy_unless_something_that_is_needed_is_not(
     monkeypatch.setattr(doctor, "_devices", list)
     broken = tlsplan("doctor", "--json")
     assert broken.returncode == 1 and not json.loads(broken.stdout)["healthy"]
+
+
+def test_what_is_kept_is_counted_and_cleared(
+    tlsplan: Callable[..., "subprocess.CompletedProcess[str]"], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for part in ("_libraries", "_packages", "_devices", "_engine"):
+        monkeypatch.setattr(doctor, part, list)
+    assert "note     kept results           none: TLSPLAN_CACHE_SIZE is 0" in tlsplan("doctor").stdout
+    monkeypatch.setenv("TLSPLAN_CACHE", str(tmp_path))
+    monkeypatch.setenv("TLSPLAN_CACHE_SIZE", "3GB")
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results" / "samples-1").write_bytes(bytes(2_000_000))
+    assert "2 MB in 1 file of at most 3000 MB (TLSPLAN_CACHE_SIZE)" in tlsplan("doctor").stdout
+    assert "0 MB in 0 files" in tlsplan("doctor", "--clear-cache").stdout
+    assert not [*(tmp_path / "results").iterdir()]
 
 
 def test_a_device_whose_wide_kernels_fail_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
