@@ -208,6 +208,13 @@ def _points(survey: Survey, goals: Goals, n_points: int, rng: np.random.Generato
     )
 
 
+def _spread_order(n: int) -> list[int]:
+    """0 to n - 1 by their bits read backwards: each next number is far from those before it."""
+    n_bits = max(n - 1, 1).bit_length()
+    turned = (int(f"{number:0{n_bits}b}"[::-1], 2) for number in range(2**n_bits))
+    return [number for number in turned if number < n]
+
+
 def _returns(survey: Survey, patch: Int64Array) -> BoolArray:
     """(N,) bool: patches whose surface gives a return: neither glass that beams pass, nor a mirror."""
     optics = survey.scene.optics_of_triangle
@@ -249,12 +256,15 @@ class _PointVisibility:
         )
 
     def _counted(self, positions_m: FloatArray, enough: int, progress: Progress) -> Int64Array:
+        """See `count`. The order changes no number: first come few positions far apart, and after these hardly any
+        points are left but those that nobody meets.
+        """
         met = np.zeros(self._points.at_m.shape[0], dtype=np.int64)
-        for number, position_m in enumerate(positions_m):
+        for number, row in enumerate(_spread_order(positions_m.shape[0])):
             left = np.flatnonzero(met < enough)
             # What can't meet the limits need not be cast.
-            left = left[self._meets(position_m, left)]
-            met[self._seen(position_m, left)] += 1
+            left = left[self._meets(positions_m[row], left)]
+            met[self._seen(positions_m[row], left)] += 1
             progress(ProgressEvent("judge", number + 1, positions_m.shape[0], "scannable"))
         return met
 
