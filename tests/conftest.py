@@ -63,7 +63,7 @@ try:
     from made_once import MadeOnce, folders_made_once
     from read_once import keep_what_children_read
     from real_buildings import RealScene, real_scenes
-    from shared_plans import SharedPlan, shared_plans
+    from shared_plans import KEPT_IN_A_DAY, SharedPlan, shared_plans
 finally:
     sys.path.remove(_FOLDER)
 keep_what_children_read()
@@ -130,6 +130,7 @@ def demo_folder(made_once: MadeOnce, needs_opencl: None) -> Path:
 
     def fill(folder: Path) -> None:
         with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("TLSPLAN_CACHE_SIZE", KEPT_IN_A_DAY)
             small_pictures.draw_small(patch)
             done = run_here("demo", "-o", folder / "demo")
         assert done.returncode == 0, done.stderr

@@ -23,6 +23,8 @@ from made_once import MadeOnce
 from planner_core.model import Greedy, Plan, PlanSettings, Proven, Requirements
 from planner_core.scanner.load_scanner import load_scanner
 
+#: Results that the demo, and the commands after it, keep for each other: there nothing is replaced by a test.
+KEPT_IN_A_DAY = "1GB"
 _SCANNER = replace(load_scanner("hdl-64e"), n_azimuths=720)
 _HOUSE = PlanSettings(
     scanner=_SCANNER,

@@ -1,7 +1,7 @@
 """A crew's day on one building, from the model to the last scan: every command, with its default settings.
 
 Each step checks what the crew would. `make test` has the demo house, `make test-slow` a real building. The first plan
-is made as `tlsplan demo` makes it; later ones are quick, on a grid of 1 m. Pictures of reports are blank.
+is made as `tlsplan demo` makes it; later ones are quick, and find what is kept. Pictures of reports are blank.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ import pytest
 import small_pictures
 from in_process import run_here
 from real_buildings import FOLDER
+from shared_plans import KEPT_IN_A_DAY
 from tlsplan import start_time
 from tlsplan.batch import runner
 from tlsplan.group import cli
@@ -36,8 +37,7 @@ from tests.reality_files import reality
 
 TLSPLIB = Path(__file__).resolve().parents[1] / "docs" / "tlsplib"
 #: Of what is computed after the first plan.
-GRID = ("--grid", "1")
-QUICK = (*GRID, "--effort", "quick")
+QUICK = ("--effort", "quick")
 ON_EARTH = ("--crs", "EPSG:25832", "--origin", "458870,5438260,110")
 DEMO, REAL = "demo house", "fzk-haus"
 pytestmark = pytest.mark.xdist_group("crew's day")  # one worker walks it, once
@@ -102,6 +102,7 @@ def day(request: pytest.FixtureRequest, needs_opencl: None, tmp_path_factory: py
     """The day on a building, from the first command to the last, in a folder of its own."""
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(tmp_path_factory.mktemp("day"))
+        patch.setenv("TLSPLAN_CACHE_SIZE", KEPT_IN_A_DAY)
         if request.param == DEMO:
             today = start_on_demo_house(patch, request.getfixturevalue("demo_folder"))
         else:
@@ -362,7 +363,7 @@ def compare_scans_with_the_plan(day: Day) -> None:
     assert [line.split()[0] for line in listed[0::2]] == further
     assert all(" adds " in line and " m2 on floor F" in line for line in listed[1::2])
 
-    evaluated = check_summary(day.tlsplan("evaluate", day.scene, "--stations", actual, "-o", "scanned", *GRID).stdout,
+    evaluated = check_summary(day.tlsplan("evaluate", day.scene, "--stations", actual, "-o", "scanned").stdout,
                               Path("scanned"))  # fmt: skip
     day.tlsplan("export", "scanned", "--format", "e57", "-o", "scans.e57", "--max-points", "1000")
     poses = day.tlsplan("compare", day.plan, "--stations", "scans.e57", "--no-scan-again", "--json", code=7)
