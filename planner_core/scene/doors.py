@@ -14,10 +14,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import ndimage
 
 from planner_core.errors import SceneError
 from planner_core.model import BoolArray, Doors, FloatArray, Int32Array, Int64Array, Scene
+from planner_core.scene.array_rows import chunks
+from planner_core.scene.between_walls import cut_cells
+from planner_core.scene.columns import sample_scene
 from planner_core.scene.element_patterns import with_triangles
+from planner_core.scene.ground_planes import SITE_KINDS
+from planner_core.scene.level_surfaces import WALL_CUT_M, cut_of_scene
 from planner_core.scene.rooms import room_of_points
 
 #: What elements that are doors are called.
@@ -32,6 +38,10 @@ _TALL_SHARE = 0.8
 #: its foot.
 _BESIDE_M = (0.3, 0.6)
 _KNEE_M = 0.5
+#: Cells in which walls are searched for spaces; on sites of more of them they grow. Roofs are searched for above each
+#: fifth in both directions, and a space is indoors where as many of these have one: an atrium with a skylight left out.
+_STEP_M, _MAX_CELLS = 0.1, 4_000_000
+_ROOF_EVERY, _ROOFED_SHARE = 5, 0.8
 #: Leaves of doors, in width of one or two leaves, height, and thickness with handles; and how far above the ground they
 #: end, or reach into a floor's finish.
 _LEAF_WIDE_M, _LEAF_HIGH_M, _LEAF_THICK_M, _UNDERCUT_M = (0.6, 2.6), (1.8, 2.5), 0.25, 0.1
@@ -47,7 +57,7 @@ def without_door_leaves(
     Parameters
     ----------
     doors
-        Which: `open` leaves those shut that lead outdoors, see `is_outer`.
+        Which: `open` leaves those shut that lead outdoors, see `exterior_doors`.
     opened, shut
         GlobalIds of doors that are open, or shut, whatever `doors` is.
 
@@ -61,10 +71,11 @@ def without_door_leaves(
     of_door = np.flatnonzero(is_door[scene.element_of_triangle])
     leaf = np.zeros(scene.n_triangles, dtype=bool)
     owner = scene.element_of_triangle[of_door]
+    stay_shut = _shut_doors(scene, doors, owner)
     for door in np.unique(owner).tolist():
         mine = of_door[owner == door]
         name = scene.elements[door].source_id
-        if name in shut or (name not in opened and not _is_open(scene, doors, door, mine)):
+        if name in shut or (name not in opened and door in stay_shut):
             continue
         leaf[mine] = _is_leaf(scene.vertices_m, scene.triangles[mine])
     if not leaf.any() or leaf.all():
@@ -83,47 +94,105 @@ def _check_are_doors(scene: Scene, names: tuple[str, ...]) -> None:
             )
 
 
-def _is_open(scene: Scene, doors: Doors, door: int, triangles: Int64Array) -> bool:
-    return doors in (Doors.ALL, Doors.OUTSIDE) or (doors == Doors.OPEN and not is_outer(scene, door, triangles))
-
-
-def is_outer(scene: Scene, door: int, triangles: Int64Array) -> bool:
-    """Whether a door, element `door` made of `triangles`, leads outdoors.
-
-    The file may say so (IFC: IsExternal). Where it does not but has rooms, a door with a room on one side alone does.
-    """
-    is_external = scene.elements[door].is_external
-    if is_external is not None or not scene.rooms:
-        return bool(is_external)
-    corners_m = scene.vertices_m[scene.triangles[triangles]]
-    low, high = corners_m.min(axis=(0, 1)), corners_m.max(axis=(0, 1))
-    middle = np.array([*(0.5 * (low + high))[:2], low[2] + _KNEE_M])
-    across = np.append(_across(corners_m), 0.0)
-    away_m = np.array(_BESIDE_M)[:, None]
-    sides = [room_of_points(scene, middle + sign * away_m * across) >= 0 for sign in (-1.0, 1.0)]
-    return bool(sides[0].any() != sides[1].any())
+def _shut_doors(scene: Scene, doors: Doors, all_doors: Int32Array) -> set[int]:
+    """Elements of the doors that `doors` leaves shut."""
+    if doors == Doors.OPEN:
+        return {door.element for door in exterior_doors(scene)}
+    return set(all_doors.tolist()) if doors == Doors.SHUT else set()
 
 
 @dataclass(frozen=True)
-class ExteriorDoor:
-    """A door that leads outdoors. box_m : (2, 3) lowest and highest corner, local frame. across : (2,) through it."""
+class PlacedDoor:
+    """A door. box_m : (2, 3) lowest and highest corner, local frame. across : (2,) unit direction through it."""
 
     element: int
     box_m: FloatArray
     across: FloatArray
 
+    @property
+    def line_m(self) -> FloatArray:
+        """(2, 2) ends of its opening in plan."""
+        along = np.array([-self.across[1], self.across[0]])
+        middle_m, half_m = self.box_m[:, :2].mean(axis=0), 0.5 * (self.box_m[1, :2] - self.box_m[0, :2])
+        line_m: FloatArray = middle_m + float(np.abs(along) @ half_m) * np.array([-along, along])
+        return line_m
 
-def exterior_doors(scene: Scene) -> list[ExteriorDoor]:
-    """Find the doors that lead outdoors, by `is_outer`, of which the scene has a frame or more."""
+
+def exterior_doors(scene: Scene) -> list[PlacedDoor]:
+    """Find the doors that lead outdoors, of which the scene has a frame or more.
+
+    The file may say so (IFC: IsExternal). Where it does not but has rooms, a door with a room on one side alone does,
+    unless its other side lies between walls and below a roof: stairwells and garages are no rooms in some files.
+    """
+    doors = _placed_doors(scene)
+    flags = [scene.elements[door.element].is_external for door in doors]
+    if not scene.rooms:
+        return [door for door, flag in zip(doors, flags, strict=True) if flag]
+    beside_m = np.array([_beside_m(door) for door in doors]).reshape(-1, 2, len(_BESIDE_M), 3)
+    has_room = (room_of_points(scene, beside_m.reshape(-1, 3)) >= 0).reshape(beside_m.shape[:3]).any(axis=2)
+    is_outer = np.array([flag is True for flag in flags], dtype=bool)
+    one_sided = np.flatnonzero(np.array([flag is None for flag in flags]) & (has_room[:, 0] != has_room[:, 1]))
+    if one_sided.size:
+        bare_m = beside_m[one_sided, has_room[one_sided, 0].astype(int)]
+        is_outer[one_sided] = ~_roofed_between_walls(scene, doors, bare_m)
+    return [door for door, outer in zip(doors, is_outer.tolist(), strict=True) if outer]
+
+
+def _placed_doors(scene: Scene) -> list[PlacedDoor]:
+    """All doors that have triangles, by element."""
+    is_door = np.array([element.kind == DOOR_KIND for element in scene.elements], dtype=bool)
+    of_door = np.flatnonzero(is_door[scene.element_of_triangle])
+    owner = scene.element_of_triangle[of_door]
     found = []
-    for door in np.unique(scene.element_of_triangle).tolist():
-        if scene.elements[door].kind != DOOR_KIND:
-            continue
-        triangles = np.flatnonzero(scene.element_of_triangle == door)
-        if is_outer(scene, door, triangles):
-            corners_m = scene.vertices_m[scene.triangles[triangles]]
-            box_m = np.stack([corners_m.min(axis=(0, 1)), corners_m.max(axis=(0, 1))])
-            found.append(ExteriorDoor(door, box_m, _across(corners_m)))
+    for element in np.unique(owner).tolist():
+        corners_m = scene.vertices_m[scene.triangles[of_door[owner == element]]]
+        box_m = np.stack([corners_m.min(axis=(0, 1)), corners_m.max(axis=(0, 1))])
+        found.append(PlacedDoor(element, box_m, _across(corners_m)))
+    return found
+
+
+def _beside_m(door: PlacedDoor) -> FloatArray:
+    """(2, B, 3) places to both sides of a door."""
+    middle_m = np.array([*door.box_m[:, :2].mean(axis=0), door.box_m[0, 2] + _KNEE_M])
+    away_m = np.array(_BESIDE_M)[:, None] * np.append(door.across, 0.0)
+    return np.stack([middle_m - away_m, middle_m + away_m])
+
+
+def _roofed_between_walls(scene: Scene, doors: list[PlacedDoor], beside_m: FloatArray) -> BoolArray:
+    """(K,) bool: whether walls and shut doors enclose one of places (K, B, 3), most of what they enclose roofed.
+
+    Walls are cut as high above a door's foot as people's shoulders; windows are there as panes.
+    """
+    is_site = np.array([element.kind in SITE_KINDS for element in scene.elements], dtype=bool)
+    built = ~is_site[scene.element_of_triangle]
+    ids = np.flatnonzero(built).astype(np.int32)
+    low_m, high_m = (np.full(2, sign * np.inf) for sign in (1.0, -1.0))
+    for some in chunks(ids.size):
+        corners_m = scene.vertices_m[scene.triangles[ids[some]], :2]
+        low_m, high_m = np.minimum(low_m, corners_m.min(axis=(0, 1))), np.maximum(high_m, corners_m.max(axis=(0, 1)))
+    step_m = max(_STEP_M, float(np.sqrt(np.prod(high_m - low_m) / _MAX_CELLS)))
+    low_m = low_m - 2.0 * step_m  # a free cell around all
+    nx, ny = (np.ceil((high_m - low_m) / step_m) + 3).astype(int).tolist()
+    few = (-(-nx // _ROOF_EVERY), -(-ny // _ROOF_EVERY))
+    columns = sample_scene(scene, ids, low_m=low_m, step_m=_ROOF_EVERY * step_m, shape=few)
+    found = np.zeros(beside_m.shape[0], dtype=bool)
+    cut_m = np.round(beside_m[:, 0, 2] - _KNEE_M + WALL_CUT_M, 2)
+    for z_m in np.unique(cut_m).tolist():
+        _, walls_m = cut_of_scene(scene, built, z_m)
+        shut = [door.line_m for door in doors if door.box_m[0, 2] < z_m <= door.box_m[1, 2]]
+        free = ~cut_cells(np.concatenate([walls_m, np.reshape(shut, (-1, 2, 2))]), low_m, step_m, (ny, nx))
+        label = ndimage.label(free)[0]
+        roofed = np.zeros(few[0] * few[1], dtype=bool)
+        roofed[columns.column[columns.z_m > z_m]] = True
+        space = label[::_ROOF_EVERY, ::_ROOF_EVERY].ravel()
+        share = np.bincount(space, weights=roofed, minlength=label.max() + 1)
+        share /= np.maximum(np.bincount(space, minlength=share.size), 1)
+        indoors = share >= _ROOFED_SHARE
+        indoors[[0, label[0, 0]]] = False  # walls themselves, and what is around the building
+        rows = np.flatnonzero(cut_m == z_m)
+        cell = np.rint((beside_m[rows, :, :2] - low_m) / step_m).astype(int)
+        cell = np.clip(cell, 0, [nx - 1, ny - 1])
+        found[rows] = indoors[label[cell[..., 1], cell[..., 0]]].any(axis=1)
     return found
 
 

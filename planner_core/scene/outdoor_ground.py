@@ -15,7 +15,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Floor, Scene
 from planner_core.scene.between_walls import closed_walls, cut_cells
 from planner_core.scene.columns import sample_scene
-from planner_core.scene.doors import ExteriorDoor, exterior_doors
+from planner_core.scene.doors import PlacedDoor, exterior_doors
 from planner_core.scene.ground_planes import SITE_KINDS, rectangles, with_more_triangles
 from planner_core.scene.level_surfaces import MAX_SLOPE_RAD, WALL_CUT_M, cut_of_scene
 
@@ -96,12 +96,9 @@ def with_exterior_doors_shut(scene: Scene) -> Scene:
     return with_more_triangles(scene, np.concatenate([_panel_m(door) for door in doors]), element)
 
 
-def _panel_m(door: ExteriorDoor) -> FloatArray:
+def _panel_m(door: PlacedDoor) -> FloatArray:
     """(2, 3, 3) triangles across a door's opening."""
-    along = np.array([-door.across[1], door.across[0]])
-    middle_m, half_m = door.box_m[:, :2].mean(axis=0), 0.5 * (door.box_m[1, :2] - door.box_m[0, :2])
-    reach_m = float(np.abs(along) @ half_m)
-    corners_m = [[*(middle_m + side * reach_m * along), z] for side in (-1.0, 1.0) for z in door.box_m[:, 2].tolist()]
+    corners_m = [[*end_m, z] for end_m in door.line_m.tolist() for z in door.box_m[:, 2].tolist()]
     panel_m: FloatArray = np.array(corners_m)[[[0, 1, 2], [1, 3, 2]]]
     return panel_m
 

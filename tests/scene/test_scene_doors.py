@@ -14,7 +14,7 @@ from planner_core.engine.open_engine import open_engine
 from planner_core.errors import SceneError
 from planner_core.model import Doors, Element, Room, Scene
 from planner_core.scene.build import scene_from_arrays
-from planner_core.scene.doors import is_outer, without_door_leaves
+from planner_core.scene.doors import exterior_doors, without_door_leaves
 from planner_core.scene.load import LoadOptions, load_scene
 from planner_core.scene.patches import make_patches
 from scenes_synthetic import build
@@ -248,6 +248,36 @@ def test_a_door_leads_outdoors_where_the_file_says_so_or_a_room_lies_on_one_side
     door = replace(scene.elements[0], is_external=said)
     scene = replace(scene, elements=(door, *scene.elements[1:]), rooms=made)
     expected = said if said is not None else rooms == "one side"
-    assert is_outer(scene, 0, np.flatnonzero(scene.element_of_triangle == 0)) == expected
+    assert [door.element for door in exterior_doors(scene)] == ([0] if expected else [])
     assert without_door_leaves(scene).report.n_doors_open == (0 if expected else 1)
     assert without_door_leaves(scene, Doors.ALL).report.n_doors_open == 1
+
+
+@pytest.mark.parametrize(
+    ("roof_x1", "gap_m", "is_shut", "leads_out"),
+    [
+        pytest.param(3.0, 0.0, True, False, id="stairwell"),
+        pytest.param(3.0, 0.0, False, False, id="stairwell, doors open"),
+        pytest.param(3.0, 0.8, True, True, id="porch"),
+        pytest.param(-1.0, 0.0, True, True, id="yard with an eave"),
+    ],
+)
+def test_a_door_to_a_roofed_space_between_walls_leads_indoors_where_that_is_no_room(
+    roof_x1: float, gap_m: float, is_shut: bool, leads_out: bool
+) -> None:
+    """A room to the north of a door, walls to the south of it with a door of their own."""
+    leaf = corners_of([*jambs(1.0, 2.1, 0.05), ((-0.45, -0.02, 0.0), (0.45, 0.02, 2.05))])
+    south = [
+        ((-3.2, -4.0, 0.0), (-3.0, 0.1, 2.5)), ((3.0, -4.0, 0.0), (3.2, 0.1, 2.5)),
+        ((-3.0, -4.2, 0.0), (-0.5 - gap_m, -4.0, 2.5)), ((0.5, -4.2, 0.0), (3.0, -4.0, 2.5)),
+    ]  # fmt: skip
+    roof = corners_of([((-3.2, -4.2, 2.5), (roof_x1, 0.1, 2.7))])
+    entrance = leaf + np.array([0.0, -4.1, 0.0])
+    parts = [("IfcDoor", leaf), ("IfcDoor", entrance), ("IfcWall", corners_of([*WALL, *south])), ("IfcSlab", roof)]
+    scene = scene_of(parts, 0.4)
+    turn = np.array([[np.cos(0.4), -np.sin(0.4), 0], [np.sin(0.4), np.cos(0.4), 0], [0, 0, 1]])
+    corner_m = corners_of([((-3.0, 0.1, 0.0), (3.0, 4.0, 2.5))]).reshape(-1, 3) @ turn.T - scene.offset_m
+    scene = replace(scene, rooms=(Room("R", "", "1", -1, corner_m, np.arange(36).reshape(-1, 3)),))
+    if not is_shut:
+        scene = without_door_leaves(scene, Doors.ALL)
+    assert [door.element for door in exterior_doors(scene)] == ([0] if leads_out else [])
