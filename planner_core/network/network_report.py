@@ -35,6 +35,8 @@ _UNPLACED: Mapping[str, str] = MappingProxyType(
 )
 _NO_NAMES: Mapping[str, str] = MappingProxyType({})
 _Neighbours = dict[str, list[str]]
+#: Of groups that no link indoors joins, where nobody has found out what stations outdoors would do.
+WAY_OUT = "--join outside plans stations outdoors, too, which join through exterior doors what no door indoors joins"
 
 
 def registration_report(
@@ -121,9 +123,7 @@ def registration_warnings(
     if alone:
         lines.append(_alone([registration.networks[number] for number in alone], floor_names))
     if has_way_out and len(set(_joined_by_gaps(registration))) > 1:
-        lines.append(
-            "--join outside plans stations outdoors, too, which join through exterior doors what no door indoors joins"
-        )
+        lines.append(WAY_OUT)
     if pre_alignment in _UNPLACED and not registration.connected:
         lines.append(
             f"no pair of scans that are {_UNPLACED[pre_alignment]} registers surely; place them by hand "

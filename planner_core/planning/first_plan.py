@@ -44,7 +44,7 @@ def observe_few(
     n_candidates = places.candidates.floor.size
     if n_candidates <= _FEW:
         return None
-    rows = np.union1d(_far_apart(places.candidates, _APART_M, most=_MOST), np.flatnonzero(places.kind > 0))
+    rows = np.union1d(far_apart(places.candidates, _APART_M, most=_MOST), np.flatnonzero(places.kind > 0))
     if _WORTH * rows.size > n_candidates:
         return None
     at_m = places.candidates.position_m[rows]
@@ -106,7 +106,7 @@ def as_memory_holds(
     if n_candidates <= most:
         return places, known, ()
     stay = np.union1d(np.flatnonzero(places.kind > 0), known.row)
-    rows = np.union1d(stay, _far_apart(places.candidates, _APART_M / 4, most=max(most - stay.size, 1)))
+    rows = np.union1d(stay, far_apart(places.candidates, _APART_M / 4, most=max(most - stay.size, 1)))
     line = (
         f"candidates: {rows.size} of {n_candidates} valid positions are planned with, evenly spread, for what all of "
         f"them see, {n_candidates * each / 1e6:.0f} million patches, is too much for memory; plan floor by floor "
@@ -115,7 +115,7 @@ def as_memory_holds(
     return places.keeping(rows), KnownObservations(np.searchsorted(rows, known.row), known.observations), (line,)
 
 
-def _far_apart(candidates: Candidates, apart_m: float, *, most: int) -> Int64Array:
+def far_apart(candidates: Candidates, apart_m: float, *, most: int) -> Int64Array:
     """(K,) rows, sorted: of each floor and cube the candidate nearest the middle. At most so many, or one a floor."""
     from_m = candidates.position_m - candidates.position_m.min(axis=0)
     most = max(most, np.unique(candidates.floor).size)

@@ -34,10 +34,12 @@ from planner_core.model import (
     Station,
     Survey,
 )
+from planner_core.network.network_report import WAY_OUT
 from planner_core.paper.pipeline import find_pool
 from planner_core.planning.choose import choose, choose_by_paper, choose_greedily, route_through
 from planner_core.planning.first_plan import as_memory_holds, observe_few, tell_first_plan
 from planner_core.planning.independent_check import with_independent_check
+from planner_core.planning.join_offer import join_offer
 from planner_core.planning.pool import Choice, Pool, make_pool
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.positions.admissibility import Tripods, refusals_in_words
@@ -50,6 +52,7 @@ from planner_core.requirements.goals import Goals, goals_of
 from planner_core.requirements.scope import with_scope
 from planner_core.route.route import in_visiting_order
 from planner_core.select.check import check_coverage
+from planner_core.select.proven import INTERRUPTED
 
 __all__ = ["make_plan", "make_survey", "plan_survey"]
 
@@ -144,6 +147,11 @@ def plan_survey(
     with clock.stage("figures"):
         remarks = (*remarks, *thinned, *places.warnings, *goals.remarks)
         plan = _described(settings, scan_engine, places, choice, remarks, progress)
+    # 7. Where no door indoors joins them: what stations outdoors would do.
+    if WAY_OUT in plan.warnings and choice.why_stopped != INTERRUPTED:
+        with clock.stage("way out"):
+            offer = join_offer(plan, scan_engine.name, progress=progress)
+        plan = replace(plan, warnings=tuple(offer if line == WAY_OUT else line for line in plan.warnings))
     return replace(plan, timings_s=clock.seconds)
 
 

@@ -34,6 +34,7 @@ from planner_core.model import (
     Registration,
     Requirements,
     Route,
+    Scope,
     Station,
     Survey,
     Visibility,
@@ -264,11 +265,12 @@ def _registration_warnings(survey: Survey, requirements: Requirements, registrat
         return ()
     names = {floor.id: floor.name for floor in survey.floors}
     start = requirements.start_of(survey.scanner)
-    is_inside = not registration.connected and survey.scene.source.doors != Doors.OUTSIDE
+    is_inside = survey.scope is not None and survey.scope.kind == Scope.INTERIOR
+    is_apart = not registration.connected and is_inside and survey.scene.source.doors != Doors.OUTSIDE
     return registration_warnings(
         registration,
         names,
         offset_m=survey.scene.offset_m,
         pre_alignment=start,
-        has_way_out=is_inside and bool(exterior_doors(survey.scene)),
+        has_way_out=is_apart and bool(exterior_doors(survey.scene)),
     )

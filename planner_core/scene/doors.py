@@ -66,6 +66,17 @@ def without_door_leaves(
     SceneError
         One of them is of no door.
     """
+    leaf = door_leaves(scene, doors, opened=opened, shut=shut)
+    if not leaf.any() or leaf.all():
+        return scene
+    n_open = int(np.unique(scene.element_of_triangle[leaf]).size)
+    return replace(with_triangles(scene, ~leaf), report=replace(scene.report, n_doors_open=n_open))
+
+
+def door_leaves(
+    scene: Scene, doors: Doors = Doors.OPEN, *, opened: tuple[str, ...] = (), shut: tuple[str, ...] = ()
+) -> BoolArray:
+    """(T,) bool: triangles of the leaves that `without_door_leaves` leaves out."""
     _check_are_doors(scene, (*opened, *shut))
     is_door = np.array([element.kind == DOOR_KIND for element in scene.elements], dtype=bool)
     of_door = np.flatnonzero(is_door[scene.element_of_triangle])
@@ -78,10 +89,7 @@ def without_door_leaves(
         if name in shut or (name not in opened and door in stay_shut):
             continue
         leaf[mine] = _is_leaf(scene.vertices_m, scene.triangles[mine])
-    if not leaf.any() or leaf.all():
-        return scene
-    n_open = int(np.unique(scene.element_of_triangle[leaf]).size)
-    return replace(with_triangles(scene, ~leaf), report=replace(scene.report, n_doors_open=n_open))
+    return leaf
 
 
 def _check_are_doors(scene: Scene, names: tuple[str, ...]) -> None:

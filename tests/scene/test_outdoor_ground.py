@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,21 @@ from planner_core.coverage.survey import make_survey
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.open_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import Doors, Element, PlanSettings, PreAlignment, Proven, Requirements, Scene, Scope, Storey
+from planner_core.model import (
+    Doors,
+    Element,
+    Plan,
+    PlanSettings,
+    PreAlignment,
+    PriorStation,
+    Proven,
+    Requirements,
+    Role,
+    Scene,
+    Scope,
+    Site,
+    Storey,
+)
 from planner_core.planning.plan import make_plan
 from planner_core.requirements.scope import with_scope
 from planner_core.scanner.load_scanner import load_scanner
@@ -39,9 +54,11 @@ GARDEN = [
 ]  # fmt: skip
 
 
-def twin_house(*, terrain: bool = False, doors: bool = True, state: Doors = Doors.OUTSIDE) -> Scene:
+def twin_house(
+    *, terrain: bool = False, doors: bool = True, garden: bool = True, state: Doors = Doors.OUTSIDE
+) -> Scene:
     boxes = [("IfcSlab", SLAB), ("IfcSlab", ROOF), *(("IfcWall", wall) for wall in WALLS)]
-    boxes += [("IfcBuildingElementProxy", each) for each in GARDEN] + [("IfcSite", TERRAIN)] * terrain
+    boxes += [("IfcBuildingElementProxy", each) for each in GARDEN if garden] + [("IfcSite", TERRAIN)] * terrain
     parts = [(kind, [box]) for kind, box in boxes]
     for x0, x1 in DOORS_X if doors else ():
         jambs = [((x, -0.2, 0.0), (x + 0.05, -0.1, 2.1)) for x in (x0, x1 - 0.05)]
@@ -157,3 +174,44 @@ def test_two_dwellings_become_one_network_by_stations_outdoors() -> None:
     # What is required, and is covered, is indoors alone: rooms of 4 x 4 m.
     assert joined.coverage.fraction_of_achievable >= 0.9
     assert joined.coverage.total_area_m2 == pytest.approx(2 * (2 * 16.0 + 16.0 * 2.6 - 2.1), rel=0.15)
+
+
+def offered(apart: Plan) -> int:
+    """Number of stations outdoors that a plan in two groups offers to make it one."""
+    (offer,) = [line for line in apart.warnings if "--join outside" in line]
+    found = re.fullmatch(
+        r"2 groups: (\d+) more stations? outdoors or at exterior doors, about (\d+) min to set up and scan, with "
+        r"exterior doors open, makes? them one \(--join outside\)",
+        offer,
+    )
+    assert found is not None, offer
+    n_more = int(found[1])
+    assert int(found[2]) == round(n_more * (settings().crew.set_up_s + settings().crew.scan_s) / 60)
+    return n_more
+
+
+def test_a_plan_in_two_groups_offers_stations_outdoors_with_their_number_and_time() -> None:
+    apart = make_plan(twin_house(state=Doors.OPEN), settings(max_patch_area_m2=1.0))
+    assert not apart.connected
+    assert offered(apart) >= 1
+
+
+@pytest.mark.slow
+def test_as_many_stations_outdoors_as_are_offered_join() -> None:
+    apart = make_plan(twin_house(state=Doors.OPEN), settings())
+    locked = tuple(
+        PriorStation(each.id, tuple((each.position_m + apart.survey.scene.offset_m).tolist()), Role.LOCKED)
+        for each in apart.stations
+    )
+    joined = make_plan(twin_house(), settings(site=Site(prior=locked), set_up_tolerance_m=0.0))
+    assert joined.connected
+    assert len(joined.stations) <= len(apart.stations) + offered(apart)
+
+
+@pytest.mark.slow
+def test_no_stations_outdoors_are_offered_that_join_nothing() -> None:
+    """Along a plain wall scans slide."""
+    apart = make_plan(twin_house(state=Doors.OPEN, garden=False), settings())
+    assert not apart.connected
+    (line,) = [line for line in apart.warnings if "--join outside" in line]
+    assert re.fullmatch(r"2 groups: none of \d+ places outdoors and at exterior doors joins any of them \(.*\)", line)
