@@ -43,6 +43,8 @@ from planner_core.model.results import (
     IndependentCheck,
     Loss,
     Plan,
+    PlanRoom,
+    PlanRooms,
     Station,
     UnseenElement,
 )
@@ -132,6 +134,8 @@ __all__ = [
     "PatchReturns",
     "Patches",
     "Plan",
+    "PlanRoom",
+    "PlanRooms",
     "PlanSettings",
     "PlanUnderReview",
     "PointLimits",

@@ -69,6 +69,29 @@ class UnseenElement:
 
 
 @dataclass(frozen=True)
+class PlanRoom:
+    """A room with required surface: one of the source (IfcSpace), or a region of free floor, which has no name.
+
+    floor : id, empty where its surface counts for none. label_m : (3,) float64, its roomiest place on the ground, and
+    box_m : (2, 3) around the centroids of its patches; both local.
+    """
+
+    name: str
+    source_id: str
+    floor: str
+    label_m: FloatArray
+    box_m: FloatArray
+
+
+@dataclass(frozen=True)
+class PlanRooms:
+    """Rooms, and which of them each patch belongs to. room_of_patch : (P,) int32 into `rooms`, -1 none."""
+
+    rooms: tuple[PlanRoom, ...]
+    room_of_patch: Int32Array
+
+
+@dataclass(frozen=True)
 class Loss:
     """What one requirement would lose if a station went. patch : (K,) int32, rising, what would no longer meet it:
     no other station, or too few, see it well enough. Only what is achievable, as only that counts as covered.
@@ -174,6 +197,8 @@ class Plan:
     """Rooms that nobody can walk into."""
     why: Why | None = None
     """What each station adds, and why the unseen stays unseen; None: not computed."""
+    rooms: PlanRooms | None = None
+    """Rooms of the required surface; None: not computed."""
     candidates_m: FloatArray | None = None
     """(N, 3) positions that were observed from, local; None: not kept."""
     independent_check: IndependentCheck | None = None

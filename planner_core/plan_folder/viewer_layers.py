@@ -27,6 +27,7 @@ from planner_core.model import (
     Int32Array,
     Loss,
     Plan,
+    PlanRooms,
     PointLimits,
     Scanner,
 )
@@ -73,6 +74,7 @@ UInt16Array = NDArray[np.uint16]
 _MOST_STEPS = NONE - 1
 #: Below `viewer/`.
 _PIECES = "pieces.i32"
+_ROOMS = "rooms.u16"
 #: Steps are 1, 2 or 5 times a power of ten.
 _ROUND = (1, 2, 5, 10)
 
@@ -246,6 +248,8 @@ def _by_patch(plan: Plan) -> dict[str, bytes]:
         files["reason.u8"] = plan.why.reason_of_patch.tobytes()
         if plan.why.piece_of_patch is not None:
             files[_PIECES] = plan.why.piece_of_patch.astype("<i4").tobytes()
+    if plan.rooms is not None:
+        files[_ROOMS] = (plan.rooms.room_of_patch & NONE).astype("<u2").tobytes()
     if plan.times_met is not None:
         files["achievable.u8"] = plan.times_met.tobytes()
     if plan.survey.patches.countable_share is not None:
@@ -273,5 +277,24 @@ def _document(plan: Plan) -> dict[str, Any]:
         "out_of_scope": OUT_OF_SCOPE,
         "counted": None if plan.survey.patches.countable_share is None else "counted.u8",
         "pieces": None if plan.why is None or plan.why.piece_of_patch is None else _PIECES,
+        "rooms": None if plan.rooms is None else _rooms_document(plan.rooms),
         "qualities": [to_document(limits) for limits in plan.qualities],
+    }
+
+
+def _rooms_document(rooms: PlanRooms) -> dict[str, Any]:
+    """Rooms by their number in the file; local frame, to the millimetre."""
+    return {
+        "file": _ROOMS,
+        "none": NONE,
+        "list": [
+            {
+                "name": room.name,
+                "source_id": room.source_id,
+                "floor": room.floor,
+                "label": np.round(room.label_m, 3).tolist(),
+                "box": np.round(room.box_m, 3).tolist(),
+            }
+            for room in rooms.rooms
+        ],
     }

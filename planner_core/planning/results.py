@@ -20,6 +20,7 @@ from planner_core.coverage.coverage import (
     times_seen,
     unseen_elements,
 )
+from planner_core.coverage.patch_rooms import rooms_of_patches
 from planner_core.coverage.plausibility import implausible
 from planner_core.coverage.why import explain
 from planner_core.engine.scan_engine import ScanEngine
@@ -185,6 +186,7 @@ def describe_plan(
             unreachable=unreachable,
             progress=progress,
         ),
+        rooms=rooms_of_patches(survey, surroundings.reach.space, scope),
         candidates_m=surroundings.candidate_m,
         warnings=(
             *warnings,

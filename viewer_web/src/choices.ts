@@ -1,4 +1,4 @@
-/** Choosing: one thing is chosen at a time (a station, a pair of them, an unseen piece, or a surface), and its floor with it. */
+/** Choosing: one thing is chosen at a time (a station, a pair of them, an unseen piece, a room, or a surface), and its floor with it. */
 import { batch, effect, untracked } from '@preact/signals';
 import type { FileState } from './files/state.ts';
 import { floorBeside, highestCutM } from './floors/cut.ts';
@@ -6,6 +6,7 @@ import type { FloorState } from './floors/state.ts';
 import type { LoadState } from './load/state.ts';
 import type { NetworkState, Pair } from './network/state.ts';
 import type { PanelState } from './panels/state.ts';
+import type { RoomState } from './rooms/state.ts';
 import type { Picked, SceneState } from './scene/state.ts';
 import type { StationState } from './stations/state.ts';
 import type { UnseenFocus, UnseenState } from './unseen/state.ts';
@@ -17,13 +18,23 @@ export interface Choices {
   stepStation(step: number): void;
   choosePair(pair: Pair | null): void;
   lookAtUnseen(focus: UnseenFocus | null): void;
+  /** By its number in layers.json. */
+  chooseRoom(number: number | null): void;
   pick(picked: Picked | null): void;
   /** Switch a file of a scene of several on or off. */
   showFile(file: number, isShown: boolean): void;
   clear(): void;
 }
 
-type Chosen = LoadState & FloorState & FileState & StationState & NetworkState & UnseenState & SceneState & PanelState;
+type Chosen = LoadState &
+  FloorState &
+  FileState &
+  StationState &
+  NetworkState &
+  UnseenState &
+  RoomState &
+  SceneState &
+  PanelState;
 
 /** So much above a piece that is looked at the floor is cut. */
 const CUT_ABOVE_M = 0.1;
@@ -51,6 +62,7 @@ export function createChoices(state: Chosen): Choices {
     state.ownRequirement.value = null;
     pair.value = null;
     unseenFocus.value = null;
+    state.roomNumber.value = null;
     picked.value = null;
   };
   const chooseFloor = (id: string | null): void =>
@@ -61,6 +73,7 @@ export function createChoices(state: Chosen): Choices {
       picked.value = null;
       if (unseenFocus.value !== null) lowerCut();
       unseenFocus.value = null;
+      state.roomNumber.value = null;
     });
   const chooseStation = (id: string | null): void =>
     batch(() => {
@@ -104,6 +117,14 @@ export function createChoices(state: Chosen): Choices {
         raiseCut(Math.min(topM + CUT_ABOVE_M, highestCutM(floor)));
       }
     });
+  const chooseRoom = (number: number | null): void =>
+    batch(() => {
+      letGo();
+      state.roomNumber.value = number;
+      const room = number === null ? undefined : loaded.value?.layers?.rooms?.list[number];
+      const floor = loaded.value?.stage.floors.find(({ id }) => id === room?.floor);
+      if (floor !== undefined) floorId.value = floor.id;
+    });
   const stepStation = (step: number): void => {
     const stations = shownStations.value;
     const shown = floorId.value === null ? stations : stations.filter((station) => station.floorId === floorId.value);
@@ -125,6 +146,7 @@ export function createChoices(state: Chosen): Choices {
     stepStation,
     choosePair,
     lookAtUnseen,
+    chooseRoom,
     showFile,
     pick: (surface) => {
       picked.value = surface;
@@ -140,7 +162,9 @@ export function createChoices(state: Chosen): Choices {
           state.selectsSeveral.value = false;
           return;
         }
-        const isNothingChosen = [picked, stationId, pair, unseenFocus].every(({ value }) => value === null);
+        const isNothingChosen = [picked, stationId, pair, unseenFocus, state.roomNumber].every(
+          ({ value }) => value === null,
+        );
         if (isNothingChosen) floorId.value = null;
         letGo();
       }),

@@ -10,6 +10,7 @@ import { createLoadState, type LoadState } from './load/state.ts';
 import { createMeasureState, type MeasureState } from './measure/state.ts';
 import { createNetworkState, type NetworkState } from './network/state.ts';
 import { createPanelState, type PanelState } from './panels/state.ts';
+import { createRoomState, type RoomState } from './rooms/state.ts';
 import { createRouteState, type RouteState } from './route/state.ts';
 import { createSceneState, type SceneState } from './scene/state.ts';
 import { createSectionState, type SectionState } from './section/state.ts';
@@ -28,6 +29,7 @@ export interface Store
     NetworkState,
     UnseenState,
     WalkState,
+    RoomState,
     RouteState,
     SceneState,
     SectionState,
@@ -62,6 +64,7 @@ export function createStore({ isStatic = false, reviewClient = null }: StoreOpti
     ...createFileState(),
     ...createHeatState(load),
     ...createNetworkState(load, stations),
+    ...createRoomState(),
     ...createRouteState(load),
     ...createUnseenState(),
     ...createSceneState(),

@@ -5,6 +5,7 @@ import { t } from '../language/language.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import type { Stage } from '../load/stage.ts';
 import { heightWords } from '../panels/figures.ts';
+import { nameOf } from '../rooms/rooms.ts';
 import type { Stop } from './route.ts';
 import { sectionLines } from './section-lines.ts';
 import { type Stack, shownOf, stacksOf } from './stacks.ts';
@@ -14,6 +15,9 @@ const MOST_TRIANGLES = 40_000;
 const MARGIN_M = 0.8;
 /** Nearer than this, in radii of a dot, one covers the number of another. */
 const COVERS = 1.3;
+/** Of rooms' names, in radii of a dot; and where they may stand, downwards from the middle. */
+const NAME_SIZE = 1;
+const SHIFTS = [0, 1.8, -1.8, 3.2, -3.2] as const;
 
 interface FloorMapProps {
   readonly loaded: LoadedPlan;
@@ -52,6 +56,25 @@ export function FloorMap({ loaded, floorId, stops, next, done, onPick }: FloorMa
         {here.slice(1).map((stop) => (
           <polyline key={stop.stationId} class="map-walk" points={flat(stop.way)} stroke-width={dot / 5} />
         ))}
+        {loaded.layers?.rooms?.list.map((room, number) => {
+          if (room.floor !== floorId) return null;
+          const name = nameOf(room, number);
+          const [x, y] = [room.label[0] + loaded.stage.offsetM[0], -room.label[1] - loaded.stage.offsetM[1]];
+          return (
+            <text
+              key={room.label.join()}
+              class="map-room"
+              x={x}
+              y={y + shiftBesideStops([x, y], name, here, dot)}
+              font-size={NAME_SIZE * dot}
+              stroke-width={0.25 * dot}
+              text-anchor="middle"
+              dominant-baseline="central"
+            >
+              {name}
+            </text>
+          );
+        })}
         <polyline class="map-way" points={flat(way)} stroke-width={dot / 2.4} />
         {stacksOf(here, COVERS * dot).map((stack) => (
           <Dot
@@ -79,6 +102,21 @@ export function FloorMap({ loaded, floorId, stops, next, done, onPick }: FloorMa
   );
 }
 
+/** How far down a room's name goes so that no station covers it, if any place near its middle is free. */
+function shiftBesideStops(
+  [x, y]: readonly [number, number],
+  name: string,
+  stops: readonly Stop[],
+  dot: number,
+): number {
+  const halfWidth = 0.3 * NAME_SIZE * dot * name.length + dot;
+  const isFree = (down: number): boolean =>
+    stops.every(
+      ({ positionM }) => Math.abs(positionM[0] - x) > halfWidth || Math.abs(-positionM[1] - y - down) > 1.6 * dot,
+    );
+  return SHIFTS.map((shift) => shift * dot).find(isFree) ?? 0;
+}
+
 interface DotProps {
   readonly stack: Stack;
   readonly next: Stop | null;
@@ -99,7 +137,7 @@ function Dot({ stack, next, done, radius, onPress }: DotProps) {
     <g
       role="button"
       tabIndex={0}
-      aria-label={nameOf(stack, done)}
+      aria-label={stackName(stack, done)}
       class={`map-stop ${areDone ? 'map-done' : isNext ? 'map-next' : ''}`.trim()}
       onClick={onPress}
       onKeyDown={(event) => {
@@ -125,7 +163,7 @@ function Dot({ stack, next, done, radius, onPress }: DotProps) {
 
 const shownPlace = ([{ positionM }]: Stack): [number, number] => [positionM[0], -positionM[1]];
 
-function nameOf(stack: Stack, done: ReadonlySet<string>): string {
+function stackName(stack: Stack, done: ReadonlySet<string>): string {
   const names = stack.map(({ stationId }) => (done.has(stationId) ? t('{id}, done', { id: stationId }) : stationId));
   return stack.length === 1
     ? t('{number}, station {id}', { number: stack[0].number, id: names[0] })

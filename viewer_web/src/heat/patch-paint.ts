@@ -4,6 +4,7 @@ import { effect } from '@preact/signals';
 import { DIFFERENCE_ID } from '../compare/difference.ts';
 import { t } from '../language/language.ts';
 import { fetchPatchValues, type LoadedPlan } from '../load/fetch-plan.ts';
+import { ROOM_COVERAGE } from '../rooms/rooms.ts';
 import type { Building } from '../scene/building.ts';
 import type { Palette } from '../scene/palette.ts';
 import type { Store } from '../store.ts';
@@ -22,6 +23,7 @@ export class PatchPaint {
   private loading = new AbortController();
   private palette: Palette | null = null;
   private areasM2: Float32Array | null = null;
+  private readonly kept = new Map<string, PatchValues>();
   private readonly endings: (() => void)[];
 
   constructor(
@@ -51,8 +53,17 @@ export class PatchPaint {
       // A copy: changes of single patches are written into it.
       this.timesSeen = withinScope(Uint8Array.from(values), this.loaded.scope);
       this.building.setTimesSeen(this.timesSeen);
+      this.countSeen();
     }
     if (this.shown !== null && valuesOf(this.shown.layer) === id) this.show(this.shown.layer, values);
+    this.requestFrame();
+  }
+
+  /** Values of a layer that is computed here, of no plan folder and no server: shown, now or once it is chosen. */
+  keep(id: string, values: PatchValues): void {
+    this.kept.set(id, values);
+    const layer = this.store.layers.peek().find((one) => one.id === id);
+    if (layer !== undefined && this.store.layerId.peek() === id) this.show(layer, values);
     this.requestFrame();
   }
 
@@ -70,6 +81,7 @@ export class PatchPaint {
       if (isShown && values !== null && this.shown !== null) this.shown.values[indices[i]] = values[i];
     }
     this.building.patch(indices, seen, isShown ? values : null);
+    if (seen !== null) this.countSeen();
     this.requestFrame();
   }
 
@@ -84,6 +96,10 @@ export class PatchPaint {
 
   dispose(): void {
     for (const end of this.endings) end();
+  }
+
+  private countSeen(): void {
+    this.store.seenRevision.value = this.store.seenRevision.peek() + 1;
   }
 
   private async follow(): Promise<void> {
@@ -103,7 +119,11 @@ export class PatchPaint {
       }
       if (layer === null) this.hideAll(store.layerId.value);
       else if (valuesOf(layer) === TIMES_SEEN) this.show(layer, this.timesSeen);
-      else {
+      else if (layer.id === ROOM_COVERAGE) {
+        const values = this.kept.get(layer.id);
+        if (values === undefined) store.layerState.value = { kind: 'loading', layer };
+        else this.show(layer, values);
+      } else {
         store.layerState.value = { kind: 'loading', layer };
         const values =
           extra?.values ?? (await source?.(valuesOf(layer))) ?? (await this.fetch(valuesOf(layer), signal));

@@ -2,6 +2,7 @@
 import { computed, type ReadonlySignal, type Signal, signal } from '@preact/signals';
 import { rampLayersOf } from '../load/layers.ts';
 import type { LoadState } from '../load/state.ts';
+import { roomLayer } from '../rooms/rooms.ts';
 import { type HeatLayer, layersOf, type PatchValues, TIMES_SEEN } from './layers.ts';
 import type { Spread } from './statistics.ts';
 
@@ -38,6 +39,8 @@ export interface HeatState {
   /** Where values of layers come from before the plan folder is asked. */
   readonly layerSource: Signal<LayerSource | null>;
   readonly marking: Signal<Marking>;
+  /** Grows with every change of how many stations see the patches that are shown. */
+  readonly seenRevision: Signal<number>;
 }
 
 export function createHeatState({ loaded }: LoadState): HeatState {
@@ -47,14 +50,14 @@ export function createHeatState({ loaded }: LoadState): HeatState {
     extraLayers,
     layers: computed(() => {
       const layers = loaded.value?.layers ?? null;
-      return layersOf(
-        rampLayersOf(layers),
-        layers?.reasons ?? [],
-        extraLayers.value.map(({ layer }) => layer),
-      );
+      const required = loaded.value?.plan.requirements.coverage ?? 0;
+      const ofRooms = layers?.rooms?.list.length ? [roomLayer(required)] : [];
+      const extra = extraLayers.value.map(({ layer }) => layer);
+      return layersOf(rampLayersOf(layers), layers?.reasons ?? [], [...ofRooms, ...extra]);
     }),
     layerState: signal<LayerState>({ kind: 'none' }),
     layerSource: signal<LayerSource | null>(null),
     marking: signal<Marking>({ kind: 'none' }),
+    seenRevision: signal(0),
   };
 }

@@ -139,6 +139,12 @@ export async function fetchPatchValues({ base, layers, patchSeen }: LoadedPlan, 
   return decodeValues(file, buffer, patchSeen.length, isReason ? 1 : 2);
 }
 
+/** Number of the room of each patch, see `LayersJson`. */
+export async function fetchPatchRooms({ base, layers, patchSeen }: LoadedPlan): Promise<Uint16Array> {
+  const file = layers?.rooms?.file ?? '';
+  return decodeValues(file, await fetchBytes(base, `viewer/${file}`), patchSeen.length, 2) as Uint16Array;
+}
+
 /** Of each patch the one that names its piece of unseen surface, -1 none; null: an older version made the plan. */
 export async function fetchPieces({ base, layers, patchSeen }: LoadedPlan): Promise<Int32Array | null> {
   if (layers?.pieces === null || layers === null) return null;

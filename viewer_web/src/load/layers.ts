@@ -6,6 +6,8 @@ import { PlanLoadError } from './plan-load-error.ts';
 
 const LAYERS_SCHEMA = 'tlsplan/layers/1';
 
+const Point = v.tuple([v.number(), v.number(), v.number()]);
+
 const LayersJson = v.object({
   schema: v.literal(LAYERS_SCHEMA),
   n_patches: v.number(),
@@ -25,6 +27,28 @@ const LayersJson = v.object({
   counted: v.optional(v.nullable(v.string()), null),
   /** File of the piece of unseen surface that each patch is of. */
   pieces: v.optional(v.nullable(v.string()), null),
+  /** Rooms with required surface, by their number in `file`; null: an older version made the plan. */
+  rooms: v.optional(
+    v.nullable(
+      v.object({
+        file: v.string(),
+        none: v.number(),
+        list: v.array(
+          v.object({
+            /** Empty: a region of free floor. */
+            name: v.string(),
+            source_id: v.string(),
+            /** Empty: its surface is of no floor. */
+            floor: v.string(),
+            /** On its ground, and around its surface; local frame. */
+            label: Point,
+            box: v.tuple([Point, Point]),
+          }),
+        ),
+      }),
+    ),
+    null,
+  ),
 });
 
 export type LayersJson = v.InferOutput<typeof LayersJson>;

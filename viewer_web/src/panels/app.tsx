@@ -16,6 +16,7 @@ import { MeasureLayer } from '../measure/measure-layer.tsx';
 import { PlanScale } from '../measure/plan-grid.tsx';
 import { SiteTools } from '../measure/site-tools.tsx';
 import { PairCard } from '../network/pair-card.tsx';
+import { RoomNames } from '../rooms/room-names.tsx';
 import { RunBanner } from '../runs/run-banner.tsx';
 import { FlatPicture } from '../scene/flat-picture.tsx';
 import { PlanView } from '../scene/plan-view.ts';
@@ -130,6 +131,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
           {view !== null && !hasPicture && <FlatPicture store={store} loaded={loaded} view={view} />}
           {view !== null && <MeasureLayer store={store} loaded={loaded} view={view} />}
           {view !== null && store.measuring.tool.value === null && <KeyCursor canvas={canvas} />}
+          {view !== null && <RoomNames store={store} view={view} />}
           {view !== null && <Markers store={store} view={view} />}
           {view !== null && <Toolbar store={store} view={view} />}
           {view !== null && <EditLayer store={store} loaded={loaded} view={view} />}

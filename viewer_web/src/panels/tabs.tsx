@@ -7,6 +7,7 @@ import { FloorSelector } from '../floors/floor-selector.tsx';
 import { t } from '../language/language.ts';
 import { NetworkTab } from '../network/network-tab.tsx';
 import { ReviewTab } from '../review/review-tab.tsx';
+import { RoomList } from '../rooms/room-list.tsx';
 import { RouteSection } from '../route/route-section.tsx';
 import { RunsTab } from '../runs/runs-tab.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
@@ -93,6 +94,7 @@ function pageOf(id: TabId, { store, view }: TabsProps): ComponentChildren {
     <>
       <Summary store={store} view={view} />
       <FloorSelector store={store} />
+      <RoomList store={store} />
       <FileList store={store} />
       <RouteSection store={store} />
       <StationList store={store} />

@@ -88,7 +88,8 @@ export class DrawnSurfaces {
   }
 }
 
-function patchAt(triangles: StageTriangles, { triangle, pointM }: SurfaceHit): number {
+/** The patch that a ray met. */
+export function patchAt(triangles: StageTriangles, { triangle, pointM }: SurfaceHit): number {
   const weights = weightsAt(triangles.cornersM, triangle, pointM);
   const [q01, q12, q20] = triangles.squaredEdgesM2.subarray(3 * triangle, 3 * triangle + 3);
   return triangles.firstPatch[triangle] + patchCode(weights, [q01, q12, q20], triangles.patchDepth[triangle]);

@@ -17,6 +17,8 @@ import type { Viewport } from './viewport.ts';
 
 /** The camera comes this near to a station, in ranges of the scanner. */
 const APPROACH_RANGES = 3;
+/** Of what is around a room, this much is in the picture with it. */
+const AROUND_M = 1;
 /** In solids and behind panels nothing is free for this long. */
 const NEAR_SURFACE_M = 0.5;
 
@@ -41,6 +43,7 @@ export class Flights {
     this.followPair();
     this.followStation();
     this.followUnseen();
+    this.followRoom();
     this.followCamera();
     this.followSection();
   }
@@ -120,6 +123,25 @@ export class Flights {
       effect(() => {
         const focus = this.deck.store.unseenFocus.value;
         if (focus !== null) untracked(() => this.flyToPiece(focus));
+      }),
+    );
+  }
+
+  /** All of a room in the picture, from beside or, in plan view, from above. */
+  private followRoom(): void {
+    const { store, loaded, viewport } = this.deck;
+    this.endings.push(
+      effect(() => {
+        const number = store.roomNumber.value;
+        const room = number === null ? undefined : loaded.layers?.rooms?.list[number];
+        if (room === undefined) return;
+        untracked(() => {
+          const liftM = sliceOfFloor(store.slices.value, room.floor)?.liftM ?? 0;
+          const [[x0, y0, z0], [x1, y1, z1]] = room.box;
+          const minM = [x0 - AROUND_M, y0 - AROUND_M, z0 + liftM] as const;
+          const maxM = [x1 + AROUND_M, y1 + AROUND_M, z1 + liftM] as const;
+          viewport.showPart({ minM, maxM }, store.isPlanView.value ? 'top' : 'side');
+        });
       }),
     );
   }

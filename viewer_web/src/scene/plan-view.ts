@@ -10,6 +10,7 @@ import { PatchPaint } from '../heat/patch-paint.ts';
 import { quantity } from '../heat/quantity.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { countingOf } from '../network/graph.ts';
+import { RoomFollower } from '../rooms/room-follower.ts';
 import { segmentsOf } from '../route/route.ts';
 import { RouteLine } from '../route/route-line.ts';
 import { setCut } from '../section/cut-uniforms.ts';
@@ -54,6 +55,7 @@ export class PlanView {
   private readonly route: RouteLine;
   private readonly flights: Flights;
   private readonly sights: SightFollower;
+  private readonly rooms: RoomFollower;
   private readonly snapper: Snapper;
   private readonly frameListeners = new Set<() => void>();
   private readonly endings: (() => void)[] = [];
@@ -131,6 +133,7 @@ export class PlanView {
     this.followRoute();
     this.followWalk();
     this.sights = new SightFollower(store, loaded);
+    this.rooms = new RoomFollower(store, loaded, this.patchPaint, this.picker);
     this.flights = new Flights({
       store,
       loaded,
@@ -349,6 +352,7 @@ export class PlanView {
   dispose(): void {
     this.flights.dispose();
     this.sights.dispose();
+    this.rooms.dispose();
     for (const end of this.endings) end();
     this.walk.dispose();
     this.clouds.dispose();
@@ -463,7 +467,8 @@ export class PlanView {
     let isFirst = true;
     this.endings.push(
       effect(() => {
-        for (const choice of [store.floorId, store.stationId, store.pair, store.unseenFocus]) choice.value;
+        for (const choice of [store.floorId, store.stationId, store.pair, store.unseenFocus, store.roomNumber])
+          choice.value;
         if (!isFirst) untracked(() => this.walk.end());
         isFirst = false;
       }),

@@ -190,6 +190,11 @@ export class Viewport {
     this.camera.far = 20 * size;
   }
 
+  /** Show a part of what is drawn, from the side or straight from above. */
+  showPart(extent: Extent, from: 'side' | 'top'): void {
+    this.flyTo(homeView(extent, from, { fieldOfViewDeg: FIELD_OF_VIEW_DEG, aspect: this.camera.aspect }));
+  }
+
   /** Look level at a place, so that a width and a height around it fill the picture. */
   face(place: Vector3, [x, y]: readonly [number, number], widthM: number, heightM: number): void {
     const halfM = FACING_MARGIN * Math.max(heightM / 2, widthM / 2 / this.camera.aspect, 0.5);

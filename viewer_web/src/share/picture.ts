@@ -30,7 +30,7 @@ export async function takePicture(store: Store, view: PlanView, now = new Date()
   writeHead(context, titlesOf(store, now), { text, muted }, box.width);
   context.drawImage(drawn, 0, HEAD_PX, box.width, box.height);
   const origin = { x: box.x, y: box.y - HEAD_PX };
-  for (const part of scene.querySelectorAll('.markers, .legend')) paintPage(context, part, origin);
+  for (const part of scene.querySelectorAll('.room-names, .markers, .legend')) paintPage(context, part, origin);
   drawScale(context, view, { text, back }, box.width, HEAD_PX + box.height);
   return new Promise((resolve, reject) => {
     canvas.toBlob(

@@ -12,6 +12,7 @@ import { MEASURE } from './measure.ts';
 import { NETWORK } from './network.ts';
 import { PANELS } from './panels.ts';
 import { REVIEW } from './review.ts';
+import { ROOMS } from './rooms.ts';
 import { ROUTE } from './route.ts';
 import { RUNS } from './runs.ts';
 import { SCENE } from './scene.ts';
@@ -38,6 +39,7 @@ export const GERMAN = {
   ...NETWORK,
   ...PANELS,
   ...REVIEW,
+  ...ROOMS,
   ...ROUTE,
   ...RUNS,
   ...SCENE,
