@@ -5,6 +5,7 @@ import { type CompareState, createCompareState } from './compare/state.ts';
 import { createEditing, type Editing } from './edit/state.ts';
 import { createFileState, type FileState } from './files/state.ts';
 import { createFloorState, type FloorState } from './floors/state.ts';
+import { createGhostState, type GhostState } from './ghost/state.ts';
 import { createHeatState, type HeatState } from './heat/state.ts';
 import { createLoadState, type LoadState } from './load/state.ts';
 import { createMeasureState, type MeasureState } from './measure/state.ts';
@@ -24,6 +25,7 @@ export interface Store
     PanelState,
     FloorState,
     FileState,
+    GhostState,
     HeatState,
     StationState,
     NetworkState,
@@ -62,6 +64,7 @@ export function createStore({ isStatic = false, reviewClient = null }: StoreOpti
     ...section,
     ...createFloorState(load, walk, section),
     ...createFileState(),
+    ...createGhostState(),
     ...createHeatState(load),
     ...createNetworkState(load, stations),
     ...createRoomState(),

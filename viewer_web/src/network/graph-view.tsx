@@ -4,6 +4,7 @@ import type { PlanLink } from '../load/plan-json.ts';
 import type { Store } from '../store.ts';
 import { countingOf, linkPercent, type NetworkReport } from './graph.ts';
 import { layOut } from './graph-layout.ts';
+import { groupColor } from './groups.ts';
 import { lackInWords } from './link-groups.ts';
 import { strengthColor, strengthInWords } from './strength.ts';
 
@@ -60,7 +61,7 @@ export function Graph({ store, report, width }: GraphProps) {
             {report.articulations.has(id) ? t('{id}: critical station, the network splits without it', { id }) : id}
           </title>
           {report.articulations.has(id) && <circle class="graph-ring" r={RADIUS + 3} />}
-          <circle r={RADIUS} />
+          <circle r={RADIUS} style={groupFill(store, id)} />
           <text y="3.5" text-anchor="middle">
             {number}
           </text>
@@ -68,6 +69,12 @@ export function Graph({ store, report, width }: GraphProps) {
       ))}
     </svg>
   );
+}
+
+/** That of its group, where there are several; a chosen one has the colour of what is chosen. */
+function groupFill({ groupOf, stationId }: Store, id: string): { fill?: string } {
+  const group = stationId.value === id ? undefined : groupOf.value.get(id);
+  return group === undefined ? {} : { fill: groupColor(group) };
 }
 
 const keyOf = ({ a, b }: PlanLink): string => `${a} ${b}`;

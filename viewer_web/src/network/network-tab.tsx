@@ -9,6 +9,7 @@ import { Badge } from '../panels/summary.tsx';
 import type { Store } from '../store.ts';
 import { type Counting, countingOf, linkPercent, type NetworkReport, needsWords, networkOf } from './graph.ts';
 import { Graph } from './graph-view.tsx';
+import { GroupList } from './group-list.tsx';
 import { LinkList } from './link-list.tsx';
 import { Matrix } from './matrix.tsx';
 import { strengthInWords } from './strength.ts';
@@ -21,8 +22,9 @@ const WIDTH = 308;
 
 export function NetworkTab({ store }: { store: Store }) {
   const [picture, setPicture] = useState<Picture>('graph');
-  const plan = store.loaded.value?.plan;
-  if (plan === undefined) return null;
+  const loaded = store.loaded.value;
+  if (loaded === null) return null;
+  const { plan } = loaded;
   const counting = countingOf(plan);
   const ids = store.shownStations.value.map(({ id }) => id);
   const report = networkOf(ids, store.shownLinks.value, counting);
@@ -36,6 +38,7 @@ export function NetworkTab({ store }: { store: Store }) {
           store={store}
         />
       </Section>
+      <GroupList store={store} loaded={loaded} report={report} counting={counting} />
       <Section title={picture === 'graph' ? t('Links between stations') : t('Overlap by pair')}>
         <div class="segments segments-flat" role="radiogroup" aria-label={t('Picture of the network')}>
           {(['graph', 'matrix'] as const).map((one) => (

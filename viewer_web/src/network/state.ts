@@ -3,6 +3,8 @@ import { computed, type ReadonlySignal, type Signal, signal } from '@preact/sign
 import type { PlanLink } from '../load/plan-json.ts';
 import type { LoadState } from '../load/state.ts';
 import type { StationState } from '../stations/state.ts';
+import { countingOf, networkOf } from './graph.ts';
+import { groupsOf, numberByStation } from './groups.ts';
 
 /** Two stations, as a link names them. */
 export type Pair = readonly [string, string];
@@ -12,11 +14,20 @@ export interface NetworkState {
   readonly shownLinks: ReadonlySignal<readonly PlanLink[]>;
   readonly showLinks: Signal<boolean>;
   readonly pair: Signal<Pair | null>;
+  /** Number of the group that each station is in; empty: all are connected. */
+  readonly groupOf: ReadonlySignal<ReadonlyMap<string, number>>;
 }
 
-export function createNetworkState({ loaded }: LoadState, { draft }: StationState): NetworkState {
+export function createNetworkState({ loaded }: LoadState, { draft, shownStations }: StationState): NetworkState {
+  const shownLinks = computed(() => draft.value?.links ?? loaded.value?.plan.registration.links ?? []);
   return {
-    shownLinks: computed(() => draft.value?.links ?? loaded.value?.plan.registration.links ?? []),
+    shownLinks,
+    groupOf: computed(() => {
+      if (loaded.value === null) return new Map();
+      const ids = shownStations.value.map(({ id }) => id);
+      const report = networkOf(ids, shownLinks.value, countingOf(loaded.value.plan));
+      return report.components.length < 2 ? new Map() : numberByStation(groupsOf(report));
+    }),
     showLinks: signal(false),
     pair: signal<Pair | null>(null),
   };

@@ -7,6 +7,8 @@ import { Messages } from '../edit/messages.tsx';
 import { SelectionCard } from '../edit/selection-card.tsx';
 import { FieldButton } from '../field/field-button.tsx';
 import { FieldView } from '../field/field-view.tsx';
+import { GhostCard } from '../ghost/ghost-card.tsx';
+import { GhostMarker } from '../ghost/ghost-marker.tsx';
 import { Legend } from '../heat/legend.tsx';
 import { t } from '../language/language.ts';
 import { LanguageSelect } from '../language/language-select.tsx';
@@ -133,6 +135,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
           {view !== null && store.measuring.tool.value === null && <KeyCursor canvas={canvas} />}
           {view !== null && <RoomNames store={store} view={view} />}
           {view !== null && <Markers store={store} view={view} />}
+          {view !== null && <GhostMarker store={store} loaded={loaded} view={view} />}
           {view !== null && <Toolbar store={store} view={view} />}
           {view !== null && <EditLayer store={store} loaded={loaded} view={view} />}
           {view !== null && <SiteTools store={store} view={view} />}
@@ -144,6 +147,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
           </div>
           <div class="cards">
             {showsStationCard(store) && <StationCard store={store} view={view} />}
+            <GhostCard store={store} loaded={loaded} />
             <SelectionCard store={store} />
             <PairCard store={store} />
             <SurfaceCard store={store} view={view} />

@@ -17,7 +17,7 @@ import type { Viewport } from './viewport.ts';
 
 /** The camera comes this near to a station, in ranges of the scanner. */
 const APPROACH_RANGES = 3;
-/** Of what is around a room, this much is in the picture with it. */
+/** Of what is around a part, this much is in the picture with it. */
 const AROUND_M = 1;
 /** In solids and behind panels nothing is free for this long. */
 const NEAR_SURFACE_M = 0.5;
@@ -70,6 +70,20 @@ export class Flights {
     const flat = Math.cos(elevationRad);
     const ahead = new Vector3(flat * Math.cos(azimuthRad), flat * Math.sin(azimuthRad), Math.sin(elevationRad));
     this.deck.viewport.flyTo({ position, target: position.clone().add(ahead) });
+  }
+
+  /** Show all of some places (local, not lifted) of a floor, from beside or, in plan view, from above. */
+  frame(places: readonly (readonly [number, number, number])[], floorId: string): void {
+    const { store, viewport } = this.deck;
+    const liftM = sliceOfFloor(store.slices.peek(), floorId)?.liftM ?? 0;
+    const ends = (of: (...values: number[]) => number, aroundM: number) =>
+      [0, 1, 2].map((k) => of(...places.map((place) => place[k])) + (k < 2 ? aroundM : liftM)) as [
+        number,
+        number,
+        number,
+      ];
+    const part = { minM: ends(Math.min, -AROUND_M), maxM: ends(Math.max, AROUND_M) };
+    viewport.showPart(part, store.isPlanView.peek() ? 'top' : 'side');
   }
 
   /** Come near to a place as it is drawn. */
@@ -129,18 +143,14 @@ export class Flights {
 
   /** All of a room in the picture, from beside or, in plan view, from above. */
   private followRoom(): void {
-    const { store, loaded, viewport } = this.deck;
+    const { store, loaded } = this.deck;
     this.endings.push(
       effect(() => {
         const number = store.roomNumber.value;
         const room = number === null ? undefined : loaded.layers?.rooms?.list[number];
         if (room === undefined) return;
         untracked(() => {
-          const liftM = sliceOfFloor(store.slices.value, room.floor)?.liftM ?? 0;
-          const [[x0, y0, z0], [x1, y1, z1]] = room.box;
-          const minM = [x0 - AROUND_M, y0 - AROUND_M, z0 + liftM] as const;
-          const maxM = [x1 + AROUND_M, y1 + AROUND_M, z1 + liftM] as const;
-          viewport.showPart({ minM, maxM }, store.isPlanView.value ? 'top' : 'side');
+          this.frame(room.box, room.floor);
         });
       }),
     );

@@ -349,6 +349,11 @@ export class PlanView {
     this.flights.approach(new Vector3(x, y, z + this.liftOf(floorId)));
   }
 
+  /** Show all of some places (local, not lifted) of a floor. */
+  frame(places: readonly (readonly [number, number, number])[], floorId: string): void {
+    this.flights.frame(places, floorId);
+  }
+
   dispose(): void {
     this.flights.dispose();
     this.sights.dispose();

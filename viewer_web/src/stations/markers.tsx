@@ -2,6 +2,7 @@
 
 import { useEffect, useRef } from 'preact/hooks';
 import { t } from '../language/language.ts';
+import { groupColor } from '../network/groups.ts';
 import type { MarkerPlace } from '../scene/marker-place.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -39,6 +40,11 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
   }, [view]);
   const stations = store.shownStations.value;
   const isChosen = (id: string): boolean => store.stationId.value === id || store.selection.value.has(id);
+  /** On the tab of the network, that of its group. */
+  const colorOf = (id: string): { background?: string } => {
+    const group = store.tab.value === 'network' && !isChosen(id) ? store.groupOf.value.get(id) : undefined;
+    return group === undefined ? {} : { background: groupColor(group) };
+  };
   /** How far beside its station a number was pressed: dragged, the station must not jump to the pointer. */
   const gripOf = (event: PointerEvent, id: string): Offset => {
     const [box, place] = [layer.current?.getBoundingClientRect(), placed.current.get(id)];
@@ -61,6 +67,7 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
           ]
             .join(' ')
             .trim()}
+          style={colorOf(station.id)}
           aria-label={nameOf(station, store.showRoute.value)}
           aria-pressed={isChosen(station.id)}
           data-station={station.id}

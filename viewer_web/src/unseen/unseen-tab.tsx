@@ -1,11 +1,15 @@
 /** The tab "Unseen": what no station sees, largest first, why, and a flight to each piece of it. */
 
 import { useState } from 'preact/hooks';
+import type { Point } from '../api/documents.ts';
+import { floorAt } from '../edit/review-areas.ts';
 import { isPlanned } from '../floors/planned.ts';
+import { proposeFor } from '../ghost/ghosts.ts';
 import { themed } from '../heat/colors.ts';
 import { reasonColor, reasonInWords } from '../heat/layers.ts';
 import { Swatch } from '../heat/legend.tsx';
 import { separator, t } from '../language/language.ts';
+import type { LoadedPlan } from '../load/fetch-plan.ts';
 import type { UnseenSurface } from '../load/plan-json.ts';
 import { areaWords, coordinateWords, kindInWords, whole } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
@@ -195,9 +199,29 @@ function Pieces({ store, surface, piece }: { store: Store; surface: UnseenSurfac
         <p>
           {t('Best position {place}: sees', { place: spot.position.map((x) => coordinateWords(x)).join(separator) })}{' '}
           <span class="figure-word">{areaWords(spot.sees_m2)}</span> {t('of it and')}{' '}
-          <span class="figure-word">{areaWords(spot.adds_m2)}</span> {t('of all unseen surface.')}
+          <span class="figure-word">{areaWords(spot.adds_m2)}</span> {t('of all unseen surface.')}{' '}
+          {store.loaded.value !== null && (
+            <ShowSpot store={store} loaded={store.loaded.value} positionM={spot.position} />
+          )}
         </p>
       )}
     </div>
+  );
+}
+
+interface ShowSpotProps {
+  readonly store: Store;
+  readonly loaded: LoadedPlan;
+  readonly positionM: Point;
+}
+
+/** The position as a station that is proposed; its floor need not be that of the surface. */
+function ShowSpot({ store, loaded, positionM }: ShowSpotProps) {
+  const { floors, offsetM } = loaded.stage;
+  const floorId = floorAt(floors, positionM[2] - offsetM[2]);
+  return (
+    <button type="button" class="link" onClick={() => void proposeFor(store, loaded, positionM, floorId)}>
+      {t('Show it in the building')}
+    </button>
   );
 }

@@ -5,6 +5,7 @@ import { EDIT } from './edit.ts';
 import { FIELD } from './field.ts';
 import { FILES } from './files.ts';
 import { FLOORS } from './floors.ts';
+import { GHOST } from './ghost.ts';
 import { HEAT } from './heat.ts';
 import { LANGUAGE } from './language.ts';
 import { LOAD } from './load.ts';
@@ -32,6 +33,7 @@ export const GERMAN = {
   ...FIELD,
   ...FILES,
   ...FLOORS,
+  ...GHOST,
   ...HEAT,
   ...LANGUAGE,
   ...LOAD,

@@ -23,5 +23,6 @@ export const UNSEEN = {
   'Next piece': 'Nächstes Stück',
   'Best position {place}: sees': 'Beste Position {place}: erfasst',
   'of it and': 'davon und',
+  'Show it in the building': 'Im Gebäude zeigen',
   'of all unseen surface.': 'aller nicht erfassten Fläche.',
 } as const;
