@@ -8,6 +8,7 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from planner_core.documents import schema_text
+from planner_core.drawings.drawn_building import DrawnBuilding
 from planner_core.plan_folder.plan_model.document import PlanDocument
 from planner_core.requirements.entries import RequirementsFile
 from planner_core.scanner.scanner_file import ScannerFile
@@ -20,6 +21,7 @@ MODELS: dict[str, type[BaseModel]] = {
     "scanner": ScannerFile,
     "plan": PlanDocument,
     "sites": SitesFile,
+    "drawing": DrawnBuilding,
 }
 
 

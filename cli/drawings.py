@@ -13,6 +13,7 @@ from .options import METRES_PER_UNIT, DrawingSettings, FileOptions
 if TYPE_CHECKING:
     from planner_core.drawings.building import Building
     from planner_core.drawings.lift import DrawingOptions
+    from planner_core.plan_folder.drawn_files import DrawnFiles
 
     from .progress import ProgressReporter
 
@@ -54,24 +55,68 @@ def with_drawings_lifted(
     RequirementError
         Options of drawings without a drawing.
     """
-    from planner_core.drawings.lift import is_drawing, lift_drawings
+    from planner_core.drawings.lift import is_drawing
     from planner_core.errors import RequirementError
+    from planner_core.plan_folder.drawn_files import DrawnFiles, is_drawn_file
 
-    drawings = [path for path in scenes if is_drawing(path)]
+    drawings = [path for path in scenes if is_drawing(path) or is_drawn_file(path)]
+    corrected = [path for path in drawings if is_drawn_file(path)]
+    idle = [option for name, option in OPTION_OF.items() if getattr(drawn, name) != getattr(_DEFAULT, name)]
+    if idle and (corrected or not drawings):
+        what = f"{corrected[0].name}, which has its own" if corrected else f"{scenes[0].name}, which is a model"
+        raise RequirementError(f"{idle[0]}: got it with {what}, expected a drawing (DXF, PDF or picture); leave it out")
     if not drawings:
-        if idle := [option for name, option in OPTION_OF.items() if getattr(drawn, name) != getattr(_DEFAULT, name)]:
-            raise RequirementError(
-                f"{idle[0]}: got it with {scenes[0].name}, which is a model, expected a drawing (DXF, PDF or picture); "
-                "leave it out"
-            )
         return scenes, reading
     units = dict(zip(scenes, of_each(scenes, reading.units, "--units"), strict=True))
-    building = lift_drawings(drawings, _drawing_options(drawings, units, drawn), progress=reporter.show)
-    reporter.warn(building.warnings)
-    _write_lifted(building, lifted, overwrite=overwrite)
+    files = DrawnFiles.of(lifted.with_suffix(".drawing.json"))
+    if corrected:
+        if len(drawings) > 1:
+            raise RequirementError(
+                f"{corrected[0].name}: got {drawings[0 if drawings[1] in corrected else 1].name} besides, expected the "
+                "corrected drawing alone, which holds all storeys; leave the others out"
+            )
+        _lift_corrected(corrected[0], files, reporter, overwrite=overwrite)
+    else:
+        _lift_recognised(drawings, _drawing_options(drawings, units, drawn), files, reporter, overwrite=overwrite)
     others = [path for path in scenes if path not in drawings]
     of_others = tuple((str(path), units[path]) for path in others if units[path])
     return [lifted, *others], replace(reading, units=of_others)
+
+
+def _lift_recognised(
+    drawings: Sequence[Path],
+    options: DrawingOptions,
+    files: DrawnFiles,
+    reporter: ProgressReporter,
+    *,
+    overwrite: bool,
+) -> None:
+    from planner_core.drawings.drawn_building import raised
+    from planner_core.drawings.lift import recognised
+    from planner_core.errors import OutputExistsError
+    from planner_core.plan_folder.drawn_files import read_drawn_file, write_drawn, write_lines
+
+    if files.document.exists() and (revision := read_drawn_file(files.document).revision):
+        raise OutputExistsError(
+            f"{files.document}: holds {revision} saved {'correction' if revision == 1 else 'corrections'}, which a new "
+            f"reading of the drawing would lose; plan from them with tlsplan plan {files.document}, or delete the file"
+        )
+    found = recognised(drawings, options, progress=reporter.show)
+    building = raised(found.drawn)
+    reporter.warn((*found.warnings, *building.warnings))
+    _write_lifted(building, files.ifc, overwrite=overwrite)
+    write_drawn(found.drawn, files.document)
+    write_lines(found.lines, files.lines)
+
+
+def _lift_corrected(corrected: Path, files: DrawnFiles, reporter: ProgressReporter, *, overwrite: bool) -> None:
+    from planner_core.drawings.drawn_building import raised
+    from planner_core.plan_folder.drawn_files import DrawnFiles, copy_drawn, read_drawn_file
+
+    building = raised(read_drawn_file(corrected))
+    reporter.warn(building.warnings)
+    _write_lifted(building, files.ifc, overwrite=overwrite)
+    copy_drawn(DrawnFiles.of(corrected.resolve()), DrawnFiles.of(files.document.resolve()))
 
 
 def _drawing_options(drawings: Sequence[Path], units: dict[Path, str], drawn: DrawingSettings) -> DrawingOptions:

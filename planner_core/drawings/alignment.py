@@ -39,6 +39,8 @@ def moved(plan: FloorPlan, by_m: FloatArray) -> FloorPlan:
         rooms=tuple(RoomOutline(shifted(room.outline), room.name, room.long_name) for room in plan.rooms),
         outline=shifted(plan.outline),
         treads=tuple(replace(treads, foot=treads.foot + by_m) for treads in plan.treads),
+        texts=tuple(replace(text, x=text.x + float(by_m[0]), y=text.y + float(by_m[1])) for text in plan.texts),
+        lines=replace(plan.lines, points_m=plan.lines.points_m + by_m),
     )
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
 from typing import Any
@@ -127,7 +127,9 @@ class Building:
 
     name: str
     storeys: tuple[BuildingStorey, ...]
-    warnings: tuple[str, ...] = field(default=())
+    warnings: tuple[str, ...] = ()
+    north_deg: float | None = None
+    """Direction of north, clockwise from +y; None: not known."""
 
 
 #: Class of what is shown in a BIM editor, and is none of the building.
@@ -146,32 +148,41 @@ _RISER_M, _STEP_M = 0.175, 0.3
 _BESIDE_M = (0.3, 0.6)
 
 
-def lifted(name: str, plans: Sequence[FloorPlan], heights: Heights, doubtful: Doubtful = Doubtful.AS_OPEN) -> Building:
-    """Raise storeys, the lowest first, to a building."""
-    elevations, tops = _levels(plans, heights)
+def lifted(
+    name: str,
+    plans: Sequence[FloorPlan],
+    elevations_m: Sequence[float],
+    heights: Sequence[Heights],
+    doubtful: Doubtful = Doubtful.AS_OPEN,
+    *,
+    north_deg: float | None = None,
+) -> Building:
+    """Raise storeys, the lowest first, to a building.
+
+    elevations_m, heights : of each storey. north_deg : clockwise from +y of the plan; None: not known.
+    """
     warnings = [line for plan in plans for line in plan.warnings]
     storeys = []
-    for number, plan in enumerate(plans):
+    for number, (plan, elevation_m, own) in enumerate(zip(plans, elevations_m, heights, strict=True)):
         above = plans[number + 1] if number + 1 < len(plans) else None
-        elements = _elements(plan, tops[number] - elevations[number], heights, doubtful)
+        rise_m = elevations_m[number + 1] - elevation_m if above is not None else own.room_m + own.slab_m
+        elements = _elements(plan, own.room_m, own, doubtful)
         flights = [] if above is None else flights_between(plan.treads, above.treads)
         if number == 0:
-            elements.append(_slab("Floor", plan.outline, -heights.slab_m, 0.0, "BASESLAB"))
-        elements += _ceiling(plan, above, flights, tops[number] - elevations[number], heights)
+            elements.append(_slab("Floor", plan.outline, -own.slab_m, 0.0, "BASESLAB"))
+        elements += _ceiling(plan, above, flights, own.room_m, rise_m)
         if above is not None:
-            rise_m = elevations[number + 1] - elevations[number]
             elements += [_stair(flight, row, rise_m) for row, flight in enumerate(flights, 1)]
-        elements += _stairs_in_doubt(plan, above, flights, tops[number] - elevations[number], doubtful)
+        elements += _stairs_in_doubt(plan, above, flights, own.room_m, doubtful)
         if above is None and number == 0 and plan.treads:
             warnings.append(_one_storey(plan))
-        room_m = min(heights.room_m, tops[number] - elevations[number])
-        rooms = tuple(BuildingRoom(room.name, room.long_name, room.outline, room_m) for room in plan.rooms)
-        storeys.append(BuildingStorey(plan.name or f"Level {number + 1}", elevations[number], tuple(elements), rooms))
-    return Building(name, tuple(storeys), tuple(warnings))
+        rooms = tuple(BuildingRoom(room.name, room.long_name, room.outline, own.room_m) for room in plan.rooms)
+        storeys.append(BuildingStorey(plan.name, elevation_m, tuple(elements), rooms))
+    return Building(name, tuple(storeys), tuple(warnings), north_deg)
 
 
-def _levels(plans: Sequence[FloorPlan], heights: Heights) -> tuple[list[float], list[float]]:
-    """Elevation of each storey, and of its ceiling."""
+def levels_of(plans: Sequence[FloorPlan], heights: Heights) -> tuple[list[float], list[float]]:
+    """Elevation of each storey, and of its ceiling, metres: by the drawing's own levels, else by `heights`."""
     step_m = heights.storey_m or heights.room_m + heights.slab_m
     elevations = [0.0]
     for below, plan in pairwise(plans):
@@ -197,14 +208,14 @@ def _elements(plan: FloorPlan, ceiling_m: float, heights: Heights, doubtful: Dou
 
 
 def _ceiling(
-    plan: FloorPlan, above: FloorPlan | None, flights: Sequence[Flight], ceiling_m: float, heights: Heights
+    plan: FloorPlan, above: FloorPlan | None, flights: Sequence[Flight], ceiling_m: float, rise_m: float
 ) -> list[BuildingElement]:
-    """The slab over a storey, which is the next one's floor, with voids over flights."""
+    """The slab over a storey, which is the next one's floor at `rise_m`, with voids over flights."""
     if above is None:
-        return [_slab("Roof", plan.outline, ceiling_m, ceiling_m + heights.slab_m, "ROOF")]
+        return [_slab("Roof", plan.outline, ceiling_m, rise_m, "ROOF")]
     voids = shapely.union_all([flight.area for flight in flights])
     area = shapely.difference(shapely.union_all([plan.outline, above.outline]), voids)
-    return [_slab("Ceiling", area, ceiling_m, ceiling_m + heights.slab_m, "FLOOR")]
+    return [_slab("Ceiling", area, ceiling_m, rise_m, "FLOOR")]
 
 
 def _stair(flight: Flight, number: int, rise_m: float) -> BuildingElement:
@@ -250,6 +261,8 @@ def _opening(
     opening: Opening, number: int, plan: FloorPlan, ceiling_m: float, heights: Heights, doubtful: Doubtful
 ) -> list[BuildingElement]:
     """The elements of an opening: the wall across it with a hole, and what fills the hole."""
+    if opening.kind == OpeningKind.PASSAGE and not opening.is_doubtful:
+        return []
     if opening.kind == OpeningKind.PASSAGE:
         kind = "IfcWall" if doubtful == Doubtful.AS_WALL else _NO_SURFACE
         whole = (Prism(opening.area, 0.0, ceiling_m),)

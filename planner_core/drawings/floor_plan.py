@@ -21,6 +21,7 @@ from scipy.sparse.csgraph import connected_components
 
 from planner_core.drawings.arcs import swing_arcs
 from planner_core.drawings.drawing import NO_FILL, Drawing
+from planner_core.drawings.drawn_lines import NO_LINES, DrawnLines, drawn_lines
 from planner_core.drawings.layer_names import Kind, kind_of_name
 from planner_core.drawings.likely_walls import LikelyWalls, likely_layer, likely_walls, lines_side_by_side
 from planner_core.drawings.openings import Opening, OpeningKind, SymbolLines, is_in_opening, openings_of
@@ -77,6 +78,12 @@ class FloorPlan:
     height_m: float | None = None
     """Of the drawing's own level; None: it is flat."""
     warnings: tuple[str, ...] = ()
+    texts: tuple[PlacedText, ...] = ()
+    """By which rooms have their names."""
+    is_traced: bool = False
+    """Recognised without named layers: walls and openings miss each other by more."""
+    lines: DrawnLines = NO_LINES
+    """All that is drawn."""
 
 
 @dataclass(frozen=True)
@@ -305,7 +312,7 @@ def _floor_plan(
             "without a door or a gap, as on facades and sections, expected a floor plan; name the layer of the walls, "
             "such as --layer wall=NAME."
         )
-    outline = _outline(sealed(area, filled, seal_m), seal_m)
+    outline = outline_of(sealed(area, filled, seal_m), seal_m)
     return FloorPlan(
         name=name,
         walls=tuple(straight_pieces(area, thickest_m=walls.thickest_m)),
@@ -315,6 +322,9 @@ def _floor_plan(
         treads=tuple(treads_of([stroke for _, stroke in strokes_m(Kind.STAIR)])),
         height_m=height_m,
         warnings=(*doubts, *_doubts(outline, drawing.name, name, symbols, openings, rooms)),
+        texts=tuple(texts),
+        is_traced=likely is not None,
+        lines=drawn_lines(drawing, rows, unit_m),
     )
 
 
@@ -428,7 +438,7 @@ def _texts(drawing: Drawing, unit_m: float, height_m: float | None, patterns: Ma
     ]
 
 
-def _outline(solid: Any, seal_m: float) -> Any:
+def outline_of(solid: Any, seal_m: float) -> Any:
     """What walls and openings enclose, sealed, without courts: the area of the slab."""
     parts = [shapely.Polygon(part.exterior) for part in shapely.get_parts(solid)]
     whole = shapely.buffer(shapely.union_all(parts), -seal_m, join_style="mitre")

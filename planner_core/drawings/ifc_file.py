@@ -9,6 +9,7 @@ Source: buildingSMART, IFC4 ADD2 TC1.
 
 from __future__ import annotations
 
+import math
 import uuid
 from collections.abc import Sequence
 from pathlib import Path
@@ -78,7 +79,7 @@ class _Writer:
             )
         ]
         context = self.model.create_entity(
-            "IfcGeometricRepresentationContext", None, "Model", 3, 1e-5, self._origin, None
+            "IfcGeometricRepresentationContext", None, "Model", 3, 1e-5, self._origin, self._north(building.north_deg)
         )
         self._body = self.model.create_entity(
             "IfcGeometricRepresentationSubContext", "Body", "Model",
@@ -175,6 +176,13 @@ class _Writer:
 
     def _point(self, *values: float) -> Any:
         return self.model.create_entity("IfcCartesianPoint", tuple(round(float(v), _DECIMALS) + 0.0 for v in values))
+
+    def _north(self, north_deg: float | None) -> Any:
+        """Direction of north in the plan."""
+        if north_deg is None:
+            return None
+        turn = math.radians(north_deg)
+        return self.model.create_entity("IfcDirection", (round(math.sin(turn), 9), round(math.cos(turn), 9)))
 
     def _placement(self, under: Any, height_m: float) -> Any:
         at = self.model.create_entity("IfcAxis2Placement3D", self._point(0.0, 0.0, height_m))

@@ -1,4 +1,4 @@
-"""From drawings, a storey each or several, the lowest first, to a `Building` that is ready to be written as IFC4.
+"""From drawings, a storey each or several, the lowest first, to a `DrawnBuilding`, which is raised to a `Building`.
 
 The scene of a plan is then that IFC file, so that everything that planning, viewer and exports do with IFC applies:
 docs/decisions/0021-drawings.md.
@@ -6,6 +6,7 @@ docs/decisions/0021-drawings.md.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
@@ -15,8 +16,10 @@ from pathlib import Path
 from planner_core import child_process
 from planner_core.child_process import LostChildError, limits_for
 from planner_core.drawings.alignment import moved, over
-from planner_core.drawings.building import Building, Doubtful, Heights, lifted
+from planner_core.drawings.building import Building, Doubtful, Heights
 from planner_core.drawings.drawing import Drawing, DrawingText, Symbol
+from planner_core.drawings.drawn_building import DrawnBuilding, DrawnFile, drawn_building, raised
+from planner_core.drawings.drawn_lines import DrawnLines
 from planner_core.drawings.floor_plan import FloorPlan, floor_plans
 from planner_core.drawings.layer_names import Kind
 from planner_core.drawings.scales import PageScale, cropped, scaled, stated_ratio, with_mark, without_mark
@@ -73,10 +76,28 @@ def _form(path: Path) -> str:
     return "picture" if suffix in PICTURES else suffix[1:] if suffix in (".dxf", ".dwg", ".pdf") else ""
 
 
+@dataclass(frozen=True)
+class Recognised:
+    """What was found in drawings. lines : of each storey, all that is drawn there."""
+
+    drawn: DrawnBuilding
+    lines: tuple[DrawnLines, ...]
+    warnings: tuple[str, ...]
+
+
 def lift_drawings(
     paths: Sequence[Path], options: DrawingOptions = DrawingOptions(), *, progress: Progress = silent
 ) -> Building:
-    """Read drawings and raise them to one building.
+    """Read drawings and raise them to one building; as `recognised`, and raises what it raises."""
+    found = recognised(paths, options, progress=progress)
+    building = raised(found.drawn)
+    return replace(building, warnings=(*found.warnings, *building.warnings))
+
+
+def recognised(
+    paths: Sequence[Path], options: DrawingOptions = DrawingOptions(), *, progress: Progress = silent
+) -> Recognised:
+    """Read drawings and recognise their storeys.
 
     Parameters
     ----------
@@ -94,6 +115,7 @@ def lift_drawings(
     """
     plans: list[FloorPlan] = []
     names: set[str] = set()
+    files: list[DrawnFile] = []
     common: FloatArray | None = None
     for number, path in enumerate(paths):
         pages: Sequence[int] = (options.pages[number] if options.pages else ()) or (0,)
@@ -111,8 +133,13 @@ def lift_drawings(
                 found[0] = replace(found[0], warnings=(*found[0].warnings, line))
             common = point if common is None else common
             plans += found
+        files.append(DrawnFile(path.name, hashlib.sha256(path.read_bytes()).hexdigest()))
     _check_patterns(options.patterns, names)
-    return lifted(paths[0].stem, plans, options.heights, options.doubtful)
+    return Recognised(
+        drawn_building(paths[0].stem, plans, files, options.heights, options.doubtful),
+        tuple(plan.lines for plan in plans),
+        tuple(line for plan in plans for line in plan.warnings),
+    )
 
 
 def _plans(

@@ -112,6 +112,7 @@ def serve(
     sides = [
         runs_side(session, scene, on_left=on_left),
         exports_side(session, scene),
+        drawing_side(session),
         *([live_side(session, scene, on_warning=on_warning)] if live else []),
     ]
     app = create_app(
@@ -219,6 +220,13 @@ def exports_side(session: Session, scene: ScenePaths = None) -> Side:
 
     exports = Exports(session, scene)
     return Side(create_exports_router(exports), lambda: None, exports.stop)
+
+
+def drawing_side(session: Session) -> Side:
+    """Return the drawing of a session's plan, and its corrections."""
+    from viewer_web.server.drawing_api import create_drawing_router
+
+    return Side(create_drawing_router(session), lambda: None, lambda: None)
 
 
 def own_names() -> tuple[str, ...]:

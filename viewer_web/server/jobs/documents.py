@@ -61,6 +61,13 @@ class RunRequest(BaseModel):
             "stations."
         ),
     ] = False
+    from_drawing: Annotated[
+        StrictBool,
+        Field(
+            description="Whether the corrected drawing beside the plan counts: it is raised to an IFC file anew, which "
+            "takes the place of the one that was planned."
+        ),
+    ] = False
     time_limit_s: Annotated[
         float | None,
         Field(ge=0, le=604_800, allow_inf_nan=False, description="Of the search; the best plan until then is taken."),

@@ -7,6 +7,7 @@
 `log.jsonl`      its messages while it worked, a line each
 `output.txt`     what its process printed: nothing, unless something went wrong
 `cancel`         it has to end; its text is the reason
+`plan.ifc` ...   the corrected drawing that it plans and its lines, `plan.drawing.json`, and what that is raised to
 `plan/`          its plan, a whole plan folder, once it has one
 ===============  ======================================================================================================
 """

@@ -22,6 +22,7 @@ from planner_core.engine.open_engine import open_engine
 from planner_core.errors import PlanFolderError, PlannerError
 from planner_core.model import FloatArray, Plan
 from planner_core.operating_system import lower_priority
+from planner_core.plan_folder.drawn_files import DrawnFiles, write_raised
 from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.planning.independent_check import with_independent_check
 from planner_core.planning.plan import plan_survey
@@ -171,6 +172,10 @@ def plan_run(folder: Path, scene: Sequence[Path], telling: Telling, interrupts: 
     if (folder / CANCEL).exists():
         raise KeyboardInterrupt
     basis, place = folder / BASIS, folder.stat().st_ino
+    if telling.run.request.from_drawing:
+        drawn = DrawnFiles.beside(folder / PLAN)
+        write_raised(drawn)
+        scene = [drawn.ifc, *scene[1:]]  # what drawings are raised to is the first file of the scene
     settings = run_settings(basis, telling.run.request, begun_m=read_begun(folder))
     loaded = load_scene(scene, options=run_load_options(basis, telling.run.request), progress=telling.show)
     telling.offset_m = loaded.offset_m

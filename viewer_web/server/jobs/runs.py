@@ -22,6 +22,7 @@ from typing import Any
 from planner_core.errors import PlanFolderError, PlannerError
 from planner_core.operating_system import HANDS_ON_LOCKS, apart
 from planner_core.plan_folder.atomic import locked_folder
+from planner_core.plan_folder.drawn_files import DrawnFiles, copy_drawn, read_drawn_file
 from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.plan_folder.plan_settings import ScenePaths, find_scene
 from planner_core.review.store import REVIEW_FILE, ReviewStore
@@ -158,8 +159,14 @@ class Runs:
             run_settings(basis, request, begun_m=begun_m)
             document = read_plan_json(basis)
             scene = [path.resolve() for path in find_scene(self._plan_folder, document, self._scene)]
+            of_drawing = None
+            if request.from_drawing:
+                of_drawing = DrawnFiles.beside(
+                    self._plan_folder if earlier is None else self._folder(earlier.id) / PLAN
+                )
+                read_drawn_file(of_drawing.document)
             try:
-                return self._begin(request, basis, scene, begun_m, resumed_from)
+                return self._begin(request, basis, scene, begun_m, resumed_from, of_drawing)
             except OSError as error:
                 raise PlanFolderError(
                     f"{self._runs}: can't be written ({error.strerror or error}), the run was not started; check the "
@@ -314,6 +321,7 @@ class Runs:
         scene: Sequence[Path],
         begun_m: Sequence[Sequence[float]],
         resumed_from: str | None,
+        of_drawing: DrawnFiles | None,
     ) -> RunDocument:
         self._runs.mkdir(exist_ok=True)
         turn = None if self._going_on() is not None else take_turn(self._runs)
@@ -327,7 +335,7 @@ class Runs:
             run = run_id(max([*run_numbers(self._runs), _number(last_run(self._runs)), 0]) + 1)
             tell_turn(turn, run)
             folder = self._runs / run
-            document = self._prepare(folder, request, basis, begun_m, resumed_from)
+            document = self._prepare(folder, request, basis, begun_m, resumed_from, of_drawing)
             try:
                 self._child = run, _spawn(folder, scene, turn)
             except OSError:
@@ -344,6 +352,7 @@ class Runs:
         basis: Path,
         begun_m: Sequence[Sequence[float]],
         resumed_from: str | None,
+        of_drawing: DrawnFiles | None,
     ) -> RunDocument:
         """Make the folder of a run; it appears whole."""
         staging = folder.with_name(f".new-{secrets.token_hex(4)}")
@@ -365,6 +374,8 @@ class Runs:
                 revision=store.current().revision,
             )
             write_begun(staging, begun_m)
+            if of_drawing is not None:
+                copy_drawn(of_drawing, DrawnFiles.beside(staging / PLAN))
             write_run(staging, document, keep=True)
             staging.rename(folder)
         except BaseException:

@@ -1,6 +1,14 @@
 /** The documents of docs/viewer-api.md. Generated of openapi.json by `npm run types`: change the models in server/ instead. */
 import type * as plan from '../load/plan-types.ts';
 
+/**
+ * What doubtful passages and stairs count as.
+ */
+export type Doubtful = 'as-open' | 'as-wall';
+/**
+ * What doubtful elements are taken for.
+ */
+export type Doubtful1 = 'as-open' | 'as-wall';
 export type FieldTimeSection = plan.FieldTimeSection;
 export type FloorCoverage = plan.FloorCoverage;
 export type ResultSection = plan.ResultSection;
@@ -37,7 +45,19 @@ export interface Documents {
   Comment: Comment;
   CommittedDocument: CommittedDocument;
   ConflictDocument: ConflictDocument;
+  Correction: Correction;
   CoverageFigures: CoverageFigures;
+  Doubtful: Doubtful1;
+  DrawingDocument: DrawingDocument;
+  DrawnBuilding: DrawnBuilding;
+  DrawnFile: DrawnFile;
+  DrawnLinesDocument: DrawnLinesDocument;
+  DrawnOpening: DrawnOpening;
+  DrawnRoom: DrawnRoom;
+  DrawnStair: DrawnStair;
+  DrawnStorey: DrawnStorey;
+  DrawnText: DrawnText;
+  DrawnWall: DrawnWall;
   EditComment: EditComment;
   EditConflict: EditConflict;
   Entrance: Entrance;
@@ -692,6 +712,153 @@ export interface EditConflict {
   at: string;
 }
 /**
+ * The whole drawing as corrected.
+ */
+export interface Correction {
+  /**
+   * The revision that it was made from.
+   */
+  base_revision: number;
+  drawing: DrawnBuilding;
+}
+/**
+ * A building as drawings show it, and as people corrected it.
+ */
+export interface DrawnBuilding {
+  schema?: 'tlsplan:drawing:1';
+  /**
+   * 0: as recognised. Each correction that is saved counts one.
+   */
+  revision?: number;
+  /**
+   * Of the building in the IFC file.
+   */
+  name: string;
+  files: DrawnFile[];
+  doubtful?: Doubtful;
+  door_height_m: number;
+  /**
+   * Of windows, above the floor.
+   */
+  sill_height_m: number;
+  window_head_m: number;
+  /**
+   * Thickness of the lowest and the highest slab; others reach from a ceiling to the next floor.
+   */
+  slab_m: number;
+  /**
+   * Direction of north in the plan, clockwise from +y; null: not known.
+   */
+  north_deg?: number | null;
+  /**
+   * By which everything was enlarged since it was recognised; the lines of the drawing are, too.
+   */
+  scale?: number;
+  /**
+   * The lowest first.
+   */
+  storeys: DrawnStorey[];
+}
+/**
+ * A drawing that the building was recognised in.
+ */
+export interface DrawnFile {
+  name: string;
+  sha256: string;
+}
+/**
+ * One storey.
+ */
+export interface DrawnStorey {
+  name: string;
+  /**
+   * Of its floor.
+   */
+  elevation_m: number;
+  /**
+   * From floor to ceiling: the height of its walls.
+   */
+  room_height_m: number;
+  /**
+   * Recognised without named layers, as in pictures: walls and openings that miss each other by 12 cm close.
+   */
+  traced: boolean;
+  walls: DrawnWall[];
+  openings: DrawnOpening[];
+  texts?: DrawnText[];
+  stairs?: DrawnStair[];
+}
+/**
+ * A wall, or a piece of one.
+ */
+export interface DrawnWall {
+  /**
+   * Of one wall in its storey.
+   */
+  id: string;
+  /**
+   * Corners (x, y) of a simple polygon, without repeating the first.
+   */
+  outline: [number, number][];
+  holes?: [number, number][][];
+}
+/**
+ * A door, a window, or a passage without either.
+ */
+export interface DrawnOpening {
+  /**
+   * Of one opening in its storey.
+   */
+  id: string;
+  kind: 'door' | 'window' | 'passage';
+  /**
+   * Counter-clockwise from a jamb along the opening: 0-1 and 2-3 lie in the wall's faces, 1-2 and 3-0 are jambs.
+   *
+   * @minItems 4
+   * @maxItems 4
+   */
+  corners: [[number, number], [number, number], [number, number], [number, number]];
+  name?: string;
+  /**
+   * Nothing in the drawing shows what it is; of passages.
+   */
+  doubtful?: boolean;
+}
+/**
+ * A text, by which the room around it has its name.
+ */
+export interface DrawnText {
+  text: string;
+  /**
+   * Middle of its box.
+   *
+   * @minItems 2
+   * @maxItems 2
+   */
+  at: [number, number];
+}
+/**
+ * The treads of a flight as this storey shows them.
+ */
+export interface DrawnStair {
+  /**
+   * A corner; treads lie along `along`, and across to its left.
+   *
+   * @minItems 2
+   * @maxItems 2
+   */
+  foot: [number, number];
+  /**
+   * Unit vector.
+   *
+   * @minItems 2
+   * @maxItems 2
+   */
+  along: [number, number];
+  run_m: number;
+  width_m: number;
+}
+/**
  * Coverage of surface.
  */
 export interface CoverageFigures {
@@ -715,6 +882,39 @@ export interface CoverageFigures {
    * covered / total.
    */
   fraction_of_total: number;
+}
+/**
+ * The drawing of the plan.
+ */
+export interface DrawingDocument {
+  /**
+   * Null: the plan was made from a model.
+   */
+  drawing: DrawnBuilding | null;
+  /**
+   * Of each storey.
+   */
+  rooms: DrawnRoom[][];
+}
+/**
+ * A room, as walls and openings enclose it.
+ */
+export interface DrawnRoom {
+  name: string;
+  long_name: string;
+  /**
+   * Corners x, y, plan coordinates, metres.
+   */
+  outline: [number, number][];
+}
+/**
+ * All that is drawn of a storey.
+ */
+export interface DrawnLinesDocument {
+  /**
+   * Of each line x, y of its corners in turn, millimetres: the first, then steps; as recognised.
+   */
+  lines: number[][];
 }
 /**
  * What can be had of the plan, stations as reviewed.
@@ -1033,6 +1233,10 @@ export interface RunRequest {
    * Whether the review counts: its stations are kept where that costs nothing, or locked; zones, forbidden places, ground, entrances and doors are taken over. Other objectives than fewest keep no stations.
    */
   from_review?: boolean;
+  /**
+   * Whether the corrected drawing beside the plan counts: it is raised to an IFC file anew, which takes the place of the one that was planned.
+   */
+  from_drawing?: boolean;
   /**
    * Of the search; the best plan until then is taken.
    */
