@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 from pydantic import Field
 
-from planner_core.documents import Document, YesNo, document, read_as
+from planner_core.documents import Document, YesNo, document, read_as, words_of
 from planner_core.drawings.building import Building, Doubtful, Heights, levels_of, lifted
 from planner_core.drawings.floor_plan import FloorPlan, outline_of
 from planner_core.drawings.openings import Opening, OpeningKind
@@ -132,7 +132,7 @@ class DrawnBuilding(Document):
     name: Words
     """Of the building in the IFC file."""
     files: Annotated[tuple[DrawnFile, ...], Field(max_length=1000)]
-    doubtful: Doubtful = Doubtful.AS_OPEN
+    doubtful: Annotated[Doubtful, words_of(Doubtful)] = Doubtful.AS_OPEN
     """What doubtful passages and stairs count as."""
     door_height_m: Length
     sill_height_m: Annotated[float, Field(strict=True, ge=0, le=1000, allow_inf_nan=False)]

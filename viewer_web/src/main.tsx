@@ -12,6 +12,7 @@ import { OWN_PLAN, planBaseOf } from './load/plan-base.ts';
 import { PlanLoadError } from './load/plan-load-error.ts';
 import { App } from './panels/app.tsx';
 import { restoreCharacterKeys } from './panels/character-keys.ts';
+import type { PageId } from './panels/state.ts';
 import { TABS } from './panels/tabs.tsx';
 import { restoreUnits } from './panels/units.ts';
 import './style.css';
@@ -54,6 +55,8 @@ async function start(): Promise<void> {
   }
 }
 
+const PAGES: readonly PageId[] = ['plan', 'field', 'drawing'];
+
 /** Names in an old address that the plan does not know are ignored. */
 function applyAddress(store: Store): void {
   const state = parseUrlState(window.location.hash);
@@ -70,7 +73,7 @@ function applyAddress(store: Store): void {
       if (floorId !== null) store.chooseFloor(floorId);
     }
     store.layerId.value = state.layerId ?? TIMES_SEEN;
-    store.page.value = state.view === 'field' ? 'field' : 'plan';
+    store.page.value = PAGES.find((page) => page === state.view) ?? 'plan';
     store.tab.value = TABS.find(({ id }) => id === state.tab)?.id ?? 'plan';
     store.cutM.value = state.cutM ?? DEFAULT_CUT_M;
     for (const one of SHOWN) showing(store)[one].value = state.shows.includes(one) === SHOWN_AT[one];

@@ -2,6 +2,7 @@
 import type { ReviewClient } from './api/review-client.ts';
 import { type Choices, createChoices } from './choices.ts';
 import { type CompareState, createCompareState } from './compare/state.ts';
+import { DrawingEditor } from './drawing/editor.ts';
 import { createEditing, type Editing } from './edit/state.ts';
 import { createFileState, type FileState } from './files/state.ts';
 import { createFloorState, type FloorState } from './floors/state.ts';
@@ -43,6 +44,8 @@ export interface Store
   readonly isStatic: boolean;
   /** What the server knows beyond files; null: there is no such server. */
   readonly reviewClient: ReviewClient | null;
+  /** The drawing that the plan was made from; null: there is no server that has it. */
+  readonly drawing: DrawingEditor | null;
   /** What is being edited and not committed yet. */
   readonly editing: Editing;
 }
@@ -76,5 +79,6 @@ export function createStore({ isStatic = false, reviewClient = null }: StoreOpti
     ...createPanelState(),
     ...createCompareState(),
   };
-  return { ...state, ...createChoices(state), isStatic, reviewClient, editing: createEditing() };
+  const drawing = reviewClient === null ? null : new DrawingEditor(reviewClient.client);
+  return { ...state, ...createChoices(state), isStatic, reviewClient, drawing, editing: createEditing() };
 }

@@ -5,7 +5,7 @@ export interface UrlState {
   readonly stationId: string | null;
   readonly layerId: string | null;
   readonly tab: string | null;
-  /** `field`; null: the whole plan. */
+  /** `field`, `drawing`; null: the whole plan. */
   readonly view: string | null;
   /** Two station ids. */
   readonly pair: readonly [string, string] | null;

@@ -41,3 +41,12 @@ export type RunList = { readonly runs: readonly Run[]; readonly obstacle: string
 /** What can be had of the plan as reviewed. */
 export type ExportList = Frozen<schema.ExportList>;
 export type RunRequest = Frozen<Required<schema.RunRequest>>;
+
+/** What was recognised in drawings, as corrected. */
+export type Drawn = Frozen<Sent<schema.DrawnBuilding>>;
+export type DrawnStorey = Drawn['storeys'][number];
+export type DrawnWall = DrawnStorey['walls'][number];
+export type DrawnOpening = DrawnStorey['openings'][number];
+export type DrawnRoom = Frozen<schema.DrawnRoom>;
+/** The drawing of the plan, null: it was made from a model; and the rooms of each storey. */
+export type DrawingAnswer = { readonly drawing: Drawn | null; readonly rooms: readonly (readonly DrawnRoom[])[] };

@@ -2,13 +2,9 @@
 import type * as plan from '../load/plan-types.ts';
 
 /**
- * What doubtful passages and stairs count as.
- */
-export type Doubtful = 'as-open' | 'as-wall';
-/**
  * What doubtful elements are taken for.
  */
-export type Doubtful1 = 'as-open' | 'as-wall';
+export type Doubtful = 'as-open' | 'as-wall';
 export type FieldTimeSection = plan.FieldTimeSection;
 export type FloorCoverage = plan.FloorCoverage;
 export type ResultSection = plan.ResultSection;
@@ -47,7 +43,7 @@ export interface Documents {
   ConflictDocument: ConflictDocument;
   Correction: Correction;
   CoverageFigures: CoverageFigures;
-  Doubtful: Doubtful1;
+  Doubtful: Doubtful;
   DrawingDocument: DrawingDocument;
   DrawnBuilding: DrawnBuilding;
   DrawnFile: DrawnFile;
@@ -735,7 +731,10 @@ export interface DrawnBuilding {
    */
   name: string;
   files: DrawnFile[];
-  doubtful?: Doubtful;
+  /**
+   * What doubtful passages and stairs count as.
+   */
+  doubtful?: 'as-open' | 'as-wall';
   door_height_m: number;
   /**
    * Of windows, above the floor.
@@ -812,7 +811,7 @@ export interface DrawnOpening {
   id: string;
   kind: 'door' | 'window' | 'passage';
   /**
-   * Counter-clockwise from a jamb along the opening: 0-1 and 2-3 lie in the wall's faces, 1-2 and 3-0 are jambs.
+   * From a jamb along the opening: 0-1 and 2-3 lie in the wall's faces, 1-2 and 3-0 are the jambs.
    *
    * @minItems 4
    * @maxItems 4

@@ -1,6 +1,8 @@
 /** The whole page: loading and failing in words, then the panels around the canvas. */
 
 import { useEffect, useRef, useState } from 'preact/hooks';
+import { DrawingButton } from '../drawing/drawing-button.tsx';
+import { DrawingView } from '../drawing/drawing-view.tsx';
 import { DraftBar } from '../edit/draft-bar.tsx';
 import { EditLayer } from '../edit/edit-layer.tsx';
 import { Messages } from '../edit/messages.tsx';
@@ -71,6 +73,9 @@ export function App({ store }: { store: Store }) {
     );
   }
   if (store.page.value === 'field') return <FieldView store={store} loaded={loaded} />;
+  if (store.page.value === 'drawing' && store.drawing !== null) {
+    return <DrawingView store={store} editor={store.drawing} />;
+  }
   return <Workspace store={store} loaded={loaded} />;
 }
 
@@ -104,6 +109,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
           <LanguageSelect />
           <FieldButton store={store} />
         </header>
+        <DrawingButton store={store} />
         <Tabs store={store} view={view} />
       </nav>
       <main class="stage">

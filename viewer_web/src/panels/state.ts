@@ -1,13 +1,13 @@
 /** Which page, tab and sheet are open. */
 import { type Signal, signal } from '@preact/signals';
 
-export type PageId = 'plan' | 'field';
+export type PageId = 'plan' | 'field' | 'drawing';
 export type TabId = 'plan' | 'unseen' | 'network' | 'edit' | 'runs' | 'review';
 /** What the sheet over the canvas shows. */
 export type SheetId = 'graph' | 'matrix' | 'panorama';
 
 export interface PanelState {
-  /** The whole plan, or what is needed in the field. */
+  /** The whole plan, what is needed in the field, or the drawing that it was made from. */
   readonly page: Signal<PageId>;
   /** Which page of the sidebar. */
   readonly tab: Signal<TabId>;

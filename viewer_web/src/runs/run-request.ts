@@ -140,6 +140,7 @@ export function requestOf(form: RunForm): RunRequest {
     // Only this objective has a number of stations of its own.
     max_stations: form.objective === 'coverage' ? value('maxStations') : null,
     from_review: form.fromReview,
+    from_drawing: false,
     time_limit_s: value('timeLimitS'),
   };
 }

@@ -1,6 +1,7 @@
 /** German: each English text with its translation, by the folder that says it. */
 import { API } from './api.ts';
 import { COMPARE } from './compare.ts';
+import { DRAWING } from './drawing.ts';
 import { EDIT } from './edit.ts';
 import { FIELD } from './field.ts';
 import { FILES } from './files.ts';
@@ -29,6 +30,7 @@ import { WALK } from './walk.ts';
 export const GERMAN = {
   ...API,
   ...COMPARE,
+  ...DRAWING,
   ...EDIT,
   ...FIELD,
   ...FILES,
