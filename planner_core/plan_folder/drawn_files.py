@@ -21,7 +21,7 @@ from pathlib import Path
 from planner_core.drawings.drawn_building import DrawnBuilding, raised, read_drawn
 from planner_core.drawings.drawn_lines import DrawnLines
 from planner_core.drawings.ifc_file import write_building
-from planner_core.errors import PlanFolderError, RequirementError
+from planner_core.errors import PlanFolderError, RequirementError, SceneError
 from planner_core.operating_system import sync
 from planner_core.plan_folder.atomic import locked_folder, staged_file
 
@@ -168,7 +168,10 @@ def save_correction(plan_folder: Path, base_revision: int, drawn: DrawnBuilding)
         saved = read_drawn(
             {**drawn.model_dump(mode="json", by_alias=True), "revision": base_revision + 1}, "corrections: "
         )
-        raised(saved)  # what can't be raised is not saved
+        try:
+            raised(saved)
+        except SceneError as error:  # what can't be raised is not saved
+            raise RequirementError(f"corrections: {error}") from error
         try:
             write_drawn(saved, path)
             sync(path.parent)

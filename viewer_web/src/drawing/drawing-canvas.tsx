@@ -235,7 +235,9 @@ function Begun({
             y1={p[1]}
             x2={q[0]}
             y2={q[1]}
-            {...(tool === 'wall' ? { 'stroke-width': Math.max(2, view.perM * sizes.wallM), class: 'drawing-new' } : {})}
+            {...(tool === 'wall'
+              ? { style: { strokeWidth: Math.max(2, view.perM * sizes.wallM) }, class: 'drawing-new' }
+              : {})}
           />
           {tool !== 'north' && (
             <text x={(p[0] + q[0]) / 2} y={(p[1] + q[1]) / 2 - 10}>

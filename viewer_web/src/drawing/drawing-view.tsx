@@ -152,6 +152,7 @@ function Tools({ store, editor, mayChange, onStorey }: ToolsProps) {
             disabled={!mayChange && tool !== 'select'}
             onClick={() => {
               editor.tool.value = tool;
+              if (tool !== 'select') editor.chosen.value = null;
               editor.begun.value = [];
               editor.message.value = editor.saving.peek() === 'saved' ? null : editor.message.peek();
             }}
