@@ -12,7 +12,7 @@ Plan coordinates (2,), metres. Areas are shapely polygons on a grid of `GRID_M`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -37,6 +37,8 @@ _ROOM_M, _WIDE_SHARE = 0.95, 0.4
 """Rooms are this wide nearly everywhere."""
 _PARALLEL = 0.995
 """Cosine of the angle between lines that count as parallel."""
+_LEAST_BIT_M = 0.01
+"""Bits of walls are wider: narrower ones are what rounding leaves."""
 _LEAST_EDGE_M = 0.25
 """Edges from here on are sides of straight pieces; what only shorter ones bound stays in one piece."""
 _MOST_PIECES = 20_000
@@ -239,6 +241,7 @@ def straight_pieces(area: Any, *, thickest_m: float = THICKEST_M) -> list[WallPi
 def _pieces_of(polygon: Any, thickest_m: float) -> list[WallPiece]:
     left: Any = shapely.simplify(polygon, 2.0 * GRID_M)
     pieces: list[WallPiece] = []
+    bits: list[Any] = []
     spent: set[tuple[float, ...]] = set()
     while not left.is_empty and len(pieces) < _MOST_PIECES:
         edges = edges_of(left)
@@ -259,11 +262,26 @@ def _pieces_of(polygon: Any, thickest_m: float) -> list[WallPiece]:
         if strip is None:
             break
         cut = polygons_of(shapely.intersection(left, strip, grid_size=GRID_M))
-        rest = polygons_of(shapely.difference(left, strip, grid_size=GRID_M))
         if not cut.is_empty:
             pieces += [WallPiece(part, thickness) for part in shapely.get_parts(cut)]
-            left = rest
+            rest = shapely.difference(left, strip, grid_size=GRID_M)
+            left = polygons_of(rest)
+            bits += shapely.get_parts(shapely.difference(rest, left)).tolist()
     pieces += [WallPiece(part, float("nan")) for part in shapely.get_parts(polygons_of(left))]
+    return _with_bits(pieces, [bit for bit in bits if bit.area > 0.0 and mean_width_m(bit) >= _LEAST_BIT_M])
+
+
+def _with_bits(pieces: list[WallPiece], bits: Sequence[Any]) -> list[WallPiece]:
+    """Pieces with what is too small for one of its own, such as corners of thin walls, each added to one beside it."""
+    for bit in bits:
+        near = shapely.STRtree([piece.area for piece in pieces]).query(bit, predicate="dwithin", distance=2.0 * GRID_M)
+        around = shapely.buffer(bit, 2.0 * GRID_M)
+        beside = {row: shapely.intersection(pieces[row].area, around).area for row in near.tolist()}
+        for row in sorted(beside, key=lambda row: -beside[row]):
+            whole = shapely.union_all([pieces[row].area, bit], grid_size=GRID_M)
+            if whole.geom_type == "Polygon":
+                pieces[row] = replace(pieces[row], area=whole)
+                break
     return pieces
 
 

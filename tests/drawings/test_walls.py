@@ -52,6 +52,12 @@ def test_curved_wall_is_followed():
     assert area.area == pytest.approx(np.pi / 4 * (3.3**2 - 3.0**2), rel=0.01)
 
 
+def test_stubs_beside_doors_of_thin_walls_belong_to_a_wall():
+    walls = shapely.union(shapely.box(0, 0, 2, 0.05), shapely.box(1, 0.05, 1.05, 0.1))
+    (piece,) = straight_pieces(turned(walls))
+    assert shapely.symmetric_difference(piece.area, turned(walls)).area == pytest.approx(0.0, abs=0.0005)
+
+
 def test_filled_ring_that_runs_back_on_itself_has_no_area_there():
     square = np.array([[0, 0], [2, 0], [2, 2], [0, 2], [0, 0], [-3, 0], [0, 0]], dtype=float)
     assert fills_area([[square]]).area == pytest.approx(4.0)
