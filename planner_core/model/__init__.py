@@ -62,7 +62,18 @@ from planner_core.model.review import (
 )
 from planner_core.model.route import FieldTime, Leg, Route, UnreachableArea
 from planner_core.model.scans import BeamTemplate, PatchReturns, RayHits, ReturnMoments, ScanBatch, Scanner, Visibility
-from planner_core.model.scene import Element, Floor, LoadReport, Optics, Patches, Room, Scene, SceneSource, Storey
+from planner_core.model.scene import (
+    Element,
+    Floor,
+    LoadReport,
+    Optics,
+    Patches,
+    PlacedDoor,
+    Room,
+    Scene,
+    SceneSource,
+    Storey,
+)
 from planner_core.model.site import GroundPick, KeepOut, PriorStation, Site
 from planner_core.model.site_frame import FOOT, LENGTH_UNITS, METRE, US_SURVEY_FOOT, Georeference, LengthUnit, SiteFrame
 from planner_core.model.unseen import (
@@ -133,6 +144,7 @@ __all__ = [
     "PartResult",
     "PatchReturns",
     "Patches",
+    "PlacedDoor",
     "Plan",
     "PlanRoom",
     "PlanRooms",

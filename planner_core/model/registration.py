@@ -93,6 +93,10 @@ class Link:
     """It counts below what is required: both stations are scanned and need no margin for setting up."""
     probability: ProbabilityIfKnown = math.nan
     """That the two scans register, from `registration.pre_alignment`; NaN, in documents null, where not computed."""
+    only_open: Annotated[tuple[str, ...], Field(exclude_if=lambda value: not value)] = ()
+    """Ids (GlobalId) of open doors that it needs open during both scans: where one is shut it does not count."""
+    only_shut: Annotated[tuple[str, ...], Field(exclude_if=lambda value: not value)] = ()
+    """Of a pair that does not count: ids of open doors; it counts where these are shut during both scans."""
 
     @computed_field(json_schema_extra={"default": ""})  # type: ignore[prop-decorator]
     @property
@@ -181,6 +185,8 @@ class Registration:
     floors: tuple[FloorNetworks, ...]
     floor_joins: tuple[Link, ...]
     gaps: tuple[NetworkGap, ...]
+    doors_needed: tuple[str, ...] = ()
+    """Ids of open doors without which there are more networks, sorted."""
 
     @property
     def connected(self) -> bool:

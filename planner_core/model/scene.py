@@ -119,6 +119,24 @@ class Room:
 
 
 @dataclass(frozen=True)
+class PlacedDoor:
+    """A door. box_m : (2, 3) lowest and highest corner, local frame. across : (2,) unit direction through it."""
+
+    element: int
+    """Index into `Scene.elements`."""
+    box_m: FloatArray
+    across: FloatArray
+
+    @property
+    def line_m(self) -> FloatArray:
+        """(2, 2) ends of its opening in plan."""
+        along = np.array([-self.across[1], self.across[0]])
+        middle_m, half_m = self.box_m[:, :2].mean(axis=0), 0.5 * (self.box_m[1, :2] - self.box_m[0, :2])
+        line_m: FloatArray = middle_m + float(np.abs(along) @ half_m) * np.array([-along, along])
+        return line_m
+
+
+@dataclass(frozen=True)
 class LoadReport:
     """What loading found and repaired. Counts are of faces unless named otherwise."""
 
@@ -169,6 +187,8 @@ class Scene:
     """None: the source does not state where it is on earth."""
     further_sources: tuple[SceneSource, ...] = ()
     """The other files of a scene of several, in the order given; `source` is the first."""
+    open_doors: tuple[PlacedDoor, ...] = ()
+    """Doors whose leaves were left out, as they are when shut."""
 
     @property
     def sources(self) -> tuple[SceneSource, ...]:

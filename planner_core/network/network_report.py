@@ -80,6 +80,7 @@ def registration_report(
         floors=tuple(_floor(floor, floor_of, good) for floor in dict.fromkeys(floors)),
         floor_joins=tuple(link for link in good if floor_of[link.a] != floor_of[link.b]),
         gaps=_gaps(links, network_of, limits),
+        doors_needed=_doors_needed(station_ids, good, len(groups)),
     )
 
 
@@ -162,6 +163,13 @@ def _groups(stations: Iterable[str], links: Iterable[Link]) -> list[tuple[str, .
                     front.append(other)
         groups.append(tuple(sorted(group, key=lambda one: place[one])))
     return groups
+
+
+def _doors_needed(stations: Sequence[str], good: Sequence[Link], n_groups: int) -> tuple[str, ...]:
+    """Open doors by which links go that the network falls apart without."""
+    doors = sorted({door for link in good for door in link.only_open})
+    left = {door: [link for link in good if door not in link.only_open] for door in doors}
+    return tuple(door for door in doors if len(_groups(stations, left[door])) > n_groups)
 
 
 def _neighbours(stations: Iterable[str], links: Iterable[Link]) -> _Neighbours:

@@ -274,6 +274,7 @@ def _registration(plan: Plan) -> dict[str, Any]:
         "networks": [NetworkSection.of(network) for network in found.networks],
         "floor_joins": [[link.a, link.b] for link in found.floor_joins],
         "gaps": [GapSection.of(_in_scene(gap, plan.survey.scene)) for gap in found.gaps],
+        "doors_needed": list(found.doors_needed),
     }
 
 

@@ -152,10 +152,12 @@ def registration_words(document: Document) -> str:
 
 def _groups_words(registration: Document) -> str:
     sizes = [len(each["stations"]) for each in registration["networks"]]
+    n_doors = len(registration.get("doors_needed", ()))
+    doors = f" while {n_doors} {'door stays' if n_doors == 1 else 'doors stay'} open" if n_doors else ""
     if len(sizes) > 1:
         listed = ", ".join(map(str, sizes[:_MOST_GROUPS])) + (" …" if len(sizes) > _MOST_GROUPS else "")
-        return f"{len(sizes)} unconnected groups, of {listed} stations"
-    return "all stations are connected" if registration["connected"] else "not all stations are connected"
+        return f"{len(sizes)} unconnected groups{doors}, of {listed} stations"
+    return f"all stations are connected{doors}" if registration["connected"] else "not all stations are connected"
 
 
 def route_words(route: Document, unit: LengthUnit = METRE) -> str:

@@ -22,8 +22,7 @@ from planner_core.positions.local_site import local_site
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.goals import goals_of, wanted_of
 from planner_core.route.route import field_time
-from planner_core.scene.doors import door_leaves, exterior_doors
-from planner_core.scene.element_patterns import with_triangles
+from planner_core.scene.doors import door_leaves, exterior_doors, without_door_leaves
 from planner_core.scene.ground_planes import with_ground_planes
 from planner_core.scene.outdoor_ground import OUTDOORS_M, with_outdoor_ground
 from planner_core.scene.patches import make_patches
@@ -102,7 +101,7 @@ def _opened(survey: Survey) -> Survey:
         )
         for floor in survey.floors
     )
-    opened = with_triangles(scene, stays)
+    opened = without_door_leaves(scene, Doors.ALL, shut=scene.source.doors_shut)
     opened = replace(opened, source=replace(scene.source, doors=Doors.OUTSIDE))
     floors, _ = with_outdoor_ground(opened, floors)
     opened, floors = with_ground_planes(opened, floors)

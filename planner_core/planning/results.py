@@ -43,6 +43,7 @@ from planner_core.model import (
 from planner_core.network.links import least_listed_overlap, overlap_links, surface_of_patches, with_scanned
 from planner_core.network.network_report import registration_report, registration_warnings
 from planner_core.network.pair_overlap import SharedSurface
+from planner_core.network.shut_doors import with_doors
 from planner_core.network.targets import FARTHEST_M, target_places
 from planner_core.positions.reach import Reach
 from planner_core.progress import Progress, silent
@@ -209,17 +210,31 @@ def _registered(
     """Links of stations, rows of `counted`, and how these are connected."""
     ids = tuple(station.id for station in stations)
     surface = surface_of_patches(survey.scene, survey.patches, times_seen(counted) > 0)
+    position_m = np.array([station.position_m for station in stations]).reshape(-1, 3)
     found = overlap_links(
         counted,
         survey.patches.area_m2,
         ids,
         surface,
-        np.array([station.position_m for station in stations]).reshape(-1, 3),
+        position_m,
         min_overlap=least_listed_overlap(requirements.overlap),
         measure=requirements.overlap_measure,
         pre_alignment=requirements.start_of(survey.scanner),
     )
     links = with_scanned(found, scanned, requirements.link_limits)
+    if requirements.asks_links:
+        links = with_doors(
+            links,
+            counted,
+            survey.patches.area_m2,
+            ids,
+            surface,
+            position_m,
+            survey.scene,
+            limits=requirements.link_limits,
+            measure=requirements.overlap_measure,
+            pre_alignment=requirements.start_of(survey.scanner),
+        )
     registration = registration_report(
         links,
         ids,

@@ -17,7 +17,7 @@ import numpy as np
 from scipy import ndimage
 
 from planner_core.errors import SceneError
-from planner_core.model import BoolArray, Doors, FloatArray, Int32Array, Int64Array, Scene
+from planner_core.model import BoolArray, Doors, FloatArray, Int32Array, Int64Array, PlacedDoor, Scene
 from planner_core.scene.array_rows import chunks
 from planner_core.scene.between_walls import cut_cells
 from planner_core.scene.columns import sample_scene
@@ -50,7 +50,7 @@ _LEAF_WIDE_M, _LEAF_HIGH_M, _LEAF_THICK_M, _UNDERCUT_M = (0.6, 2.6), (1.8, 2.5),
 def without_door_leaves(
     scene: Scene, doors: Doors = Doors.OPEN, *, opened: tuple[str, ...] = (), shut: tuple[str, ...] = ()
 ) -> Scene:
-    """Leave the leaves of `IfcDoor` elements out; frames stay. `LoadReport.n_doors_open` counts the doors opened.
+    """Leave the leaves of `IfcDoor` elements out; frames stay. `Scene.open_doors` are those opened.
 
     Elements keep their numbers, those without triangles too. A scene of nothing but doors is left as it is.
 
@@ -69,8 +69,13 @@ def without_door_leaves(
     leaf = door_leaves(scene, doors, opened=opened, shut=shut)
     if not leaf.any() or leaf.all():
         return scene
-    n_open = int(np.unique(scene.element_of_triangle[leaf]).size)
-    return replace(with_triangles(scene, ~leaf), report=replace(scene.report, n_doors_open=n_open))
+    before = {door.element for door in scene.open_doors}
+    elements = before.union(scene.element_of_triangle[leaf].tolist())
+    return replace(
+        with_triangles(scene, ~leaf),
+        report=replace(scene.report, n_doors_open=len(elements)),
+        open_doors=tuple(door for door in _placed_doors(scene) if door.element in elements),
+    )
 
 
 def door_leaves(
@@ -109,25 +114,8 @@ def _shut_doors(scene: Scene, doors: Doors, all_doors: Int32Array) -> set[int]:
     return set(all_doors.tolist()) if doors == Doors.SHUT else set()
 
 
-@dataclass(frozen=True)
-class PlacedDoor:
-    """A door. box_m : (2, 3) lowest and highest corner, local frame. across : (2,) unit direction through it."""
-
-    element: int
-    box_m: FloatArray
-    across: FloatArray
-
-    @property
-    def line_m(self) -> FloatArray:
-        """(2, 2) ends of its opening in plan."""
-        along = np.array([-self.across[1], self.across[0]])
-        middle_m, half_m = self.box_m[:, :2].mean(axis=0), 0.5 * (self.box_m[1, :2] - self.box_m[0, :2])
-        line_m: FloatArray = middle_m + float(np.abs(along) @ half_m) * np.array([-along, along])
-        return line_m
-
-
 def exterior_doors(scene: Scene) -> list[PlacedDoor]:
-    """Find the doors that lead outdoors, of which the scene has a frame or more.
+    """Find the doors that lead outdoors, open or shut.
 
     The file may say so (IFC: IsExternal). Where it does not but has rooms, a door with a room on one side alone does,
     unless its other side lies between walls and below a roof: stairwells and garages are no rooms in some files.
@@ -137,7 +125,8 @@ def exterior_doors(scene: Scene) -> list[PlacedDoor]:
     if not scene.rooms:
         return [door for door, flag in zip(doors, flags, strict=True) if flag]
     beside_m = np.array([_beside_m(door) for door in doors]).reshape(-1, 2, len(_BESIDE_M), 3)
-    has_room = (room_of_points(scene, beside_m.reshape(-1, 3)) >= 0).reshape(beside_m.shape[:3]).any(axis=2)
+    in_room = room_of_points(scene, beside_m.reshape(-1, 3)) >= 0
+    has_room: BoolArray = np.asarray(in_room.reshape(beside_m.shape[:3]).any(axis=2))
     is_outer = np.array([flag is True for flag in flags], dtype=bool)
     one_sided = np.flatnonzero(np.array([flag is None for flag in flags]) & (has_room[:, 0] != has_room[:, 1]))
     if one_sided.size:
@@ -147,16 +136,17 @@ def exterior_doors(scene: Scene) -> list[PlacedDoor]:
 
 
 def _placed_doors(scene: Scene) -> list[PlacedDoor]:
-    """All doors that have triangles, by element."""
+    """All doors, by element; open ones as they are when shut."""
     is_door = np.array([element.kind == DOOR_KIND for element in scene.elements], dtype=bool)
     of_door = np.flatnonzero(is_door[scene.element_of_triangle])
     owner = scene.element_of_triangle[of_door]
-    found = []
+    found = {door.element: door for door in scene.open_doors}
     for element in np.unique(owner).tolist():
-        corners_m = scene.vertices_m[scene.triangles[of_door[owner == element]]]
-        box_m = np.stack([corners_m.min(axis=(0, 1)), corners_m.max(axis=(0, 1))])
-        found.append(PlacedDoor(element, box_m, _across(corners_m)))
-    return found
+        if element not in found:
+            corners_m = scene.vertices_m[scene.triangles[of_door[owner == element]]]
+            box_m = np.stack([corners_m.min(axis=(0, 1)), corners_m.max(axis=(0, 1))])
+            found[element] = PlacedDoor(element, box_m, _across(corners_m))
+    return [found[element] for element in sorted(found)]
 
 
 def _beside_m(door: PlacedDoor) -> FloatArray:
@@ -193,9 +183,9 @@ def _roofed_between_walls(scene: Scene, doors: list[PlacedDoor], beside_m: Float
         roofed = np.zeros(few[0] * few[1], dtype=bool)
         roofed[columns.column[columns.z_m > z_m]] = True
         space = label[::_ROOF_EVERY, ::_ROOF_EVERY].ravel()
-        share = np.bincount(space, weights=roofed, minlength=label.max() + 1)
-        share /= np.maximum(np.bincount(space, minlength=share.size), 1)
-        indoors = share >= _ROOFED_SHARE
+        n_roofed = np.bincount(space, weights=roofed, minlength=label.max() + 1)
+        n_cells = np.bincount(space, minlength=n_roofed.size)
+        indoors = n_roofed >= _ROOFED_SHARE * np.maximum(n_cells, 1)
         indoors[[0, label[0, 0]]] = False  # walls themselves, and what is around the building
         rows = np.flatnonzero(cut_m == z_m)
         cell = np.rint((beside_m[rows, :, :2] - low_m) / step_m).astype(int)

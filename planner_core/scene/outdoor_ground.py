@@ -12,10 +12,10 @@ import numpy as np
 from scipy import ndimage
 
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, FloatArray, Floor, Scene
+from planner_core.model import BoolArray, FloatArray, Floor, PlacedDoor, Scene
 from planner_core.scene.between_walls import closed_walls, cut_cells
 from planner_core.scene.columns import sample_scene
-from planner_core.scene.doors import PlacedDoor, exterior_doors
+from planner_core.scene.doors import exterior_doors
 from planner_core.scene.ground_planes import SITE_KINDS, rectangles, with_more_triangles
 from planner_core.scene.level_surfaces import MAX_SLOPE_RAD, WALL_CUT_M, cut_of_scene
 

@@ -230,6 +230,8 @@ class RegistrationSection(Document):
     floor_joins: tuple[Pair, ...] = ()
     """Links that count, between stations of different floors."""
     gaps: tuple[GapSection, ...] = ()
+    doors_needed: tuple[str, ...] = ()
+    """Ids of open doors without which there are more networks."""
 
 
 class LegSection(Document):

@@ -243,6 +243,14 @@ export interface Link {
    */
   probability: number | null;
   /**
+   * Ids (GlobalId) of open doors that it needs open during both scans: where one is shut it does not count.
+   */
+  only_open: string[];
+  /**
+   * Of a pair that does not count: ids of open doors; it counts where these are shut during both scans.
+   */
+  only_shut: string[];
+  /**
    * The weak motion in words by axes of the scene; empty where not computed.
    */
   weak_axis: string;
@@ -804,6 +812,10 @@ export interface RegistrationSection {
    */
   floor_joins: [string, string][];
   gaps: GapSection[];
+  /**
+   * Ids of open doors without which there are more networks.
+   */
+  doors_needed: string[];
 }
 /**
  * Faces that were dropped on loading, by reason.

@@ -12,6 +12,8 @@ const link = (a: number, b: number, overlap: number, strength: number | null = 0
   weak_axis: '',
   weak_motion: null,
   as_set_up: false,
+  only_open: [],
+  only_shut: [],
   probability: null,
 });
 

@@ -54,3 +54,10 @@ export function lackInWords(link: PlanLink, counting: Counting): string | null {
   if (strength !== null && strength < minStrength) return t('strength below {least}', { least: plain(minStrength) });
   return t('probability below {required}', { required: askedPercent(minProbability) });
 }
+
+/** Which state of doors a pair needs to register; null: any of those that were looked at. */
+export function doorsWords({ only_open: open = [], only_shut: shut = [] }: PlanLink): string | null {
+  if (open.length > 0) return t('only with {n} open: {doors}', { n: open.length, doors: open.join(', ') });
+  if (shut.length > 0) return t('would register with {n} shut: {doors}', { n: shut.length, doors: shut.join(', ') });
+  return null;
+}

@@ -14,6 +14,8 @@ const link = (a: number, b: number, overlap = 0.5, strength: number | null = 0.1
   weak_axis: '',
   weak_motion: null,
   as_set_up: false,
+  only_open: [],
+  only_shut: [],
   probability: null,
 });
 const ids = (n: number): string[] => [...Array(n).keys()].map((i) => `S${i}`);

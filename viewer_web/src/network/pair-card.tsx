@@ -5,7 +5,7 @@ import { areaWords, overlapDefined, probabilityPercent, reachedPercent } from '.
 import { Figure } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { countingOf, networkOf, startWords } from './graph.ts';
-import { lackInWords } from './link-groups.ts';
+import { doorsWords, lackInWords } from './link-groups.ts';
 import { strengthInWords } from './strength.ts';
 import { northHint, weakMotionOf } from './weak-motion.ts';
 import './network.css';
@@ -20,6 +20,7 @@ export function PairCard({ store }: { store: Store }) {
   const { bridges } = networkOf(ids, store.shownLinks.value, counting);
   const marking = store.marking.value;
   const weak = weakMotionOf(link?.weak_motion ?? null);
+  const doors = link === undefined ? null : doorsWords(link);
   const north = northHint(plan.scene.georeference?.to_map ?? null);
   const verdict = (): string => {
     if (link === undefined) return t('no link');
@@ -60,6 +61,9 @@ export function PairCard({ store }: { store: Store }) {
           hint={t('How firmly the shared surface ties the two scans: 0 not at all, 1 like a closed box')}
         />
         {weak !== null && <Figure name={t('Weakest direction')} value={weak.long} hint={north} />}
+        {doors !== null && (
+          <Figure name={t('Doors')} value={doors} hint={t('That this takes while both stations are scanned')} />
+        )}
       </dl>
       {weak !== null && <p class="muted weak-why">{`${weak.why} ${north}`}</p>}
       <ul class="chips">

@@ -73,6 +73,10 @@ export const NETWORK = {
   'How firmly the shared surface ties the two scans: 0 not at all, 1 like a closed box':
     'Wie fest die gemeinsame Fläche die beiden Scans verbindet: 0 gar nicht, 1 wie ein geschlossener Quader',
   'Weakest direction': 'Schwächste Richtung',
+  Doors: 'Türen',
+  'That this takes while both stations are scanned': 'die das braucht, während beide Standpunkte gescannt werden',
+  'only with {n} open: {doors}': 'nur mit {n} offen: {doors}',
+  'would register with {n} shut: {doors}': 'mit {n} geschlossen registrierbar: {doors}',
   'single-link connection: the network splits without it': 'Einzelverbindung: Ohne sie zerfällt das Netz',
   registers: 'registrierbar',
   'weak {strength}': 'schwach {strength}',

@@ -1,0 +1,135 @@
+"""Links that exist only while a door is open, or only while it is shut.
+
+Input links of a plan, what its stations see with doors as in the scene, and the scene's open doors (local frame,
+metres); output the links with the doors that decide.
+
+No ray is cast. With a door shut a station sees what it sees now, but for patches whose line of sight crosses the
+door's opening, which is known of every open door:
+
+    station . ------ | -- x patch       crosses: hidden
+                     |
+                     | door's panel, in the middle of its box
+             . ----- | -- x             a station in the doorway keeps the door open: nothing is hidden from it
+
+The shut leaf itself, some 2 m^2 of each scan, is not counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from planner_core.coverage.coverage import kept_rows, stacked_rows, take_rows
+from planner_core.model import (
+    BoolArray,
+    FloatArray,
+    Link,
+    LinkLimits,
+    OverlapMeasure,
+    PlacedDoor,
+    PreAlignment,
+    Scene,
+    Visibility,
+)
+from planner_core.network.links import least_listed_overlap, overlap_links
+from planner_core.network.pair_overlap import SharedSurface
+
+#: A tripod this near to a door's panel stands in its way: legs are 0.5 m apart.
+_IN_WAY_M = 0.4
+
+
+def with_doors(
+    links: Sequence[Link],
+    visibility: Visibility,
+    patch_area_m2: FloatArray,
+    station_ids: Sequence[str],
+    surface: SharedSurface,
+    position_m: FloatArray,
+    scene: Scene,
+    *,
+    limits: LinkLimits,
+    measure: OverlapMeasure,
+    pre_alignment: PreAlignment,
+) -> tuple[Link, ...]:
+    """Add to each link the open doors by which it counts, or does not; the other parameters as in `overlap_links`.
+
+    Each door is shut by itself, during the first scan, the second, or both, for `only_open`; during both for
+    `only_shut`.
+    """
+    only_open: dict[frozenset[str], list[str]] = {}
+    only_shut: dict[frozenset[str], list[str]] = {}
+    place = {station: row for row, station in enumerate(station_ids)}
+    for door in scene.open_doors:
+        hidden = hidden_by(door, visibility, surface.centroid_m, position_m)
+        n_hidden = np.add.reduceat(np.append(hidden, False), visibility.starts[:-1], dtype=np.int64)
+        n_hidden[np.diff(visibility.starts) == 0] = 0
+        changes = n_hidden > 0
+        concerned = [link for link in links if changes[place[link.a]] or changes[place[link.b]]]
+        if not concerned:
+            continue
+        rows = np.array(sorted({place[end] for link in concerned for end in (link.a, link.b)}), dtype=np.int64)
+        names = [station_ids[row] for row in rows.tolist()]
+        states = stacked_rows(take_rows(visibility, rows), take_rows(kept_rows(visibility, ~hidden), rows))
+        found = overlap_links(
+            states,
+            patch_area_m2,
+            (*names, *(f"{name}{_SHUT}" for name in names)),
+            surface,
+            np.tile(position_m[rows], (2, 1)),
+            min_overlap=least_listed_overlap(limits.overlap),
+            measure=measure,
+            pre_alignment=pre_alignment,
+        )
+        counts = {frozenset((each.a, each.b)) for each in found if each.reaches(limits)}
+        name = scene.elements[door.element].source_id
+        for link in concerned:
+            ends = frozenset((link.a, link.b))
+            states_of = [(link.a + one, link.b + other) for one, other in product(("", _SHUT), repeat=2)]
+            good = [frozenset(each) in counts for each in states_of]
+            if link.counts(limits) and not all(good[1:]):
+                only_open.setdefault(ends, []).append(name)
+            elif not link.counts(limits) and good[-1]:
+                only_shut.setdefault(ends, []).append(name)
+    return tuple(
+        replace(
+            link,
+            only_open=tuple(only_open.get(frozenset((link.a, link.b)), ())),
+            only_shut=tuple(only_shut.get(frozenset((link.a, link.b)), ())),
+        )
+        for link in links
+    )
+
+
+#: Behind the id of a station that is scanned with the door shut; ids of stations have no such character.
+_SHUT = "\x00"
+
+
+def hidden_by(door: PlacedDoor, visibility: Visibility, centroid_m: FloatArray, position_m: FloatArray) -> BoolArray:
+    """(E,) bool: which entries of `visibility` a door hides when it is shut.
+
+    centroid_m : (P, 3) of patches. position_m : (N, 3) of the rows' stations.
+    """
+    across, (low_m, high_m) = door.across, door.box_m[:, 2]
+    one_m, other_m = door.line_m
+    middle_m, half_m = 0.5 * (one_m + other_m), 0.5 * float(np.linalg.norm(other_m - one_m))
+    along = np.array([-across[1], across[0]])
+    hidden = np.zeros(visibility.starts[-1], dtype=np.bool_)
+    away_m = (position_m[:, :2] - middle_m) @ across
+    beside_m = np.abs((position_m[:, :2] - middle_m) @ along)
+    in_way = (np.abs(away_m) < _IN_WAY_M) & (beside_m < half_m)
+    in_way &= (position_m[:, 2] > low_m) & (position_m[:, 2] < high_m)
+    for row in np.flatnonzero(~in_way).tolist():
+        entries = slice(int(visibility.starts[row]), int(visibility.starts[row + 1]))
+        at_m = centroid_m[visibility.row(row)]
+        beyond_m = (at_m[:, :2] - middle_m) @ across
+        # Sight lines go from `away_m` to `beyond_m`; where both lie on one side of the panel's plane, none meets it.
+        other_side = np.flatnonzero(beyond_m * away_m[row] < 0.0)
+        share = away_m[row] / (away_m[row] - beyond_m[other_side])
+        met_m = position_m[row] + share[:, None] * (at_m[other_side] - position_m[row])
+        through = np.abs((met_m[:, :2] - middle_m) @ along) <= half_m
+        through &= (met_m[:, 2] >= low_m) & (met_m[:, 2] <= high_m)
+        hidden[entries][other_side[through]] = True
+    return hidden
