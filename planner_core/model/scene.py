@@ -128,6 +128,16 @@ class PlacedDoor:
     across: FloatArray
 
     @property
+    def height_m(self) -> float:
+        """From foot to head."""
+        return float(self.box_m[1, 2] - self.box_m[0, 2])
+
+    @property
+    def thickness_m(self) -> float:
+        """Through it; of a leaf modelled ajar, without a frame, as much as its box is deep."""
+        return float(np.abs(self.across) @ (self.box_m[1, :2] - self.box_m[0, :2]))
+
+    @property
     def line_m(self) -> FloatArray:
         """(2, 2) ends of its opening in plan."""
         along = np.array([-self.across[1], self.across[0]])

@@ -39,6 +39,8 @@ from planner_core.network.pair_overlap import SharedSurface
 
 #: A tripod this near to a door's panel stands in its way: legs are 0.5 m apart.
 _IN_WAY_M = 0.4
+#: Doors are set into walls up to this thick.
+_THICKEST_M = 0.6
 
 
 def with_doors(
@@ -56,13 +58,16 @@ def with_doors(
 ) -> tuple[Link, ...]:
     """Add to each link the open doors by which it counts, or does not; the other parameters as in `overlap_links`.
 
-    Each door is shut by itself, during the first scan, the second, or both, for `only_open`; during both for
+    Doors whose leaf is modelled ajar, without a frame, are left out: where they shut is not known. Each door is shut by
+    itself, during the first scan, the second, or both, for `only_open`; during both for
     `only_shut`.
     """
     only_open: dict[frozenset[str], list[str]] = {}
     only_shut: dict[frozenset[str], list[str]] = {}
     place = {station: row for row, station in enumerate(station_ids)}
     for door in scene.open_doors:
+        if door.thickness_m > _THICKEST_M:
+            continue
         hidden = hidden_by(door, visibility, surface.centroid_m, position_m)
         n_hidden = np.add.reduceat(np.append(hidden, False), visibility.starts[:-1], dtype=np.int64)
         n_hidden[np.diff(visibility.starts) == 0] = 0

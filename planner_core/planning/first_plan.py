@@ -12,7 +12,7 @@ import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
-from planner_core.model import Candidates, Int64Array, Proven, Role, Survey
+from planner_core.model import BoolArray, Candidates, Int64Array, Proven, Role, Survey
 from planner_core.model.stored_rows import VISIBILITY_VARIABLE, visibility_budget
 from planner_core.planning.pool import make_pool
 from planner_core.positions.allowed_positions import AllowedPositions
@@ -30,6 +30,8 @@ _APART_M = 1.25
 _MOST = 400
 #: Patches that all candidates see, each by itself: about 40 bytes of memory each where it is highest.
 _MOST_ENTRIES = 60_000_000
+#: From the middle of a door, with a leaf ajar, too.
+_IN_DOOR_M = 0.6
 #: A pool that is not much larger, or of so few, is observed as soon.
 _WORTH, _FEW = 3, 100
 
@@ -95,8 +97,8 @@ def as_memory_holds(
 ) -> tuple[AllowedPositions, KnownObservations | None, tuple[str, ...]]:
     """Leave out candidates that memory would not hold, evenly, by what the first few see; and a line if so.
 
-    Doorways, middles of rooms, landings, prior stations and what is known stay. All do where a budget of memory is
-    given: what is beyond it goes to disk.
+    Doorways, middles of rooms, landings, prior stations, what stands in an open door and what is known stay. All do
+    where a budget of memory is given: what is beyond it goes to disk.
     """
     n_candidates = places.candidates.floor.size
     if known is None or visibility_budget() is not None:
@@ -105,7 +107,7 @@ def as_memory_holds(
     most = int(_MOST_ENTRIES / max(each, 1.0))
     if n_candidates <= most:
         return places, known, ()
-    stay = np.union1d(np.flatnonzero(places.kind > 0), known.row)
+    stay = np.union1d(np.flatnonzero((places.kind > 0) | _in_doors(places)), known.row)
     rows = np.union1d(stay, far_apart(places.candidates, _APART_M / 4, most=max(most - stay.size, 1)))
     line = (
         f"candidates: {rows.size} of {n_candidates} valid positions are planned with, evenly spread, for what all of "
@@ -113,6 +115,16 @@ def as_memory_holds(
         f"(--floor), or let them go to disk ({VISIBILITY_VARIABLE}=500MB), for all of them"
     )
     return places.keeping(rows), KnownObservations(np.searchsorted(rows, known.row), known.observations), (line,)
+
+
+def _in_doors(places: AllowedPositions) -> BoolArray:
+    """(N,) bool: candidates around the middle of an open door, through which rooms are linked."""
+    at = places.candidates
+    near = np.zeros(at.floor.size, dtype=np.bool_)
+    for door in places.tripods.survey.scene.open_doors:
+        off_m = at.position_m - np.array([*door.box_m[:, :2].mean(axis=0), door.box_m[0, 2]])
+        near |= (np.hypot(off_m[:, 0], off_m[:, 1]) <= _IN_DOOR_M) & (off_m[:, 2] > 0.0) & (off_m[:, 2] < door.height_m)
+    return near
 
 
 def far_apart(candidates: Candidates, apart_m: float, *, most: int) -> Int64Array:

@@ -37,7 +37,7 @@ from planner_core.scene.rooms import room_of_points
 #: What a candidate is, by its number in `AllowedPositions.kind`.
 KINDS = ("grid", "doorway", "centre", "landing", "flight", "prior")
 _SPECIAL = np.array([KINDS.index(kind) for kind in ("doorway", "centre", "landing", "flight")], dtype=np.int64)
-#: A special place this near to a candidate of the grid offers nothing new.
+#: A special place this near to a candidate of the grid offers nothing new: that candidate is of its kind.
 _NEAR_M = 0.1
 #: Moving a place into the middle of its doorway changes the ground below by this much at most: a threshold.
 _THRESHOLD_M = 0.3
@@ -151,9 +151,10 @@ def find_positions(
     reach = _reach(tripods.survey, site, space, progress)
     grid = find_candidates(tripods, progress=progress)
     tally = RefusalTally(grid.n_tried, dict(grid.rejected))
-    parts = [_of_grid(grid)]
+    on_grid = _of_grid(grid)
+    parts = [on_grid]
     if tripods.special_places:
-        parts += _special(tripods, reach.space, grid, tally)
+        parts += _special(tripods, reach.space, on_grid, tally)
     found = _allowed(_joined(parts), site, reach, tally)
     found = found.take(_sparse_outdoors(site, found, tripods.grid_step_m))
     order = np.lexsort((found.height_m, found.position_m[:, 0], found.position_m[:, 1], found.floor))
@@ -240,8 +241,11 @@ def _sparse_outdoors(site: LocalSite, found: _Admitted, grid_step_m: float) -> B
 
 
 # ------------------------------------------------------------------------------------------ special places
-def _special(tripods: Tripods, space: FreeSpace, grid: Candidates, tally: RefusalTally) -> list[_Admitted]:
-    """Doorways, middles of rooms, landings and flights where a tripod can stand and no candidate of the grid does."""
+def _special(tripods: Tripods, space: FreeSpace, grid: _Admitted, tally: RefusalTally) -> list[_Admitted]:
+    """Doorways, middles of rooms, landings and flights where a tripod can stand and no candidate of the grid does.
+
+    Candidates of the grid that stand in a doorway or in the middle of a room get that kind.
+    """
     landing = find_landings(space, ring_radius_m=tripods.ring_radius_m, apart_m=tripods.grid_step_m)
     flight = find_flights(space, landing, apart_m=tripods.grid_step_m)
     parts = []
@@ -253,11 +257,14 @@ def _special(tripods: Tripods, space: FreeSpace, grid: Candidates, tally: Refusa
             space.position_m(landing[space.floor[landing] == index]),
             space.position_m(flight[space.floor[flight] == index]),
         )
-        on_grid = grid.position_m[grid.floor == index]
-        on_grid[:, 2] -= grid.instrument_height_m[grid.floor == index]
+        here = np.flatnonzero(grid.floor == index)
+        on_grid = grid.position_m[here]
+        on_grid[:, 2] -= grid.height_m[here]
         for number, place_m in zip(_SPECIAL.tolist(), places, strict=True):
             on_stairs = KINDS[number] in ("landing", "flight")
             at = place_m[~is_near(place_m, on_grid, _NEAR_M)]
+            if not on_stairs:
+                grid.kind[here[is_near(on_grid, place_m, _NEAR_M)]] = number
             if on_stairs:
                 at[:, 2] = tripods.climbed_ground_m(at)
             position, ground, height = at_heights(tripods.heights.to_try_m, at[:, :2], at[:, 2])

@@ -42,6 +42,8 @@ _KNEE_M = 0.5
 #: fifth in both directions, and a space is indoors where as many of these have one: an atrium with a skylight left out.
 _STEP_M, _MAX_CELLS = 0.1, 4_000_000
 _ROOF_EVERY, _ROOFED_SHARE = 5, 0.8
+#: What is left of a door without its leaf is a frame from this height on.
+_LEAST_FRAME_M = 1.5
 #: Leaves of doors, in width of one or two leaves, height, and thickness with handles; and how far above the ground they
 #: end, or reach into a floor's finish.
 _LEAF_WIDE_M, _LEAF_HIGH_M, _LEAF_THICK_M, _UNDERCUT_M = (0.6, 2.6), (1.8, 2.5), 0.25, 0.1
@@ -71,10 +73,13 @@ def without_door_leaves(
         return scene
     before = {door.element for door in scene.open_doors}
     elements = before.union(scene.element_of_triangle[leaf].tolist())
+    # A leaf may be modelled ajar: where a door's frame is left, that is where it shuts.
+    opened = with_triangles(scene, ~leaf)
+    framed = {door.element: door for door in _placed_doors(opened) if door.height_m >= _LEAST_FRAME_M}
     return replace(
-        with_triangles(scene, ~leaf),
+        opened,
         report=replace(scene.report, n_doors_open=len(elements)),
-        open_doors=tuple(door for door in _placed_doors(scene) if door.element in elements),
+        open_doors=tuple(framed.get(door.element, door) for door in _placed_doors(scene) if door.element in elements),
     )
 
 

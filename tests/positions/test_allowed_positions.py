@@ -80,7 +80,7 @@ def test_special_places_add_the_doorway_and_the_middle_of_the_rooms_at_every_hei
         assert np.linalg.norm(grid - place, axis=1).min() > 0.1
 
 
-def test_a_middle_at_which_the_grid_has_a_candidate_is_not_there_twice() -> None:
+def test_a_middle_at_which_the_grid_has_a_candidate_is_not_there_twice_and_stays_where_memory_is_short() -> None:
     of = opened(build("thin-walls").scene)
     places = places_of(of)
     space = places.reach.space
@@ -88,7 +88,10 @@ def test_a_middle_at_which_the_grid_has_a_candidate_is_not_there_twice() -> None
     assert middle.shape[0] > 0
     everywhere = np.unique(places.candidates.position_m[:, :2], axis=0)
     assert np.linalg.norm(everywhere[:, None] - middle, axis=-1).min(axis=0).max() <= 0.1
-    assert not plan_of(places, "centre").size
+    grid = find_candidates(*of[:1], SETTINGS, of[1], floors=(0,)).position_m[:, :2]
+    at_middle = np.linalg.norm(grid[:, None] - middle, axis=-1).min(axis=1) <= 0.1
+    assert at_middle.any()
+    np.testing.assert_array_equal(plan_of(places, "centre"), np.unique(grid[at_middle], axis=0))
 
 
 @pytest.mark.slow
