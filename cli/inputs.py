@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
         Site,
         Survey,
     )
-    from planner_core.progress import Progress
+    from planner_core.progress import Progress, ProgressEvent
 
     from .progress import ProgressReporter
 
@@ -88,6 +89,27 @@ def load(scenes: Sequence[Path], reading: FileOptions, *, progress: Progress) ->
         for unit, up in zip(units, ups, strict=True)
     ]
     return load_scene(scenes, options=options, progress=progress)
+
+
+def _importing(progress: Progress, needed_later: Sequence[str]) -> Progress:
+    """Progress that imports what is needed later, a module at each step of a child process that reads a file: this one
+    would wait meanwhile. `module:function` calls the function.
+    """
+    from planner_core.errors import MissingPackageError
+
+    left = iter(needed_later)
+
+    def show(event: ProgressEvent) -> None:
+        progress(event)
+        name = next(left, "") if event.total else ""
+        if name:
+            module, _, function = name.partition(":")
+            with suppress(ImportError, MissingPackageError, OSError):  # where it is needed, its lack is reported
+                found = import_module(module)
+                if function:
+                    getattr(found, function)()
+
+    return show
 
 
 def of_each(scenes: Sequence[Path], given: Sequence[tuple[str, str]], option: str) -> list[str]:
@@ -351,16 +373,17 @@ def open_survey(
     engine: str,
     device: str | None,
     listed_in: str,
+    needed_later: Sequence[str] = (),
 ) -> tuple[Survey, ScanEngine, tuple[str, ...]]:
     """Load the scene, find its floors and open the engine; tell each warning at once, and return them all.
 
-    `listed_in` names where the user finds the faces that loading dropped.
+    listed_in : where the user finds the faces that loading dropped. needed_later : see `_importing`.
     """
     from planner_core.coverage.survey import make_survey
     from planner_core.engine.open_engine import open_engine
     from planner_core.progress import ProgressEvent
 
-    loaded = load(scenes, reading, progress=reporter.show)
+    loaded = load(scenes, reading, progress=_importing(reporter.show, needed_later))
     of_scene = (*repairs(loaded.report, listed_in=listed_in), *loaded.report.warnings)
     reporter.warn(of_scene)
     survey = make_survey(loaded, problem, progress=reporter.show)

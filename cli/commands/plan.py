@@ -35,6 +35,18 @@ if TYPE_CHECKING:
     from planner_core.model import PlanSettings
 
 
+#: What takes longest to import, in the order in which a plan needs it.
+_NEEDED_LATER = (
+    "planner_core.planning.plan",
+    "planner_core.planning.independent_check",
+    "planner_core.engine.open3d:import_open3d",
+    "planner_core.plan_folder.folder",
+    "planner_core.plan_folder.drawing.png_canvas",
+    "reportlab.pdfbase.ttfonts",
+    "pyvista.plotting",
+)
+
+
 @click.command(
     "plan",
     epilog="Example:  tlsplan plan building.ifc --coverage 95 -o plan/",
@@ -94,8 +106,9 @@ def run(
             scenes, reading, drawn, folder.with_name(f"{folder.name}.ifc"), reporter, overwrite=overwrite
         )
         survey, scan_engine, _ = inputs.open_survey(
-            scenes, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"
-        )
+            scenes, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json",
+            needed_later=_NEEDED_LATER,
+        )  # fmt: skip
         with inputs.opened_cluster(scheduler, reporter) as cluster, spread_over(cluster):
             plan = plan_survey(survey, settings, scan_engine, progress=reporter.show)
         plan = with_independent_check(
