@@ -175,21 +175,16 @@ def patch_triangles(scene: Scene, patches: Patches) -> FloatArray:
 def _bisect(corners: FloatArray, edges: Float32Array, left: Int32Array) -> tuple[FloatArray, Float32Array, Int32Array]:
     """Replace each triangle with halvings `left` by its two children, in place of it; leave the others."""
     split = left > 0
-    source = np.repeat(np.arange(left.size), 1 + split)
-    second = np.zeros(source.size, dtype=np.bool_)
-    second[1:] = source[1:] == source[:-1]
-    first = ~second
-    corners, edges, split, left = corners[source], edges[source], split[source], left[source]
-    q = (edges[:, 0], edges[:, 1], edges[:, 2])
-    v = (corners[:, 0], corners[:, 1], corners[:, 2])
-    (a, b, c), (qab, qbc, qca), _ = _name_longest_first(v, q)
+    q, v = edges[split], corners[split]
+    (a, b, c), (qab, qbc, qca), _ = _name_longest_first((v[:, 0], v[:, 1], v[:, 2]), (q[:, 0], q[:, 1], q[:, 2]))
     middle = 0.5 * (a + b)
-    one = first[:, None]
-    child = np.stack([np.where(one, a, middle), np.where(one, middle, b), c], axis=1)
-    child_edges = np.stack(_child_edges(qab, qbc, qca, first), axis=1)
-    corners = np.where(split[:, None, None], child, corners)
-    edges = np.where(split[:, None], child_edges, edges)
-    return corners, edges, left - split
+    source = np.repeat(np.arange(left.size), 1 + split)
+    child = np.flatnonzero(split[source])  # two by two
+    corners, edges, left = corners[source], edges[source], (left - split)[source]
+    for each, ends, is_first in ((child[0::2], (a, middle, c), True), (child[1::2], (middle, b, c), False)):
+        corners[each] = np.stack(ends, axis=1)
+        edges[each] = np.stack(_child_edges(qab, qbc, qca, np.array(is_first)), axis=1)
+    return corners, edges, left
 
 
 _Three = tuple[NDArray[np.floating], NDArray[np.floating], NDArray[np.floating]]
