@@ -44,11 +44,14 @@ def command(
 ) -> None:
     """Show the plan folder PLAN in the browser, served until Ctrl-C.
 
+    PLAN may be a drawing file, such as floor.drawing.json: it is corrected before it is planned.
+
     The printed address contains a token: anyone who has it can read the plan and change its review. With the second
     address one can read, comment and give verdicts, and no more.
     """
     from planner_core.cache import CACHE_VARIABLE
     from planner_core.errors import PlanFolderError, RequirementError, one_line
+    from planner_core.plan_folder.drawn_files import DrawnFiles, is_drawn_file, read_drawn_file
     from planner_core.plan_folder.plan_json import read_plan_json
     from planner_core.plan_folder.plan_settings import find_scene
     from planner_core.review.store import ReviewStore
@@ -58,8 +61,10 @@ def command(
     from .. import output
     from ..environment import check_caches_are_kept, leave_at_once
 
+    shown = plan
+
     def ready(address: str) -> None:
-        output.say(f"{plan} is shown at {address}   (Ctrl-C ends it)")
+        output.say(f"{shown} is shown at {address}   (Ctrl-C ends it)")
         if not no_browser:
             click.launch(address)
 
@@ -72,13 +77,18 @@ def command(
     def warn(line: str) -> None:
         click.echo(f"warning: {one_line(line)}", err=True)
 
-    document = read_plan_json(plan)  # a broken plan is refused here, not by an empty page
-    if scene:
-        find_scene(plan, document, scenes=scene)  # so is the wrong building
-    try:
-        ReviewStore(plan).current()
-    except PlanFolderError as error:  # the plan can be viewed without
-        warn(str(error))
+    if is_drawn_file(plan):
+        read_drawn_file(plan)  # a broken one is refused here, not by an empty page
+        plan = DrawnFiles.of(plan.resolve()).plan_folder
+        no_live = no_live or not plan.is_dir()
+    else:
+        document = read_plan_json(plan)  # so is a broken plan
+        if scene:
+            find_scene(plan, document, scenes=scene)  # and the wrong building
+        try:
+            ReviewStore(plan).current()
+        except PlanFolderError as error:  # the plan can be viewed without
+            warn(str(error))
     if keep_links:
         try:
             check_caches_are_kept(CACHE_VARIABLE)

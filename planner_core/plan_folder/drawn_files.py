@@ -43,6 +43,11 @@ class DrawnFiles:
         """Return those of a plan folder."""
         return cls.of(plan_folder.resolve().with_name(f"{plan_folder.resolve().name}{SUFFIX}"))
 
+    @property
+    def plan_folder(self) -> Path:
+        """The plan folder of this name, which may not be there yet."""
+        return self.document.with_name(self.document.name.removesuffix(SUFFIX))
+
     @classmethod
     def of(cls, document: Path) -> DrawnFiles:
         """Return those of the document of this name."""
@@ -152,7 +157,7 @@ def save_correction(plan_folder: Path, base_revision: int, drawn: DrawnBuilding)
         It can't be written, and nothing was changed.
     """
     path = DrawnFiles.beside(plan_folder).document
-    with locked_folder(plan_folder):
+    with locked_folder(path.parent):  # there may be no plan yet
         known = read_drawn_file(path)
         if known.revision != base_revision:
             return None

@@ -1,16 +1,18 @@
 """`tlsplan plan` on drawings, end to end."""
 
 import json
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from tlsplan.drawings import OPTION_OF
-from tlsplan.options import DrawingSettings
+from tlsplan.drawings import OPTION_OF, with_drawings_lifted
+from tlsplan.options import DrawingSettings, FileOptions
+from tlsplan.progress import ProgressReporter
 
+from planner_core.plan_folder.drawn_files import write_drawn
 from planner_core.scene.load import load_scene
-from tests.drawings.drawn_buildings import draw_two_rooms
+from tests.drawings.drawn_buildings import draw_two_rooms, room_document
 
 QUICK = ("--grid", "1.0", "--height", "1.5", "--patch-area", "0.2", "--coverage", "80", "--set", "work_limit=0.1",
          "--no-refine", "--verify", "0")  # fmt: skip
@@ -27,6 +29,32 @@ def test_drawing_is_planned_from_an_ifc_file_beside_the_plan(tlsplan, tmp_path: 
     assert document["scene"]["file"] == "out.ifc"
     where = np.array([station["position"] for station in document["stations"]])
     assert ((where > [0.2, 0.2, 1.0]) & (where < [6.3, 4.2, 2.0])).all()
+
+
+def test_corrections_are_raised_as_they_are_and_never_lost(tlsplan, tmp_path: Path) -> None:
+    """A storey of another height: the drawing is not read over it, and the document alone gives the IFC file."""
+    draw_two_rooms(tmp_path / "house.dxf")
+    drawn = room_document()
+    document, ifc = tmp_path / "out.drawing.json", tmp_path / "out.ifc"
+    storeys = (replace(drawn.storeys[0], room_height_m=3.2),)
+    write_drawn(drawn.model_copy(update={"revision": 2, "storeys": storeys}), document)
+    before = document.read_bytes()
+    done = tlsplan("plan", tmp_path / "house.dxf", "-o", tmp_path / "out", "--overwrite")
+    assert done.returncode != 0
+    assert "out.drawing.json: holds 2 saved corrections" in done.stderr and not ifc.exists()
+    done = tlsplan("plan", document, "-o", tmp_path / "out", "--scale", "1:50")
+    assert "--scale: got it with out.drawing.json, which has its own" in done.stderr
+    done = tlsplan("plan", document, tmp_path / "house.dxf", "-o", tmp_path / "out")
+    assert "out.drawing.json: got house.dxf besides" in done.stderr
+    with ProgressReporter(quiet=True) as reporter:
+        for lifted in (ifc, tmp_path / "other.ifc"):
+            scenes, _ = with_drawings_lifted(
+                [document], FileOptions(), DrawingSettings(), lifted, reporter, overwrite=False
+            )
+            assert list(scenes) == [lifted]
+    assert (tmp_path / "other.drawing.json").read_bytes() == before == document.read_bytes()
+    assert ifc.read_bytes() == (tmp_path / "other.ifc").read_bytes()
+    assert load_scene(ifc).vertices_m[:, 2].max() == pytest.approx(3.4)
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ import ezdxf
 import numpy as np
 import shapely
 
+from planner_core.drawings.drawn_building import DrawnBuilding, DrawnFile, DrawnStorey, DrawnText, DrawnWall
 from planner_core.model import Scene
 
 LAYERS = {"wall": "A-WALL", "door": "A-DOOR", "window": "A-GLAZ", "text": "A-AREA-IDEN", "stair": "A-FLOR-STRS"}
@@ -194,3 +195,20 @@ def draw_two_rooms(
         named.set_location((at[0] / unit_m, at[1] / unit_m, elevation), attachment_point=5)
     document.saveas(path)
     return document
+
+
+def room_document() -> DrawnBuilding:
+    """Return the document of one room of 4 by 3 m, its name `7 Store`, between four walls."""
+    sides = ((0.0, 0.0, 4.4, 0.2), (0.0, 3.2, 4.4, 3.4), (0.0, 0.2, 0.2, 3.2), (4.2, 0.2, 4.4, 3.2))
+    walls = tuple(
+        DrawnWall(f"W{number}", ((x, y), (u, y), (u, v), (x, v))) for number, (x, y, u, v) in enumerate(sides, 1)
+    )
+    return DrawnBuilding(
+        name="house",
+        files=(DrawnFile("house.dxf", "0" * 64),),
+        door_height_m=2.1,
+        sill_height_m=0.9,
+        window_head_m=2.1,
+        slab_m=0.2,
+        storeys=(DrawnStorey("Level 1", 0.0, 2.8, False, walls, (), (DrawnText("7 Store", (2.0, 2.0)),)),),
+    )

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner_core.drawings.drawn_building import DrawnBuilding, DrawnFile, DrawnStorey, DrawnWall
+from planner_core.drawings.drawn_building import DrawnBuilding, DrawnFile
 from planner_core.drawings.drawn_lines import DrawnLines
 from planner_core.errors import RequirementError
 from planner_core.plan_folder.drawn_files import (
@@ -16,17 +16,10 @@ from planner_core.plan_folder.drawn_files import (
     write_drawn,
     write_lines,
 )
+from tests.drawings.drawn_buildings import room_document
 
-WALL = DrawnWall("W1", ((0.0, 0.0), (4.0, 0.0), (4.0, 0.2), (0.0, 0.2)))
-DRAWN = DrawnBuilding(
-    name="house",
-    files=(DrawnFile("house.dxf", "0" * 64),),
-    door_height_m=2.1,
-    sill_height_m=0.9,
-    window_head_m=2.1,
-    slab_m=0.2,
-    storeys=(DrawnStorey("Level 1", 0.0, 2.8, False, (WALL,), ()),),
-)
+DRAWN = room_document()
+WALL = DRAWN.storeys[0].walls[0]
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ import httpx
 import numpy as np
 import pytest
 
-from planner_core.drawings.drawn_building import DrawnBuilding, DrawnFile, DrawnStorey, DrawnText, DrawnWall
 from planner_core.drawings.drawn_lines import DrawnLines
 from planner_core.plan_folder.drawn_files import DrawnFiles, read_drawn_file, write_drawn, write_lines
+from tests.drawings.drawn_buildings import room_document
 from viewer_web.server.app import create_app
 from viewer_web.server.serve import drawing_side
 from viewer_web.server.session import Session
@@ -20,18 +20,7 @@ from viewer_web.server.session import Session
 from .conftest import TOKEN, send
 
 Ask = Callable[..., httpx.Response]
-#: A room of 4 by 3 m between four walls.
-SIDES = ((0.0, 0.0, 4.4, 0.2), (0.0, 3.2, 4.4, 3.4), (0.0, 0.2, 0.2, 3.2), (4.2, 0.2, 4.4, 3.2))
-WALLS = tuple(DrawnWall(f"W{number}", ((x, y), (u, y), (u, v), (x, v))) for number, (x, y, u, v) in enumerate(SIDES, 1))
-DRAWN = DrawnBuilding(
-    name="house",
-    files=(DrawnFile("house.dxf", "0" * 64),),
-    door_height_m=2.1,
-    sill_height_m=0.9,
-    window_head_m=2.1,
-    slab_m=0.2,
-    storeys=(DrawnStorey("Level 1", 0.0, 2.8, False, WALLS, (), (DrawnText("7 Store", (2.0, 2.0)),)),),
-)
+DRAWN = room_document()
 
 
 def application(plan_folder: Path, built_app: Path, *, read_only: bool = False) -> Ask:
@@ -56,7 +45,8 @@ def correction(base: int, **changes: Any) -> dict[str, Any]:
 
 def test_plan_of_a_model_has_no_drawing(plan_folder: Path, built_app: Path) -> None:
     ask = application(plan_folder, built_app)
-    assert ask("/api/drawing").json() == {"drawing": None, "rooms": []}
+    answer = ask("/api/drawing").json()
+    assert (answer["drawing"], answer["rooms"], answer["has_plan"]) == (None, [], True)
     assert ask("/api/drawing/lines/0").json() == {"lines": []}
     assert ask("/api/drawing", "POST", body=correction(0)).status_code == 404
 
@@ -64,6 +54,7 @@ def test_plan_of_a_model_has_no_drawing(plan_folder: Path, built_app: Path) -> N
 def test_drawing_comes_with_its_rooms_and_lines(plan_folder: Path, built_app: Path, files: DrawnFiles) -> None:
     ask = application(plan_folder, built_app)
     answer = ask("/api/drawing").json()
+    assert (answer["file"], answer["may_correct"]) == ("plan.drawing.json", True)
     assert answer["drawing"] == DRAWN.model_dump(mode="json", by_alias=True)
     ((room,),) = answer["rooms"]
     assert (room["name"], room["long_name"]) == ("7", "Store")
@@ -111,3 +102,12 @@ def test_damaged_file_and_read_only_are_stated(plan_folder: Path, built_app: Pat
     answer = application(plan_folder, built_app)("/api/drawing")
     assert answer.status_code == 422
     assert answer.json()["message"].startswith("plan.drawing.json: got the schema 'tlsplan:drawing:9'")
+
+
+def test_drawing_without_a_plan_is_shown_and_corrected(tmp_path: Path, built_app: Path) -> None:
+    write_drawn(DRAWN, tmp_path / "floor.drawing.json")
+    ask = application(tmp_path / "floor", built_app)
+    assert ask("/api/drawing").json()["has_plan"] is False
+    assert ask("/api/session").status_code == 503
+    assert ask("/api/drawing", "POST", body=correction(0, north_deg=10.0)).status_code == 200
+    assert read_drawn_file(tmp_path / "floor.drawing.json").north_deg == 10.0

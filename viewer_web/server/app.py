@@ -17,6 +17,7 @@ from starlette.routing import Mount, Route
 from starlette.types import Receive, Scope, Send
 
 from planner_core.errors import MissingPackageError, PlanFolderError
+from planner_core.plan_folder.drawn_files import DrawnFiles
 from viewer_web.server.answers import PREFIX, answer_errors, refusals
 from viewer_web.server.files import find_file, send_file
 from viewer_web.server.guard import RequestGuard
@@ -55,7 +56,8 @@ def create_app(
     ----------
     plan_folder : Path
         A folder written by `write_plan_folder`. It is opened anew on every request, so a plan that is replaced
-        while the viewer is open shows after a reload.
+        while the viewer is open shows after a reload. Where only the drawing of such a folder is there yet, that is
+        shown.
     token : str
         What requests must bring along, see `viewer_web.server.token`.
     comment_token : str
@@ -73,11 +75,12 @@ def create_app(
     Raises
     ------
     PlanFolderError
-        `plan_folder` holds no plan.json.
+        `plan_folder` holds no plan.json, and there is no drawing beside it.
     MissingPackageError
         The browser application was not built.
     """
-    if not (plan_folder / "plan.json").is_file():
+    has_drawing = DrawnFiles.beside(plan_folder).document.is_file()  # which is corrected before it is planned
+    if not (plan_folder / "plan.json").is_file() and not has_drawing:
         raise PlanFolderError(f"{plan_folder}: no plan.json in it, so not a plan folder. Make one with `tlsplan plan`.")
     if not (built_app / "index.html").is_file():
         raise MissingPackageError(f"{built_app}: the viewer is not built. Run `make viewer`, or install the wheel.")

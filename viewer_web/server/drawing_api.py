@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field
 from planner_core.drawings.drawn_building import DrawnBuilding, floor_plan_of
 from planner_core.plan_folder.drawn_files import DrawnFiles, read_drawn_file, read_lines, save_correction
 from viewer_web.server.answers import PREFIX, UNCHANGED, json_answer, refusals, refuse
+from viewer_web.server.roles import is_commenter
 from viewer_web.server.session import Session
 
 _READ_ONLY = "this plan is shown read-only; start `tlsplan view` without --read-only to correct its drawing"
@@ -27,6 +28,9 @@ class DrawingDocument(BaseModel):
 
     drawing: Annotated[DrawnBuilding | None, Field(description="Null: the plan was made from a model.")]
     rooms: Annotated[list[list[DrawnRoom]], Field(description="Of each storey.")]
+    may_correct: Annotated[bool, Field(description="Whether this page may save corrections.")]
+    file: Annotated[str, Field(description="Name of the drawing file, which `tlsplan plan` plans.")]
+    has_plan: Annotated[bool, Field(description="Whether there is a plan of it already.")]
 
 
 class DrawnLinesDocument(BaseModel):
@@ -51,6 +55,13 @@ def create_drawing_router(session: Session) -> APIRouter:
     """Return the routes."""
     router = APIRouter(prefix=f"{PREFIX}/drawing", tags=["drawing"])
 
+    def standing(request: Request) -> dict[str, bool | str]:
+        return {
+            "may_correct": not session.read_only and not is_commenter(request.scope),
+            "file": DrawnFiles.beside(session.plan_folder).document.name,
+            "has_plan": (session.plan_folder / "plan.json").is_file(),
+        }
+
     @router.get(
         "", response_model=DrawingDocument, responses={**refusals(422), **UNCHANGED}, summary="The drawing of the plan"
     )
@@ -58,8 +69,8 @@ def create_drawing_router(session: Session) -> APIRouter:
         """What was recognised in the drawings of the plan and corrected since; rooms follow from it."""
         path = DrawnFiles.beside(session.plan_folder).document
         if not path.is_file():
-            return json_answer({"drawing": None, "rooms": []}, request)
-        return json_answer(_answer(read_drawn_file(path)), request)
+            return json_answer({"drawing": None, "rooms": [], **standing(request)}, request)
+        return json_answer({**_drawn(read_drawn_file(path)), **standing(request)}, request)
 
     @router.get(
         "/lines/{storey}",
@@ -74,7 +85,7 @@ def create_drawing_router(session: Session) -> APIRouter:
     @router.post(
         "", response_model=DrawingDocument, responses=refusals(400, 409, 413, 415, 422, 503), summary="Save corrections"
     )
-    def post_drawing(sent: Correction) -> Response:
+    def post_drawing(sent: Correction, request: Request) -> Response:
         """Save a drawing as corrected, as a whole; it is on disk when this is answered.
 
         409 where another page saved one after `base_revision`: nothing is changed then.
@@ -89,12 +100,12 @@ def create_drawing_router(session: Session) -> APIRouter:
                 409,
                 "another page saved corrections meanwhile, so these were not saved; load the newer ones, or keep yours",
             )
-        return JSONResponse(_answer(saved))
+        return JSONResponse({**_drawn(saved), **standing(request)})
 
     return router
 
 
-def _answer(drawn: DrawnBuilding) -> dict[str, Any]:
+def _drawn(drawn: DrawnBuilding) -> dict[str, Any]:
     rooms = [
         [
             {"name": room.name, "long_name": room.long_name, "outline": _outline(room.outline)}

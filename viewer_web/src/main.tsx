@@ -48,6 +48,11 @@ async function start(): Promise<void> {
     followAddress(store);
     void reviewClient?.open();
   } catch (error) {
+    await store.drawing?.open();
+    if (store.drawing?.hasPlan.value === false) {
+      store.phase.value = { kind: 'drawing' };
+      return;
+    }
     const message = error instanceof Error ? error.message : String(error);
     store.phase.value = { kind: 'failed', message };
     // What is not a damaged plan is a fault of ours: let the console have where it happened.

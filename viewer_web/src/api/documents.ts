@@ -49,4 +49,4 @@ export type DrawnWall = DrawnStorey['walls'][number];
 export type DrawnOpening = DrawnStorey['openings'][number];
 export type DrawnRoom = Frozen<schema.DrawnRoom>;
 /** The drawing of the plan, null: it was made from a model; and the rooms of each storey. */
-export type DrawingAnswer = { readonly drawing: Drawn | null; readonly rooms: readonly (readonly DrawnRoom[])[] };
+export type DrawingAnswer = Frozen<Omit<schema.DrawingDocument, 'drawing'>> & { readonly drawing: Drawn | null };

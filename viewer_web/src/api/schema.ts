@@ -894,6 +894,18 @@ export interface DrawingDocument {
    * Of each storey.
    */
   rooms: DrawnRoom[][];
+  /**
+   * Whether this page may save corrections.
+   */
+  may_correct: boolean;
+  /**
+   * Name of the drawing file, which `tlsplan plan` plans.
+   */
+  file: string;
+  /**
+   * Whether there is a plan of it already.
+   */
+  has_plan: boolean;
 }
 /**
  * A room, as walls and openings enclose it.

@@ -4,6 +4,7 @@ import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import type { DrawnOpening, DrawnRoom, DrawnWall } from '../api/documents.ts';
 import { t } from '../language/language.ts';
 import { areaWords, lengthWords } from '../panels/figures.ts';
+import { scaleBar } from '../share/scale-bar.ts';
 import type { DrawingEditor, DrawnLines } from './editor.ts';
 import { type Corner, type Corners, distance, straightOf } from './geometry.ts';
 import { DrawingPointer, type Hit, type Sizes } from './pointer.ts';
@@ -85,6 +86,7 @@ export function DrawingCanvas({ editor, view, setView, sizes, mayChange }: Canva
       </g>
       <RoomNames rooms={editor.rooms.value[editor.storey.value] ?? []} view={shown} />
       <Ends editor={editor} view={shown} />
+      <Furniture northDeg={editor.shown.value?.north_deg ?? null} perM={shown.perM} />
       <Begun editor={editor} view={shown} hover={hover} sizes={sizes} />
     </svg>
   );
@@ -182,6 +184,27 @@ function Stairs({ editor }: { editor: DrawingEditor }) {
     ]),
   );
   return <path class="drawing-stairs" d={areas.join('')} />;
+}
+
+/** A bar of a round length; and where north is, once that is set. */
+function Furniture({ northDeg, perM }: { northDeg: number | null; perM: number }) {
+  const { lengthPx, words } = scaleBar(1 / perM, 140);
+  return (
+    <g class="drawing-furniture">
+      <path d={`M14 20v6h${lengthPx}v-6`} />
+      <text x="14" y="16">
+        {words}
+      </text>
+      {northDeg !== null && (
+        <g transform={`translate(30 62) rotate(${northDeg})`} data-testid="drawing-north">
+          <path d="M0 18V-18M-6 -8L0 -18L6 -8" />
+          <text x="-4" y="-22">
+            {t('N')}
+          </text>
+        </g>
+      )}
+    </g>
+  );
 }
 
 /** The ends of a chosen straight wall, to drag. */

@@ -251,7 +251,7 @@ function ToCheck({ editor, drawn, goTo }: PanelProps) {
   return (
     <Section title={t('To check')} aside={`${doubtful.length}`}>
       <p class="hint">{t('Gaps in walls without a door or a window:')}</p>
-      <div class="buttons">
+      <div class="buttons drawing-gaps">
         {doubtful.map(({ id, corners }) => (
           <button
             key={id}

@@ -34,8 +34,7 @@ interface ViewProps {
 export function DrawingView({ store, editor }: ViewProps) {
   const [view, setView] = useState<ViewBox | null>(null);
   const [sizes, setSizes] = useState<Sizes | null>(null);
-  const session = store.reviewClient?.session.value ?? null;
-  const mayChange = session !== null && !session.read_only && !session.comment_only;
+  const mayChange = editor.mayChange.value;
   const drawn = editor.drawn.value;
   const number = editor.storey.value;
   useEffect(() => {
@@ -110,15 +109,17 @@ function Tools({ store, editor, mayChange, onStorey }: ToolsProps) {
   const storeys = editor.drawn.value?.storeys ?? [];
   return (
     <div class="drawing-tools" role="toolbar" aria-label={t('Drawing')}>
-      <button
-        type="button"
-        class="button"
-        onClick={() => {
-          store.page.value = 'plan';
-        }}
-      >
-        {t('Back to the plan')}
-      </button>
+      {editor.hasPlan.value && (
+        <button
+          type="button"
+          class="button"
+          onClick={() => {
+            store.page.value = 'plan';
+          }}
+        >
+          {t('Back to the plan')}
+        </button>
+      )}
       {storeys.length > 1 && (
         <label class="drawing-storey">
           <span class="muted">{t('Storey')}</span>
@@ -198,6 +199,9 @@ function PlanAgain({ store, editor, mayChange }: ViewProps & { mayChange: boolea
   const [isSending, setIsSending] = useState(false);
   const { reviewClient } = store;
   const plan = store.loaded.value?.plan;
+  if (!editor.hasPlan.value) {
+    return <span class="drawing-command">{t('Then: tlsplan plan {file}', { file: editor.file.value })}</span>;
+  }
   if (reviewClient === null || plan === undefined) return null;
   const isRunning = reviewClient.runs.value.some(({ state }) => state === 'running');
   const start = async (): Promise<void> => {

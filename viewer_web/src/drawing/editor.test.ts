@@ -20,7 +20,7 @@ class FakeServer {
   readonly sent: string[] = [];
 
   json<T>(): Promise<T> {
-    return Promise.resolve({ drawing: this.drawing, rooms: [] } as T);
+    return Promise.resolve({ drawing: this.drawing, rooms: [], may_correct: true, has_plan: true } as T);
   }
 
   post<T>(_: string, body: unknown): Promise<T> {

@@ -27,6 +27,12 @@ export class DrawingEditor {
   /** Null: not there, or not known yet. */
   readonly drawn: Signal<Drawn | null> = signal(null);
   readonly rooms: Signal<DrawingAnswer['rooms']> = signal([]);
+  /** This page may save corrections. */
+  readonly mayChange: Signal<boolean> = signal(false);
+  /** Name of the drawing file. */
+  readonly file: Signal<string> = signal('');
+  /** There is a plan of it already; true too while nothing is known. */
+  readonly hasPlan: Signal<boolean> = signal(true);
   readonly lines: Signal<ReadonlyMap<number, DrawnLines>> = signal(new Map());
   /** The storey that is shown, from 0. */
   readonly storey: Signal<number> = signal(0);
@@ -60,6 +66,9 @@ export class DrawingEditor {
       batch(() => {
         this.drawn.value = answer.drawing;
         this.rooms.value = answer.rooms;
+        this.mayChange.value = answer.may_correct;
+        this.file.value = answer.file;
+        this.hasPlan.value = answer.has_plan || answer.drawing === null;
         this.revision = answer.drawing?.revision ?? 0;
         this.past.value = [];
         this.future.value = [];

@@ -9,6 +9,8 @@ import { OWN_PLAN } from './plan-base.ts';
 export type Phase =
   | { readonly kind: 'loading'; readonly step: string; readonly fraction: number | null }
   | { readonly kind: 'failed'; readonly message: string }
+  /** There is no plan yet, but the drawing that it will be made from. */
+  | { readonly kind: 'drawing' }
   | { readonly kind: 'ready' };
 
 export type Extents = ReturnType<typeof extentsOf>;

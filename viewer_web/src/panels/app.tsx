@@ -63,6 +63,7 @@ export function App({ store }: { store: Store }) {
       </main>
     );
   }
+  if (phase.kind === 'drawing' && store.drawing !== null) return <DrawingView store={store} editor={store.drawing} />;
   if (phase.kind === 'loading' || loaded === null) {
     const { step, fraction } = phase.kind === 'loading' ? phase : { step: '', fraction: null };
     return (

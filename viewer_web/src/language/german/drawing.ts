@@ -8,6 +8,7 @@ export const DRAWING = {
     'Anfang und Ende anklicken. Esc beendet die Folge von Wänden.',
   Thickness: 'Dicke',
   Passage: 'Durchgang',
+  'Then: tlsplan plan {file}': 'Danach: tlsplan plan {file}',
   'Add a door': 'Tür hinzufügen',
   'Add a window': 'Fenster hinzufügen',
   'Click a wall.': 'Eine Wand anklicken.',
