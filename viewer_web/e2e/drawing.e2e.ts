@@ -93,7 +93,7 @@ test('gaps get a door and a wall, a wall is drawn, north is set, and all of it i
 
   // Another start of the page shows what was saved; a second page that is late is told so.
   const late = await openPage({}, server.address);
-  await late.open('#view=drawing');
+  await late.page.goto(`${server.address}#view=drawing`);
   await late.page.locator('.drawing-names text').nth(2).waitFor();
   await page.getByRole('textbox', { name: 'Name' }).fill('Ground');
   await page.keyboard.press('Enter');

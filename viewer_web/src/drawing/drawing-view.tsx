@@ -180,6 +180,9 @@ function Tools({ store, editor, mayChange, onStorey }: ToolsProps) {
       >
         {t('Redo')}
       </button>
+      <button type="button" class="button" title={t('The whole storey')} onClick={onStorey}>
+        {t('Fit')}
+      </button>
       <span class="drawing-saving muted" role="status" data-testid="drawing-saving">
         {savingWords(editor)}
       </span>

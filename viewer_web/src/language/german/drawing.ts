@@ -8,6 +8,8 @@ export const DRAWING = {
     'Anfang und Ende anklicken. Esc beendet die Folge von Wänden.',
   Thickness: 'Dicke',
   Passage: 'Durchgang',
+  Fit: 'Einpassen',
+  'The whole storey': 'Das ganze Geschoss',
   'Then: tlsplan plan {file}': 'Danach: tlsplan plan {file}',
   'Add a door': 'Tür hinzufügen',
   'Add a window': 'Fenster hinzufügen',
