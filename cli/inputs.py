@@ -203,6 +203,7 @@ def requirements_and_site(
         "overlap": None if asking.overlap is None else f"{asking.overlap!r} %",
         "link_probability": None if asking.link_probability is None else f"{asking.link_probability!r} %",
         "pre_alignment": asking.pre_alignment,
+        "doors_change": asking.doors_change,
         "overlap_measure": asking.overlap_measure,
         "overlap_of": asking.overlap_of,
         "network": asking.network,

@@ -11,6 +11,7 @@ from planner_core.coverage.coverage import kept_rows, planned_floors
 from planner_core.coverage.observations import GroundSides
 from planner_core.engine.patch_mode import PatchMode, scan_mode_of
 from planner_core.engine.scan_engine import ScanEngine
+from planner_core.errors import RequirementError
 from planner_core.model import (
     Doors,
     FloatArray,
@@ -41,11 +42,16 @@ def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = si
     ------
     RequirementError
         Floors that are not there, see `planned_floors`; picks that mark no ground, see `with_ground_picks`; stations
-        outdoors without an exterior door, see `with_outdoor_ground`.
+        outdoors without an exterior door, see `with_outdoor_ground`; doors that change where none is open.
     SceneError
         A scene in the wrong unit, see `check_extent`.
     """
     check_extent(scene)
+    if settings.requirements.doors_change and not scene.open_doors:
+        raise RequirementError(
+            f"doors change: got {scene.title or 'a scene'} without an open door, expected some (IfcDoor, and --doors "
+            "not closed); leave the option out"
+        )
     progress(ProgressEvent("survey", 0, 2, "floors"))
     report = with_ground_picks(scene, find_floors(scene), settings.site.ground_picks)
     planned = planned_floors(report.floors, settings.requirements.floors)

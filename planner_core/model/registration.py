@@ -50,6 +50,8 @@ class LinkLimits:
     strength: float = 0.0
     probability: float = 0.0
     """That the two scans register."""
+    doors_change: bool = False
+    """It counts with open doors shut, too."""
 
     def as_set_up(self) -> LinkLimits:
         """What is left of them where stations stand beside their marks: 5/6 of the overlap, three times the risk."""
@@ -57,6 +59,7 @@ class LinkLimits:
             SET_UP_SHARE * self.overlap,
             self.strength,
             max(0.0, 1.0 - SET_UP_RISK * (1.0 - self.probability)) if self.probability > 0.0 else 0.0,
+            self.doors_change,
         )
 
     def margin(self, overlap: float, strength: float, probability: float) -> float:
@@ -114,6 +117,7 @@ class Link:
             self.overlap >= limits.overlap
             and not self.strength < limits.strength
             and not self.probability < limits.probability
+            and not (limits.doors_change and self.only_open)
         )
 
     def margin(self, limits: LinkLimits) -> float:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from planner_core.documents import Number, document
+from planner_core.documents import Number, YesNo, document
 from planner_core.errors import RequirementError
 from planner_core.model.choices import NetworkKind, OverlapMeasure, OverlapOf, PreAlignment, Scope, one_of
 from planner_core.model.registration import LinkLimits
@@ -122,6 +122,8 @@ class Requirements:
     """Least probability with which the scans of a link that counts register; 0: none."""
     pre_alignment: PreAlignmentWord | None = None
     """Where registration starts; None: as the scanner has it."""
+    doors_change: YesNo = False
+    """Whether links have to hold with open doors shut, too, during the scan of either station or of both."""
     scope: ScopeWord = Scope.ALL
     """What of the building counts, and where stations stand."""
     deliverable: Text | None = None
@@ -161,7 +163,7 @@ class Requirements:
     @property
     def link_limits(self) -> LinkLimits:
         """What a link needs in order to count."""
-        return LinkLimits(self.overlap, self.min_strength, self.min_probability)
+        return LinkLimits(self.overlap, self.min_strength, self.min_probability, self.doors_change)
 
     def start_of(self, scanner: Scanner) -> PreAlignment:
         """Where registration of a scanner's scans starts."""

@@ -44,6 +44,8 @@ from planner_core.select.network import Network
 _WORTH_SPREADING = 1024
 #: Rows of the first task that each worker is given.
 _ROWS_OF_FIRST_TASK = 8
+#: Doors open or shut during one scan, and during the other.
+_N_STATES = 4
 
 
 @dataclass(frozen=True)
@@ -124,6 +126,26 @@ class LinkJob:
         """Give the links of some rows as bytes."""
         pairs, strength = self.links_of_rows(*rows)
         return zlib.compress(pickle.dumps((*vars(pairs).values(), strength), protocol=5), 1)
+
+
+def held_in_both_states(links: CandidateLinks) -> CandidateLinks:
+    """Links of N candidates that hold whichever doors are open, from links between 2 N rows.
+
+    Rows N and more are those of the candidates with doors shut. All four pairs of two candidates' rows have to be
+    links; overlap and strength are the least of them.
+    """
+    n = links.n_candidates // 2
+    owner = np.repeat(np.arange(2 * n, dtype=np.int64), np.diff(links.starts)) % n
+    neighbour = links.neighbour % n
+    key = owner * n + neighbour
+    pairs, where, count = np.unique(key, return_inverse=True, return_counts=True)
+    overlap, strength = np.full((2, pairs.size), np.inf)
+    np.minimum.at(overlap, where, links.overlap)
+    np.minimum.at(strength, where, links.strength)
+    keep = (count == _N_STATES) & (pairs // n != pairs % n)
+    first, second = pairs[keep] // n, (pairs[keep] % n).astype(np.int32)
+    starts = np.concatenate([[0], np.cumsum(np.bincount(first, minlength=n))]).astype(np.int64)
+    return CandidateLinks(starts, second, overlap[keep], strength[keep], parts_of(starts, second))
 
 
 def _unpacked(answer: bytes) -> tuple[Pairs, FloatArray]:

@@ -374,6 +374,12 @@ def _apart(
             f"{named} but is too weak, strength {round(best.strength, 4):g} of {limits.strength:g}"
             f"{_held_least(best)}; move one to where both see a surface that stops this, or {_targets(gap)}"
         )
+    if best.counts(replace(limits, doors_change=False)):
+        one = len(best.only_open) == 1
+        return (
+            f"{named} and registers only while {'door' if one else 'doors'} {_listed(best.only_open)} "
+            f"{'is' if one else 'are'} open; add a station in the doorway, or {_targets(gap)}"
+        )
     return (
         f"{named} and registers with a probability of {probability_percent(best.probability, limits.probability)} %, "
         f"{100 * limits.probability:g} % are required{_held_least(best)}; open the doors or add a station "

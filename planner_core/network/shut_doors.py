@@ -22,20 +22,18 @@ from itertools import product
 
 import numpy as np
 
-from planner_core.coverage.coverage import kept_rows, stacked_rows, take_rows
+from planner_core.coverage.coverage import kept_rows, stacked_rows, take_rows, times_seen
 from planner_core.model import (
     BoolArray,
     FloatArray,
     Link,
-    LinkLimits,
-    OverlapMeasure,
     PlacedDoor,
-    PreAlignment,
+    Requirements,
     Scene,
+    Survey,
     Visibility,
 )
-from planner_core.network.links import least_listed_overlap, overlap_links
-from planner_core.network.pair_overlap import SharedSurface
+from planner_core.network.links import least_listed_overlap, overlap_links, surface_of_patches
 
 #: A tripod this near to a door's panel stands in its way: legs are 0.5 m apart.
 _IN_WAY_M = 0.4
@@ -45,29 +43,27 @@ _THICKEST_M = 0.6
 
 def with_doors(
     links: Sequence[Link],
+    survey: Survey,
+    requirements: Requirements,
     visibility: Visibility,
-    patch_area_m2: FloatArray,
     station_ids: Sequence[str],
-    surface: SharedSurface,
     position_m: FloatArray,
-    scene: Scene,
-    *,
-    limits: LinkLimits,
-    measure: OverlapMeasure,
-    pre_alignment: PreAlignment,
 ) -> tuple[Link, ...]:
-    """Add to each link the open doors by which it counts, or does not; the other parameters as in `overlap_links`.
+    """Add to each link the open doors by which it counts, or does not.
+
+    visibility : patches that overlap is counted on, of each station. position_m : (S, 3), local.
 
     Doors whose leaf is modelled ajar, without a frame, are left out: where they shut is not known. Each door is shut by
-    itself, during the first scan, the second, or both, for `only_open`; during both for
-    `only_shut`.
+    itself, during the first scan, the second, or both, for `only_open`; during both for `only_shut`.
     """
+    scene, limits = survey.scene, requirements.link_limits
+    if not scene.open_doors or not links:
+        return tuple(links)
+    surface = surface_of_patches(scene, survey.patches, times_seen(visibility) > 0)
     only_open: dict[frozenset[str], list[str]] = {}
     only_shut: dict[frozenset[str], list[str]] = {}
     place = {station: row for row, station in enumerate(station_ids)}
-    for door in scene.open_doors:
-        if door.thickness_m > _THICKEST_M:
-            continue
+    for door in _known_doors(scene):
         hidden = hidden_by(door, visibility, surface.centroid_m, position_m)
         n_hidden = np.add.reduceat(np.append(hidden, False), visibility.starts[:-1], dtype=np.int64)
         n_hidden[np.diff(visibility.starts) == 0] = 0
@@ -80,13 +76,13 @@ def with_doors(
         states = stacked_rows(take_rows(visibility, rows), take_rows(kept_rows(visibility, ~hidden), rows))
         found = overlap_links(
             states,
-            patch_area_m2,
+            survey.patches.area_m2,
             (*names, *(f"{name}{_SHUT}" for name in names)),
             surface,
             np.tile(position_m[rows], (2, 1)),
             min_overlap=least_listed_overlap(limits.overlap),
-            measure=measure,
-            pre_alignment=pre_alignment,
+            measure=requirements.overlap_measure,
+            pre_alignment=requirements.start_of(survey.scanner),
         )
         counts = {frozenset((each.a, each.b)) for each in found if each.reaches(limits)}
         name = scene.elements[door.element].source_id
@@ -106,6 +102,19 @@ def with_doors(
         )
         for link in links
     )
+
+
+def with_all_doors_shut(survey: Survey, visibility: Visibility, position_m: FloatArray) -> Visibility:
+    """What positions (N, 3) see of what they see with doors open, (N rows) `visibility`, once all are shut."""
+    centroid_m = surface_of_patches(survey.scene, survey.patches, times_seen(visibility) > 0).centroid_m
+    hidden = np.zeros(int(visibility.starts[-1]), dtype=np.bool_)
+    for door in _known_doors(survey.scene):
+        hidden |= hidden_by(door, visibility, centroid_m, position_m)
+    return kept_rows(visibility, ~hidden)
+
+
+def _known_doors(scene: Scene) -> list[PlacedDoor]:
+    return [door for door in scene.open_doors if door.thickness_m <= _THICKEST_M]
 
 
 #: Behind the id of a station that is scanned with the door shut; ids of stations have no such character.

@@ -264,6 +264,7 @@ def _registration(plan: Plan) -> dict[str, Any]:
         "min_strength": required.min_strength,
         "min_probability": required.min_probability,
         "pre_alignment": str(plan.settings.pre_alignment),
+        "doors_change": required.doors_change,
         "connected": plan.connected,
         "links": [to_document(link) for link in plan.links],
     }

@@ -226,6 +226,7 @@ def limits_of(registration: Mapping[str, Any]) -> LinkLimits:
         float(registration["threshold"]),
         float(registration.get("min_strength", 0.0)),
         float(registration.get("min_probability", 0.0)),
+        bool(registration.get("doors_change", False)),
     )
 
 

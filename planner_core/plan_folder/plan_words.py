@@ -138,7 +138,8 @@ def registration_words(document: Document) -> str:
     low = ", or as set up" if any(link.as_set_up for link in counted) else ""
     links = f"{len(counted)} {'link' if len(counted) == 1 else 'links'}"
     needs = link_limits_words(limits, noun, registration.get("pre_alignment", ""))
-    words = f"{links} of {needs}{low}; {_groups_words(registration)}"
+    states = ", with doors open and shut" if limits.doors_change else ""
+    words = f"{links} of {needs}{low}{states}; {_groups_words(registration)}"
     needed = [link_of(each["bottleneck"]) for each in registration["networks"] if each["bottleneck"] is not None]
     weakest = weakest_link(needed, limits)
     if weakest is None:

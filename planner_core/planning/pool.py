@@ -22,8 +22,15 @@ from planner_core.model import (
     NetworkKind,
     Survey,
 )
-from planner_core.network.candidate_links import CandidateLinks, candidate_links, network_of, parts_of
+from planner_core.network.candidate_links import (
+    CandidateLinks,
+    candidate_links,
+    held_in_both_states,
+    network_of,
+    parts_of,
+)
 from planner_core.network.links import surface_of_patches
+from planner_core.network.shut_doors import with_all_doors_shut
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.compliance import rows_of_overlap
 from planner_core.requirements.demand import Demand, KnownObservations, demand_of, rows_from
@@ -284,7 +291,11 @@ def _links(
         return None
     counted = rows_of_overlap(demand, rows, requirements.overlap_of)
     surface = surface_of_patches(survey.scene, survey.patches, times_seen(counted) > 0)
-    return candidate_links(
+    if requirements.doors_change:
+        n = counted.n_positions
+        counted = stacked_rows(counted, with_all_doors_shut(survey, counted, position_m))
+        position_m, scanned = np.tile(position_m, (2, 1)), [*scanned, *(n + row for row in scanned)]
+    found = candidate_links(
         counted,
         survey.patches.area_m2,
         surface,
@@ -295,6 +306,7 @@ def _links(
         scanned=scanned,
         progress=progress,
     )
+    return held_in_both_states(found) if requirements.doors_change else found
 
 
 def _excluded_later(pool: Pool, links: CandidateLinks | None, *, n: int) -> BoolArray:

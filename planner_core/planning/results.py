@@ -223,18 +223,7 @@ def _registered(
     )
     links = with_scanned(found, scanned, requirements.link_limits)
     if requirements.asks_links:
-        links = with_doors(
-            links,
-            counted,
-            survey.patches.area_m2,
-            ids,
-            surface,
-            position_m,
-            survey.scene,
-            limits=requirements.link_limits,
-            measure=requirements.overlap_measure,
-            pre_alignment=requirements.start_of(survey.scanner),
-        )
+        links = with_doors(links, survey, requirements, counted, ids, position_m)
     registration = registration_report(
         links,
         ids,

@@ -19,6 +19,7 @@ from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Vi
 from planner_core.network.candidate_links import CandidateLinks, parts_of
 from planner_core.network.links import probabilities, surface_of_patches
 from planner_core.network.pair_overlap import PairOverlaps, PairSums
+from planner_core.network.shut_doors import with_all_doors_shut
 from planner_core.planning.pool import FragileLinks, Pool, kept_links, links_among
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.compliance import rows_of_overlap
@@ -80,22 +81,29 @@ def fragile_links(
 
     around = (seen_around or SeenAround()).of(pool, rows, engine, tolerance_m, progress=set_up)
     near = np.setdiff1d(np.concatenate(neighbours), rows)
-    counted = stacked_rows(
-        around,
-        rows_of_overlap(pool.demand, pool.rows.take(near), required.overlap_of),
-    )
+    of_near = rows_of_overlap(pool.demand, pool.rows.take(near), required.overlap_of)
+    position_m = pool.candidates.position_m
+    around_m, near_m = (position_m[rows][:, None] + _around_m(tolerance_m)).reshape(-1, 3), position_m[near]
     # Where somebody stands, by row of `counted`: places around marks, then other candidates.
-    row = np.concatenate([np.repeat(rows, n_around), near])
+    row_around = np.repeat(rows, n_around)
     stands = np.ones((rows.size, n_around), dtype=bool)
     stands[np.isin(rows, pool.scanned), 1:] = False
     n_places = np.ones(n, dtype=np.int64)
     n_places[rows] = stands.sum(axis=1)
-    stands = np.concatenate([stands.ravel(), np.ones(near.size, dtype=bool)])
     own = np.repeat(rows, [len(each) for each in neighbours])
     key = np.unique(_key(own, np.concatenate(neighbours), n))
-    position_m = pool.candidates.position_m
-    at_m = np.concatenate([(position_m[rows][:, None] + _around_m(tolerance_m)).reshape(-1, 3), position_m[near]])
-    places = _Places(counted, at_m, around.n_positions, row, stands)
+    n_states = 1
+    if required.doors_change:  # a place with doors shut is one more of its station's places
+        n_states, n_places = 2, 2 * n_places
+        around = stacked_rows(around, with_all_doors_shut(pool.survey, around, around_m))
+        of_near = stacked_rows(of_near, with_all_doors_shut(pool.survey, of_near, near_m))
+    places = _Places(
+        stacked_rows(around, of_near),
+        np.concatenate([np.tile(around_m, (n_states, 1)), np.tile(near_m, (n_states, 1))]),
+        around.n_positions,
+        np.concatenate([np.tile(row_around, n_states), np.tile(near, n_states)]),
+        np.concatenate([np.tile(stands.ravel(), n_states), np.ones(n_states * near.size, dtype=bool)]),
+    )
     overlap, strength, probability = _least_of_links(pool, places, key, n_places)
     limits = required.link_limits.as_set_up()
     falls = (overlap < limits.overlap) | (strength < limits.strength) | (probability < limits.probability)

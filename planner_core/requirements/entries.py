@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
-from planner_core.documents import Entries, ShortEntries, key_of, shown
+from planner_core.documents import Entries, ShortEntries, YesNo, key_of, shown
 from planner_core.errors import RequirementError
 from planner_core.model import NetworkKind, OverlapMeasure, OverlapOf, PreAlignment, Scope
 from planner_core.positions.outlines import MOST_CORNERS, checked_outline
@@ -267,6 +267,8 @@ class RequirementsFile(PartEntries):
         PreAlignment | None, _choice(PreAlignment), WithJsonSchema({"enum": [*map(str, PreAlignment), None]})
     ] = None
     """Where registration starts: tracked, manual, level or none; left out: as the scanner has it."""
+    doors_change: YesNo | None = None
+    """Whether links have to hold with open doors shut, too."""
     scope: Annotated[Scope | None, BeforeValidator(_scope), WithJsonSchema({"enum": [*map(str, Scope), None]})] = None
     """What of the building counts, and where stations stand: interior, exterior, all, or auto."""
     planned_floors: _Names | None = None

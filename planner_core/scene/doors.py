@@ -74,10 +74,10 @@ def without_door_leaves(
     before = {door.element for door in scene.open_doors}
     elements = before.union(scene.element_of_triangle[leaf].tolist())
     # A leaf may be modelled ajar: where a door's frame is left, that is where it shuts.
-    without = with_triangles(scene, ~leaf)
-    framed = {door.element: door for door in _placed_doors(without) if door.height_m >= _LEAST_FRAME_M}
+    left = with_triangles(scene, ~leaf)
+    framed = {door.element: door for door in _placed_doors(left) if door.height_m >= _LEAST_FRAME_M}
     return replace(
-        without,
+        left,
         report=replace(scene.report, n_doors_open=len(elements)),
         open_doors=tuple(framed.get(door.element, door) for door in _placed_doors(scene) if door.element in elements),
     )

@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from planner_core.engine.open3d import Open3DEngine
+from planner_core.errors import RequirementError
 from planner_core.model import (
+    Doors,
     Element,
     Link,
     LinkLimits,
-    OverlapMeasure,
     PlacedDoor,
-    PreAlignment,
+    PlanSettings,
+    Proven,
+    Requirements,
     Scene,
     Visibility,
 )
+from planner_core.network.candidate_links import CandidateLinks, held_in_both_states
 from planner_core.network.network_report import registration_report
-from planner_core.network.pair_overlap import SharedSurface
 from planner_core.network.shut_doors import hidden_by, with_doors
+from planner_core.planning.plan import make_plan
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.doors import without_door_leaves
 from planner_core.scene.patches import make_patches, patch_triangles
@@ -95,25 +101,22 @@ def test_links_name_the_doors_that_they_need_open_or_shut(
 ) -> None:
     """Patches 0 and 1 lie in the stations' room, the others beyond the door."""
     centroid_m = np.array([[1.0, 0.2, 1.0], [1.0, 0.8, 1.0], *([7.0, 0.5, 1.0 + 0.05 * k] for k in range(6))])
-    visibility = Visibility(
-        np.cumsum([0, *(len(each) for each in seen)]), np.concatenate(seen).astype(np.int32), len(centroid_m)
-    )
-    surface = SharedSurface(centroid_m, np.tile([1.0, 0.0, 0.0], (len(centroid_m), 1)))
-    position_m = np.array([[2.0, 0.4, 1.2], [2.0, 0.6, 1.2]])
-    limits = LinkLimits(overlap=0.5)
+    corner_m = 0.01 * np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 1.0], [0.0, 0.0, -1.0]])
+    plates = scene_from_arrays(
+        (centroid_m[:, None] + corner_m).reshape(-1, 3), np.arange(24).reshape(-1, 3),
+        element_of_triangle=np.zeros(8, dtype=int), elements=rooms().elements,
+    )  # fmt: skip
+    scene = replace(plates, open_doors=(placed(0, 0.0), placed(1, 5.0)))
+    survey = SimpleNamespace(scene=scene, patches=make_patches(scene, max_area_m2=1.0), scanner=load_scanner("rtc360"))
+    visibility = Visibility(np.cumsum([0, *map(len, seen)]), np.concatenate(seen).astype(np.int32), len(centroid_m))
     overlap = len(np.intersect1d(*seen)) / max(map(len, seen))
-    scene = replace(rooms(), open_doors=(placed(0, 0.0), placed(1, 5.0)))
     (link,) = with_doors(
         [Link("A", "B", overlap, np.nan)],
+        survey,
+        Requirements(overlap=0.5, min_probability=0.0, min_strength=0.0),
         visibility,
-        np.ones(len(centroid_m)),
         ("A", "B"),
-        surface,
-        position_m,
-        scene,
-        limits=limits,
-        measure=OverlapMeasure.SMALLER_SHARE,
-        pre_alignment=PreAlignment.TRACKED,
+        np.array([[2.0, 0.4, 1.2], [2.0, 0.6, 1.2]]) - scene.offset_m,
     )
     assert link.only_open == (("id0",) if is_only_open else ())
     assert link.only_shut == (("id0",) if is_only_shut else ())
@@ -128,3 +131,59 @@ def test_the_network_names_the_doors_that_it_falls_apart_without() -> None:
     ]
     found = registration_report(links, "ABCD", ["F0"] * 4, limits=LinkLimits(overlap=0.3))
     assert found.doors_needed == ("back",)
+
+
+def settings(*, grid_step_m: float = 1.0, special_places: bool = True, **required: object) -> PlanSettings:
+    return PlanSettings(
+        scanner=load_scanner("rtc360"),
+        requirements=Requirements(coverage=0.9, pre_alignment="tracked", **required),
+        method=Proven(work_limit=0.5, prove=False),
+        grid_step_m=grid_step_m,
+        special_places=special_places,
+        max_patch_area_m2=0.25,
+        refine=False,
+    )
+
+
+def test_a_network_that_holds_with_doors_shut_has_a_station_in_the_doorway() -> None:
+    opened = without_door_leaves(rooms())
+    opened = replace(opened, source=replace(opened.source, doors=Doors.OPEN))
+    plan = make_plan(opened, settings(doors_change=True))
+    assert plan.connected
+    x_m = np.array([station.position_m[0] for station in plan.stations]) + opened.offset_m[0]
+    assert (np.abs(x_m - 4.1) < 0.4).any()
+    assert plan.registration.doors_needed == ()
+    assert not [link for link in plan.links if link.counts(plan.registration.limits) and link.only_open]
+
+
+def test_without_a_station_in_the_doorway_nothing_holds_with_the_door_shut_and_the_gap_names_it() -> None:
+    opened = without_door_leaves(rooms())
+    opened = replace(opened, source=replace(opened.source, doors=Doors.OPEN))
+    beside_it = {"grid_step_m": 1.5, "special_places": False}
+    plain = make_plan(opened, settings(**beside_it))
+    assert plain.connected
+    assert plain.registration.doors_needed == ("id9",)
+    changing = make_plan(opened, settings(**beside_it, doors_change=True))
+    assert len(changing.registration.networks) == 2
+    (line,) = [line for line in changing.warnings if "registers only while" in line]
+    assert "registers only while door id9 is open; add a station in the doorway" in line
+
+
+def test_doors_that_change_are_refused_where_none_is_open() -> None:
+    with pytest.raises(RequirementError, match=r"doors change: got .* without an open door, expected some"):
+        make_plan(rooms(), settings(doors_change=True))
+
+
+def test_links_hold_in_both_states_where_all_four_pairs_of_scans_do() -> None:
+    """Three candidates; rows 3 to 5 are theirs with doors shut. 0 and 1 lack one pair, 1 and 2 none."""
+    pairs = [(0, 1), (0, 4), (3, 4), (1, 2), (1, 5), (4, 2), (4, 5), (0, 3), (1, 4)]
+    figure = {pair: 0.9 - 0.1 * place for place, pair in enumerate(pairs)}
+    both = sorted([*pairs, *((b, a) for a, b in pairs)])
+    starts = np.searchsorted([a for a, _ in both], np.arange(7))
+    least = np.array([figure.get((a, b), figure.get((b, a))) for a, b in both])
+    neighbour = np.array([b for _, b in both], dtype=np.int32)
+    found = held_in_both_states(CandidateLinks(starts, neighbour, least, least, np.zeros(6, np.int32)))
+    assert found.starts.tolist() == [0, 0, 1, 2]
+    assert found.neighbour.tolist() == [2, 1]
+    assert found.overlap.tolist() == pytest.approx([figure[4, 5]] * 2)
+    assert found.part.tolist() == [0, 1, 1]

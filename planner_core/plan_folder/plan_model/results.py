@@ -222,6 +222,8 @@ class RegistrationSection(Document):
     """Probability to register from which on a link counts; 0: not required."""
     pre_alignment: Annotated[PreAlignment, words_of(PreAlignment)] = PreAlignment.MANUAL
     """Where registration starts, of links' probabilities."""
+    doors_change: YesNo = False
+    """Links count with open doors shut, too."""
     connected: YesNo
     """Links that count join all stations."""
     links: tuple[Link, ...]

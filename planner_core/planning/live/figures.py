@@ -37,10 +37,18 @@ from planner_core.model import (
 )
 from planner_core.network.links import with_scanned
 from planner_core.network.network_report import registration_report
+from planner_core.network.shut_doors import with_doors
 from planner_core.plan_folder.viewer_layers import MAX_TIMES_SEEN, NOT_ACHIEVABLE, Layer
 from planner_core.planning.live.draft import Draft, DraftStation
 from planner_core.planning.live.tally import CoverageAreas
-from planner_core.requirements.compliance import coverage_curve, losses_of, part_results, rows_of_quality, times_met
+from planner_core.requirements.compliance import (
+    coverage_curve,
+    losses_of,
+    part_results,
+    rows_of_overlap,
+    rows_of_quality,
+    times_met,
+)
 from planner_core.requirements.demand import Demand
 from planner_core.requirements.observe_candidates import SeenPatches
 
@@ -187,6 +195,10 @@ def plan_of(
         rows_of_quality(demand, rows), area_m2, scope=parts.overall.counted, seen_from=requirements.seen_from
     )
     links = links_as_scanned(settings, draft, links)
+    if requirements.doors_change:
+        counted = rows_of_overlap(demand, rows, requirements.overlap_of)
+        at_m = np.array([each.at_m for each in stations]).reshape(-1, 3)
+        links = with_doors(links, survey, requirements, counted, [each.id for each in stations], at_m)
     registration = registration_of(settings, links, stations)
     return Plan(
         survey=survey,

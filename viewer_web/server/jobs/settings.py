@@ -27,6 +27,7 @@ _STAYING = {
     "reflectivity": "reflectivity",
     "link_strength": "min_strength",
     "link_probability": "min_probability",
+    "doors_change": "doors_change",
     "scope": "scope",
 }
 _PARTS = frozenset({"floors", "classes", "zones"})

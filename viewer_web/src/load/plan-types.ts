@@ -733,6 +733,7 @@ export interface PlannedRequirements {
    */
   min_probability: number;
   pre_alignment: ('tracked' | 'manual' | 'level' | 'none') | null;
+  doors_change: boolean;
   scope: 'auto' | 'interior' | 'exterior' | 'all';
   deliverable: string | null;
   parts: PartRequirement[];
@@ -798,6 +799,10 @@ export interface RegistrationSection {
    * Where registration starts, of links' probabilities.
    */
   pre_alignment: 'tracked' | 'manual' | 'level' | 'none';
+  /**
+   * Links count with open doors shut, too.
+   */
+  doors_change: boolean;
   /**
    * Links that count join all stations.
    */

@@ -14,10 +14,13 @@ export interface Counting {
   readonly threshold: number;
   readonly minStrength: number;
   readonly minProbability: number;
+  /** Links have to hold with open doors shut, too. */
+  readonly doorsChange?: boolean;
 }
 
 export type LinkFigures = Pick<PlanLink, 'overlap' | 'strength' | 'as_set_up'> & {
   readonly probability?: number | null;
+  readonly only_open?: readonly string[];
 };
 
 export interface NetworkReport {
@@ -42,15 +45,18 @@ export function countingOf({ registration }: PlanJson): Counting {
     threshold: registration.threshold,
     minStrength: registration.min_strength ?? 0,
     minProbability: registration.min_probability ?? 0,
+    doorsChange: registration.doors_change ?? false,
   };
 }
 
 /** Figures that were not computed decide nothing. */
-export function counts(link: LinkFigures, { threshold, minStrength, minProbability }: Counting): boolean {
-  const { overlap, strength, as_set_up, probability = null } = link;
+export function counts(link: LinkFigures, counting: Counting): boolean {
+  const { threshold, minStrength, minProbability, doorsChange = false } = counting;
+  const { overlap, strength, as_set_up, probability = null, only_open = [] } = link;
   const isWeak = strength !== null && strength < minStrength;
   const isRisky = probability !== null && probability < minProbability;
-  return as_set_up || (overlap >= threshold && !isWeak && !isRisky);
+  const needsDoor = doorsChange && only_open.length > 0;
+  return as_set_up || (overlap >= threshold && !isWeak && !isRisky && !needsDoor);
 }
 
 /** The figure that decides whether a link counts: its probability where one is required, else its overlap. */

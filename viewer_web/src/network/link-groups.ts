@@ -52,6 +52,7 @@ export function lackInWords(link: PlanLink, counting: Counting): string | null {
   const [{ overlap, strength }, { threshold, minStrength, minProbability }] = [link, counting];
   if (overlap < threshold) return t('overlap below {required}', { required: askedPercent(threshold) });
   if (strength !== null && strength < minStrength) return t('strength below {least}', { least: plain(minStrength) });
+  if (counts(link, { ...counting, doorsChange: false })) return t('needs an open door');
   return t('probability below {required}', { required: askedPercent(minProbability) });
 }
 

@@ -33,6 +33,7 @@ export const NETWORK = {
   'level only': 'nur lotrecht',
   'no pre-alignment': 'ohne Voranordnung',
   'probability {percent}': 'Wahrscheinlichkeit {percent}',
+  'needs an open door': 'braucht eine offene Tür',
   'probability below {required}': 'Wahrscheinlichkeit unter {required}',
   Probability: 'Wahrscheinlichkeit',
   'That the two scans register: {start}': 'dass sich die beiden Scans registrieren lassen: {start}',
