@@ -18,6 +18,7 @@ import os
 import platform
 import struct
 import tempfile
+import time
 import weakref
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass
@@ -45,6 +46,11 @@ USUAL_BYTES = 2_000_000_000
 _COUNTED_SHARE = 1 / 64
 #: One result takes at most this share of them: the others are worth more.
 _MOST_SHARE = 1 / 4
+#: Writing takes so many seconds of a process at most, and this share of its time: a home folder across a network takes
+#: tens of milliseconds for a file, and a building has thousands.
+_LONGEST_S, _LONGEST_SHARE = 1.0, 0.1
+_LOADED_S = time.monotonic()
+_written_s = 0.0
 _MAGIC = b"tlsplan kept 1\n\0"
 _N_HASH = 32
 _PACKAGES = ("numpy", "scipy", "numba", "ifcopenshell", "open3d-cpu", "open3d", "pyopencl")
@@ -103,8 +109,10 @@ class Shelf:
         return found
 
     def put(self, result: object, detail: bytes = b"") -> None:
-        """Keep the result of a further input, where there is room."""
-        if self._folder is None:
+        """Keep the result of a further input, where there is room, and time: see `_LONGEST_S`."""
+        global _written_s
+        began_s = time.monotonic()
+        if self._folder is None or _written_s > _LONGEST_S + _LONGEST_SHARE * (began_s - _LOADED_S):
             return
         key, path = self._place(detail)
         arrays: list[NDArray[Any]] = []
@@ -121,6 +129,8 @@ class Shelf:
             _write(path, [memoryview(_MAGIC + digest.digest()), *parts_of_value(text, arrays)])
         except OSError:
             return
+        finally:
+            _written_s += time.monotonic() - began_s
         _make_room(self._folder, n_bytes, self._most_bytes)
 
     def _place(self, detail: bytes) -> tuple[bytes, Path]:

@@ -7,6 +7,8 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -140,6 +142,27 @@ def test_a_folder_that_takes_nothing_is_no_error(folder: Path, monkeypatch: pyte
     assert is_same(made.kept("a"), ROWS) and is_same(made.kept("a"), ROWS)
     assert made.n == 2
     assert not folder.is_dir() or not [*folder.iterdir()]
+
+
+def test_a_slow_disk_is_left_alone_after_a_while(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = [0.0]
+    monkeypatch.setattr(kept_results, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(kept_results, "_LOADED_S", 0.0)
+    monkeypatch.setattr(kept_results, "_written_s", 0.0)
+    write = kept_results._write
+
+    def slow(*arguments: Any) -> None:
+        clock[0] += 0.3
+        write(*arguments)
+
+    monkeypatch.setattr(kept_results, "_write", slow)
+    made = Counted()
+    for name in "abcdefgh":
+        made.kept(name)
+    assert len([*folder.iterdir()]) == 4  # 1.2 s of writing, where 1 s and a tenth of 1.2 s may be
+    clock[0] += 10.0  # of other work
+    made.kept("i")
+    assert len([*folder.iterdir()]) == 5
 
 
 def test_writers_of_the_same_result_at_the_same_time_leave_one_sound_file(folder: Path) -> None:
