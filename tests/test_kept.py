@@ -32,6 +32,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("TLSPLAN_CACHE", str(tmp_path))
     monkeypatch.setenv("TLSPLAN_CACHE_SIZE", "1MB")
     monkeypatch.setattr(kept_results, "_n_written", float("inf"))
+    monkeypatch.setattr(kept_results, "_written_s", 0.0)
     return tmp_path / "results"
 
 
