@@ -36,6 +36,7 @@ _FILES = frozenset(
         "viewer/layers.json",
         "viewer/reason.u8",
         "viewer/pieces.i32",
+        "viewer/rooms.u16",
         "viewer/achievable.u8",
         "viewer/counted.u8",
         *(f"viewer/layers/{name}.u16" for name in ("range", "incidence", "spacing", "noise")),

@@ -10,6 +10,7 @@ from shared_plans import SharedPlan
 from planner_core.coverage.patch_rooms import rooms_of_patches
 from planner_core.engine.patch_samples import places_of
 from planner_core.model import FloatArray, PlanRooms, Survey
+from planner_core.plan_folder.carry_over import foreign_entries
 from planner_core.positions.free_space import FreeSpace, free_space
 
 #: Linings lie before the bare wall that a room of the source ends at, and patches reach into doorways.
@@ -77,4 +78,6 @@ def test_a_plan_folder_has_the_rooms_by_patch(house_plan: SharedPlan) -> None:
     of_patch = np.frombuffer((viewer / written["file"]).read_bytes(), dtype="<u2").astype(np.int64)
     np.testing.assert_array_equal(np.where(of_patch == written["none"], -1, of_patch), rooms.room_of_patch)
     assert [room["name"] for room in written["list"]] == [room.name for room in rooms.rooms]
+    # It is the plan's own file: replaced with it, and in copies for the web.
+    assert f"viewer/{written['file']}" not in foreign_entries(house_plan.folder)
     np.testing.assert_allclose([room["label"] for room in written["list"]], [r.label_m for r in rooms.rooms], atol=6e-4)
