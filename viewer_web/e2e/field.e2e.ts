@@ -91,3 +91,27 @@ test('stations at one spot are one dot with their number, and a tap lists them',
   await list.waitFor({ state: 'detached' });
   await reads('field-station', second.stationId);
 });
+
+test('the field view loads less than 80 kB, and the application in 3D with the whole plan', async () => {
+  const { page } = viewer;
+  const loaded = () =>
+    page.evaluate(async () => {
+      const files = [window.location.pathname, ...performance.getEntriesByType('resource').map(({ name }) => name)];
+      const ours = [...new Set(files)].filter((name) => name === '/' || name.includes('/assets/'));
+      // As a host sends them that compresses; not all do.
+      const sizes = ours.map(async (name) => {
+        const zipped = (await fetch(name)).body!.pipeThrough(new CompressionStream('gzip'));
+        return [name.replace(/^.*\//, ''), (await new Response(zipped).arrayBuffer()).byteLength] as const;
+      });
+      return Object.fromEntries(await Promise.all(sizes));
+    });
+  const inField = await loaded();
+  expect(Object.keys(inField).some((name) => name.startsWith('index-'))).toBe(true);
+  expect(Object.keys(inField).filter((name) => /^(workspace|stage-worker|german)-/.test(name))).toEqual([]);
+  expect(Object.values(inField).reduce((sum, n) => sum + n, 0)).toBeLessThan(80_000);
+  await page.getByRole('button', { name: 'Full plan' }).click();
+  await page.locator('.toolbar').waitFor();
+  await expect.poll(() => page.getByTestId('station-count').textContent()).toBe(String(plan.stations.length));
+  expect(Object.keys(await loaded()).some((name) => name.startsWith('workspace-'))).toBe(true);
+  await expect.poll(() => viewer.hash()).not.toContain('view=field');
+});

@@ -1,20 +1,22 @@
 /** Starts the viewer: loads the plan the server gives, and keeps the address and the view in step. */
-import { batch, effect, type Signal } from '@preact/signals';
+import { batch, effect, type Signal, signal } from '@preact/signals';
 import { render } from 'preact';
 import { ApiClient } from './api/client.ts';
 import { ReviewClient } from './api/review-client.ts';
 import { UndoMemory } from './api/undo-memory.ts';
+import type { DrawingView } from './drawing/drawing-view.tsx';
 import { DEFAULT_CUT_M, extentsOf } from './floors/cut.ts';
 import { TIMES_SEEN } from './heat/layers.ts';
 import { language } from './language/language.ts';
-import { fetchPlan } from './load/fetch-plan.ts';
+import { fetchFieldPlan, fetchPlan } from './load/fetch-plan.ts';
 import { OWN_PLAN, planBaseOf } from './load/plan-base.ts';
+import type { PlanJson } from './load/plan-json.ts';
 import { PlanLoadError } from './load/plan-load-error.ts';
 import { App } from './panels/app.tsx';
 import { restoreCharacterKeys } from './panels/character-keys.ts';
-import type { PageId } from './panels/state.ts';
-import { TABS } from './panels/tabs.tsx';
+import { type PageId, TAB_IDS } from './panels/state.ts';
 import { restoreUnits } from './panels/units.ts';
+import type { Workspace } from './panels/workspace.tsx';
 import './style.css';
 // After it: what is said of paper goes over what is said of narrow windows.
 import './panels/print.css';
@@ -33,20 +35,19 @@ async function start(): Promise<void> {
     : new ReviewClient(new ApiClient(), { storage: window.localStorage, undoMemory });
   const store = createStore({ isStatic, reviewClient });
   store.planBase.value = planBaseOf(parseUrlState(window.location.hash).planBase);
-  render(<App store={store} />, document.getElementById('app') as HTMLElement);
+  store.page.value = pageOf(parseUrlState(window.location.hash));
+  const workspace = signal<typeof Workspace | null>(null);
+  const drawing = signal<typeof DrawingView | null>(null);
+  effect(() => {
+    if (store.page.value !== 'drawing' && store.phase.value.kind !== 'drawing') return;
+    void import('./drawing/drawing-view.tsx').then((part) => {
+      drawing.value = part.DrawingView;
+    });
+  });
+  render(<App store={store} workspace={workspace} drawing={drawing} />, document.getElementById('app') as HTMLElement);
   try {
-    const loaded = await fetchPlan(store.planBase.value, (step, fraction) => {
-      store.phase.value = { kind: 'loading', step, fraction };
-    });
-    document.title = `${loaded.plan.scene.file.split(/[\\/]/).pop()} – tlsplan`;
-    batch(() => {
-      store.loaded.value = loaded;
-      store.extents.value = extentsOf(loaded.stage);
-      applyAddress(store);
-      store.phase.value = { kind: 'ready' };
-    });
-    followAddress(store);
-    void reviewClient?.open();
+    if (store.page.value === 'field') await openField(store);
+    await openPlan(store, workspace);
   } catch (error) {
     await store.drawing?.open();
     if (store.drawing?.hasPlan.value === false) {
@@ -61,6 +62,56 @@ async function start(): Promise<void> {
 }
 
 const PAGES: readonly PageId[] = ['plan', 'field', 'drawing'];
+
+const pageOf = ({ view }: UrlState): PageId => PAGES.find((page) => page === view) ?? 'plan';
+
+const onStepOf = (store: Store) => (step: string, fraction: number | null) => {
+  store.phase.value = { kind: 'loading', step, fraction };
+};
+
+function name(plan: PlanJson): void {
+  document.title = `${plan.scene.file.split(/[\\/]/).pop()} – tlsplan`;
+}
+
+/** What a phone in the field needs, until the full plan is wanted. */
+async function openField(store: Store): Promise<void> {
+  const field = await fetchFieldPlan(store.planBase.value, onStepOf(store));
+  name(field.plan);
+  store.fieldPlan.value = field;
+  void store.reviewClient?.open();
+  const reload = (): void => window.location.reload();
+  window.addEventListener('hashchange', reload);
+  const endings: (() => void)[] = [];
+  await new Promise<void>((leave) => {
+    const end = effect(() => {
+      if (store.page.value === 'plan') leave();
+    });
+    endings.push(end);
+  });
+  for (const end of endings) end();
+  window.removeEventListener('hashchange', reload);
+}
+
+async function openPlan(store: Store, workspace: Signal<typeof Workspace | null>): Promise<void> {
+  const [loaded, part] = await Promise.all([
+    fetchPlan(store.planBase.value, onStepOf(store)),
+    import('./panels/workspace.tsx'),
+  ]);
+  name(loaded.plan);
+  const { page } = store;
+  const wasInField = store.fieldPlan.value !== null;
+  batch(() => {
+    workspace.value = part.Workspace;
+    store.loaded.value = loaded;
+    store.extents.value = extentsOf(loaded.stage);
+    applyAddress(store);
+    // The address is still that of the field view which was left.
+    if (wasInField) page.value = 'plan';
+    store.phase.value = { kind: 'ready' };
+  });
+  followAddress(store);
+  if (!wasInField) void store.reviewClient?.open();
+}
 
 /** Names in an old address that the plan does not know are ignored. */
 function applyAddress(store: Store): void {
@@ -78,8 +129,8 @@ function applyAddress(store: Store): void {
       if (floorId !== null) store.chooseFloor(floorId);
     }
     store.layerId.value = state.layerId ?? TIMES_SEEN;
-    store.page.value = PAGES.find((page) => page === state.view) ?? 'plan';
-    store.tab.value = TABS.find(({ id }) => id === state.tab)?.id ?? 'plan';
+    store.page.value = pageOf(state);
+    store.tab.value = TAB_IDS.find((id) => id === state.tab) ?? 'plan';
     store.cutM.value = state.cutM ?? DEFAULT_CUT_M;
     for (const one of SHOWN) showing(store)[one].value = state.shows.includes(one) === SHOWN_AT[one];
     store.hiddenFiles.value = new Set(state.hiddenFiles.filter((file) => file < nFiles));

@@ -14,13 +14,13 @@ import { addEntrance, addZone, forbid, pickGround, setDoor } from './changes.ts'
 import { coplanarRegion, isSteep } from './coplanar-region.ts';
 import { type Door, doorAt, doorsOf } from './doors.ts';
 import { localOf, sceneOf } from './draft.ts';
-import { stationsOf } from './draft-follower.ts';
 import { ENTRANCE_WORDS } from './entrance-words.ts';
 import type { Place } from './ground-map.ts';
 import { nothingToPick, standingOn } from './ground-state.ts';
 import { faultOf, NEAREST_CORNERS_M } from './outline.ts';
 import { toolInHand } from './readiness.ts';
 import { floorAt } from './review-areas.ts';
+import { stationsOf } from './review-stations.ts';
 
 /** A click so near to the first corner closes the outline. */
 const CLOSING_PIXELS = 14;

@@ -7,8 +7,8 @@ import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { allow, type Entry, moveBack, removeStation, removeZone, restoreStation, unpickGround } from './changes.ts';
 import type { DraftStation } from './draft.ts';
-import { stationsOf } from './draft-follower.ts';
 import { entranceEntries } from './entrance-parts.tsx';
+import { stationsOf } from './review-stations.ts';
 
 export function ChangeList({ store }: { store: Store }) {
   const { reviewClient } = store;

@@ -4,9 +4,9 @@ import { reachedPercent } from '../panels/figures.ts';
 import { MetWord, metInWords } from '../panels/requirements.tsx';
 import type { Store } from '../store.ts';
 import { countEdits, editsInWords } from './draft.ts';
-import { hasEdits, stationsOf } from './draft-follower.ts';
 import type { Latencies } from './preview-loop.ts';
 import { canEdit, isLive } from './readiness.ts';
+import { hasEdits, stationsOf } from './review-stations.ts';
 import type { Editing } from './state.ts';
 import {
   draftTotals,

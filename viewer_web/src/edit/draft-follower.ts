@@ -14,8 +14,9 @@ import type { RouteAndTime } from '../route/state.ts';
 import type { ShownStation, StationWorth } from '../stations/shown.ts';
 import type { Draft, StationSource } from '../stations/state.ts';
 import type { Store } from '../store.ts';
-import { countEdits, type DraftStation, draftStations, localOf, shownInDraft } from './draft.ts';
+import { type DraftStation, localOf, shownInDraft } from './draft.ts';
 import { floorAt } from './review-areas.ts';
+import { hasEdits, stationsOf } from './review-stations.ts';
 
 /** Values of layers as the live side has them for one state of the draft. */
 export class DraftLayers {
@@ -34,19 +35,6 @@ export class DraftLayers {
 
   /** Undefined until they were asked for and came. */
   readonly valuesOf = (layerId: string): PatchValues | undefined => this.held.get(layerId);
-}
-
-/** The stations as the review has them; the plan's where there is no review of it. */
-export function stationsOf(store: Store): readonly DraftStation[] {
-  const plan = store.loaded.value?.plan;
-  if (plan === undefined) return [];
-  return draftStations(plan, store.planBase.value === OWN_PLAN ? (store.reviewClient?.review.value ?? null) : null);
-}
-
-/** Whether the review changes any station. */
-export function hasEdits(stations: readonly DraftStation[]): boolean {
-  const { moved, added, removed } = countEdits(stations);
-  return moved + added + removed > 0;
 }
 
 /** The run that goes on and has stations, where runs are looked at; null: there is none. */

@@ -6,8 +6,8 @@ import { t } from '../language/language.ts';
 import { counted } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import { removeStation } from './changes.ts';
-import { stationsOf } from './draft-follower.ts';
 import { canEdit } from './readiness.ts';
+import { stationsOf } from './review-stations.ts';
 import { selectedStations } from './selected.ts';
 import type { EditorActions } from './state.ts';
 

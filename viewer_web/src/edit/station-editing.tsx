@@ -8,8 +8,8 @@ import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { forbid, lockStation, moveBack, removeStation, restoreStation } from './changes.ts';
 import type { DraftStation } from './draft.ts';
-import { stationsOf } from './draft-follower.ts';
 import { isLive } from './readiness.ts';
+import { stationsOf } from './review-stations.ts';
 import { StationCoordinates } from './station-coordinates.tsx';
 
 /** Of tripods, where the scanner does not say. */

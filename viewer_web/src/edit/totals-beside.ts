@@ -1,7 +1,7 @@
 /** The totals of the plan as it was made, and beside them those of the plan as edited. */
 import type { Store } from '../store.ts';
-import { hasEdits, stationsOf } from './draft-follower.ts';
 import { isLive } from './readiness.ts';
+import { hasEdits, stationsOf } from './review-stations.ts';
 import { draftTotals, planTotals, type Totals } from './totals.ts';
 
 export interface TotalsBeside {

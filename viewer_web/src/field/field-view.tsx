@@ -1,9 +1,9 @@
 /** The field view: where to go next, how far, and what is done. For a tablet in one hand, without a network. */
 
 import { useMemo, useState } from 'preact/hooks';
-import { hasEdits, stationsOf } from '../edit/draft-follower.ts';
+import { hasEdits, stationsOfPlan } from '../edit/review-stations.ts';
 import { t } from '../language/language.ts';
-import type { LoadedPlan } from '../load/fetch-plan.ts';
+import type { FieldPlan } from '../load/fetch-plan.ts';
 import { alongWays, coordinatesWords, counted, heightWords, lengthWords, unitName } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import { FloorMap } from './floor-map.tsx';
@@ -13,11 +13,11 @@ import { readTicks, tickKey, writeTicks } from './ticks.ts';
 
 interface FieldViewProps {
   readonly store: Store;
-  readonly loaded: LoadedPlan;
+  readonly loaded: FieldPlan;
 }
 
 export function FieldView({ store, loaded }: FieldViewProps) {
-  const stations = stationsOf(store);
+  const stations = stationsOfPlan(store, loaded.plan);
   const stops = useMemo(() => routeStops(loaded.plan, stations), [loaded, store.reviewClient?.review.value]);
   const key = useMemo(() => tickKey(loaded.plan, window.location.pathname), [loaded]);
   const [done, setDone] = useState(() => readTicks(window.localStorage, key));

@@ -2,7 +2,7 @@
 
 import { useEffect, useMemo, useState } from 'preact/hooks';
 import { t } from '../language/language.ts';
-import type { LoadedPlan } from '../load/fetch-plan.ts';
+import type { FieldPlan } from '../load/fetch-plan.ts';
 import type { Stage } from '../load/stage.ts';
 import { heightWords } from '../panels/figures.ts';
 import { nameOf } from '../rooms/rooms.ts';
@@ -20,7 +20,7 @@ const NAME_SIZE = 1;
 const SHIFTS = [0, 1.8, -1.8, 3.2, -3.2] as const;
 
 interface FloorMapProps {
-  readonly loaded: LoadedPlan;
+  readonly loaded: FieldPlan;
   readonly floorId: string;
   readonly stops: readonly Stop[];
   readonly next: Stop | null;

@@ -2,10 +2,10 @@
 import type { ApiClient } from '../api/client.ts';
 import type { Point } from '../api/documents.ts';
 import { sceneOf, usualHeightM } from '../edit/draft.ts';
-import { stationsOf } from '../edit/draft-follower.ts';
 import { fetchGround } from '../edit/ground-map.ts';
 import { askPreview } from '../edit/previews.ts';
 import { isLive } from '../edit/readiness.ts';
+import { stationsOf } from '../edit/review-stations.ts';
 import { isPlanned } from '../floors/planned.ts';
 import { TIMES_SEEN } from '../heat/layers.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';

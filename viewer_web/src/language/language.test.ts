@@ -2,8 +2,9 @@ import { join } from 'node:path';
 import { IntlMessageFormat } from 'intl-messageformat';
 import { expect, test } from 'vitest';
 import { sourceTexts, textsOf } from '../testing/source-texts.ts';
+import { formatMessage } from './format-message.ts';
 import { GERMAN } from './german/index.ts';
-import { decimal, inSentence, languageOf, type Message, plain, t, translated } from './language.ts';
+import { decimal, inSentence, languageOf, loadTexts, type Message, plain, t, translated } from './language.ts';
 
 const TEXTS = sourceTexts(join(import.meta.dirname, '..'));
 
@@ -30,6 +31,23 @@ test.each(Object.entries(GERMAN))('%s has the same placeholders in German', (eng
   expect(placeholders(german)).toEqual(placeholders(english));
 });
 
+test.each(Object.entries(GERMAN))('%s is written as FormatJS writes it, in both languages', (english, german) => {
+  for (const n of [0, 1, 2, 12345]) {
+    const values = Object.fromEntries(placeholders(english).map((name) => [name, n]));
+    for (const [locale, text] of [
+      ['en', english],
+      ['de', german],
+    ]) {
+      const oracle = new IntlMessageFormat(text, locale, undefined, { ignoreTag: true }).format(values);
+      expect(formatMessage(locale, text, values)).toBe(oracle);
+    }
+  }
+});
+
+test('a message without one of its values is refused', () => {
+  expect(() => formatMessage('en', '{n} of {all}', { n: 1 })).toThrow('no value of all');
+});
+
 /** Files that say something which is not in the catalogue, and why. */
 const BYPASS: Readonly<Record<string, string>> = {
   'api/review-client.ts': 'the name of an unnamed reviewer is kept by the server and compared',
@@ -39,6 +57,7 @@ const BYPASS: Readonly<Record<string, string>> = {
       'where a damaged file is damaged; mostly in the thread beside the page, which would need a catalogue of its own',
     ]),
   ),
+  'language/format-message.ts': 'a call without a value, which the compiler refuses',
   'language/language.ts': 'each language by its own name',
   'heat/layers.ts': 'reasons as plan.json names them',
   'rooms/rooms.ts': 'reasons as plan.json names them',
@@ -77,7 +96,8 @@ test('the language is the chosen one, then the first of the browser that there i
   expect(languageOf('toString', [])).toBe('en');
 });
 
-test('tests speak English, and German has its own plurals and numbers', () => {
+test('tests speak English, and German has its own plurals and numbers', async () => {
+  await loadTexts('de');
   const stations: Message = '{n, plural, one {# station} other {# stations}}';
   expect(t('{n, plural, one {# station} other {# stations}}', { n: 12345 })).toBe('12,345 stations');
   expect(translated('de', stations, { n: 1 })).toBe('1 Standpunkt');

@@ -1,6 +1,6 @@
 /** The language of the page: its texts, and how it writes numbers. English texts are their own keys; docs/decisions/0016 says why. */
-import { IntlMessageFormat } from 'intl-messageformat';
-import { GERMAN } from './german/index.ts';
+import { formatMessage } from './format-message.ts';
+import type { GERMAN } from './german/index.ts';
 
 export const LANGUAGES = { en: 'English', de: 'Deutsch' } as const;
 export type Language = keyof typeof LANGUAGES;
@@ -19,7 +19,13 @@ type Values<Text extends string> = [Placeholders<Text>] extends [never]
   ? []
   : [values: Readonly<Record<Placeholders<Text>, string | number>>];
 
-const OTHERS: Readonly<Record<Exclude<Language, 'en'>, Readonly<Record<Message, string>>>> = { de: GERMAN };
+type Texts = Readonly<Record<Message, string>>;
+
+/** Each in a file of its own, fetched where it is needed. */
+const OTHERS: Readonly<Record<Exclude<Language, 'en'>, () => Promise<Texts>>> = {
+  de: async () => (await import('./german/index.ts')).GERMAN,
+};
+const loaded = new Map<Language, Texts>();
 const KEY = 'tlsplan-language';
 
 const isLanguage = (name: string | null): name is Language => name !== null && Object.hasOwn(LANGUAGES, name);
@@ -34,22 +40,23 @@ export function languageOf(chosen: string | null, preferred: readonly string[]):
 export const language: Language =
   typeof document === 'undefined' ? 'en' : languageOf(window.localStorage.getItem(KEY), navigator.languages);
 
+/** Have the texts of a language at hand. */
+export async function loadTexts(to: Language): Promise<void> {
+  if (to !== 'en') loaded.set(to, await OTHERS[to]());
+}
+// Modules that import this one wait for it: their texts are looked up as they are loaded.
+await loadTexts(language);
+
 /** Keep it, and show the page in it. The address holds what is shown. */
 export function chooseLanguage(chosen: Language): void {
   window.localStorage.setItem(KEY, chosen);
   window.location.reload();
 }
 
-const formats = new Map<string, IntlMessageFormat>();
-
 /** A text in a language, with its values; numbers that are not counted come written, see `decimal`. */
 export function translated(to: Language, message: Message, values?: Readonly<Record<string, string | number>>): string {
-  const text = to === 'en' ? message : OTHERS[to][message];
-  if (values === undefined) return text;
-  const key = `${to} ${message}`;
-  const format = formats.get(key) ?? new IntlMessageFormat(text, to, undefined, { ignoreTag: true });
-  formats.set(key, format);
-  return String(format.format(values));
+  const text = loaded.get(to)?.[message] ?? message;
+  return values === undefined ? text : formatMessage(to, text, values);
 }
 
 /** Of a text that the catalogue does not have; the compiler names it where it refuses the text. */

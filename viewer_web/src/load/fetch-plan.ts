@@ -12,7 +12,7 @@ import { planUrl } from './plan-base.ts';
 import { type PlanJson, parsePlan } from './plan-json.ts';
 import { MissingFileError, PlanLoadError } from './plan-load-error.ts';
 import { prepareBeside } from './prepare-beside.ts';
-import type { Stage, StageStation } from './stage.ts';
+import { readStage, type Stage, type StageStation } from './stage.ts';
 
 export interface LoadedPlan {
   /** The plan's folder, see `planUrl`. */
@@ -32,6 +32,9 @@ export interface LoadedPlan {
   readonly layers: LayersJson | null;
 }
 
+/** What of it the field view needs. */
+export type FieldPlan = Pick<LoadedPlan, 'base' | 'plan' | 'stage' | 'layers'>;
+
 /** `fraction` 0 ... 1 of the bytes of this step; null where it is not known. */
 export type OnStep = (step: string, fraction: number | null) => void;
 
@@ -48,6 +51,14 @@ export async function fetchPlan(base: string, onStep: OnStep): Promise<LoadedPla
   const patchSeen = withinScope(new Uint8Array(patchBytes), scope);
   const counted = layers?.counted ? await fetchCounted(base, layers.counted, patchBytes.byteLength) : null;
   return { base, plan, patchSeen, scope, layers, counted, ...prepared };
+}
+
+/** The plan without what only its picture needs. */
+export async function fetchFieldPlan(base: string, onStep: OnStep): Promise<FieldPlan> {
+  onStep(t('Reading the plan'), null);
+  const plan = parsePlan(parseJson('plan.json', await fetchBytes(base, 'plan.json')));
+  const stageBytes = await fetchBytes(base, 'viewer/stage.usdc', (share) => onStep(t('Loading the building'), share));
+  return { base, plan, stage: readStage(stageBytes), layers: await fetchLayers(base) };
 }
 
 /** How much of each patch counts, in 255ths. */

@@ -1,70 +1,100 @@
 /** viewer/layers.json and the files it names: figures and reasons patch by patch (docs/formats/stage.md). */
-import * as v from 'valibot';
 import type { PatchValues, RampLayer } from '../heat/layers.ts';
 import { t } from '../language/language.ts';
 import { PlanLoadError } from './plan-load-error.ts';
+import { checkedBy, type JsonSchema, Misfit } from './schema-check.ts';
 
 const LAYERS_SCHEMA = 'tlsplan/layers/1';
 
-const Point = v.tuple([v.number(), v.number(), v.number()]);
+type Point = readonly [number, number, number];
 
-const LayersJson = v.object({
-  schema: v.literal(LAYERS_SCHEMA),
-  n_patches: v.number(),
-  layers: v.array(
-    v.object({
-      id: v.string(),
-      title: v.string(),
-      unit: v.string(),
-      step: v.number(),
-      none: v.number(),
-      file: v.string(),
-      better: v.picklist(['low', 'high']),
-    }),
-  ),
-  reasons: v.optional(v.array(v.string()), []),
+export interface LayersJson {
+  readonly schema: typeof LAYERS_SCHEMA;
+  readonly n_patches: number;
+  readonly layers: readonly {
+    readonly id: string;
+    readonly title: string;
+    readonly unit: string;
+    readonly step: number;
+    readonly none: number;
+    readonly file: string;
+    readonly better: 'low' | 'high';
+  }[];
+  readonly reasons: readonly string[];
   /** File of how much of each patch counts, in 255ths; null: all of it. */
-  counted: v.optional(v.nullable(v.string()), null),
+  readonly counted: string | null;
   /** File of the piece of unseen surface that each patch is of. */
-  pieces: v.optional(v.nullable(v.string()), null),
+  readonly pieces: string | null;
   /** Rooms with required surface, by their number in `file`; null: an older version made the plan. */
-  rooms: v.optional(
-    v.nullable(
-      v.object({
-        file: v.string(),
-        none: v.number(),
-        list: v.array(
-          v.object({
-            /** Empty: a region of free floor. */
-            name: v.string(),
-            source_id: v.string(),
-            /** Empty: its surface is of no floor. */
-            floor: v.string(),
-            /** On its ground, and around its surface; local frame. */
-            label: Point,
-            box: v.tuple([Point, Point]),
-          }),
-        ),
-      }),
-    ),
-    null,
+  readonly rooms: {
+    readonly file: string;
+    readonly none: number;
+    readonly list: readonly {
+      /** Empty: a region of free floor. */
+      readonly name: string;
+      readonly source_id: string;
+      /** Empty: its surface is of no floor. */
+      readonly floor: string;
+      /** On its ground, and around its surface; local frame. */
+      readonly label: Point;
+      readonly box: readonly [Point, Point];
+    }[];
+  } | null;
+}
+
+const [STRING, NUMBER]: JsonSchema[] = [{ type: 'string' }, { type: 'number' }];
+const objectOf = (properties: Record<string, JsonSchema>): JsonSchema => ({ type: 'object', properties });
+const tupleOf = (items: JsonSchema, n: number): JsonSchema => ({ type: 'array', items, minItems: n, maxItems: n });
+/** Null by default. */
+const maybe = (schema: JsonSchema): JsonSchema => ({ anyOf: [schema, { type: 'null' }], default: null });
+const POINT = tupleOf(NUMBER, 3);
+
+const SCHEMA = objectOf({
+  schema: { const: LAYERS_SCHEMA },
+  n_patches: NUMBER,
+  layers: {
+    type: 'array',
+    items: objectOf({
+      id: STRING,
+      title: STRING,
+      unit: STRING,
+      step: NUMBER,
+      none: NUMBER,
+      file: STRING,
+      better: { enum: ['low', 'high'] },
+    }),
+  },
+  reasons: { type: 'array', items: STRING, default: [] },
+  counted: maybe(STRING),
+  pieces: maybe(STRING),
+  rooms: maybe(
+    objectOf({
+      file: STRING,
+      none: NUMBER,
+      list: {
+        type: 'array',
+        items: objectOf({ name: STRING, source_id: STRING, floor: STRING, label: POINT, box: tupleOf(POINT, 2) }),
+      },
+    }),
   ),
 });
 
-export type LayersJson = v.InferOutput<typeof LayersJson>;
-
 /** Check a parsed layers.json. */
 export function parseLayers(json: unknown): LayersJson {
-  const result = v.safeParse(LayersJson, json);
-  if (result.success) return result.output;
-  const issue = result.issues[0];
-  throw new PlanLoadError(
-    t('viewer/layers.json: {part} is {found}, expected {expected}. Write the plan again with `tlsplan plan`.', {
-      part: v.getDotPath(issue) ?? t('the whole file'),
-      found: issue.received,
-      expected: String(issue.expected),
-    }),
-  );
+  try {
+    return checkedBy(SCHEMA, json) as LayersJson;
+  } catch (misfit) {
+    if (!(misfit instanceof Misfit)) throw misfit;
+    const { keys, received, expected } = misfit;
+    const part = keys.join('.') || t('the whole file');
+    throw new PlanLoadError(
+      t('viewer/layers.json: {part} is {found}, expected {expected}. Write the plan again with `tlsplan plan`.', {
+        part,
+        found: received,
+        expected,
+      }),
+    );
+  }
 }
 
 export function rampLayersOf(layers: LayersJson | null): RampLayer[] {

@@ -1,45 +1,26 @@
-/** The whole page: loading and failing in words, then the panels around the canvas. */
+/** The whole page: loading and failing in words, then the field view, or the plan in 3D with its panels. */
 
-import { useEffect, useRef, useState } from 'preact/hooks';
-import { DrawingButton } from '../drawing/drawing-button.tsx';
-import { DrawingView } from '../drawing/drawing-view.tsx';
-import { DraftBar } from '../edit/draft-bar.tsx';
-import { EditLayer } from '../edit/edit-layer.tsx';
-import { Messages } from '../edit/messages.tsx';
-import { SelectionCard } from '../edit/selection-card.tsx';
-import { FieldButton } from '../field/field-button.tsx';
+import type { ReadonlySignal } from '@preact/signals';
+import type { DrawingView } from '../drawing/drawing-view.tsx';
 import { FieldView } from '../field/field-view.tsx';
-import { GhostCard } from '../ghost/ghost-card.tsx';
-import { GhostMarker } from '../ghost/ghost-marker.tsx';
-import { Legend } from '../heat/legend.tsx';
 import { t } from '../language/language.ts';
-import { LanguageSelect } from '../language/language-select.tsx';
-import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
-import { MeasureLayer } from '../measure/measure-layer.tsx';
-import { PlanScale } from '../measure/plan-grid.tsx';
-import { SiteTools } from '../measure/site-tools.tsx';
-import { PairCard } from '../network/pair-card.tsx';
-import { RoomNames } from '../rooms/room-names.tsx';
-import { RunBanner } from '../runs/run-banner.tsx';
-import { FlatPicture } from '../scene/flat-picture.tsx';
-import { PlanView } from '../scene/plan-view.ts';
-import { CoveredNote } from '../stations/covered-note.tsx';
-import { Markers } from '../stations/markers.tsx';
-import { StationCard } from '../stations/station-card.tsx';
 import type { Store } from '../store.ts';
-import { WalkPanel } from '../walk/walk-panel.tsx';
-import { KeyCursor } from './key-cursor.tsx';
-import { listenToKeys } from './keys.ts';
-import { printPicture } from './print-picture.ts';
-import { Sheet } from './sheet.tsx';
-import { SurfaceCard } from './surface-card.tsx';
-import { Tabs } from './tabs.tsx';
-import { Toolbar } from './toolbar.tsx';
+import type { Workspace } from './workspace.tsx';
 
-export function App({ store }: { store: Store }) {
+interface AppProps {
+  readonly store: Store;
+  /** The application in 3D, once it is there. */
+  readonly workspace: ReadonlySignal<typeof Workspace | null>;
+  /** The page of the drawing, once somebody opens it. */
+  readonly drawing: ReadonlySignal<typeof DrawingView | null>;
+}
+
+export function App({ store, workspace, drawing }: AppProps) {
   const phase = store.phase.value;
   const loaded = store.loaded.value;
+  const inField = store.page.value === 'field' ? (loaded ?? store.fieldPlan.value) : null;
+  const [InFull, InDrawing] = [workspace.value, drawing.value];
   if (phase.kind === 'failed') {
     return (
       <main class="message">
@@ -63,8 +44,12 @@ export function App({ store }: { store: Store }) {
       </main>
     );
   }
-  if (phase.kind === 'drawing' && store.drawing !== null) return <DrawingView store={store} editor={store.drawing} />;
-  if (phase.kind === 'loading' || loaded === null) {
+  if (inField !== null) return <FieldView store={store} loaded={inField} />;
+  const isDrawing = phase.kind === 'drawing' || (loaded !== null && store.page.value === 'drawing');
+  if (isDrawing && InDrawing !== null && store.drawing !== null) {
+    return <InDrawing store={store} editor={store.drawing} />;
+  }
+  if (isDrawing || phase.kind !== 'ready' || loaded === null || InFull === null) {
     const { step, fraction } = phase.kind === 'loading' ? phase : { step: '', fraction: null };
     return (
       <main class="message" aria-busy="true">
@@ -73,102 +58,5 @@ export function App({ store }: { store: Store }) {
       </main>
     );
   }
-  if (store.page.value === 'field') return <FieldView store={store} loaded={loaded} />;
-  if (store.page.value === 'drawing' && store.drawing !== null) {
-    return <DrawingView store={store} editor={store.drawing} />;
-  }
-  return <Workspace store={store} loaded={loaded} />;
-}
-
-function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
-  const canvas = useRef<HTMLCanvasElement>(null);
-  const [view, setView] = useState<PlanView | null>(null);
-  useEffect(() => {
-    if (canvas.current === null) return undefined;
-    const shown = new PlanView(canvas.current, store, loaded);
-    const stopKeys = listenToKeys(window, store, shown);
-    const stopPrint = printPicture(window, canvas.current, shown);
-    setView(shown);
-    return () => {
-      stopKeys();
-      stopPrint();
-      shown.dispose();
-    };
-  }, [store, loaded]);
-  const hasPicture = store.hasPicture.value;
-  return (
-    <div class={store.isSidebarOpen.value ? 'workspace' : 'workspace workspace-wide'}>
-      <nav class="sidebar" aria-label={t('Plan')}>
-        <header class="brand">
-          <img src="icon.svg" alt="" width="28" height="28" />
-          <div>
-            <h1>tlsplan</h1>
-            <p class="muted" title={loaded.plan.scene.file}>
-              {loaded.plan.scene.file.split(/[\\/]/).pop()}
-            </p>
-          </div>
-          <LanguageSelect />
-          <FieldButton store={store} />
-        </header>
-        <DrawingButton store={store} />
-        <Tabs store={store} view={view} />
-      </nav>
-      <main class="stage">
-        {!hasPicture && (
-          <p class="no-picture" role="status">
-            {t(
-              'This browser shows no 3D picture. Switch on hardware acceleration (WebGL 2) and load the page again, or use another browser. What needs the picture is greyed out.',
-            )}
-          </p>
-        )}
-        {view !== null && <RunBanner store={store} />}
-        {view !== null && <DraftBar store={store} />}
-        <div class="scene">
-          <canvas
-            ref={canvas}
-            tabIndex={0}
-            aria-label={
-              hasPicture
-                ? t(
-                    'The building in 3D. Drag to rotate, scroll to zoom, click a floor to open it. By keys: Q and E turn, R and F tilt, plus and minus zoom, arrows move a cross, Space clicks there.',
-                  )
-                : t(
-                    'The floor plan. Drag to shift, scroll to zoom, click a floor to open it. By keys: plus and minus zoom, arrows move a cross, Space clicks there.',
-                  )
-            }
-          />
-          {view !== null && !hasPicture && <FlatPicture store={store} loaded={loaded} view={view} />}
-          {view !== null && <MeasureLayer store={store} loaded={loaded} view={view} />}
-          {view !== null && store.measuring.tool.value === null && <KeyCursor canvas={canvas} />}
-          {view !== null && <RoomNames store={store} view={view} />}
-          {view !== null && <Markers store={store} view={view} />}
-          {view !== null && <GhostMarker store={store} loaded={loaded} view={view} />}
-          {view !== null && <Toolbar store={store} view={view} />}
-          {view !== null && <EditLayer store={store} loaded={loaded} view={view} />}
-          {view !== null && <SiteTools store={store} view={view} />}
-          <div class="corner">
-            {view !== null && <PlanScale store={store} view={view} />}
-            {view !== null && <CoveredNote store={store} view={view} />}
-            {hasPicture && <Legend store={store} />}
-            {view !== null && <WalkPanel store={store} view={view} />}
-          </div>
-          <div class="cards">
-            {showsStationCard(store) && <StationCard store={store} view={view} />}
-            <GhostCard store={store} loaded={loaded} />
-            <SelectionCard store={store} />
-            <PairCard store={store} />
-            <SurfaceCard store={store} view={view} />
-          </div>
-        </div>
-        <Sheet store={store} view={view} />
-      </main>
-      {store.reviewClient !== null && <Messages reviewClient={store.reviewClient} />}
-    </div>
-  );
-}
-
-/** Not while walking or editing, nor of a station that is not shown, as while a run is watched. */
-function showsStationCard({ isWalking, tab, stationId, shownStations }: Store): boolean {
-  const isShown = shownStations.value.some(({ id }) => id === stationId.value);
-  return isShown && !isWalking.value && tab.value !== 'edit';
+  return <InFull store={store} loaded={loaded} />;
 }

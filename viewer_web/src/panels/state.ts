@@ -2,7 +2,8 @@
 import { type Signal, signal } from '@preact/signals';
 
 export type PageId = 'plan' | 'field' | 'drawing';
-export type TabId = 'plan' | 'unseen' | 'network' | 'edit' | 'runs' | 'review';
+export const TAB_IDS = ['plan', 'unseen', 'network', 'edit', 'runs', 'review'] as const;
+export type TabId = (typeof TAB_IDS)[number];
 /** What the sheet over the canvas shows. */
 export type SheetId = 'graph' | 'matrix' | 'panorama';
 

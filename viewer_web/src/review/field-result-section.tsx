@@ -2,9 +2,9 @@
 
 import { useState } from 'preact/hooks';
 import type { ReviewClient } from '../api/review-client.ts';
-import { stationsOf } from '../edit/draft-follower.ts';
 import { fetchGround, GROUND } from '../edit/ground-map.ts';
 import { isLive } from '../edit/readiness.ts';
+import { stationsOf } from '../edit/review-stations.ts';
 import { t } from '../language/language.ts';
 import { coordinatesWords, lengthWords } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';

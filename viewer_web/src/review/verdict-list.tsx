@@ -3,8 +3,8 @@
 import { timeInWords } from '../api/conflict-words.ts';
 import type { Review } from '../api/documents.ts';
 import type { ReviewClient } from '../api/review-client.ts';
-import { stationsOf } from '../edit/draft-follower.ts';
 import { canComment } from '../edit/readiness.ts';
+import { stationsOf } from '../edit/review-stations.ts';
 import { t } from '../language/language.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';

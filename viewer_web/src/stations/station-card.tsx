@@ -2,7 +2,7 @@
 
 import { batch } from '@preact/signals';
 import type { DraftStation } from '../edit/draft.ts';
-import { stationsOf } from '../edit/draft-follower.ts';
+import { stationsOf } from '../edit/review-stations.ts';
 import { t } from '../language/language.ts';
 import type { PlanJson, PlanLink, RequirementResult, StationLoss } from '../load/plan-json.ts';
 import { SetUpDistances } from '../measure/set-up-lines.tsx';
