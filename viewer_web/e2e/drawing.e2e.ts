@@ -91,7 +91,7 @@ test('gaps get a door and a wall, a wall is drawn, north is set, and all of it i
   expect(Math.max(...added) - Math.min(...added)).toBeCloseTo(0.2, 3);
   expect([drawn().north_deg, storey.room_height_m]).toEqual([90, 3]);
 
-  // Another start of the page shows what was saved; a second page that is late is told so.
+  // Another start of the page shows what was saved; a second page that is late is refused.
   const late = await openPage({}, server.address);
   await late.page.goto(`${server.address}#view=drawing`);
   await late.page.locator('.drawing-names text').nth(2).waitFor();

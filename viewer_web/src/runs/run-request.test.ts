@@ -35,6 +35,7 @@ test('the form begins with what the plan was asked', () => {
     objective: 'fewest',
     max_stations: null,
     from_review: true,
+    from_drawing: false,
     time_limit_s: null,
   });
 });
