@@ -113,6 +113,17 @@ def with_all_doors_shut(survey: Survey, visibility: Visibility, position_m: Floa
     return kept_rows(visibility, ~hidden)
 
 
+def unknown_doors(scene: Scene) -> tuple[str, ...]:
+    """A line on open doors of which it is not known where they shut; none where all are known."""
+    n_unknown = len(scene.open_doors) - len(_known_doors(scene))
+    if not n_unknown:
+        return ()
+    return (
+        f"doors change: {n_unknown} of the {len(scene.open_doors)} open doors are modelled ajar and have no frame, so "
+        "where they shut is not known and they are taken as open; keep these open, or model them shut",
+    )
+
+
 def _known_doors(scene: Scene) -> list[PlacedDoor]:
     return [door for door in scene.open_doors if door.thickness_m <= _THICKEST_M]
 

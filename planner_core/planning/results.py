@@ -43,7 +43,7 @@ from planner_core.model import (
 from planner_core.network.links import least_listed_overlap, overlap_links, surface_of_patches, with_scanned
 from planner_core.network.network_report import registration_report, registration_warnings
 from planner_core.network.pair_overlap import SharedSurface
-from planner_core.network.shut_doors import with_doors
+from planner_core.network.shut_doors import unknown_doors, with_doors
 from planner_core.network.targets import FARTHEST_M, target_places
 from planner_core.positions.reach import Reach
 from planner_core.progress import Progress, silent
@@ -273,10 +273,11 @@ def _registration_warnings(survey: Survey, requirements: Requirements, registrat
     start = requirements.start_of(survey.scanner)
     is_inside = survey.scope is not None and survey.scope.kind == Scope.INTERIOR
     is_apart = not registration.connected and is_inside and survey.scene.source.doors != Doors.OUTSIDE
-    return registration_warnings(
+    lines = registration_warnings(
         registration,
         names,
         offset_m=survey.scene.offset_m,
         pre_alignment=start,
         has_way_out=is_apart and bool(exterior_doors(survey.scene)),
     )
+    return (*lines, *unknown_doors(survey.scene)) if requirements.doors_change else lines

@@ -24,7 +24,7 @@ from planner_core.model import (
 )
 from planner_core.network.candidate_links import CandidateLinks, held_in_both_states
 from planner_core.network.network_report import registration_report
-from planner_core.network.shut_doors import hidden_by, with_doors
+from planner_core.network.shut_doors import hidden_by, unknown_doors, with_doors
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
@@ -167,6 +167,13 @@ def test_without_a_station_in_the_doorway_nothing_holds_with_the_door_shut_and_t
     assert len(changing.registration.networks) == 2
     (line,) = [line for line in changing.warnings if "registers only while" in line]
     assert "registers only while door id9 is open; add a station in the doorway" in line
+
+
+def test_doors_that_are_modelled_ajar_without_a_frame_are_taken_as_open_and_counted() -> None:
+    ajar = PlacedDoor(9, np.array([[3.5, 1.5, 0.0], [4.3, 2.4, 2.1]]), np.array([0.6, 0.8]))
+    assert unknown_doors(replace(rooms(), open_doors=(placed(0, 0.0),))) == ()
+    (line,) = unknown_doors(replace(rooms(), open_doors=(ajar, placed(0, 0.0))))
+    assert "1 of the 2 open doors" in line
 
 
 def test_doors_that_change_are_refused_where_none_is_open() -> None:
