@@ -44,6 +44,7 @@ _NEEDED_LATER = (
     "planner_core.plan_folder.drawing.png_canvas",
     "reportlab.pdfbase.ttfonts",
     "pyvista.plotting",
+    "planner_core.plan_folder.offscreen:window_class",
 )
 
 
