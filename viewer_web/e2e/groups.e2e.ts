@@ -1,5 +1,6 @@
 /** Groups of stations and proposed ones in a real browser: what a proposal promises is what adding it brings. */
 import { expect, inject, test } from 'vitest';
+import { removeStation } from '../src/edit/changes.ts';
 import { countingOf, networkOf } from '../src/network/graph.ts';
 import { viewerPages } from './browser.ts';
 import { PlanFiles } from './plan-files.ts';
@@ -57,4 +58,24 @@ test('the best position of an unseen surface stands in the building, and goes wi
   await viewer.screenshot('unseen-proposed');
   await page.getByRole('tab', { name: 'Plan' }).click();
   await expect.poll(() => page.locator('.ghost-marker').count()).toBe(0);
+});
+
+test('the verdict stands above every tab, whole, and follows the edits', async () => {
+  const viewer = await openPage();
+  const { page } = viewer;
+  await viewer.open();
+  const verdict = page.getByTestId('verdict');
+  const words = `NOT MET✓ ${(100 * plan.coverage.fraction_of_achievable).toFixed(1)} %✓ 2 of 2 floors! ${components.length} groups`;
+  for (const tab of ['Plan', 'Unseen', 'Network', 'Edit', 'Runs', 'Review']) {
+    await page.getByRole('tab', { name: tab }).click();
+    await expect.poll(() => verdict.textContent()).toBe(words);
+    const isWhole = () => verdict.evaluate((line) => line.scrollWidth <= line.clientWidth && line.getBoundingClientRect().height >= 20);
+    await expect.poll(isWhole).toBe(true);
+  }
+  await page.getByRole('tab', { name: 'Plan' }).click();
+  await page.getByRole('list', { name: 'Stations' }).getByRole('button').last().scrollIntoViewIfNeeded();
+  await expect.poll(async () => (await verdict.boundingBox())!.y).toBeLessThan(5);
+  const [alone] = components[components.length - 1];
+  expect(await viewer.changeAs('Somebody', removeStation(alone))).toBe(200);
+  await expect.poll(() => verdict.textContent()).toContain(`! ${components.length - 1} groups`);
 });

@@ -8,16 +8,8 @@ import type { Latencies } from './preview-loop.ts';
 import { canEdit, isLive } from './readiness.ts';
 import { hasEdits, stationsOf } from './review-stations.ts';
 import type { Editing } from './state.ts';
-import {
-  draftTotals,
-  isAllMet,
-  missedOf,
-  planTotals,
-  previewTotals,
-  signedCount,
-  signedPoints,
-  type Totals,
-} from './totals.ts';
+import { isAllMet, missedOf, planTotals, signedCount, signedPoints, type Totals } from './totals.ts';
+import { totalsNow } from './totals-beside.ts';
 
 export function DraftBar({ store }: { store: Store }) {
   const { reviewClient, editing, loaded } = store;
@@ -28,8 +20,7 @@ export function DraftBar({ store }: { store: Store }) {
   const isMoving = editing.underWay.value !== null;
   if (!isEdited && !isMoving && store.tab.value !== 'edit') return null;
   if (store.planBase.value !== '') return null;
-  const showsPlan = editing.showsPlan.value && !isMoving;
-  const totals = showsPlan ? planTotals(plan) : totalsNow(store);
+  const totals = totalsNow(store);
   return (
     <section
       class={isStale(store) ? 'draft-bar draft-bar-stale' : 'draft-bar'}
@@ -68,17 +59,6 @@ function measured({ nDrags, answerTimes, drawTimes }: Editing) {
 function isStale({ reviewClient, editing }: Store): boolean {
   const [figures, review] = [reviewClient?.figures.value ?? null, reviewClient?.review.value ?? null];
   return editing.preview.value === null && figures !== null && review !== null && figures.revision < review.revision;
-}
-
-/** Of what is shown: a preview, the draft, or the plan where the draft's are not known. */
-function totalsNow(store: Store): Totals | null {
-  const plan = store.loaded.value?.plan;
-  const head = store.editing.preview.value;
-  const figures = store.reviewClient?.figures.value ?? null;
-  if (plan === undefined) return null;
-  if (head !== null) return previewTotals(plan, head);
-  if (figures !== null && isLive(store)) return draftTotals(plan, figures);
-  return hasEdits(stationsOf(store)) ? null : planTotals(plan);
 }
 
 function ShownChoice({ store, words }: { store: Store; words: string }) {

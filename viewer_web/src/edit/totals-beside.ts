@@ -2,7 +2,7 @@
 import type { Store } from '../store.ts';
 import { isLive } from './readiness.ts';
 import { hasEdits, stationsOf } from './review-stations.ts';
-import { draftTotals, planTotals, type Totals } from './totals.ts';
+import { draftTotals, planTotals, previewTotals, type Totals } from './totals.ts';
 
 export interface TotalsBeside {
   readonly planned: Totals;
@@ -29,4 +29,16 @@ export function totalsBeside(store: Store): TotalsBeside | null {
     edited: isKnown ? draftTotals(plan, figures) : null,
     isStale: isKnown && review !== null && figures.revision < review.revision,
   };
+}
+
+/** Of what is shown: a preview, the draft, or the plan; null: nothing computes what edits are worth. */
+export function totalsNow(store: Store): Totals | null {
+  const plan = store.loaded.value?.plan;
+  const head = store.editing.preview.value;
+  const figures = store.reviewClient?.figures.value ?? null;
+  if (plan === undefined) return null;
+  if (store.editing.showsPlan.value && store.editing.underWay.value === null) return planTotals(plan);
+  if (head !== null) return previewTotals(plan, head);
+  if (figures !== null && isLive(store)) return draftTotals(plan, figures);
+  return hasEdits(stationsOf(store)) ? null : planTotals(plan);
 }

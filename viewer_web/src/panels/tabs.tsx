@@ -17,6 +17,7 @@ import { UnseenTab } from '../unseen/unseen-tab.tsx';
 import { KeysHelp } from './keys-help.tsx';
 import type { TabId } from './state.ts';
 import { Summary } from './summary.tsx';
+import { VerdictLine } from './verdict-line.tsx';
 
 interface Tab {
   readonly id: TabId;
@@ -49,6 +50,7 @@ export function Tabs({ store, view }: TabsProps) {
   };
   return (
     <>
+      <VerdictLine store={store} />
       <div
         class="tabs"
         role="tablist"

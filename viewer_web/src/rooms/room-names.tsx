@@ -22,6 +22,8 @@ export function RoomNames({ store, view }: { store: Store; view: PlanView }) {
           name.hidden = true;
           if (at === null || room === undefined) continue;
           const [[x0, y0], [x1, y1]] = room.box;
+          // In a room that is smaller than its name, as far off, it would stand over others.
+          if (Number(name.dataset.width) > MOST_OVER * (Math.max(x1 - x0, y1 - y0) / view.metresPerPixel())) continue;
           const size = { width: Number(name.dataset.width), height: NAME_HEIGHT };
           boxes.push({
             number,
@@ -68,5 +70,7 @@ export function RoomNames({ store, view }: { store: Store; view: PlanView }) {
 }
 
 const EYE_M = 1.3;
+/** A name is at most so much wider than its room in the picture. */
+const MOST_OVER = 1.2;
 /** Of a line of `.room-name`, pixels. */
 const NAME_HEIGHT = 18;

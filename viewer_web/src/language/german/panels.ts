@@ -1,5 +1,8 @@
 /** German of the texts in src/panels. */
 export const PANELS = {
+  'unknown as edited': 'bearbeitet unbekannt',
+  '{met} of {all} floors': '{met} von {all} Stockwerken',
+  '{met} of {all} zones and classes': '{met} von {all} Zonen und Klassen',
   'The plan can’t be shown': 'Der Plan lässt sich nicht zeigen',
   'Try again': 'Erneut versuchen',
   'Open the main plan': 'Hauptplan öffnen',
