@@ -107,6 +107,8 @@ def _lift_recognised(
     _write_lifted(building, files.ifc, overwrite=overwrite)
     write_drawn(found.drawn, files.document)
     write_lines(found.lines, files.lines)
+    if any(opening.doubtful for storey in found.drawn.storeys for opening in storey.openings):
+        reporter.warn([f"doubtful gaps can be settled in the browser: tlsplan view {files.document}"])
 
 
 def _lift_corrected(corrected: Path, files: DrawnFiles, reporter: ProgressReporter, *, overwrite: bool) -> None:

@@ -1,11 +1,12 @@
 /** The drawing under its walls, doors, windows and rooms, and what is being drawn. */
 
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
-import type { DrawnOpening, DrawnRoom, DrawnWall } from '../api/documents.ts';
+import type { DrawnOpening, DrawnRoom, DrawnStorey, DrawnWall } from '../api/documents.ts';
 import { t } from '../language/language.ts';
 import { areaWords, lengthWords } from '../panels/figures.ts';
 import { scaleBar } from '../share/scale-bar.ts';
 import type { DrawingEditor, DrawnLines } from './editor.ts';
+import type { Chosen } from './edits.ts';
 import { type Corner, type Corners, distance, straightOf } from './geometry.ts';
 import { DrawingPointer, type Hit, type Sizes } from './pointer.ts';
 import type { Snapped } from './snap.ts';
@@ -52,6 +53,25 @@ export function DrawingCanvas({ editor, view, setView, sizes, mayChange }: Canva
   const shown = view ?? { perM: 50, x: 0, y: 0 };
   const scale = editor.shown.value?.scale ?? 1;
   const tool = editor.tool.value;
+  const [rooms, lines] = [editor.rooms.value[editor.storey.value], editor.lines.value.get(editor.storey.value)];
+  const chosen = editor.chosen.value;
+  // The picture is shifted and zoomed with every move of a pointer: what did not change is not made again for that.
+  const still = useMemo(
+    () => (
+      <>
+        <Rooms rooms={rooms ?? []} />
+        <Lines lines={lines} scale={scale} />
+        {storey?.walls.map((wall) => (
+          <Wall key={wall.id} wall={wall} isChosen={isChosen(chosen, 'wall', wall.id)} />
+        ))}
+        {storey?.openings.map((opening) => (
+          <Opening key={opening.id} opening={opening} isChosen={isChosen(chosen, 'opening', opening.id)} />
+        ))}
+        <Stairs stairs={storey?.stairs ?? []} />
+      </>
+    ),
+    [rooms, lines, scale, storey, chosen],
+  );
   return (
     <svg
       ref={frame}
@@ -73,17 +93,7 @@ export function DrawingCanvas({ editor, view, setView, sizes, mayChange }: Canva
         setView(zoomed(shown, Math.exp(-event.deltaY / 500), at(event)));
       }}
     >
-      <g transform={`matrix(${shown.perM} 0 0 ${-shown.perM} ${shown.x} ${shown.y})`}>
-        <Rooms rooms={editor.rooms.value[editor.storey.value] ?? []} />
-        <Lines lines={editor.lines.value.get(editor.storey.value)} scale={scale} />
-        {storey?.walls.map((wall) => (
-          <Wall key={wall.id} wall={wall} isChosen={isChosen(editor, 'wall', wall.id)} />
-        ))}
-        {storey?.openings.map((opening) => (
-          <Opening key={opening.id} opening={opening} isChosen={isChosen(editor, 'opening', opening.id)} />
-        ))}
-        <Stairs editor={editor} />
-      </g>
+      <g transform={`matrix(${shown.perM} 0 0 ${-shown.perM} ${shown.x} ${shown.y})`}>{still}</g>
       <RoomNames rooms={editor.rooms.value[editor.storey.value] ?? []} view={shown} />
       <Ends editor={editor} view={shown} />
       <Furniture northDeg={editor.shown.value?.north_deg ?? null} perM={shown.perM} />
@@ -100,8 +110,8 @@ function hitOf(target: EventTarget | null): Hit {
   return { chosen, end: end === 'a' || end === 'b' ? end : null };
 }
 
-const isChosen = (editor: DrawingEditor, kind: string, id: string): boolean =>
-  editor.chosen.value?.kind === kind && editor.chosen.value.id === id;
+const isChosen = (chosen: Chosen | null, kind: string, id: string): boolean =>
+  chosen?.kind === kind && chosen.id === id;
 
 function Lines({ lines, scale }: { lines: DrawnLines | undefined; scale: number }) {
   const path = useMemo(
@@ -173,8 +183,7 @@ function Opening({ opening, isChosen: chosen }: { opening: DrawnOpening; isChose
   );
 }
 
-function Stairs({ editor }: { editor: DrawingEditor }) {
-  const stairs = editor.shown.value?.storeys[editor.storey.value]?.stairs ?? [];
+function Stairs({ stairs }: { stairs: DrawnStorey['stairs'] }) {
   const areas = stairs.map(({ foot: [x, y], along: [u, v], run_m: run, width_m: width }) =>
     ring([
       [x, y],

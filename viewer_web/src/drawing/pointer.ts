@@ -198,6 +198,8 @@ export class DrawingPointer {
     const drawn = editor.drawn.peek();
     const storey = drawn?.storeys[editor.storey.peek()];
     const axes = (storey?.walls ?? []).flatMap(({ id, outline }) => {
+      // Lengths are known of faces of walls, not of their middle.
+      if (editor.tool.peek() === 'scale') return outline.map((p, i) => [p, outline[(i + 1) % outline.length]] as const);
       const straight = id === without ? null : straightOf(outline);
       return straight === null ? [] : [[straight.a, straight.b] as const];
     });
