@@ -69,7 +69,8 @@ test('the verdict stands above every tab, whole, and follows the edits', async (
   for (const tab of ['Plan', 'Unseen', 'Network', 'Edit', 'Runs', 'Review']) {
     await page.getByRole('tab', { name: tab }).click();
     await expect.poll(() => verdict.textContent()).toBe(words);
-    const isWhole = () => verdict.evaluate((line) => line.scrollWidth <= line.clientWidth && line.getBoundingClientRect().height >= 20);
+    const isWhole = () =>
+      verdict.evaluate((line) => line.scrollWidth <= line.clientWidth && line.getBoundingClientRect().height >= 20);
     await expect.poll(isWhole).toBe(true);
   }
   await page.getByRole('tab', { name: 'Plan' }).click();

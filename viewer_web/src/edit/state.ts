@@ -6,6 +6,7 @@ import type { DraftStation } from './draft.ts';
 import type { DoorState } from './entrance-words.ts';
 import type { GroundMap, Place } from './ground-map.ts';
 import { Latencies } from './preview-loop.ts';
+import type { SurfaceChange } from './what-if.ts';
 
 export type Tool = 'select' | 'add' | 'forbid' | 'keep_out' | 'priority' | 'ground' | 'entrance' | 'doors' | 'comment';
 
@@ -54,6 +55,8 @@ export interface Editing {
   readonly underWay: Signal<UnderWay | null>;
   /** The server's answer about what is under way; null: none yet. */
   readonly preview: Signal<PreviewHead | null>;
+  /** What the station under way wins and loses there; null: not known. */
+  readonly surfaceChange: Signal<SurfaceChange | null>;
   /** Corners drawn so far, scene frame. */
   readonly outline: Signal<readonly Place[]>;
   readonly outlineFloor: Signal<string | null>;
@@ -83,6 +86,7 @@ export function createEditing(): Editing {
     watchesRun: signal(true),
     underWay: signal<UnderWay | null>(null),
     preview: signal<PreviewHead | null>(null),
+    surfaceChange: signal<SurfaceChange | null>(null),
     outline: signal<readonly Place[]>([]),
     outlineFloor: signal<string | null>(null),
     zoneName: signal(''),

@@ -3,6 +3,7 @@
 import { batch, effect, untracked } from '@preact/signals';
 import type { Change, Point } from '../api/documents.ts';
 import type { ReviewClient } from '../api/review-client.ts';
+import { type PatchValues, TIMES_SEEN } from '../heat/layers.ts';
 import { t } from '../language/language.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { coordinatesWords, counted, lengthWords } from '../panels/figures.ts';
@@ -18,6 +19,7 @@ import { PreviewLoop } from './preview-loop.ts';
 import { askPreview, type Preview, PreviewPaint, type Wish } from './previews.ts';
 import { isLive, toolInHand, whyNotLive } from './readiness.ts';
 import type { UnderWay } from './state.ts';
+import { surfaceChange } from './what-if.ts';
 
 /** What the live side has values of while something moves; others keep the plan's. */
 const LIVE_LAYERS = new Set(['times_seen', 'range', 'incidence', 'spacing', 'noise']);
@@ -355,6 +357,8 @@ export class StationMover {
     this.store.editing.preview.value = preview.head;
     const layers = this.follower.layers.peek();
     if (layers !== null) this.paint.show(preview, layers.valuesOf);
+    const timesSeen = layers?.valuesOf(TIMES_SEEN);
+    if (timesSeen !== undefined) this.showChange(preview, timesSeen);
     if (askedMs === null) return;
     this.store.editing.answerTimes.add(performance.now() - askedMs);
     // The frame that draws it was asked for before this one; when the next one begins, it is on the screen.
@@ -364,6 +368,15 @@ export class StationMover {
         this.adjustDetail(performance.now() - begun);
       });
     });
+  }
+
+  /** In figures and in the building, against the draft without the change. */
+  private showChange({ delta }: Preview, timesSeen: PatchValues): void {
+    const { plan, scope } = this.loaded;
+    const before = { timesSeen, areasM2: this.view.patchAreasM2, scope, seenFrom: plan.requirements.seen_from };
+    const change = surfaceChange(delta, before);
+    this.store.editing.surfaceChange.value = change;
+    this.view.showChange(change);
   }
 
   /**
@@ -418,7 +431,9 @@ export class StationMover {
     batch(() => {
       this.store.editing.underWay.value = null;
       this.store.editing.preview.value = null;
+      this.store.editing.surfaceChange.value = null;
     });
+    this.view.showChange(null);
     if (this.detail < 1) this.view.setDetail(1);
     this.view.requestFrame();
   }

@@ -6,6 +6,7 @@ import { DraftBar } from '../edit/draft-bar.tsx';
 import { EditLayer } from '../edit/edit-layer.tsx';
 import { Messages } from '../edit/messages.tsx';
 import { SelectionCard } from '../edit/selection-card.tsx';
+import { WhatIfCard } from '../edit/what-if-card.tsx';
 import { FieldButton } from '../field/field-button.tsx';
 import { GhostCard } from '../ghost/ghost-card.tsx';
 import { GhostMarker } from '../ghost/ghost-marker.tsx';
@@ -108,6 +109,7 @@ export function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan 
           </div>
           <div class="cards">
             {showsStationCard(store) && <StationCard store={store} view={view} />}
+            <WhatIfCard store={store} />
             <GhostCard store={store} loaded={loaded} />
             <SelectionCard store={store} />
             <PairCard store={store} />

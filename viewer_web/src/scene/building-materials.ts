@@ -43,12 +43,13 @@ uniform vec3 slice; // lowest, highest, and the height above which nothing flat 
 ${CUT_GLSL}
 uniform int paintMode; // 0 plain, 1 classes, 2 ramp
 uniform bool hasMarks;
+uniform bool hasChanges; // patchMarks has what a change loses (1) and wins (2), painted over the layer
 uniform bool isGhost; // the pass that draws nothing but marked patches, through whatever hides them
 uniform float rampLow, rampHigh, rampNone;
 uniform bool isBack; // not gl_FrontFacing: three turns it round where it draws back faces
 uniform float fade;
 uniform int pickedElement;
-uniform vec3 plainColor, groundColor, sectionColor, unseenColor, notAchievableColor, notAskedColor, pickedColor, markColor, backgroundColor;
+uniform vec3 plainColor, groundColor, sectionColor, unseenColor, notAchievableColor, notAskedColor, pickedColor, markColor, lostColor, wonColor, backgroundColor;
 in vec3 vLocal;
 in vec3 vWeights;
 flat in vec3 vEdges;
@@ -66,10 +67,15 @@ vec3 rampColor(float value, ivec2 texel) {
 bool isBare() { return !hasMarks && (paintMode == 0 || fade > 0.0); }
 vec3 surfaceColor() {
   vec3 bare = (vNumbers.w & 1) == 1 ? groundColor : plainColor;
-  if (isBare()) return bare;
+  if (isBare() && !hasChanges) return bare;
   int patchId = vNumbers.x + int(patchCode(vWeights, vEdges, vNumbers.z));
   ivec2 texel = ivec2(patchId % ${TEXTURE_WIDTH}, patchId / ${TEXTURE_WIDTH});
   if (hasMarks) return texelFetch(patchMarks, texel, 0).r == 0u ? mix(bare, plainColor, 0.6) : markColor;
+  if (hasChanges) {
+    uint change = texelFetch(patchMarks, texel, 0).r;
+    if (change != 0u) return change == 1u ? lostColor : wonColor;
+    if (isBare()) return bare;
+  }
   int value = int(texelFetch(patchValues, texel, 0).r);
   return paintMode == 1 ? classColor(value) : rampColor(float(value), texel);
 }

@@ -48,6 +48,9 @@ export type Paint =
 /** Of lines: they show the form where colours of the legend hide it, without blackening a model of many small parts. */
 const LINE_OPACITY = { clear: 0.7, faded: 0.3 } as const;
 
+/** In the texture of marks, of what a change loses and wins. */
+const [LOST, WON] = [1, 2];
+
 export class Building {
   readonly group = new Group();
   private readonly surfaces: readonly Chunk[];
@@ -71,7 +74,10 @@ export class Building {
   /** Of each slice: the marked patches once more, seen through what hides them. */
   private ghosts: Mesh[] = [];
 
+  private readonly nPatches: number;
+
   constructor({ stage, edges, patchSeen }: LoadedPlan) {
+    this.nPatches = patchSeen.length;
     const { triangles } = stage;
     this.surfaces = surfaceChunks(triangles.cornersM, stage.elements);
     this.lines = lineChunks(edges, stage.elements);
@@ -99,6 +105,9 @@ export class Building {
       colors: { value: this.colors },
       paintMode: { value: 0 as number },
       hasMarks: { value: false },
+      hasChanges: { value: false },
+      lostColor: { value: new Color() },
+      wonColor: { value: new Color() },
       rampLow: { value: 0 },
       rampHigh: { value: 1 },
       rampNone: { value: -1 },
@@ -127,6 +136,8 @@ export class Building {
     setColor(u.pickedColor.value, palette.picked);
     setColor(u.backgroundColor.value, palette.background);
     setColor(u.markColor.value, palette.mark);
+    setColor(u.lostColor.value, palette.lost);
+    setColor(u.wonColor.value, palette.won);
     setColor(this.lineUniforms.lineColor.value, palette.line);
   }
 
@@ -180,9 +191,21 @@ export class Building {
   /** Show only the patches whose mark is not 0, the rest in the colours of bare surface; null: no marks. */
   setMarks(marks: Uint8Array | null): void {
     this.uniforms.hasMarks.value = marks !== null;
+    this.uniforms.hasChanges.value = false;
     for (const ghost of this.ghosts) ghost.visible = marks !== null;
     // Give the memory back: marks are a passing thing.
     this.marks.set(marks ?? new Uint8Array(1));
+    this.bindPatches();
+  }
+
+  /** Paint what a change loses and wins over the layer, patches; null: nothing. What is marked stays in the picture instead. */
+  setChanges(change: { readonly lost: readonly number[]; readonly won: readonly number[] } | null): void {
+    if (this.uniforms.hasMarks.value || (change === null && !this.uniforms.hasChanges.value)) return;
+    this.uniforms.hasChanges.value = change !== null;
+    const painted = new Uint8Array(change === null ? 1 : this.nPatches);
+    for (const patch of change?.lost ?? []) painted[patch] = LOST;
+    for (const patch of change?.won ?? []) painted[patch] = WON;
+    this.marks.set(painted);
     this.bindPatches();
   }
 

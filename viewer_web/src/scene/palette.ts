@@ -16,6 +16,9 @@ export interface Palette {
   readonly picked: string;
   /** Patches that are highlighted. */
   readonly mark: string;
+  /** What a moved station would no longer cover, and what it would besides; red is darker, for those who tell them by that. */
+  readonly lost: string;
+  readonly won: string;
   readonly link: string;
   readonly isDark: boolean;
 }
@@ -24,6 +27,8 @@ const COVERAGE = {
   unseen: '#e8833a',
   picked: '#f5c211',
   mark: '#a04fc9',
+  lost: '#b3162b',
+  won: '#63d471',
 } as const;
 
 export const LIGHT: Palette = {

@@ -229,6 +229,12 @@ export class PlanView {
     this.patchPaint.patch(indices, timesSeen, layerId, values);
   }
 
+  /** Paint what a change loses and wins over the layer; null: nothing. */
+  showChange(change: { readonly lost: readonly number[]; readonly won: readonly number[] } | null): void {
+    this.building.setChanges(change);
+    this.requestFrame();
+  }
+
   /** Look from a station's sensor in a direction, where there is a picture. */
   lookFrom(stationId: string, direction: Direction): void {
     if (this.store.hasPicture.peek()) this.flights.lookFrom(stationId, direction);

@@ -1,5 +1,11 @@
 /** German of the texts in src/edit. */
 export const EDIT = {
+  'What if': 'Was wäre wenn',
+  'A new station here': 'Ein neuer Standpunkt hier',
+  '{id} here': '{id} hier',
+  Loses: 'Geht verloren',
+  'Links won': 'Neue Verknüpfungen',
+  'Links lost': 'Verlorene Verknüpfungen',
   'Priority zone: the required coverage is a percentage up to 100.':
     'Vorrangzone: Die geforderte Abdeckung ist ein Prozentwert bis 100.',
   'No surface under the pointer: click on one.': 'Keine Fläche unter dem Zeiger: Klicken Sie auf eine.',
