@@ -344,11 +344,12 @@ def floor_plan_of(storey: DrawnStorey) -> FloorPlan:
         Opening(OpeningKind(each.kind), np.array(each.corners), each.name, each.doubtful) for each in storey.openings
     )
     filled = shapely.union_all([opening.area for opening in openings])
+    cut = shapely.union_all([opening.area for opening in openings if not opening.is_doubtful])  # gaps lie between walls
     pieces: list[Any] = []
     for wall in storey.walls:
         area = _area_of(wall)
-        if shapely.intersects(area, filled):
-            area = polygons_of(shapely.difference(area, filled, grid_size=GRID_M))
+        if shapely.intersects(area, cut):
+            area = polygons_of(shapely.difference(area, cut, grid_size=GRID_M))
         pieces += shapely.get_parts(area).tolist()
     pieces.sort(key=_place)
     texts = tuple(PlacedText(each.text, *each.at) for each in storey.texts)

@@ -14,6 +14,8 @@ from oldest_plan import oldest_plan
 from tlsplan import environment
 from tlsplan.group import cli
 
+from planner_core.plan_folder.drawn_files import write_drawn
+from tests.drawings.drawn_buildings import room_document
 from viewer_web.server import serve
 from viewer_web.server.jobs.runs import LeftRun
 from viewer_web.server.live_worker import LiveSide
@@ -127,3 +129,22 @@ def test_an_opening_that_outlives_the_server_does_not_spoil_the_end(
 def test_a_run_of_another_server_is_told_to_go_on(view: View, tmp_path: Path) -> None:
     *_, said = view(LeftRun("R007", is_ending=False, plan=tmp_path / "R007")).stdout.splitlines()
     assert said.startswith("run R007 continues") and "start `tlsplan view` again" in said
+
+
+def test_a_drawing_file_is_shown_before_there_is_a_plan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    served: list[tuple[Path, bool]] = []
+
+    def ended(folder: Path, *, live: bool, on_ready: Callable[[str], None], **_: object) -> None:
+        served.append((folder, live))
+        on_ready("http://127.0.0.1:1/?token=x")
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(serve, "serve", ended)
+    document = tmp_path / "floor.drawing.json"
+    write_drawn(room_document(), document)
+    shown = CliRunner().invoke(cli, ["view", str(document), "--no-browser"])
+    assert shown.output.startswith(f"{document} is shown at http://127.0.0.1:1/?token=x")
+    assert served == [(tmp_path.resolve() / "floor", False)]
+    document.write_text("{")
+    refused = CliRunner().invoke(cli, ["view", str(document), "--no-browser"])
+    assert "floor.drawing.json: can't be read (it is no JSON)" in str(refused.exception)
