@@ -10,7 +10,7 @@ import scenes_synthetic
 from planner_core.model import Candidates, Greedy, Plan, PlanSettings, PriorStation, Proven, Requirements, Role, Site
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
-from planner_core.planning.first_plan import STAGE, _far_apart
+from planner_core.planning.first_plan import STAGE, far_apart
 from planner_core.planning.plan import make_plan
 from planner_core.progress import ProgressEvent
 
@@ -135,9 +135,9 @@ def test_candidates_on_both_sides_of_the_origin_come_down_to_one_a_floor() -> No
     rng = np.random.default_rng(3)
     at_m = rng.uniform(-20.0, 20.0, (500, 3))
     candidates = Candidates(at_m, rng.integers(0, 3, 500).astype(np.int32), np.full(500, 1.7), 500)
-    few = _far_apart(candidates, 1.0, most=1)
+    few = far_apart(candidates, 1.0, most=1)
     assert sorted(candidates.floor[few].tolist()) == [0, 1, 2]
-    many = _far_apart(candidates, 1.0, most=100)
+    many = far_apart(candidates, 1.0, most=100)
     assert 30 < many.size <= 100
     moved = replace(candidates, position_m=at_m + np.array([1000.0, -250.0, 7.0]))
-    assert _far_apart(moved, 1.0, most=100).tolist() == many.tolist()
+    assert far_apart(moved, 1.0, most=100).tolist() == many.tolist()
