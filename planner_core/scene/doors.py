@@ -133,7 +133,8 @@ def exterior_doors(scene: Scene) -> list[PlacedDoor]:
     in_room = room_of_points(scene, beside_m.reshape(-1, 3)) >= 0
     has_room: BoolArray = np.asarray(in_room.reshape(beside_m.shape[:3]).any(axis=2))
     is_outer = np.array([flag is True for flag in flags], dtype=bool)
-    one_sided = np.flatnonzero(np.array([flag is None for flag in flags]) & (has_room[:, 0] != has_room[:, 1]))
+    is_unknown = np.array([flag is None for flag in flags], dtype=bool)
+    one_sided = np.flatnonzero(is_unknown & (has_room[:, 0] != has_room[:, 1]))
     if one_sided.size:
         bare_m = beside_m[one_sided, has_room[one_sided, 0].astype(int)]
         is_outer[one_sided] = ~_roofed_between_walls(scene, doors, bare_m)

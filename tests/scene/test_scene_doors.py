@@ -281,3 +281,11 @@ def test_a_door_to_a_roofed_space_between_walls_leads_indoors_where_that_is_no_r
     if not is_shut:
         scene = without_door_leaves(scene, Doors.ALL)
     assert [door.element for door in exterior_doors(scene)] == ([0] if leads_out else [])
+
+
+def test_rooms_without_doors_have_none_that_lead_outdoors() -> None:
+    corner_m = corners_of([((-3.0, 0.1, 0.0), (3.0, 4.0, 2.5))]).reshape(-1, 3)
+    scene = scene_of([("IfcWall", corners_of(WALL))])
+    scene = replace(scene, rooms=(Room("R", "", "1", -1, corner_m, np.arange(36).reshape(-1, 3)),))
+    assert exterior_doors(scene) == []
+    assert without_door_leaves(scene) is scene

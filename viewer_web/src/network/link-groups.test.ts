@@ -1,7 +1,7 @@
 import { expect, test } from 'vitest';
 import type { PlanLink } from '../load/plan-json.ts';
 import { type Counting, networkOf } from './graph.ts';
-import { lackInWords, linkGroups } from './link-groups.ts';
+import { doorsWords, lackInWords, linkGroups } from './link-groups.ts';
 
 const COUNTING: Counting = { threshold: 0.3, minStrength: 0.01, minProbability: 0 };
 const link = (a: number, b: number, overlap: number, strength: number | null = 0.1): PlanLink => ({
@@ -52,4 +52,14 @@ test('a link that does not count says what it lacks', () => {
   expect(lackInWords(LINKS[6], COUNTING)).toBe('strength below 0.01');
   expect(lackInWords(link(0, 1, 0.5, null), COUNTING)).toBeNull();
   expect(lackInWords({ ...LINKS[4], as_set_up: true }, COUNTING)).toBeNull();
+});
+
+test('a link names the doors that it needs, and does not count where doors change', () => {
+  const through = { ...link(0, 1, 0.5), only_open: ['1a', '2b'] };
+  expect(doorsWords(through)).toBe('only with 2 open: 1a, 2b');
+  expect(doorsWords({ ...link(0, 1, 0.2), only_shut: ['1a'] })).toBe('would register with 1 shut: 1a');
+  expect(doorsWords(link(0, 1, 0.5))).toBeNull();
+  expect(lackInWords(through, COUNTING)).toBeNull();
+  expect(lackInWords(through, { ...COUNTING, doorsChange: true })).toBe('needs an open door');
+  expect(lackInWords(link(0, 1, 0.5), { ...COUNTING, doorsChange: true })).toBeNull();
 });

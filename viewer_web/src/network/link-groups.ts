@@ -56,7 +56,7 @@ export function lackInWords(link: PlanLink, counting: Counting): string | null {
   return t('probability below {required}', { required: askedPercent(minProbability) });
 }
 
-/** Which state of doors a pair needs to register; null: any of those that were looked at. */
+/** Which state of doors a pair needs to register; null: either. */
 export function doorsWords({ only_open: open = [], only_shut: shut = [] }: PlanLink): string | null {
   if (open.length > 0) return t('only with {n} open: {doors}', { n: open.length, doors: open.join(', ') });
   if (shut.length > 0) return t('would register with {n} shut: {doors}', { n: shut.length, doors: shut.join(', ') });
