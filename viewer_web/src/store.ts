@@ -4,6 +4,7 @@ import { type Choices, createChoices } from './choices.ts';
 import { type CompareState, createCompareState } from './compare/state.ts';
 import { DrawingEditor } from './drawing/editor.ts';
 import { createEditing, type Editing } from './edit/state.ts';
+import { createElementState, type ElementState } from './elements/state.ts';
 import { createFileState, type FileState } from './files/state.ts';
 import { createFloorState, type FloorState } from './floors/state.ts';
 import { createGhostState, type GhostState } from './ghost/state.ts';
@@ -25,6 +26,7 @@ export interface Store
   extends LoadState,
     PanelState,
     FloorState,
+    ElementState,
     FileState,
     GhostState,
     HeatState,
@@ -66,6 +68,7 @@ export function createStore({ isStatic = false, reviewClient = null }: StoreOpti
     ...stations,
     ...section,
     ...createFloorState(load, walk, section),
+    ...createElementState(),
     ...createFileState(),
     ...createGhostState(),
     ...createHeatState(load),

@@ -1,5 +1,6 @@
 /** What was clicked in the building. */
 
+import { IsolationButtons, SourceId } from '../elements/element-parts.tsx';
 import type { ElementCoverage } from '../heat/element-coverage.ts';
 import { NOT_ASKED_CLASS } from '../heat/layers.ts';
 import { t } from '../language/language.ts';
@@ -40,6 +41,7 @@ export function SurfaceCard({ store, view }: { store: Store; view: PlanView | nu
         />
         {shown !== null && !picked.isSection && <Figure name={shown.title} value={shown.words} />}
         {view !== null && <Coverage coverage={view.coverageOf(picked.elementIndex)} />}
+        <SourceId key={element.sourceId} id={element.sourceId} isIfc={scene?.format === 'ifc'} />
         <Figure
           name={t('Position')}
           value={coordinatesWords(picked.pointM)}
@@ -47,6 +49,7 @@ export function SurfaceCard({ store, view }: { store: Store; view: PlanView | nu
         />
         {site !== null && <Figure name={t('Site')} value={siteWords(site, picked.pointM)} hint={site.name} />}
       </dl>
+      <IsolationButtons store={store} />
       <SightList store={store} />
       <AddStationHere store={store} picked={picked} />
     </Card>

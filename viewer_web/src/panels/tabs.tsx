@@ -2,6 +2,7 @@
 
 import type { ComponentChildren } from 'preact';
 import { EditTab } from '../edit/edit-tab.tsx';
+import { ElementSearch } from '../elements/element-search.tsx';
 import { FileList } from '../files/file-list.tsx';
 import { FloorSelector } from '../floors/floor-selector.tsx';
 import { t } from '../language/language.ts';
@@ -100,6 +101,7 @@ function pageOf(id: TabId, { store, view }: TabsProps): ComponentChildren {
       <FileList store={store} />
       <RouteSection store={store} />
       <StationList store={store} />
+      <ElementSearch store={store} view={view} />
       <KeysHelp />
     </>
   );

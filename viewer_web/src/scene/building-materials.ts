@@ -49,6 +49,7 @@ uniform float rampLow, rampHigh, rampNone;
 uniform bool isBack; // not gl_FrontFacing: three turns it round where it draws back faces
 uniform float fade;
 uniform int pickedElement;
+uniform int isolatedElement; // -1: all are drawn
 uniform vec3 plainColor, groundColor, sectionColor, unseenColor, notAchievableColor, notAskedColor, pickedColor, markColor, lostColor, wonColor, backgroundColor;
 in vec3 vLocal;
 in vec3 vWeights;
@@ -87,6 +88,7 @@ void main() {
   // Flat shading from the geometry itself; sign-free, since a surface's two sides look alike.
   vec3 normal = abs(normalize(cross(dFdx(vLocal), dFdy(vLocal))));
   if (isCutAway(vLocal) || vLocal.z < slice.x || vLocal.z > slice.y || (vLocal.z > slice.z && normal.z > ${FLAT_COS})) discard;
+  if (isolatedElement >= 0 && vNumbers.y != isolatedElement) discard;
   if (isGhost) {
     if (!isMarked()) discard;
     fragColor = vec4(markColor, 0.3);
@@ -118,12 +120,12 @@ const LINE_FRAGMENT = /* glsl */ `
 precision highp float;
 uniform vec3 slice;
 uniform vec3 lineColor;
-uniform float opacity;
+uniform float opacity, share;
 in vec3 vLocal;
 out vec4 fragColor;
 ${CUT_GLSL}
 void main() {
-  if (isCutAway(vLocal) || vLocal.z < slice.x || vLocal.z > slice.y) discard;
+  if (share == 0.0 || isCutAway(vLocal) || vLocal.z < slice.x || vLocal.z > slice.y) discard;
   fragColor = vec4(lineColor, opacity);
 }
 `;

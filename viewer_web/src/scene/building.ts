@@ -69,6 +69,8 @@ export class Building {
     ...this.cut,
     lineColor: { value: new Color() },
     opacity: { value: LINE_OPACITY.clear as number },
+    /** 0 where no lines are drawn. */
+    share: { value: 1 as number },
   };
   private materials: ShaderMaterial[] = [];
   /** Of each slice: the marked patches once more, seen through what hides them. */
@@ -113,6 +115,7 @@ export class Building {
       rampNone: { value: -1 },
       fade: { value: 0 },
       pickedElement: { value: -1 },
+      isolatedElement: { value: -1 },
       plainColor: { value: new Color() },
       groundColor: { value: new Color() },
       sectionColor: { value: new Color() },
@@ -156,6 +159,12 @@ export class Building {
 
   setPicked(elementIndex: number | null): void {
     this.uniforms.pickedElement.value = elementIndex ?? -1;
+  }
+
+  /** Draw the surfaces of one element alone, without lines, or with those of the others as in an x-ray; null: all. */
+  setIsolated(elementIndex: number | null, isXray: boolean): void {
+    this.uniforms.isolatedElement.value = elementIndex ?? -1;
+    this.lineUniforms.share.value = elementIndex === null || isXray ? 1 : 0;
   }
 
   /** Step back behind a cloud. */

@@ -1,7 +1,9 @@
 /** What of the building lies under places of the page and of the picture: rays against what is drawn. */
 import { type Ray, Vector3 } from 'three';
+import { sliceOfFloor, WHOLE_BUILDING } from '../floors/cut.ts';
 import { NOT_ACHIEVABLE, NOT_ASKED } from '../heat/layers.ts';
 import type { PatchPaint } from '../heat/patch-paint.ts';
+import { triangleArea } from '../heat/statistics.ts';
 import { normalOf } from '../load/edges.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { patchCode } from '../load/patch-rule.ts';
@@ -33,6 +35,21 @@ export class DrawnSurfaces {
     const ray = this.viewport.rayAt(clientX, clientY);
     const hit = this.first(ray);
     return hit === null ? null : this.describe(hit, ray.direction);
+  }
+
+  /** An element as if the largest of its triangles was clicked from in front. */
+  surfaceOf(elementIndex: number): Picked {
+    const { triangles, elements } = this.loaded.stage;
+    const { firstTriangle, nTriangles, floorId } = elements[elementIndex];
+    const all = [...Array(nTriangles).keys()].map((i) => firstTriangle + i);
+    const areaOf = (triangle: number): number => triangleArea(triangles.squaredEdgesM2, 3 * triangle);
+    const triangle = all.reduce((best, one) => (areaOf(one) > areaOf(best) ? one : best), firstTriangle);
+    const corners = triangles.cornersM.subarray(9 * triangle, 9 * triangle + 9);
+    const middle = [0, 1, 2].map((k) => (corners[k] + corners[k + 3] + corners[k + 6]) / 3);
+    const inwards = -this.loaded.edges.bodySide[triangle];
+    const beam = new Vector3(...normalOf(triangles.cornersM, triangle)).multiplyScalar(inwards);
+    const slice = sliceOfFloor(this.store.slices.peek(), floorId) ?? WHOLE_BUILDING;
+    return this.describe({ triangle, pointM: new Vector3(...middle), distanceM: 0, slice }, beam);
   }
 
   /** What one can stand on under a place of the page; local frame. */

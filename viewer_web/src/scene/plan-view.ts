@@ -1,6 +1,7 @@
 /** The 3D side of the viewer: follows the store's signals, and tells it what was clicked. */
 import { batch, computed, effect, untracked } from '@preact/signals';
 import { type Object3D, type Ray, Vector3 } from 'three';
+import { boxOfElement } from '../elements/search.ts';
 import { hiddenTriangles } from '../files/state.ts';
 import { sliceOfFloor, WHOLE_BUILDING } from '../floors/cut.ts';
 import { coverageOf, type ElementCoverage } from '../heat/element-coverage.ts';
@@ -76,7 +77,11 @@ export class PlanView {
     this.building = new Building(loaded);
     this.patchPaint = new PatchPaint(store, loaded, this.building, () => this.requestFrame());
     this.picker = new SurfacePicker(loaded.stage.triangles.cornersM, loaded.tree);
-    this.isHidden = hiddenTriangles(store, loaded.stage);
+    const isOfHiddenFile = hiddenTriangles(store, loaded.stage);
+    this.isHidden = (triangle) =>
+      isOfHiddenFile(triangle) ||
+      (store.isolation.peek() !== 'none' &&
+        loaded.stage.triangles.element[triangle] !== store.picked.peek()?.elementIndex);
     this.drawn = new DrawnSurfaces(store, loaded, this.viewport, this.picker, this.isHidden, this.patchPaint);
     this.snapper = new Snapper(this.picker, loaded, this.isHidden);
     this.marks = new MarkFollower(
@@ -300,6 +305,17 @@ export class PlanView {
     return this.drawn.surfaceAt(clientX, clientY);
   }
 
+  /** Open the floor of an element, look at it, and choose it. */
+  showElement(elementIndex: number): void {
+    const { store, loaded } = this;
+    const element = loaded.stage.elements[elementIndex];
+    const floor = loaded.stage.floors.find(({ id }) => id === element.floorId);
+    store.showFile(element.file, true);
+    store.chooseFloor(floor?.id ?? null);
+    this.flights.frame(boxOfElement(element, loaded.stage.triangles), element.floorId);
+    store.pick(this.drawn.surfaceOf(elementIndex));
+  }
+
   /** The corner, edge or surface under a place of the page, a corner or an edge where one is near; null: nothing is. */
   snapAt(clientX: number, clientY: number): Snapped | null {
     return this.snapper.snapAt(clientX, clientY, this.viewport, this.store.slices.peek());
@@ -427,10 +443,18 @@ export class PlanView {
 
   private followLook(): void {
     const { store } = this;
+    this.endings.push(
+      effect(() => {
+        // Whoever lets go of the element wants the building back.
+        if (store.picked.value === null) store.isolation.value = 'none';
+      }),
+    );
     const pickedElement = computed(() => highlighted(store.picked.value));
     this.endings.push(
       effect(() => {
         this.building.setPicked(pickedElement.value);
+        const alone = store.isolation.value === 'none' ? null : (store.picked.value?.elementIndex ?? null);
+        this.building.setIsolated(alone, store.isolation.value === 'xray');
         this.clouds.group.visible = store.marking.value.kind !== 'shown';
         this.building.setFaded(store.cloud.value.kind === 'shown' && store.marking.value.kind !== 'shown');
         this.viewport.requestFrame();

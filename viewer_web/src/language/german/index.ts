@@ -3,6 +3,7 @@ import { API } from './api.ts';
 import { COMPARE } from './compare.ts';
 import { DRAWING } from './drawing.ts';
 import { EDIT } from './edit.ts';
+import { ELEMENTS } from './elements.ts';
 import { FIELD } from './field.ts';
 import { FILES } from './files.ts';
 import { FLOORS } from './floors.ts';
@@ -32,6 +33,7 @@ export const GERMAN = {
   ...COMPARE,
   ...DRAWING,
   ...EDIT,
+  ...ELEMENTS,
   ...FIELD,
   ...FILES,
   ...FLOORS,
