@@ -106,7 +106,7 @@ def _lift_recognised(
     reporter.warn((*found.warnings, *building.warnings))
     _write_lifted(building, files.ifc, overwrite=overwrite)
     write_drawn(found.drawn, files.document)
-    write_lines(found.lines, files.lines)
+    write_lines(found.lines, files, found.pictures)
     if any(opening.doubtful for storey in found.drawn.storeys for opening in storey.openings):
         reporter.warn([f"doubtful gaps can be settled in the browser: tlsplan view {files.document}"])
 

@@ -41,7 +41,12 @@ def moved(plan: FloorPlan, by_m: FloatArray) -> FloorPlan:
         treads=tuple(replace(treads, foot=treads.foot + by_m) for treads in plan.treads),
         texts=tuple(replace(text, x=text.x + float(by_m[0]), y=text.y + float(by_m[1])) for text in plan.texts),
         lines=replace(plan.lines, points_m=plan.lines.points_m + by_m),
+        from_picture=None if plan.from_picture is None else _shift(by_m) @ plan.from_picture,
     )
+
+
+def _shift(by_m: FloatArray) -> FloatArray:
+    return np.array([[1.0, 0.0, by_m[0]], [0.0, 1.0, by_m[1]], [0.0, 0.0, 1.0]])
 
 
 def over(lower: FloorPlan, upper: FloorPlan, name: str) -> tuple[FloorPlan, str]:

@@ -64,6 +64,8 @@ class Drawing:
     page_height: float | None = None
     """Of a page or a picture, in its unit; None: it has no page, but a space."""
     warnings: tuple[str, ...] = ()
+    from_picture: FloatArray | None = None
+    """(3, 3) homography from pixels of the picture that it was traced in, y up, to its unit; None: it is no picture."""
 
     @property
     def n_strokes(self) -> int:

@@ -36,7 +36,7 @@ _LEAST_SLAB_M = 0.05
 _SAME_RECTANGLE = 1.005
 """Pieces of a wall on both sides of an opening are one wall, where the rectangle around is larger by no more."""
 _FARTHEST_M = 100_000.0
-_MOST_ELEMENTS, _MOST_STOREYS, _MOST_CORNERS = 20_000, 200, 10_000
+_MOST_ELEMENTS, MOST_STOREYS, _MOST_CORNERS = 20_000, 200, 10_000
 
 Metres = Annotated[float, Field(strict=True, ge=-_FARTHEST_M, le=_FARTHEST_M, allow_inf_nan=False)]
 Length = Annotated[float, Field(strict=True, gt=0, le=1000, allow_inf_nan=False)]
@@ -144,7 +144,7 @@ class DrawnBuilding(Document):
     """Direction of north in the plan, clockwise from +y; null: not known."""
     scale: Annotated[float, Field(strict=True, ge=1e-4, le=1e4, allow_inf_nan=False)] = 1.0
     """By which everything was enlarged since it was recognised; the lines of the drawing are, too."""
-    storeys: Annotated[tuple[DrawnStorey, ...], Field(min_length=1, max_length=_MOST_STOREYS)]
+    storeys: Annotated[tuple[DrawnStorey, ...], Field(min_length=1, max_length=MOST_STOREYS)]
     """The lowest first."""
 
 

@@ -84,6 +84,8 @@ class FloorPlan:
     """Recognised without named layers: walls and openings miss each other by more."""
     lines: DrawnLines = NO_LINES
     """All that is drawn."""
+    from_picture: FloatArray | None = None
+    """As of its drawing."""
 
 
 @dataclass(frozen=True)
@@ -325,6 +327,7 @@ def _floor_plan(
         texts=tuple(texts),
         is_traced=likely is not None,
         lines=drawn_lines(drawing, rows, unit_m),
+        from_picture=drawing.from_picture,
     )
 
 

@@ -77,11 +77,40 @@ def _form(path: Path) -> str:
 
 
 @dataclass(frozen=True)
+class PlanPicture:
+    """The picture of a storey. from_picture : as of a `FloorPlan`. box_m : x0, y0, x1, y1 of what it shows."""
+
+    path: Path
+    from_picture: FloatArray
+    box_m: Box
+
+    def write(self, to: Path) -> None:
+        """Write that part of it as PNG; raises OSError."""
+        arguments = {
+            "path": str(self.path),
+            "to": str(to),
+            "matrix": self.from_picture.tolist(),
+            "box_m": list(self.box_m),
+        }
+        limits = limits_for(self.path.stat().st_size)
+        child_process.run_isolated(
+            "planner_core.drawings.pictures:write_plan_picture",
+            arguments,
+            classes=(),
+            limits=limits,
+            stage="load",
+            progress=silent,
+        )
+
+
+@dataclass(frozen=True)
 class Recognised:
     """What was found in drawings. lines : of each storey, all that is drawn there."""
 
     drawn: DrawnBuilding
     lines: tuple[DrawnLines, ...]
+    pictures: tuple[PlanPicture | None, ...]
+    """Of storeys that were recognised in a picture."""
     warnings: tuple[str, ...]
 
 
@@ -116,6 +145,7 @@ def recognised(
     plans: list[FloorPlan] = []
     names: set[str] = set()
     files: list[DrawnFile] = []
+    pictures: list[PlanPicture | None] = []
     common: FloatArray | None = None
     for number, path in enumerate(paths):
         pages: Sequence[int] = (options.pages[number] if options.pages else ()) or (0,)
@@ -133,13 +163,23 @@ def recognised(
                 found[0] = replace(found[0], warnings=(*found[0].warnings, line))
             common = point if common is None else common
             plans += found
+            pictures += [_picture(path, plan) for plan in found]
         files.append(DrawnFile(path.name, hashlib.sha256(path.read_bytes()).hexdigest()))
     _check_patterns(options.patterns, names)
     return Recognised(
         drawn_building(paths[0].stem, plans, files, options.heights, options.doubtful),
         tuple(plan.lines for plan in plans),
+        tuple(pictures),
         tuple(line for plan in plans for line in plan.warnings),
     )
+
+
+def _picture(path: Path, plan: FloorPlan) -> PlanPicture | None:
+    points = plan.lines.points_m
+    if plan.from_picture is None or not len(points):
+        return None
+    low, high = points.min(axis=0), points.max(axis=0)
+    return PlanPicture(path, plan.from_picture, (float(low[0]), float(low[1]), float(high[0]), float(high[1])))
 
 
 def _plans(

@@ -119,17 +119,28 @@ def scaled(drawing: Drawing, scale: PageScale, *, is_picture: bool) -> Drawing:
     corners = drawing.points[:, :2]
     places = np.array([(text.x, text.y) for text in drawing.texts], dtype=np.float64).reshape(-1, 2)
     if scale.corners:
-        corners, places = (_squared(each, scale, drawing) for each in (corners, places))
+        matrix = _squaring(scale, drawing)
+        corners, places = mapped(corners, matrix), mapped(places, matrix)
     else:
         size_m = _unit_m(drawing, scale, is_picture=is_picture)
         corners, places = size_m * corners, size_m * places
+        matrix = np.diag([size_m, size_m, 1.0])
     if is_picture and not scale.corners:
         turn = _upright(corners, drawing.starts)
         corners, places = corners @ turn.T, places @ turn.T
+        matrix[:2, :2] = turn @ matrix[:2, :2]
     at = zip(drawing.texts, places.tolist(), strict=True)
     texts = tuple(replace(text, x=x, y=y) for text, (x, y) in at)
     points = np.column_stack([corners, np.zeros(len(corners))])
-    return replace(drawing, points=points, texts=texts, unit_m=1.0, paper_unit_m=None, page_height=None)
+    return replace(
+        drawing,
+        points=points,
+        texts=texts,
+        unit_m=1.0,
+        paper_unit_m=None,
+        page_height=None,
+        from_picture=matrix if is_picture else None,
+    )
 
 
 def stated_ratio(drawing: Drawing) -> tuple[float, str] | None:
@@ -237,8 +248,15 @@ def _unit_m(drawing: Drawing, scale: PageScale, *, is_picture: bool) -> float:
     return scale.ratio * drawing.paper_unit_m
 
 
-def _squared(points: FloatArray, scale: PageScale, drawing: Drawing) -> FloatArray:
-    """Points (N, 2) seen in perspective -> metres in the plane of the rectangle, by the homography of its corners."""
+def mapped(points: FloatArray, matrix: FloatArray) -> FloatArray:
+    """Points (N, 2) by a homography (3, 3); NaN where they have no image."""
+    images = np.column_stack([points, np.ones(len(points))]) @ matrix.T
+    depth = images[:, 2:]
+    return np.asarray(images[:, :2] / np.where(np.abs(depth) < 1e-12, np.nan, depth))
+
+
+def _squaring(scale: PageScale, drawing: Drawing) -> FloatArray:
+    """(3, 3) from points seen in perspective to metres in the plane of the rectangle of four corners."""
     assert scale.size_m is not None and drawing.page_height is not None
     width_m, height_m = scale.size_m
     seen = np.array(scale.corners) * [1.0, -1.0] + [0.0, drawing.page_height]
@@ -256,9 +274,7 @@ def _squared(points: FloatArray, scale: PageScale, drawing: Drawing) -> FloatArr
         rows.append([x, y, 1, 0, 0, 0, -u * x, -u * y, -u])
         rows.append([0, 0, 0, x, y, 1, -v * x, -v * y, -v])
     matrix = np.linalg.svd(np.array(rows))[2][-1].reshape(3, 3)
-    mapped = np.column_stack([(points - middle) / size, np.ones(len(points))]) @ matrix.T
-    depth = mapped[:, 2:]
-    return np.asarray(mapped[:, :2] / np.where(np.abs(depth) < 1e-12, np.nan, depth))
+    return np.asarray(matrix @ [[1 / size, 0, -middle[0] / size], [0, 1 / size, -middle[1] / size], [0, 0, 1]])
 
 
 def _upright(points: FloatArray, starts: Int64Array) -> FloatArray:

@@ -4,6 +4,7 @@
 `PLAN.drawing.json`        `DrawnBuilding`: as recognised, then as corrected; revisions count corrections
 `PLAN.drawing-lines.json`  all that is drawn, under the walls in the viewer: of each storey lines of x, y in
                            millimetres, the first corner and then steps
+`PLAN.drawing-1.png` ...   the picture that a storey was recognised in, as its plan
 `PLAN.ifc`                 the building raised, which is planned
 =========================  =========================================================================================
 
@@ -17,10 +18,12 @@ import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from planner_core.drawings.drawn_building import DrawnBuilding, raised, read_drawn
 from planner_core.drawings.drawn_lines import DrawnLines
 from planner_core.drawings.ifc_file import write_building
+from planner_core.drawings.lift import PlanPicture
 from planner_core.errors import PlanFolderError, RequirementError, SceneError
 from planner_core.operating_system import sync
 from planner_core.plan_folder.atomic import locked_folder, staged_file
@@ -37,6 +40,10 @@ class DrawnFiles:
     document: Path
     lines: Path
     ifc: Path
+
+    def picture(self, storey: int) -> Path:
+        """Where the picture of a storey is, counted from 0."""
+        return self.lines.with_name(f"{self.lines.name.removesuffix('-lines.json')}-{storey + 1}.png")
 
     @classmethod
     def beside(cls, plan_folder: Path) -> DrawnFiles:
@@ -71,8 +78,8 @@ def read_drawn_file(path: Path) -> DrawnBuilding:
     return read_drawn(_json(path, "a drawn building"), f"{path.name}: ")
 
 
-def read_lines(path: Path, storey: int) -> list[list[int]]:
-    """Read the lines of a storey; empty where there is no such file or storey.
+def read_lines(path: Path, storey: int) -> dict[str, Any]:
+    """Read `lines` and `picture` of a storey; empty and None where there is no such file or storey.
 
     Raises
     ------
@@ -80,13 +87,13 @@ def read_lines(path: Path, storey: int) -> list[list[int]]:
         The file can't be read.
     """
     if not path.is_file():
-        return []
+        return {"lines": [], "picture": None}
     found = _json(path, "the lines of a drawing")
-    storeys = found.get("storeys") if isinstance(found, dict) and found.get("schema") == LINES_SCHEMA else None
+    storeys: Any = found.get("storeys") if isinstance(found, dict) and found.get("schema") == LINES_SCHEMA else None
     if not isinstance(storeys, list):
         raise RequirementError(f"{path.name}: it has no lines of {LINES_SCHEMA}; delete it, or plan the drawing again")
-    lines: list[list[int]] = storeys[storey] if 0 <= storey < len(storeys) else []
-    return lines
+    found_storey: dict[str, Any] = storeys[storey] if 0 <= storey < len(storeys) else {"lines": [], "picture": None}
+    return found_storey
 
 
 def _json(path: Path, what: str) -> object:
@@ -111,16 +118,25 @@ def write_drawn(drawn: DrawnBuilding, path: Path) -> None:
         sync(staged)
 
 
-def write_lines(lines: Sequence[DrawnLines], path: Path) -> None:
-    """Write the lines of each storey; raises OSError."""
-    document = {"schema": LINES_SCHEMA, "storeys": [each.in_mm() for each in lines]}
-    with staged_file(path) as staged:
+def write_lines(lines: Sequence[DrawnLines], files: DrawnFiles, pictures: Sequence[PlanPicture | None] = ()) -> None:
+    """Write lines and pictures of each storey; raises OSError."""
+    boxes_m = [None if each is None else each.box_m for each in pictures] or [None] * len(lines)
+    for storey, picture in enumerate(pictures):
+        if picture is not None:
+            with staged_file(files.picture(storey)) as staged:
+                picture.write(staged)
+    storeys = [{"lines": each.in_mm(), "picture": box_m} for each, box_m in zip(lines, boxes_m, strict=True)]
+    document = {"schema": LINES_SCHEMA, "storeys": storeys}
+    with staged_file(files.lines) as staged:
         staged.write_text(json.dumps(document, separators=(",", ":")) + "\n", encoding="utf-8")
 
 
 def copy_drawn(source: DrawnFiles, target: DrawnFiles) -> None:
-    """Copy the document and the lines of a drawn building; raises OSError."""
-    for here, there in ((source.document, target.document), (source.lines, target.lines)):
+    """Copy the document, the lines and the pictures of a drawn building; raises OSError."""
+    n_storeys = len(read_drawn_file(source.document).storeys)
+    pairs = [(source.document, target.document), (source.lines, target.lines)]
+    pairs += [(source.picture(storey), target.picture(storey)) for storey in range(n_storeys)]
+    for here, there in pairs:
         if here.is_file() and here != there:
             with staged_file(there) as staged:
                 shutil.copyfile(here, staged)

@@ -7,7 +7,7 @@ from PIL import Image, ImageDraw
 
 from planner_core.drawings.floor_plan import floor_plans
 from planner_core.drawings.line_tracing import filled_areas, traced_lines
-from planner_core.drawings.pictures import drawing_of_pixels, read_picture
+from planner_core.drawings.pictures import drawing_of_pixels, read_picture, write_plan_picture
 from planner_core.drawings.scales import PageScale, page_scale, scaled
 from planner_core.errors import SceneError
 from planner_core.requirements.quantities import coordinate_m
@@ -112,16 +112,26 @@ def test_picture_that_lies_askew_is_turned_upright():
     assert len(plan.rooms) == 2
 
 
-def test_four_corners_take_the_perspective_away():
+def seen_askew(points):
     """A camera looks down on the plan from one side: lines meet at a point far away."""
+    depth = 1.0 + points[:, 1:] / 2200.0
+    return (points - [450.0, 0.0]) / depth + [450.0, 30.0]
 
-    def seen(points):
-        depth = 1.0 + points[:, 1:] / 2200.0
-        return (points - [450.0, 0.0]) / depth + [450.0, 30.0]
 
-    corners = seen(np.array([(0.0, 4.4), (6.5, 4.4), (6.5, 0.0), (0.0, 0.0)]) * PX + [80.0, 120.0])
-    from_above = [(x, SIZE[1] - 1 - y) for x, y in corners.tolist()]
-    plan = plan_of(picture(seen), PageScale(corners=tuple(from_above), size_m=(6.5, 4.4)))
+def pixels_of(points_m):
+    """Places of the plan in the picture that the camera takes, from its upper left corner."""
+    at = seen_askew(np.array(points_m) * PX + [80.0, 120.0])
+    return [(x, SIZE[1] - 1 - y) for x, y in at.tolist()]
+
+
+ASKEW = PageScale(
+    corners=tuple(pixels_of([(0.0, 4.4), (6.5, 4.4), (6.5, 0.0), (0.0, 0.0)])),
+    size_m=(6.5, 4.4),
+)
+
+
+def test_four_corners_take_the_perspective_away():
+    plan = plan_of(picture(seen_askew), ASKEW)
     assert overlap(plan) > 0.85
     assert kinds(plan)[:2] == [("door", 0.9), ("door", 1.0)]
 
@@ -192,3 +202,19 @@ def test_facade_is_no_floor_plan():
         draw.rectangle((x + 10, y + 10, x + 190, y + 170), outline="black", width=2)
     with pytest.raises(SceneError, match=r"encloses 4 rooms without a door or a gap, as on facades.*--layer wall=NAME"):
         plan_of(np.array(image))
+
+
+def test_picture_lies_over_its_storey_without_perspective(tmp_path):
+    """A red square of the plan, drawn as a camera sees it, is where it is in the plan."""
+    image = Image.fromarray(picture(seen_askew))
+    ImageDraw.Draw(image).polygon(pixels_of([(2.0, 1.0), (3.0, 1.0), (3.0, 2.0), (2.0, 2.0)]), fill="red")
+    image.save(tmp_path / "a.png")
+    drawing = scaled(read_picture(str(tmp_path / "a.png")), ASKEW, is_picture=True)
+    box_m = [-0.5, -0.5, 7.5, 5.5]
+    write_plan_picture(str(tmp_path / "a.png"), str(tmp_path / "b.png"), drawing.from_picture.tolist(), box_m)
+    plan = np.asarray(Image.open(tmp_path / "b.png"))
+    assert plan.shape == (1800, 2400, 3)
+    rows, columns = np.nonzero((plan[..., 0] > 200) & (plan[..., 1] < 60))
+    low = [columns.min() / 300 - 0.5, 5.5 - (rows.max() + 1) / 300]
+    high = [(columns.max() + 1) / 300 - 0.5, 5.5 - rows.min() / 300]
+    assert [*low, *high] == pytest.approx([2.0, 1.0, 3.0, 2.0], abs=0.03)

@@ -78,6 +78,7 @@ def test_damaged_document_is_one_line(plan, content, message):
 
 def test_lines_are_kept_to_a_millimetre(tmp_path):
     points_m = np.array([[0.0, 0.0], [1.0004, 0.0], [1.0, 2.5], [-3.0, 1.0], [-3.0, 2.0]])
-    write_lines([DrawnLines(points_m, np.array([0, 3, 5]))], tmp_path / "a.json")
-    assert read_lines(tmp_path / "a.json", 0) == [[0, 0, 1000, 0, 0, 2500], [-3000, 1000, 0, 1000]]
-    assert read_lines(tmp_path / "a.json", 1) == [] == read_lines(tmp_path / "none.json", 0)
+    files = DrawnFiles.beside(tmp_path / "plan")
+    write_lines([DrawnLines(points_m, np.array([0, 3, 5]))], files)
+    assert read_lines(files.lines, 0)["lines"] == [[0, 0, 1000, 0, 0, 2500], [-3000, 1000, 0, 1000]]
+    assert read_lines(files.lines, 1) == {"lines": [], "picture": None} == read_lines(tmp_path / "none.json", 0)

@@ -35,7 +35,7 @@ def application(plan_folder: Path, built_app: Path, *, read_only: bool = False) 
 def files(plan_folder: Path) -> DrawnFiles:
     found = DrawnFiles.beside(plan_folder)
     write_drawn(DRAWN, found.document)
-    write_lines([DrawnLines(np.array([[0.0, 0.0], [4.4, 0.0]]), np.array([0, 2]))], found.lines)
+    write_lines([DrawnLines(np.array([[0.0, 0.0], [4.4, 0.0]]), np.array([0, 2]))], found)
     return found
 
 
@@ -47,7 +47,8 @@ def test_plan_of_a_model_has_no_drawing(plan_folder: Path, built_app: Path) -> N
     ask = application(plan_folder, built_app)
     answer = ask("/api/drawing").json()
     assert (answer["drawing"], answer["rooms"], answer["has_plan"]) == (None, [], True)
-    assert ask("/api/drawing/lines/0").json() == {"lines": []}
+    assert ask("/api/drawing/lines/0").json() == {"lines": [], "picture": None}
+    assert ask("/api/drawing/picture/0").status_code == 404
     assert ask("/api/drawing", "POST", body=correction(0)).status_code == 404
 
 
@@ -59,7 +60,9 @@ def test_drawing_comes_with_its_rooms_and_lines(plan_folder: Path, built_app: Pa
     ((room,),) = answer["rooms"]
     assert (room["name"], room["long_name"]) == ("7", "Store")
     assert sorted(map(tuple, room["outline"])) == [(0.2, 0.2), (0.2, 3.2), (4.2, 0.2), (4.2, 3.2)]
-    assert ask("/api/drawing/lines/0").json() == {"lines": [[0, 0, 4400, 0]]}
+    assert ask("/api/drawing/lines/0").json() == {"lines": [[0, 0, 4400, 0]], "picture": None}
+    files.picture(0).write_bytes(b"picture")
+    assert ask("/api/drawing/picture/0").content == b"picture"
 
 
 def test_correction_is_saved_and_two_pages_do_not_overwrite_each_other(

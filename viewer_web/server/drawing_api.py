@@ -6,12 +6,14 @@ from fastapi import APIRouter, Request
 from fastapi.responses import JSONResponse, Response
 from pydantic import BaseModel, Field
 
-from planner_core.drawings.drawn_building import DrawnBuilding, floor_plan_of
+from planner_core.drawings.drawn_building import MOST_STOREYS, DrawnBuilding, floor_plan_of
 from planner_core.plan_folder.drawn_files import DrawnFiles, read_drawn_file, read_lines, save_correction
 from viewer_web.server.answers import PREFIX, UNCHANGED, json_answer, refusals, refuse
+from viewer_web.server.files import send_file
 from viewer_web.server.roles import is_commenter
 from viewer_web.server.session import Session
 
+_BINARY: dict[str, Any] = {"schema": {"type": "string", "format": "binary"}}
 _READ_ONLY = "this plan is shown read-only; start `tlsplan view` without --read-only to correct its drawing"
 
 
@@ -41,6 +43,10 @@ class DrawnLinesDocument(BaseModel):
         Field(
             description="Of each line x, y of its corners in turn, millimetres: the first, then steps; as recognised."
         ),
+    ]
+    picture: Annotated[
+        tuple[float, float, float, float] | None,
+        Field(description="x0, y0, x1, y1 of the storey's picture, metres, as recognised; null: there is none."),
     ]
 
 
@@ -80,7 +86,24 @@ def create_drawing_router(session: Session) -> APIRouter:
     )
     def get_lines(storey: int, request: Request) -> Response:
         """All that is drawn of a storey, counted from 0; empty where it was not kept."""
-        return json_answer({"lines": read_lines(DrawnFiles.beside(session.plan_folder).lines, storey)}, request)
+        return json_answer(read_lines(DrawnFiles.beside(session.plan_folder).lines, storey), request)
+
+    @router.get(
+        "/picture/{storey}",
+        response_class=Response,
+        responses={
+            200: {"content": {"image/png": _BINARY}, "description": "The picture."},
+            **refusals(404, 422),
+            **UNCHANGED,
+        },
+        summary="Picture of a storey",
+    )
+    def get_picture(storey: int, request: Request) -> Response:
+        """The picture that a storey was recognised in, counted from 0, upright and without perspective."""
+        path = DrawnFiles.beside(session.plan_folder).picture(storey)
+        if not 0 <= storey < MOST_STOREYS or not path.is_file():
+            return refuse(404, f"storey {storey} was not recognised in a picture")
+        return send_file(path, request)
 
     @router.post(
         "", response_model=DrawingDocument, responses=refusals(400, 409, 413, 415, 422, 503), summary="Save corrections"

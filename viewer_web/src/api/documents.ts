@@ -47,6 +47,8 @@ export type Drawn = Frozen<Sent<schema.DrawnBuilding>>;
 export type DrawnStorey = Drawn['storeys'][number];
 export type DrawnWall = DrawnStorey['walls'][number];
 export type DrawnOpening = DrawnStorey['openings'][number];
+/** All that is drawn of a storey, and where its picture is. */
+export type DrawnLinesAnswer = Frozen<schema.DrawnLinesDocument>;
 export type DrawnRoom = Frozen<schema.DrawnRoom>;
 /** The drawing of the plan, null: it was made from a model; and the rooms of each storey. */
 export type DrawingAnswer = Frozen<Omit<schema.DrawingDocument, 'drawing'>> & { readonly drawing: Drawn | null };

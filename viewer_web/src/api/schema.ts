@@ -926,6 +926,10 @@ export interface DrawnLinesDocument {
    * Of each line x, y of its corners in turn, millimetres: the first, then steps; as recognised.
    */
   lines: number[][];
+  /**
+   * x0, y0, x1, y1 of the storey's picture, metres, as recognised; null: there is none.
+   */
+  picture: [number, number, number, number] | null;
 }
 /**
  * What can be had of the plan, stations as reviewed.

@@ -59,6 +59,7 @@ export function DrawingCanvas({ editor, view, setView, sizes, mayChange }: Canva
   const still = useMemo(
     () => (
       <>
+        <Picture lines={lines} storey={editor.storey.value} scale={scale} />
         <Rooms rooms={rooms ?? []} />
         <Lines lines={lines} scale={scale} />
         {storey?.walls.map((wall) => (
@@ -70,7 +71,7 @@ export function DrawingCanvas({ editor, view, setView, sizes, mayChange }: Canva
         <Stairs stairs={storey?.stairs ?? []} />
       </>
     ),
-    [rooms, lines, scale, storey, chosen],
+    [rooms, lines, scale, storey, chosen, editor.storey.value],
   );
   return (
     <svg
@@ -113,12 +114,36 @@ function hitOf(target: EventTarget | null): Hit {
 const isChosen = (chosen: Chosen | null, kind: string, id: string): boolean =>
   chosen?.kind === kind && chosen.id === id;
 
+/** What the drawing was traced in, under its lines. Pictures go down where the plan goes up. */
+function Picture({ lines, storey, scale }: { lines: DrawnLines | undefined; storey: number; scale: number }) {
+  if (lines === undefined || lines.pictureM === null) return null;
+  const [x0, y0, x1, y1] = lines.pictureM;
+  return (
+    <image
+      class="drawing-picture"
+      href={`api/drawing/picture/${storey}`}
+      x={x0}
+      y={-y1}
+      width={x1 - x0}
+      height={y1 - y0}
+      transform={`scale(${scale} ${-scale})`}
+      preserveAspectRatio="none"
+    />
+  );
+}
+
 function Lines({ lines, scale }: { lines: DrawnLines | undefined; scale: number }) {
   const path = useMemo(
     () => (lines?.lines ?? []).map((line) => `M${line.map(([x, y]) => `${x} ${y}`).join('L')}`).join(''),
     [lines],
   );
-  return <path class="drawing-lines" d={path} transform={`scale(${scale})`} />;
+  return (
+    <path
+      class={lines?.pictureM ? 'drawing-lines drawing-traced' : 'drawing-lines'}
+      d={path}
+      transform={`scale(${scale})`}
+    />
+  );
 }
 
 function Rooms({ rooms }: { rooms: readonly DrawnRoom[] }) {

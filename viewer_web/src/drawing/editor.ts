@@ -5,7 +5,7 @@
 import { batch, computed, type ReadonlySignal, type Signal, signal } from '@preact/signals';
 import { ApiError } from '../api/api-error.ts';
 import type { ApiClient } from '../api/client.ts';
-import type { DrawingAnswer, Drawn } from '../api/documents.ts';
+import type { DrawingAnswer, Drawn, DrawnLinesAnswer } from '../api/documents.ts';
 import type { Chosen } from './edits.ts';
 import type { Corner } from './geometry.ts';
 import { SegmentIndex } from './snap.ts';
@@ -17,6 +17,8 @@ export type Saving = 'saved' | 'saving' | 'refused' | 'failed' | 'conflict';
 /** All that is drawn of a storey, as recognised: corners in metres, line by line. */
 export interface DrawnLines {
   readonly lines: readonly (readonly Corner[])[];
+  /** x0, y0, x1, y1 of the picture that they were traced in; null: there is none. */
+  readonly pictureM: readonly [number, number, number, number] | null;
   readonly index: SegmentIndex;
 }
 
@@ -84,8 +86,8 @@ export class DrawingEditor {
   async loadLines(storey: number): Promise<void> {
     if (this.lines.peek().has(storey)) return;
     try {
-      const { lines } = await this.client.json<{ lines: readonly (readonly number[])[] }>(`drawing/lines/${storey}`);
-      this.lines.value = new Map([...this.lines.peek(), [storey, linesOf(lines)]]);
+      const { lines, picture } = await this.client.json<DrawnLinesAnswer>(`drawing/lines/${storey}`);
+      this.lines.value = new Map([...this.lines.peek(), [storey, linesOf(lines, picture)]]);
     } catch (error) {
       this.message.value = (error as Error).message;
     }
@@ -189,7 +191,7 @@ export class DrawingEditor {
 }
 
 /** Of each line x, y of its corners in turn, millimetres: the first, then steps. */
-export function linesOf(steps: readonly (readonly number[])[]): DrawnLines {
+export function linesOf(steps: DrawnLinesAnswer['lines'], pictureM: DrawnLinesAnswer['picture'] = null): DrawnLines {
   const lines = steps.map((line) => {
     let [x, y] = [0, 0];
     const corners: Corner[] = [];
@@ -201,5 +203,5 @@ export function linesOf(steps: readonly (readonly number[])[]): DrawnLines {
     return corners;
   });
   const segments = lines.flatMap((line) => line.slice(1).map((corner, i) => [line[i], corner] as const));
-  return { lines, index: new SegmentIndex(segments) };
+  return { lines, pictureM, index: new SegmentIndex(segments) };
 }
