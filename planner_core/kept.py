@@ -102,7 +102,7 @@ class Shelf:
                     return None
                 file.seek(first)
                 found = read_value(read_tree(file), file, self._classes)
-        except (OSError, ValueError, struct.error):
+        except (OSError, ValueError, KeyError, TypeError, struct.error):
             return None
         with contextlib.suppress(OSError):  # the folder of another user, or of a disk that can't be written
             os.utime(path)
