@@ -30,6 +30,28 @@ test.each(['side', 'top'] as const)('the view from the %s has the whole box in t
   }
 });
 
+test('what panels cover at the right and above stays free of the box', () => {
+  const covered = { right: 0.3, top: 0.2 };
+  for (const from of ['side', 'top'] as const) {
+    for (const box of BOXES) {
+      const view = homeView(box, from, { fieldOfViewDeg: 34, aspect: 1.5 }, covered);
+      const camera = new PerspectiveCamera(34, 1.5, 0.01, 1e4);
+      camera.up.set(0, 0, 1);
+      camera.position.copy(view.position);
+      camera.lookAt(view.target);
+      camera.updateMatrixWorld();
+      const corners = [...Array(8).keys()].map((i) =>
+        new Vector3(...[0, 1, 2].map((axis) => (i & (1 << axis) ? box.maxM : box.minM)[axis])).project(camera),
+      );
+      const [xs, ys] = [corners.map(({ x }) => x), corners.map(({ y }) => y)];
+      expect(Math.min(...xs)).toBeGreaterThan(-1);
+      expect(Math.max(...xs)).toBeLessThan(1 - 2 * covered.right);
+      expect(Math.min(...ys)).toBeGreaterThan(-1);
+      expect(Math.max(...ys)).toBeLessThan(1 - 2 * covered.top);
+    }
+  }
+});
+
 test('a flight begins where it was, ends where it goes, and says so', () => {
   const at = (x: number) => ({ position: new Vector3(x, 0, 0), target: new Vector3(0, x, 0) });
   const flight = { from: at(0), to: at(10), start: 100, durationMs: 200 };

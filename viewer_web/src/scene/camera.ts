@@ -22,11 +22,22 @@ const DIRECTIONS = {
 /** Room left around the box, for the markers at its rim and the controls above it. */
 const MARGIN = 1.15;
 
-/** The nearest view along a fixed direction that has all of the box in the picture. */
+/** What panels cover at the sides of the picture, as shares of its width and height. */
+export interface Covered {
+  readonly right: number;
+  readonly top: number;
+}
+
+export const NOTHING_COVERED: Covered = { right: 0, top: 0 };
+/** More than this is not left free: on small screens panels cover most of the picture, and the box would be a speck. */
+const MOST_COVERED = 0.5;
+
+/** The nearest view along a fixed direction that has all of the box in what panels leave of the picture. */
 export function homeView(
   extent: Extent,
   from: 'side' | 'top',
   lens: { readonly fieldOfViewDeg: number; readonly aspect: number },
+  covered: Covered = NOTHING_COVERED,
 ): View {
   const [min, max] = [new Vector3(...extent.minM), new Vector3(...extent.maxM)];
   const target = min.clone().add(max).multiplyScalar(0.5);
@@ -36,13 +47,22 @@ export function homeView(
   const up = new Vector3().setFromMatrixColumn(orientation, 1);
   const slopeY = Math.tan((lens.fieldOfViewDeg * Math.PI) / 360);
   const slopeX = slopeY * lens.aspect;
+  const [coveredX, coveredY] = [covered.right, covered.top].map((share) => Math.min(MOST_COVERED, share));
+  // The middle of what is free, from -1 to 1 across and up, is half as far off the picture's as the panel is wide.
+  const [x, y] = [-coveredX, -coveredY];
   let distance = 0;
   for (let i = 0; i < 8; i++) {
     const corner = new Vector3(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z).sub(target);
-    const wide = Math.max(Math.abs(corner.dot(right)) / slopeX, Math.abs(corner.dot(up)) / slopeY);
-    distance = Math.max(distance, corner.dot(back) + wide * MARGIN);
+    const nearer = corner.dot(back);
+    const wide = Math.max(
+      Math.abs(corner.dot(right) / slopeX + x * nearer) / (1 - coveredX),
+      Math.abs(corner.dot(up) / slopeY + y * nearer) / (1 - coveredY),
+    );
+    distance = Math.max(distance, nearer + wide * MARGIN);
   }
-  return { target, position: target.clone().addScaledVector(back, Math.max(distance, 1)) };
+  distance = Math.max(distance, 1);
+  target.addScaledVector(right, -x * slopeX * distance).addScaledVector(up, -y * slopeY * distance);
+  return { target, position: target.clone().addScaledVector(back, distance) };
 }
 
 /** As far from what it looks at, straight above it: where nothing but a plan is drawn, a drag shifts along that. */

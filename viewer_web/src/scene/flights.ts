@@ -9,6 +9,7 @@ import type { Direction } from '../stations/panorama-image.ts';
 import type { ShownStation } from '../stations/shown.ts';
 import type { Store } from '../store.ts';
 import type { UnseenFocus } from '../unseen/state.ts';
+import type { Covered } from './camera.ts';
 import type { PatchPlaces } from './patch-places.ts';
 import type { IsPassed, SurfacePicker } from './pick.ts';
 import { partsOf } from './piece-parts.ts';
@@ -17,6 +18,8 @@ import type { Viewport } from './viewport.ts';
 
 /** The camera comes this near to a station, in ranges of the scanner. */
 const APPROACH_RANGES = 3;
+/** As style.css has them, with the room around them. */
+const [BARS_PX, CARD_PX, NARROW_PX] = [100, 296, 700];
 /** Of what is around a part, this much is in the picture with it. */
 const AROUND_M = 1;
 /** In solids and behind panels nothing is free for this long. */
@@ -73,7 +76,7 @@ export class Flights {
   }
 
   /** Show all of some places (local, not lifted) of a floor, from beside or, in plan view, from above. */
-  frame(places: readonly (readonly [number, number, number])[], floorId: string): void {
+  frame(places: readonly (readonly [number, number, number])[], floorId: string, hasCard: boolean): void {
     const { store, viewport } = this.deck;
     const liftM = sliceOfFloor(store.slices.peek(), floorId)?.liftM ?? 0;
     const ends = (of: (...values: number[]) => number, aroundM: number) =>
@@ -83,7 +86,7 @@ export class Flights {
         number,
       ];
     const part = { minM: ends(Math.min, -AROUND_M), maxM: ends(Math.max, AROUND_M) };
-    viewport.showPart(part, store.isPlanView.peek() ? 'top' : 'side');
+    viewport.showPart(part, store.isPlanView.peek() ? 'top' : 'side', coveredBy(viewport.box(), hasCard));
   }
 
   /** Come near to a place as it is drawn. */
@@ -150,7 +153,7 @@ export class Flights {
         const room = number === null ? undefined : loaded.layers?.rooms?.list[number];
         if (room === undefined) return;
         untracked(() => {
-          this.frame(room.box, room.floor);
+          this.frame(room.box, room.floor, false);
         });
       }),
     );
@@ -265,6 +268,12 @@ export class Flights {
     const direction = toM.clone().sub(fromM).normalize();
     return picker.firstHit(new Ray(from, direction), store.slices.peek(), fromM.distanceTo(toM), isHidden) === null;
   }
+}
+
+/** Of the bars above the picture, and of the card that opens beside what is shown; narrow pictures have it below. */
+function coveredBy({ width, height }: DOMRect, hasCard: boolean): Covered {
+  const isBeside = hasCard && width > NARROW_PX;
+  return { right: isBeside ? CARD_PX / width : 0, top: BARS_PX / Math.max(height, 1) };
 }
 
 /** Where a station is drawn; null: its floor is not shown, or a section takes it away. */

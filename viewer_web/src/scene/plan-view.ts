@@ -312,7 +312,7 @@ export class PlanView {
     const floor = loaded.stage.floors.find(({ id }) => id === element.floorId);
     store.showFile(element.file, true);
     store.chooseFloor(floor?.id ?? null);
-    this.flights.frame(boxOfElement(element, loaded.stage.triangles), element.floorId);
+    this.flights.frame(boxOfElement(element, loaded.stage.triangles), element.floorId, true);
     store.pick(this.drawn.surfaceOf(elementIndex));
   }
 
@@ -371,9 +371,9 @@ export class PlanView {
     this.flights.approach(new Vector3(x, y, z + this.liftOf(floorId)));
   }
 
-  /** Show all of some places (local, not lifted) of a floor. */
+  /** Show all of some places (local, not lifted) of a floor, beside the card that opens with them. */
   frame(places: readonly (readonly [number, number, number])[], floorId: string): void {
-    this.flights.frame(places, floorId);
+    this.flights.frame(places, floorId, true);
   }
 
   dispose(): void {

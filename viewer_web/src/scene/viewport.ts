@@ -15,7 +15,7 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Extent } from '../floors/cut.ts';
-import { type Flight, flightAt, homeView, orbited, straightAbove, type View } from './camera.ts';
+import { type Covered, type Flight, flightAt, homeView, orbited, straightAbove, type View } from './camera.ts';
 import type { Palette } from './palette.ts';
 
 const FIELD_OF_VIEW_DEG = 34;
@@ -190,9 +190,10 @@ export class Viewport {
     this.camera.far = 20 * size;
   }
 
-  /** Show a part of what is drawn, from the side or straight from above. */
-  showPart(extent: Extent, from: 'side' | 'top'): void {
-    this.flyTo(homeView(extent, from, { fieldOfViewDeg: FIELD_OF_VIEW_DEG, aspect: this.camera.aspect }));
+  /** Show a part of what is drawn in what panels leave of the picture, from the side or straight from above. */
+  showPart(extent: Extent, from: 'side' | 'top', covered: Covered): void {
+    const lens = { fieldOfViewDeg: FIELD_OF_VIEW_DEG, aspect: this.camera.aspect };
+    this.flyTo(homeView(extent, from, lens, covered));
   }
 
   /** Look level at a place, so that a width and a height around it fill the picture. */
