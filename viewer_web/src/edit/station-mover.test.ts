@@ -84,6 +84,7 @@ beforeEach(async () => {
     levelAt: (x: number, y: number, _: string, heightM: number) => [x, y, heightM],
     requestFrame: () => undefined,
     setDetail: () => undefined,
+    showChange: () => undefined,
   } as unknown as PlanView;
   const loaded = { plan, stage: { offsetM: OFFSET_M } } as unknown as LoadedPlan;
   stations = signal(draftStations(plan, null));
