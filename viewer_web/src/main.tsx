@@ -17,9 +17,7 @@ import { restoreCharacterKeys } from './panels/character-keys.ts';
 import { type PageId, TAB_IDS } from './panels/state.ts';
 import { restoreUnits } from './panels/units.ts';
 import type { Workspace } from './panels/workspace.tsx';
-import './style.css';
-// After it: what is said of paper goes over what is said of narrow windows.
-import './panels/print.css';
+import './styles.ts';
 import { createStore, type Store } from './store.ts';
 import { formatUrlState, parseUrlState, SHOWN, type Shown, type UrlState } from './url-state.ts';
 
