@@ -14,16 +14,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import ndimage
 
 from planner_core.errors import SceneError
 from planner_core.model import BoolArray, Doors, FloatArray, Int32Array, Int64Array, PlacedDoor, Scene
 from planner_core.scene.array_rows import chunks
-from planner_core.scene.between_walls import cut_cells
-from planner_core.scene.columns import sample_scene
 from planner_core.scene.element_patterns import with_triangles
-from planner_core.scene.ground_planes import SITE_KINDS
-from planner_core.scene.level_surfaces import WALL_CUT_M, cut_of_scene
 from planner_core.scene.rooms import room_of_points
 
 #: What elements that are doors are called.
@@ -167,6 +162,14 @@ def _roofed_between_walls(scene: Scene, doors: list[PlacedDoor], beside_m: Float
 
     Walls are cut as high above a door's foot as people's shoulders; windows are there as panes.
     """
+    # These take a while to import, for scenes without such a door.
+    from scipy import ndimage
+
+    from planner_core.scene.between_walls import cut_cells
+    from planner_core.scene.columns import sample_scene
+    from planner_core.scene.ground_planes import SITE_KINDS
+    from planner_core.scene.level_surfaces import WALL_CUT_M, cut_of_scene
+
     is_site = np.array([element.kind in SITE_KINDS for element in scene.elements], dtype=bool)
     built = ~is_site[scene.element_of_triangle]
     ids = np.flatnonzero(built).astype(np.int32)
