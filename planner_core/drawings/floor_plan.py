@@ -341,7 +341,8 @@ def _walls_area(
         return filled, []
     area = shapely.union_all([outlined, filled])
     lost = lines_without_walls(lines, area)
-    share = lost.length / shapely.length(shapely.union_all(shapely.linestrings(segments_of(lines)))).item()
+    all_m = float(shapely.length(shapely.union_all(shapely.linestrings(segments_of(lines)))))
+    share = lost.length / all_m if all_m else 0.0
     if share <= _LOST_SHARE:
         return area, []
     longest = max(shapely.get_parts(lost), key=lambda line: (line.length, *line.bounds))

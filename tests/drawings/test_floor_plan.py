@@ -84,6 +84,12 @@ def test_unit_that_doors_contradict_is_refused_unless_given(tmp_path):
     assert far_apart(walls_of(plan), ROOM_WALLS) < 0.01
 
 
+def test_wall_layer_that_holds_a_point_alone_is_refused(tmp_path):
+    drawing = draw_lines(tmp_path / "a.dxf", [([(1, 1), (1, 1)], False)])
+    with pytest.raises(SceneError, match="its wall layers hold no walls"):
+        floor_plans(drawing, unit_m=1.0)
+
+
 def draw_lines(path, lines, *, layer="A-WALL", insunits=6, doors=()):
     document = ezdxf.new(units=insunits)
     for points, closed in lines:
