@@ -86,8 +86,11 @@ lint: $(DEV)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 
+# Without the collector of cycles, which mypy switches on: it takes a quarter of the time. 2 GB of memory instead of 0.7.
+MYPY := $(BIN)/python -c 'import gc; gc.disable(); gc.enable = gc.disable; from mypy.main import main; main()'
+
 typecheck: $(DEV)
-	$(BIN)/mypy
+	$(MYPY)
 
 imports: $(DEV)
 	$(BIN)/lint-imports

@@ -56,6 +56,7 @@ sys.path.insert(0, _FOLDER)
 try:
     import oldest_plan  # noqa: F401 - from here on they are known by their names
     import oracles  # noqa: F401
+    import slow_cases  # noqa: F401
     import small_pictures
     import waiting  # noqa: F401
     from doc_pages import Page  # noqa: F401
@@ -214,6 +215,7 @@ def pytest_collection_finish() -> None:
     """Leave modules and tests out of what the collector of cycles looks through: it would, thousands of times."""
     gc.collect()
     gc.freeze()
+    gc.set_threshold(10_000, 10, 30)  # for fewer objects at a time, cycles took 3 % of the tests' time
     gc.enable()
 
 

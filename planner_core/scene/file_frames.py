@@ -161,7 +161,8 @@ def placement_doubts(files: Sequence[PlacedScene]) -> list[str]:
         One is a kilometre or more away: nobody scans both in one survey, and float32 does not hold both.
     """
     boxes_m = np.stack([file.box_m for file in files])
-    gaps_m = np.linalg.norm(np.maximum(boxes_m[:, None, 0] - boxes_m[None, :, 1], 0.0).clip(0.0), axis=2)
+    apart_m = boxes_m[:, None, 0] - boxes_m[None, :, 1]
+    gaps_m = np.linalg.norm(np.maximum(apart_m, 0.0), axis=2)
     gaps_m = np.maximum(gaps_m, gaps_m.T)
     main = _main_group(gaps_m <= 0.0, [file.scene.n_triangles for file in files])
     lines = []

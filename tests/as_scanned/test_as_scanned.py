@@ -184,6 +184,7 @@ def test_a_crew_within_ten_centimetres_has_the_network_that_the_plan_promises(
     assert all(0.97 <= link["probability"] < 0.99 == document["min_probability"] for link in low)
 
 
+@pytest.mark.slow
 def test_with_one_station_missing_such_a_crew_scans_that_one(
     crew_set_up: tuple[LivePlan, PlanSource, list[GivenStation]], tmp_path: Path
 ) -> None:

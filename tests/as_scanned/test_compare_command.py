@@ -25,6 +25,7 @@ def without(house_plan: Path, folder: Path, *names: str) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_unchanged_list_ends_with_0_and_says_so(house_plan: Path, source: PlanSource) -> None:
     result = run(house_plan, "--stations", house_plan / "stations.csv", "-q", "--json")
     assert result.exit_code == 0, result.output
@@ -102,6 +103,7 @@ def test_bad_input_is_refused_before_anything_is_loaded(house_plan: Path, tmp_pa
     assert isinstance(result.exception, OutputExistsError)
 
 
+@pytest.mark.slow
 def test_a_list_of_ground_points_is_refused_unless_it_is_told(
     house_plan: Path, source: PlanSource, tmp_path: Path
 ) -> None:
@@ -116,6 +118,7 @@ def test_a_list_of_ground_points_is_refused_unless_it_is_told(
     assert json.loads(result.stdout)["counts"]["as planned"] == len(source.stations)
 
 
+@pytest.mark.slow
 def test_swapped_columns_are_the_first_warning(house_plan: Path, source: PlanSource, tmp_path: Path) -> None:
     rows = [f"{each.id},{','.join(f'{v:.4f}' for v in each.position_m)}" for each in source.stations]
     (tmp_path / "swapped.csv").write_text("\n".join(rows))

@@ -186,6 +186,7 @@ def run_unread(stream: str, *arguments: str | Path) -> subprocess.CompletedProce
     return done
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -49,6 +49,7 @@ def test_interrupted_simulation_leaves_nothing_half_written(
     assert set(tmp_path.iterdir()) == before
 
 
+@pytest.mark.slow
 def test_an_interrupt_while_stations_are_chosen_leaves_the_best_plan_so_far(
     tlsplan: Tlsplan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

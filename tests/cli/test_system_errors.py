@@ -93,6 +93,7 @@ def test_a_writer_that_fails_leaves_nothing_and_tells_of_a_full_disk(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_being_must_end_leaves_nothing(tmp_path: Path) -> None:
     command = [
         sys.executable,

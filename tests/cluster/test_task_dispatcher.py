@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from slow_cases import all_slow_but
 from waiting import until
 
 import scenes_synthetic
@@ -118,7 +119,7 @@ def test_workers_that_are_refused_later_on_leave_the_rest_to_this_machine(
 
 
 # ---------------------------------------------------------------------------------------------------- bugs
-@pytest.mark.parametrize("when", ["first asked", "later", "at once after"])
+@pytest.mark.parametrize("when", all_slow_but(["first asked"], ["first asked", "later", "at once after"]))
 def test_a_bug_at_workers_is_told_with_where_and_counted_and_this_machine_goes_on_alone(
     look: Look, monkeypatch: pytest.MonkeyPatch, when: str
 ) -> None:

@@ -374,6 +374,7 @@ def test_length_in_a_unit_that_was_given_is_not_doubted() -> None:
     assert doubts_of_floors(given) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", [dock(2.0), storeys(6.4, 10.0), hall(2.5, 2.0), hall(9.0, 9.0)])
 def test_floors_alone_have_the_lines_of_the_plan_on_them(scene) -> None:
     lines = doubts_of_floors(scene)

@@ -41,7 +41,7 @@ def last_line(err: str) -> str:
     ("kernel", "status", "cause", "remedy"),
     [
         ("list_patches", "DEVICE_NOT_AVAILABLE", "was lost", "--engine open3d"),
-        ("scan_tiles", "INVALID_COMMAND_QUEUE", "was lost", "--engine open3d"),
+        pytest.param("scan_tiles", "INVALID_COMMAND_QUEUE", "was lost", "--engine open3d", marks=pytest.mark.slow),
         pytest.param("list_patches", "OUT_OF_RESOURCES", "ran out of memory", "smaller scene", marks=pytest.mark.slow),
     ],
     ids=["lost among candidates", "lost while scans are written", "never enough memory"],

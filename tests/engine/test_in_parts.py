@@ -68,7 +68,10 @@ def check_same(got: Any, expected: Any) -> None:
             check_same(got.moments, value)
 
 
-@pytest.mark.parametrize("ranges", [{}, {"range_max_m": 2.5}, {"range_min_m": 1.2, "range_max_m": 8.0}])
+@pytest.mark.parametrize(
+    "ranges",
+    [pytest.param({}, marks=pytest.mark.slow), {"range_max_m": 2.5}, {"range_min_m": 1.2, "range_max_m": 8.0}],
+)
 def test_scans_are_those_of_one_tree(
     parted: PartedEngine, whole: OpenCLEngine, shapes: SimpleNamespace, ranges: dict[str, float]
 ) -> None:

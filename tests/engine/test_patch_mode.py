@@ -142,6 +142,7 @@ def test_a_patch_is_not_hidden_by_its_own_triangle_however_grazing(shapes: Simpl
         np.testing.assert_array_equal(marks, np.full((1, patches.n_patches), ALL_RIM), err_msg=f"{height_m} m above")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ENGINES)
 @pytest.mark.parametrize("limit", ["range", "elevation", "azimuth", "incidence", "turn"])
 def test_samples_count_within_the_limits_of_the_scanner_alone(shapes: SimpleNamespace, name: str, limit: str) -> None:

@@ -171,7 +171,7 @@ def test_building_gives_all_its_memory_back_but_the_tree(own_device: Device, sha
     assert own_device.held_bytes == tree.n_bytes
 
 
-@pytest.mark.parametrize("kind", ["anywhere", "few places"])
+@pytest.mark.parametrize("kind", [pytest.param("anywhere", marks=pytest.mark.slow), "few places"])
 def test_a_tree_does_not_depend_on_chunks_or_packets(
     device: Device, scene_of_corners, monkeypatch: pytest.MonkeyPatch, kind: str
 ) -> None:

@@ -25,7 +25,7 @@ def edge_points(vertices: np.ndarray, triangles: np.ndarray, per_edge: int, seed
 
 @pytest.mark.parametrize("centre", CENTRES, ids=["near", "far"])
 @pytest.mark.parametrize("radius_m", [0.05, 2.0, 300.0])
-@pytest.mark.parametrize("rings", [5, 60], ids=["coarse", "fine"])
+@pytest.mark.parametrize("rings", [pytest.param(5, id="coarse"), pytest.param(60, id="fine", marks=pytest.mark.slow)])
 def test_no_ray_from_inside_leaves_a_closed_mesh(
     device: Device, shapes: SimpleNamespace, centre: list[float], radius_m: float, rings: int
 ) -> None:

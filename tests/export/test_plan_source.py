@@ -267,6 +267,7 @@ def test_the_scene_is_loaded_once_and_as_it_was_planned_on(box_folder: Path) -> 
     assert plan.survey().patches.n_patches == plan.document["settings"]["n_patches"]
 
 
+@pytest.mark.slow
 def test_a_missing_scene_is_told_with_its_name_and_the_option(box_folder: Path) -> None:
     (box_folder / "box.ifc").rename(box_folder / "moved.ifc")
     plan = open_plan(box_folder / "plan")

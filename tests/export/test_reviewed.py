@@ -196,6 +196,7 @@ def test_all_that_is_offered_is_a_file() -> None:
     assert not [name for name in OFFERED if FORMATS[name].is_folder]
 
 
+@pytest.mark.slow
 def test_sheets_of_a_plan_that_is_entered_elsewhere_have_the_route_from_there(
     box_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

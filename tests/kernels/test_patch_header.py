@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from slow_cases import all_slow_but
 
 from planner_core.device import Device
 from planner_core.device.sources import expand_includes
@@ -93,7 +94,7 @@ def cases(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("lanes", [1, 4, 8, 16])
-@pytest.mark.parametrize("depth", [0, 1, 7, 20])
+@pytest.mark.parametrize("depth", all_slow_but([0, 7], [0, 1, 7, 20]))
 def test_kernel_and_host_give_the_same_address(device: Device, lanes: int, depth: int) -> None:
     if lanes > device.max_lanes:
         pytest.skip(f"{device.label} has no vectors of {lanes}")
@@ -103,7 +104,7 @@ def test_kernel_and_host_give_the_same_address(device: Device, lanes: int, depth
 
 
 @pytest.mark.parametrize("lanes", [1, 4, 8, 16])
-@pytest.mark.parametrize("depth", [1, 2, 7, 20])
+@pytest.mark.parametrize("depth", all_slow_but([2, 20], [1, 2, 7, 20]))
 def test_the_parts_that_a_tile_sees_are_those_of_its_hits_each_once(device: Device, lanes: int, depth: int) -> None:
     if lanes > device.max_lanes:
         pytest.skip(f"{device.label} has no vectors of {lanes}")

@@ -14,6 +14,7 @@ from tests.benchmarks.registration.rule import features, fitted, read_rows
 ROOT = Path(__file__).resolve().parents[2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", list(PreAlignment))
 def test_weights_are_those_that_the_campaign_makes(start: PreAlignment) -> None:
     rows = read_rows(ROOT / "docs/benchmarks/registration", [start], ["open3d"])

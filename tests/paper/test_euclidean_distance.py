@@ -73,6 +73,7 @@ def test_f2_is_that_of_the_equation_with_plain_distances(
         assert sums.f2_m2()[index] == pytest.approx(expected, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_the_choice_of_distance_changes_f2_and_nothing_else(furnished: SimpleNamespace, rooms: SimpleNamespace) -> None:
     template = rooms.template_of(20, 30)
     squared, plain = (

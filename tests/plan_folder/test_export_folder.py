@@ -43,6 +43,7 @@ def test_plan_folder_holds_the_files_of_the_contract_and_no_others(plan_folder: 
     assert set(contents(plan_folder)) == expected
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("thumbnails")
 def test_plan_folder_written_twice_has_the_same_bytes(
     plan: Plan, engine: ScanEngine, plan_folder: Path, tmp_path: Path

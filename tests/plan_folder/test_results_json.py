@@ -41,6 +41,7 @@ def document(plan: Plan) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.slow
 def test_walk_field_time_and_sealed_rooms_match_the_schema(document: dict[str, Any]) -> None:
     schema = json.loads(SCHEMA_FILE.read_text())
     for key in ("route", "field_time", "sealed"):

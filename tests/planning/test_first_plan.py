@@ -86,6 +86,7 @@ def test_stations_that_are_locked_are_in_it(comb: PlanSettings) -> None:
     assert away_m.min() < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["greedy", pytest.param("impossible", marks=pytest.mark.slow)])
 def test_nothing_is_told_where_it_would_come_too_late_or_is_not_to_be_had(method: str, comb: PlanSettings) -> None:
     settings = replace(comb, method=Greedy()) if method == "greedy" else comb

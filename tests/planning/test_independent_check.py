@@ -257,6 +257,7 @@ def test_surface_that_a_station_stands_in_the_plane_of_is_not_seen(monkeypatch: 
     assert is_within(by_sight_alone.judged - told.judged, 4.0 * 3.0, by_sight_alone.error)
 
 
+@pytest.mark.slow
 def test_floor_between_the_rows_of_a_coarse_scanner_is_seen_as_far_as_patches_hold_beams() -> None:
     """From 0.3 m above a floor its rows meet it 0.2 m apart at 3 m, 0.6 m at 5 m; patches are up to 0.28 m wide."""
     floor = scene_of([("floor", (-5.0, -5.0, -0.2), (5.0, 5.0, 0.0))])

@@ -91,6 +91,7 @@ def test_stations_to_begin_with_that_nobody_may_stand_at_are_left_out(
     assert (np.abs(places_m[:, :2] - [x, y]).max(axis=1) > 0.9).all()
 
 
+@pytest.mark.slow
 def test_most_coverage_is_no_less_than_that_of_what_it_begins_with(rooms: Scene, settings: PlanSettings) -> None:
     two = replace(settings, objective="coverage", max_stations=2)
     best = make_plan(rooms, replace(two, method=Proven(work_limit=0.1)))

@@ -72,6 +72,7 @@ def test_stations_are_one_network_and_the_links_are_what_scans_have_in_common(
         assert told.get(pair, 0.0) == pytest.approx(found, abs=0.01) if found > 0.06 else pair is not None
 
 
+@pytest.mark.slow
 def test_loops_leave_no_link_that_all_hangs_on(small: PlanSettings, planned: Planned) -> None:
     def asking(network: str) -> PlanSettings:
         return replace(small, requirements=Requirements(coverage=0.9, network=network))

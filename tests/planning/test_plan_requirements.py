@@ -83,7 +83,11 @@ def test_parts_with_figures_of_their_own_are_met_as_scans_recount_them(
 
 @pytest.mark.parametrize(
     ("asked", "seen_from"),
-    [(PointLimits(range_m=3.5), 1), (PointLimits(incidence_rad=1.0), 2), (PointLimits(spacing_m=0.1, range_m=4.5), 1)],
+    [
+        pytest.param(PointLimits(range_m=3.5), 1, marks=pytest.mark.slow),
+        (PointLimits(incidence_rad=1.0), 2),
+        pytest.param(PointLimits(spacing_m=0.1, range_m=4.5), 1, marks=pytest.mark.slow),
+    ],
 )
 def test_limits_and_numbers_of_looks_are_met_as_scans_recount_them(
     asked: PointLimits, seen_from: int, small: PlanSettings, planned: Planned, looks: Any

@@ -143,6 +143,7 @@ def storeys_open_to_one_another() -> Scene:
     return scene_from_arrays(np.concatenate(corners), triangles)
 
 
+@pytest.mark.slow
 def test_floors_planned_together_need_fewer_stations_than_apart(free: PlanSettings) -> None:
     scene = storeys_open_to_one_another()
     # Looks everywhere: what one storey sees of the other is only a matter of what is in between.

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from shared_plans import SharedPlan
+from slow_cases import all_slow_but
 
 import scenes_synthetic
 from planner_core.engine.open_engine import open_engine
@@ -82,7 +83,7 @@ def test_what_a_station_adds_is_told_of_asked_floors_alone_and_once(
         assert station.own_area_m2 == pytest.approx(by_station[station.id], abs=1e-9)
 
 
-@pytest.mark.parametrize("scene", [pytest.param("l-room", marks=pytest.mark.slow), "doors-open", "corridor-comb"])
+@pytest.mark.parametrize("scene", all_slow_but(["doors-open"], ["l-room", "doors-open", "corridor-comb"]))
 def test_every_leg_can_be_walked_and_visits_are_numbered_in_its_order(
     scene: str, small: PlanSettings, planned: Planned
 ) -> None:

@@ -82,6 +82,7 @@ def test_parts_are_counted_for_all_scanners_of_rows_and_columns_unless_told() ->
         assert mode_that_counts_parts(asked, robot) == asked
 
 
+@pytest.mark.slow
 def test_plans_by_patches_and_by_beams_take_about_as_many_stations_and_say_which_they_are(
     scene: Scene, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -106,6 +107,7 @@ def test_plans_by_patches_and_by_beams_take_about_as_many_stations_and_say_which
     assert by_patches.coverage.fraction_of_achievable >= 0.9
 
 
+@pytest.mark.slow
 def test_a_given_list_is_worth_less_by_parts_of_patches_than_by_beams(scene: Scene) -> None:
     settings = settings_of(0.5, "patches")
     survey = make_survey(scene, settings)

@@ -288,10 +288,10 @@ PARAPETS = (
 @pytest.mark.parametrize(
     ("sides", "least_m2", "most_m2"),
     [
-        pytest.param((), 60, 240, id="no facade"),
+        pytest.param((), 60, 240, id="no facade", marks=pytest.mark.slow),
         pytest.param(PARAPETS, 30, 240, id="parapets"),
         pytest.param(LONG_SIDES, 20, 120, id="both ends open", marks=pytest.mark.slow),
-        pytest.param((LONG_SIDES[0], *SHORT_SIDES), 10, 120, id="a front open"),
+        pytest.param((LONG_SIDES[0], *SHORT_SIDES), 10, 120, id="a front open", marks=pytest.mark.slow),
     ],
 )
 def test_open_sides_are_named_with_the_ground_that_they_lose(sides: tuple, least_m2: float, most_m2: float) -> None:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from slow_cases import all_slow_but
 from stages import visible_from
 
 import scenes_synthetic
@@ -37,7 +38,7 @@ def settings_of(name: str, *, patch_m2: float = 0.1) -> PlanSettings:
     )
 
 
-@pytest.mark.parametrize("name", SURVEY_SCANNERS)
+@pytest.mark.parametrize("name", all_slow_but(["rtc360"], SURVEY_SCANNERS))
 def test_a_survey_scanner_plans_a_room_in_its_default_mode(name: str, scene: Scene) -> None:
     settings = settings_of(name)
     survey = make_survey(scene, settings)

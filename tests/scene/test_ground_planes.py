@@ -94,6 +94,7 @@ def test_joints_between_ceiling_panels_are_no_openings():
     assert survey.floors[0].ground_area_m2 == pytest.approx(8 * 6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["IfcStairFlight", "IfcRampFlight"])
 def test_plane_is_open_above_a_flight_so_that_it_joins_the_storeys(kind):
     """A flight of 15 risers of 0.2 m along x = 1 to 5.5, on a ground that is embedded in no slab."""
@@ -152,7 +153,7 @@ def flat(*parts, doorway=True, slabs=((0, 0, 5.1, 6),), storeys=(("Level 1", 0.0
         flat(DOOR),
         flat(("leaf", "IfcDoorStandardCase", 0, (5.3, 2.0, 0.0), (5.35, 2.9, 2.1)), doorway=False),
         flat(("cupboard", "IfcFurniture", 0, (7, 5, 0.0), (8, 5.6, 1.0)), doorway=False),
-        flat(("terrain", "IfcSite", -1, (-20, -20, -0.6), (30, 30, -0.3))),
+        pytest.param(flat(("terrain", "IfcSite", -1, (-20, -20, -0.6), (30, 30, -0.3))), marks=pytest.mark.slow),
         flat(("terrain", "IfcGeographicElement", -1, (-20, -20, -3.0), (30, 30, -1.0)), DOOR),
         flat(storeys=(("Level 1", -0.02),)),
     ],

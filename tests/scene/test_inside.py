@@ -80,7 +80,7 @@ FORMS: dict[str, tuple[dict[str, Solid], float]] = {
 }
 
 
-@pytest.mark.parametrize("turn_deg", [0.0, 30.0])
+@pytest.mark.parametrize("turn_deg", [0.0, pytest.param(30.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("form", FORMS)
 def test_rooms_are_left_blank_and_solids_filled(form: str, turn_deg: float) -> None:
     parts, solid_m2 = FORMS[form]
@@ -94,6 +94,7 @@ def test_rooms_of_sheets_are_left_blank_in_other_units(metres_per_unit: float) -
     check_filled(scene_of(parts, metres_per_unit=metres_per_unit), solid_m2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["walls_floor_ceiling_apart.obj", "interior_shell.obj", "gallery_reduced.glb"])
 def test_rooms_of_real_meshes_are_left_blank(name: str) -> None:
     scene = load_scene(reality(name))

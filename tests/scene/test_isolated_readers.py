@@ -90,6 +90,7 @@ def test_real_building_is_the_same(real_ifc, name):
     check_same(real_ifc(name), "ifc")
 
 
+@pytest.mark.slow
 def test_file_whose_name_is_not_utf8_is_read_or_refused(tmp_path, write_house):
     folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/w\xe4nde"))
     folder.mkdir()

@@ -135,6 +135,7 @@ def settings(**more: object) -> PlanSettings:
     )
 
 
+@pytest.mark.slow
 def test_the_same_is_in_scope_as_with_shut_doors_and_stations_may_stand_beside_the_house() -> None:
     in_scope_m2 = []
     for state in (Doors.SHUT, Doors.OUTSIDE):
@@ -190,6 +191,7 @@ def offered(apart: Plan) -> int:
     return n_more
 
 
+@pytest.mark.slow
 def test_a_plan_in_two_groups_offers_stations_outdoors_with_their_number_and_time() -> None:
     apart = make_plan(twin_house(state=Doors.OPEN), settings(max_patch_area_m2=1.0))
     assert not apart.connected

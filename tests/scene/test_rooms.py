@@ -142,6 +142,7 @@ def test_rooms_turn_with_the_building_and_take_its_unit(written):
     assert room[:, 2] == pytest.approx([slab[:, 2].min(), slab[:, 2].max()])
 
 
+@pytest.mark.slow
 def test_rooms_of_the_duplex_hold_their_floors(real_scene):
     scene = real_scene("duplex")
     assert len(scene.rooms) == 21

@@ -103,9 +103,9 @@ def test_floors_of_what_is_no_building_are_refused_before_plumb_lines_are_cast(m
     ("name", "words"),
     [
         ("usd-sphere-radius-1e7.usda", "no unit makes a building of it"),
-        ("usd-metersperunit-1e7.usda", "--units m, in which it is 2 m long"),
+        pytest.param("usd-metersperunit-1e7.usda", "--units m, in which it is 2 m long", marks=pytest.mark.slow),
         ("usd-sphere-radius-1e20.usda", "not finite"),
-        ("obj-300-levels-10km.obj", "surfaces cover 15000 km2"),
+        pytest.param("obj-300-levels-10km.obj", "surfaces cover 15000 km2", marks=pytest.mark.slow),
     ],
 )
 def test_real_scenes_of_kilometres_are_refused_in_one_line(name, words):

@@ -292,6 +292,7 @@ def measured_by_beams(puzzle: SyntheticScene, engine: ScanEngine, view: KnownVie
     }
 
 
+@pytest.mark.slow
 def test_puzzle_plans_without_error_and_inside_its_room(puzzle: SyntheticScene) -> None:
     plan = make_plan(puzzle.scene, COARSE)
     for x, y, _ in (station.position_m for station in plan.stations):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from slow_cases import all_slow_but
 
 import scenes_synthetic
 from planner_core.errors import RequirementError
@@ -38,7 +39,7 @@ def corners(scene: Scene) -> np.ndarray:
 
 
 @pytest.mark.parametrize("suffix", [s for s in FORMATS if s != ".ifc"])
-@pytest.mark.parametrize("name", ["house", "two-rooms"])
+@pytest.mark.parametrize("name", [pytest.param("house", marks=pytest.mark.slow), "two-rooms"])
 def test_mesh_formats_load_back_as_the_same_triangles(name: str, suffix: str, tmp_path: Path) -> None:
     synthetic = scenes_synthetic.build(name)
     scene = load_scene(scenes_synthetic.write(synthetic, tmp_path / f"{name}{suffix}"))
@@ -72,7 +73,13 @@ def test_ifc_loads_back_with_names_classes_storeys_and_areas(name: str, tmp_path
     assert scene.report.warnings == ()
 
 
-@pytest.mark.parametrize("name", [name for name in scenes_synthetic.names() if name not in scenes_synthetic.PAPER])
+@pytest.mark.parametrize(
+    "name",
+    all_slow_but(
+        ("hole-walls", "glass-and-mirror", "georeferenced", "stairwell"),
+        (name for name in scenes_synthetic.names() if name not in scenes_synthetic.PAPER),
+    ),
+)
 def test_ifc_is_valid_by_its_schema(name: str, tmp_path: Path) -> None:
     import ifcopenshell
     import ifcopenshell.validate

@@ -68,6 +68,7 @@ def test_proof_by_blocks_ends_at_the_smallest_set_and_never_passes_it(seed, n_fl
         check_selection(problem, proof.best, network=network)
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(SEEDS, st.integers(1, 2), st.integers(0, 2))
 def test_every_smaller_plan_lies_in_a_node_that_is_open(seed, n_constraints, shared):

@@ -172,6 +172,7 @@ def test_a_body_that_never_ends_is_not_waited_for(served: Served) -> None:
         assert is_closed_though_fed(line, b" ")
 
 
+@pytest.mark.slow
 def test_without_the_token_no_body_is_waited_for(shown: tuple[Path, Path]) -> None:
     for served in serving(*shown, "BODY_S=1e9"):
         with endless_body(served, token=False) as line:

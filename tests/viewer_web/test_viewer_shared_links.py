@@ -168,22 +168,27 @@ def damaged(file: Path, **changes: Any) -> None:
     file.write_text(json.dumps({**json.loads(file.read_text()), **changes}))
 
 
+DAMAGED = (
+    lambda file: file.write_text("{"),
+    lambda file: file.write_text(""),
+    lambda file: file.write_text("[" * 60000),
+    lambda file: file.write_text("[]"),
+    lambda file: file.write_text('{"schema": "tlsplan/links/1"}'),
+    lambda file: damaged(file, port=0),
+    lambda file: damaged(file, port=65536),
+    lambda file: damaged(file, host=None),
+    lambda file: damaged(file, token="x" * 43, comment_token="x" * 43),
+    lambda file: damaged(file, plan="/elsewhere"),
+)
+
+
 @pytest.mark.parametrize(
     ("harm", "reason"),
     [
-        (lambda file: file.write_text("{"), "a damaged one"),
         (lambda file: file.write_bytes(b"\xff\xfe"), "a damaged one"),
-        (lambda file: file.write_text(""), "a damaged one"),
-        (lambda file: file.write_text("[" * 60000), "a damaged one"),
-        (lambda file: file.write_text("[]"), "a damaged one"),
-        (lambda file: file.write_text('{"schema": "tlsplan/links/1"}'), "a damaged one"),
-        (lambda file: damaged(file, port=0), "a damaged one"),
         (lambda file: damaged(file, port=True), "a damaged one"),
-        (lambda file: damaged(file, port=65536), "a damaged one"),
-        (lambda file: damaged(file, host=None), "a damaged one"),
         (lambda file: damaged(file, token="short"), "a damaged one"),
-        (lambda file: damaged(file, token="x" * 43, comment_token="x" * 43), "a damaged one"),
-        (lambda file: damaged(file, plan="/elsewhere"), "a damaged one"),
+        *(pytest.param(harm, "a damaged one", marks=pytest.mark.slow) for harm in DAMAGED),
         (lambda file: damaged(file, schema="tlsplan/links/2"), "of another version"),
         (lambda file: file.chmod(0o640), "open to other users"),
         (lambda file: file.chmod(0o604), "open to other users"),

@@ -92,6 +92,7 @@ def test_files_that_are_not_of_the_set_are_refused(tmp_path, raw):
         plan_of(path, unit_cm=100)
 
 
+@pytest.mark.slow
 def test_quick_certificates_hold():
     found = list(Library(FOLDER).check(QUICK))
     assert len(found) == len(QUICK)

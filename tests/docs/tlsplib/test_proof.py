@@ -101,6 +101,7 @@ def test_cuts_hold_for_every_set_that_meets_everything(seed, n_shares):
             assert sum(coefficients.get(i, 0) for i in chosen) >= right, (seed, chosen)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10**6))
 @settings(max_examples=8, deadline=None)
 def test_prices_of_rows_alone_prove_no_more_than_the_fewest_stations(seed):

@@ -59,6 +59,7 @@ def test_an_interrupted_cloud_leaves_nothing_behind(
     assert [path.name for path in tmp_path.iterdir()] == [target.name]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_an_interrupted_cloud_leaves_the_older_one_as_it_was(source: PlanSource, tmp_path: Path, name: str) -> None:
     def contents() -> dict[str, bytes]:

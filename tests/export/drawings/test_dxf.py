@@ -147,6 +147,7 @@ def test_coordinates_of_seven_digits_keep_a_tenth_of_a_millimetre(munich_file, h
         assert mark.dxf.insert.z == pytest.approx(515.2 + station.ground_m[2], abs=5.1e-5)
 
 
+@pytest.mark.slow
 def test_drawing_names_its_coordinate_system_and_says_where_it_is(drawing, munich_file):
     told = dict(ezdxf.readfile(munich_file).header.custom_vars.properties)
     assert told["CRS"] == "EPSG:25832"

@@ -177,6 +177,7 @@ def test_a_station_in_an_edges_cell_stays_and_is_told(house_plan: PlanSource, mi
     assert 0.05 < math.dist(end, points["S3"]["position_m"]) < 0.6
 
 
+@pytest.mark.slow
 def test_ways_through_what_stands_are_laid_around_it(house_plan: PlanSource, mission: Mission) -> None:
     folder, remarks = mission(moved(house_plan, {"S3": (6.0, 0.6, 0.0)}))
     document = document_of(folder)

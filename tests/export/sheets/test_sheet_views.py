@@ -106,6 +106,7 @@ def test_every_place_of_a_floor_is_on_a_sheet(
         assert n == 1 or (n - 1) * (room - 12) + 12 < side * 1000 / tiles[0].scale + slack
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(st.text(max_size=60), st.floats(8.0, 60.0))
 def test_words_cut_short_have_room(words: str, room_mm: float) -> None:

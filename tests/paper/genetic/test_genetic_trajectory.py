@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from slow_cases import all_slow_but
 
 from planner_core.device import open_device
 from planner_core.paper.genetic import GeneticSettings, on_device, select_genetic
@@ -38,7 +39,7 @@ def same(a, b):
     assert (a.n_evaluations, a.why_stopped) == (b.n_evaluations, b.why_stopped)
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("way", all_slow_but((way for way in WAYS if way != "paper"), WAYS))
 def test_device_and_host_take_the_same_trajectory(make_problem, device, way):
     problem = make_problem(1)
     chosen = GeneticSettings(**(BASE | WAYS[way]))

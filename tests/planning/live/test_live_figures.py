@@ -73,7 +73,7 @@ def test_parts_of_patches_count_as_in_the_plan(planned: Planned, tmp_path: Path)
     assert live.figures(live.draft).plan.coverage.covered_area_m2 == pytest.approx(plan.coverage.covered_area_m2)
 
 
-@pytest.mark.parametrize("name", ["house", "far_plan", "asking_house"])
+@pytest.mark.parametrize("name", ["house", pytest.param("far_plan", marks=pytest.mark.slow), "asking_house"])
 def test_figures_of_the_unchanged_plan_are_those_of_plan_json(name: str, request: pytest.FixtureRequest) -> None:
     live: LivePlan = request.getfixturevalue(name)
     assert len(live.draft.stations) > 1

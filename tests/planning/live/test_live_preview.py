@@ -236,6 +236,7 @@ def test_layers_are_the_best_of_all_stations(asking_house: LivePlan) -> None:
     )
 
 
+@pytest.mark.slow
 def test_rows_of_both_engines_agree(asking_house: LivePlan, asking_folder: Path) -> None:
     other = open_live(asking_folder, engine="open3d", with_ground=False)
     ours, theirs = asking_house.figures(asking_house.draft).plan, other.figures(other.draft).plan

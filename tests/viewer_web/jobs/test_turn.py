@@ -46,6 +46,7 @@ def test_a_turn_lasts_as_long_as_the_process_that_inherited_it(tmp_path: Path) -
     os.close(turn)
 
 
+@pytest.mark.slow
 def test_a_turn_is_still_held_where_the_plan_around_it_is_replaced(hall: Path, tmp_path: Path) -> None:
     old, new = tmp_path / "old", tmp_path / "new"
     shutil.copytree(hall / "plan", old)
