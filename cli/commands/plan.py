@@ -41,9 +41,9 @@ _NEEDED_LATER = (
     "planner_core.planning.independent_check",
     "planner_core.engine.open3d:import_open3d",
     "planner_core.plan_folder.folder",
-    "planner_core.plan_folder.drawing.png_canvas",
-    "reportlab.pdfbase.ttfonts",
-    "pyvista.plotting",
+    "matplotlib.backends.backend_agg",
+    "pyvista",
+    "vtkmodules.vtkRenderingOpenGL2",
     "planner_core.plan_folder.offscreen:window_class",
 )
 

@@ -1,4 +1,4 @@
-"""Off-screen windows of VTK: which kind opens on this machine, and a PyVista plotter that uses it.
+"""Off-screen windows of VTK: which kind opens on this machine, and one of it.
 
 VTK left alone tries X first, complains on stderr where there is none, and ends the whole process where there is neither
 EGL nor OSMesa. So a child process tries the kinds first, once a run; what ends is the child.
@@ -7,7 +7,6 @@ EGL nor OSMesa. So a child process tries the kinds first, once a run; what ends 
 from __future__ import annotations
 
 import functools
-import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -20,9 +19,6 @@ WINDOWS = {"win32": ("vtkWin32OpenGLRenderWindow",), "darwin": ("vtkCocoaRenderW
     sys.platform, ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
 )
 """VTK's classes, the better first: EGL (any driver, also Mesa's software one) and OSMesa; tried on Linux alone."""
-
-_CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
-"""Environment variable that names the class to VTK's factory of windows."""
 
 _TIME_LIMIT_S = 300.0
 """For the trial: loading VTK from a cold, slow disk, or on a busy machine, takes tens of seconds."""
@@ -79,37 +75,29 @@ def _try_window(name: str) -> str | None:
 
 
 @contextmanager
-def offscreen_plotter(width: int, height: int) -> Iterator[Any]:
-    """Give a PyVista plotter of `width` x `height` pixels without a screen, closed at the end.
+def offscreen_window() -> Iterator[Any]:
+    """Give a window of VTK without a screen, closed at the end.
+
+    One window draws all pictures of a report: opening one and compiling its shaders takes half as long as a picture.
 
     Raises
     ------
     MissingPackageError
-        PyVista or an off-screen window is missing.
+        PyVista, VTK or an off-screen window is missing.
     """
     name = window_class()
-    before = os.environ.get(_CHOICE)
-    os.environ[_CHOICE] = name
     try:
-        try:
-            import pyvista
-        except ImportError as error:
-            raise MissingPackageError(
-                f"pictures need the package pyvista, which can't be imported ({error}): pip install pyvista"
-            ) from error
-        plotter = pyvista.Plotter(off_screen=True, window_size=[width, height], lighting="none", theme=_theme(pyvista))
-        plotter.disable_anti_aliasing()  # who draws finer than is shown has smooth edges, and a second less to wait
-        try:
-            yield plotter
-        finally:
-            plotter.close()
+        # Not `pyvista.Plotter`: its modules take three times as long to import as all that pictures need.
+        import pyvista  # noqa: F401
+        from vtkmodules import vtkRenderingOpenGL2
+    except ImportError as error:
+        raise MissingPackageError(
+            f"pictures need the package pyvista, which can't be imported ({error}): pip install pyvista"
+        ) from error
+    window = getattr(vtkRenderingOpenGL2, name)()
+    window.SetOffScreenRendering(True)
+    window.SetMultiSamples(0)  # who draws finer than is shown has smooth edges
+    try:
+        yield window
     finally:
-        if before is None:
-            del os.environ[_CHOICE]
-        else:
-            os.environ[_CHOICE] = before
-
-
-def _theme(pyvista: Any) -> Any:
-    """PyVista's own defaults, not what the user's program has set."""
-    return pyvista.themes.Theme()
+        window.Finalize()

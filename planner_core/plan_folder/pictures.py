@@ -12,6 +12,7 @@ links where the building does not hide them, station numbers, title, legend. Loc
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,10 +22,9 @@ from numpy.typing import NDArray
 
 from planner_core.model import BoolArray, Float32Array, FloatArray, Floor, Plan, Station, Survey, UInt8Array
 from planner_core.plan_folder import palette
-from planner_core.plan_folder.drawing.canvas import PAPER, Box, Canvas, Pen
+from planner_core.plan_folder.drawing.canvas import PAPER, Box, Canvas, Colour, Pen
 from planner_core.plan_folder.drawing.marks import Labels, draw_stations
 from planner_core.plan_folder.drawing.png_canvas import pixels
-from planner_core.plan_folder.offscreen import offscreen_plotter
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.section_view import (
     BELOW_GROUND_M,
@@ -204,17 +204,11 @@ def picture_cut_m(plan: Plan, floor: Floor) -> float:
     return min([ground_m + CUT_HEIGHT_M, *(0.4 * ground_m + 0.6 * z for z in above)])
 
 
-def write_floor_picture(plan: Plan, floor_index: int, path: Path, *, source: PlanSource) -> None:
-    """Write the coverage picture of one floor.
-
-    Raises
-    ------
-    MissingPackageError
-        PyVista or an off-screen OpenGL window is missing; nothing is written.
-    """
+def write_floor_picture(plan: Plan, floor_index: int, path: Path, *, window: Any, source: PlanSource) -> None:
+    """Write the coverage picture of one floor, drawn in a window of `offscreen_window`."""
     floor = plan.survey.floors[floor_index]
     stations = stations_of(plan, floor)
-    seen = render_floor(plan, floor)
+    seen = render_floor(plan, floor, window)
     box = picture_box(seen.eye.half_width_tan, seen.eye.half_height_tan)
     canvas = new_sheet(box.height)
     canvas.raster(seen.rgb, box.left, box.bottom)
@@ -253,14 +247,12 @@ class Seen:
         return [points_m[[first, end - 1]] for first, end in turns.reshape(-1, 2) if end - first > 1]
 
 
-def render_floor(plan: Plan, floor: Floor) -> Seen:
-    """Draw the building, without tripods and links."""
+def render_floor(plan: Plan, floor: Floor, window: Any) -> Seen:
+    """Draw the building in a window of `offscreen_window`, without tripods and links."""
     box = box_m(plan, floor)
     eye = _eye_on_box(box, stations_of(plan, floor))
     size = picture_box(eye.half_width_tan, eye.half_height_tan)
-    with offscreen_plotter(OVERSAMPLING * pixels(size.width), OVERSAMPLING * pixels(size.height)) as plotter:
-        _add_building(plotter, plan, floor, box)
-        return shoot(plotter, eye)
+    return shoot(window, _building(plan, floor, box), eye, (pixels(size.width), pixels(size.height)))
 
 
 def _eye_on_box(box: FloatArray, stations: list[Station]) -> Eye:
@@ -294,27 +286,31 @@ def _patch_corners(survey: Survey, used: BoolArray) -> FloatArray:
     return patch_triangles(part, replace(survey.patches, depth=survey.patches.depth[used]))
 
 
-def _add_building(plotter: Any, plan: Plan, floor: Floor, box: FloatArray) -> None:
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """A PyVista surface or lines. colour : sRGB; None: of each cell by its array `rgb`. width : of lines, pixels."""
+
+    mesh: Any
+    colour: Colour | None = None
+    width: float = 1.0
+
+
+def _building(plan: Plan, floor: Floor, box: FloatArray) -> Iterator[Drawn]:
+    """What is drawn of the building inside the box (2, 3)."""
     import pyvista
 
     scene, cut_m = plan.survey.scene, float(box[1, 2])
     used = triangles_in(plan.survey, box)
-    patches = cut_out(coloured_patches(plan, floor, used), box)
-    plotter.add_mesh(patches, scalars="rgb", rgb=True, lighting=False, show_scalar_bar=False)
-    caps = _caps(plan.survey, floor, box)
-    if caps.n_cells:
-        plotter.add_mesh(caps, color=palette.WALL, lighting=False)
+    yield Drawn(cut_out(coloured_patches(plan, floor, used), box))
+    yield Drawn(_caps(plan.survey, floor, box), palette.WALL)
     faces = cut_out(pyvista.PolyData(scene.vertices_m, faces=_faces(scene.triangles[used])), box)
     edges = faces.extract_feature_edges(
         EDGE_ANGLE_DEG, boundary_edges=True, manifold_edges=False, non_manifold_edges=False
     )
-    if edges.n_cells:
-        plotter.add_mesh(edges, color=palette.WALL, line_width=1.5, lighting=False)
+    yield Drawn(edges, palette.WALL, 1.5)
     lines_m = section_lines(plan.survey, cut_m)
     inside = (lines_m[:, :, :2] >= box[0, :2]) & (lines_m[:, :, :2] <= box[1, :2])
-    if inside.all(axis=(1, 2)).any():
-        outline = _segments(lines_m[inside.all(axis=(1, 2))])
-        plotter.add_mesh(outline, color=palette.WALL, line_width=2.0, lighting=False)
+    yield Drawn(_segments(lines_m[inside.all(axis=(1, 2))]), palette.WALL, 2.0)
 
 
 def triangles_in(survey: Survey, box: FloatArray) -> BoolArray:
@@ -410,39 +406,67 @@ def strong_links(plan: Plan, stations: list[Station]) -> FloatArray:
     return np.array(ends).reshape(-1, 2, 3)
 
 
-def shoot(plotter: Any, eye: Eye) -> Seen:
-    """Draw what the plotter holds, each pixel the mean of `OVERSAMPLING` by as many, darker in corners."""
-    plotter.set_background(PAPER)
-    camera = plotter.camera
-    camera.position = eye.position_m
-    camera.focal_point = eye.position_m + eye.forward
-    camera.up = eye.up
-    camera.view_angle = 2 * np.rad2deg(np.arctan(eye.half_height_tan))
-    plotter.renderer.ResetCameraClippingRange()
-    plotter.render_window.Render()
-    near_m, far_m = camera.clipping_range
+def shoot(window: Any, things: Iterable[Drawn], eye: Eye, size: tuple[int, int]) -> Seen:
+    """Draw things, each pixel the mean of `OVERSAMPLING` by as many, darker in corners.
+
+    window : of `offscreen_window`. size : width and height of what is returned, pixels.
+    """
+    from vtkmodules.vtkCommonCore import vtkFloatArray, vtkUnsignedCharArray
+    from vtkmodules.vtkRenderingCore import vtkRenderer
+
+    renderer = vtkRenderer()
+    renderer.SetBackground(PAPER)
+    for thing in things:
+        if thing.mesh.n_cells:
+            renderer.AddActor(_actor(thing))
+    camera = renderer.GetActiveCamera()
+    camera.SetPosition(eye.position_m)
+    camera.SetFocalPoint(eye.position_m + eye.forward)
+    camera.SetViewUp(eye.up)
+    camera.SetViewAngle(2 * float(np.rad2deg(np.arctan(eye.half_height_tan))))
+    width, height = (OVERSAMPLING * each for each in size)
+    window.SetSize(width, height)
+    window.AddRenderer(renderer)
+    try:
+        renderer.ResetCameraClippingRange()
+        window.Render()
+        depths, colours = vtkFloatArray(), vtkUnsignedCharArray()
+        window.GetZbufferData(0, 0, width - 1, height - 1, depths)
+        window.GetPixelData(0, 0, width - 1, height - 1, 0, colours, 0)
+    finally:
+        window.RemoveRenderer(renderer)
+    near_m, far_m = camera.GetClippingRange()
     place = slice(OVERSAMPLING // 2, None, OVERSAMPLING)
-    share = _drawn(plotter, depth=True)[place, place, 0]
+    share = _rows_from_top(depths, height, width)[place, place, 0]
     depth_m = np.where(share < 1, near_m * far_m / (far_m - share * (far_m - near_m)), np.inf).astype(np.float32)
     light = brightness(depth_m, depth_m.shape[1] / (2 * eye.half_width_tan))
-    return Seen(eye, averaged(_drawn(plotter), light), depth_m)
+    return Seen(eye, averaged(_rows_from_top(colours, height, width), light), depth_m)
 
 
-def _drawn(plotter: Any, *, depth: bool = False) -> Any:
-    """(H, W, K) as it was drawn, row 0 the top: uint8 colours, or the depth buffer. `screenshot` would draw again."""
-    import pyvista
-    from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
+def _actor(thing: Drawn) -> Any:
+    """VTK's, without lighting."""
+    from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-    reader = vtkWindowToImageFilter()
-    reader.SetInput(plotter.render_window)
-    reader.ReadFrontBufferOff()
-    reader.ShouldRerenderOff()
-    if depth:
-        reader.SetInputBufferTypeToZBuffer()
-    reader.Update()
-    image = pyvista.wrap(reader.GetOutput())
-    width, height, _ = image.dimensions
-    return np.asarray(image.active_scalars).reshape(height, width, -1)[::-1]
+    mapper, actor = vtkPolyDataMapper(), vtkActor()
+    mapper.SetInputData(thing.mesh)
+    actor.SetMapper(mapper)
+    actor.GetProperty().LightingOff()
+    actor.GetProperty().SetLineWidth(thing.width)
+    if thing.colour is None:
+        mapper.SetScalarModeToUseCellFieldData()
+        mapper.SelectColorArray("rgb")
+        mapper.SetColorModeToDirectScalars()
+    else:
+        mapper.ScalarVisibilityOff()
+        actor.GetProperty().SetColor(thing.colour)
+    return actor
+
+
+def _rows_from_top(array: Any, height: int, width: int) -> Any:
+    """(H, W, K) of pixels that VTK has in rows from the bottom."""
+    from pyvista import convert_array
+
+    return convert_array(array).reshape(height, width, -1)[::-1]
 
 
 def averaged(drawn: UInt8Array, light: Float32Array) -> UInt8Array:

@@ -6,6 +6,7 @@ Plan, ScanEngine -> report/. The page needs nothing but the pictures beside it: 
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
+from contextlib import ExitStack
 from html import escape
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from planner_core.plan_folder.drawing.canvas import Box, Canvas
 from planner_core.plan_folder.drawing.fonts import lacking_letters
 from planner_core.plan_folder.drawing.png_canvas import PngCanvas
 from planner_core.plan_folder.maps import view_floor, write_floor_map, write_link_map, write_overview
+from planner_core.plan_folder.offscreen import offscreen_window
 from planner_core.plan_folder.pictures import write_floor_picture
 from planner_core.plan_folder.plan_source import PlanSource, source_of
 from planner_core.plan_folder.plan_tables import (
@@ -67,9 +69,10 @@ def report_files(plan: Plan, *, pictures: bool = True) -> tuple[str, ...]:
 
 def _picture_files(plan: Plan) -> tuple[str, ...]:
     floors = drawn_floors(plan)
-    maps = [name(index) for index in floors for name in (map_name, link_map_name, picture_name)]
+    maps = [name(index) for index in floors for name in (map_name, link_map_name)]
+    pictures = [picture_name(index) for index in floors]
     overview = ["overview.png"] if floors else []
-    return (*maps, *overview, "coverage_curve.png")
+    return (*maps, *pictures, *overview, "coverage_curve.png")
 
 
 def map_name(floor_index: int) -> str:
@@ -110,7 +113,6 @@ def write_report(plan: Plan, folder: Path, *, engine: ScanEngine, pictures: bool
 
 def _write_pictures(plan: Plan, source: PlanSource, folder: Path, engine: ScanEngine) -> Generator[str, None, str]:
     """Write the pictures, yielding their names; return why there are no coverage pictures, empty where there are."""
-    missing = ""
     floors = drawn_floors(plan)
     for index in floors:
         view = view_floor(plan, index, engine=engine)
@@ -118,12 +120,18 @@ def _write_pictures(plan: Plan, source: PlanSource, folder: Path, engine: ScanEn
         yield map_name(index)
         write_link_map(plan, index, folder / link_map_name(index), view=view, source=source)
         yield link_map_name(index)
+    missing = ""
+    with ExitStack() as opened:
         try:
-            write_floor_picture(plan, index, folder / picture_name(index), source=source)
-            yield picture_name(index)
+            window = opened.enter_context(offscreen_window())
         except MissingPackageError as error:
             missing = str(error)
-            yield f"{picture_name(index)} is left out: {missing}"
+        for index in floors:
+            if missing:
+                yield f"{picture_name(index)} is left out: {missing}"
+                continue
+            write_floor_picture(plan, index, folder / picture_name(index), window=window, source=source)
+            yield picture_name(index)
     if floors:
         write_overview(plan, folder / "overview.png", engine=engine, source=source)
         yield "overview.png"

@@ -22,11 +22,14 @@ from planner_core.plan_folder.sheet import new_sheet, picture_box
 from planner_core.progress import ProgressEvent
 
 DRAW = """
-import pyvista
-from planner_core.plan_folder.offscreen import offscreen_plotter
-with offscreen_plotter(64, 48) as plotter:
-    plotter.add_mesh(pyvista.Sphere(), color="red")
-    print(plotter.screenshot(return_img=True).shape)
+import sys
+import numpy, pyvista
+from planner_core.plan_folder import pictures
+from planner_core.plan_folder.offscreen import offscreen_window
+eye = pictures.eye_on(numpy.eye(3), azimuth_rad=1.0, elevation_rad=0.8)
+with offscreen_window() as window:
+    seen = pictures.shoot(window, [pictures.Drawn(pyvista.Sphere(), (1.0, 0.0, 0.0))], eye, (64, 48))
+print(seen.rgb.shape, numpy.isfinite(seen.depth_m).any(), "pyvista.plotting" in sys.modules)
 """
 
 
@@ -40,7 +43,8 @@ def fresh_choice() -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def ground_floor(plan: Plan) -> pictures.Seen:
-    return pictures.render_floor(plan, plan.survey.floors[0])
+    with offscreen.offscreen_window() as window:
+        return pictures.render_floor(plan, plan.survey.floors[0], window)
 
 
 def colour_at(seen: pictures.Seen, point_m: tuple[float, float, float]) -> FloatArray:
@@ -67,9 +71,12 @@ def test_a_ball_is_drawn_where_the_eye_projects_its_middle() -> None:
     eye = pictures.eye_on(corners, azimuth_rad=1.1, elevation_rad=0.8)
     width, height = 600, 2 * round(300 * eye.half_height_tan / eye.half_width_tan)
     ball_m = np.array([6.5, 1.0, 1.5])
-    with offscreen.offscreen_plotter(width, height) as plotter:
-        plotter.add_mesh(pyvista.Sphere(radius=0.1, center=ball_m), color="red", lighting=False)
-        seen = pictures.shoot(plotter, eye)
+    ball = pictures.Drawn(pyvista.Sphere(radius=0.1, center=ball_m), (1.0, 0.0, 0.0))
+    with offscreen.offscreen_window() as window:
+        wide = pictures.shoot(window, [], eye, (width, height // 2))
+        seen = pictures.shoot(window, [ball], eye, (width // 2, height // 2))
+    assert (wide.rgb == 255).all()
+    assert seen.rgb.shape == (height // 2, width // 2, 3), "a window draws pictures of any size, each by itself"
     row, column = np.nonzero(seen.rgb[:, :, 1] < 128)
     expected = 0.5 * (eye.project(ball_m[None])[0] + 1) * np.array(seen.rgb.shape[1::-1])
     np.testing.assert_allclose([column.mean() + 0.5, seen.rgb.shape[0] - row.mean() - 0.5], expected, atol=1.0)
@@ -179,7 +186,7 @@ def test_drawing_says_nothing_on_stderr_without_a_screen(monkeypatch: pytest.Mon
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "VTK_DEFAULT_OPENGL_WINDOW"):
         monkeypatch.delenv(name, raising=False)
     done = subprocess.run([sys.executable, "-c", DRAW], check=True, capture_output=True, text=True)
-    assert (done.stdout, done.stderr) == ("(48, 64, 3)\n", "")
+    assert (done.stdout, done.stderr) == ("(48, 64, 3) True False\n", ""), "Plotter takes a second to import"
 
 
 @pytest.mark.usefixtures("fresh_choice")
