@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from planner_core.compiled import compiled, share_out
 from planner_core.engine.patch_returns import Content, ReturnRows, empty_moments
 from planner_core.engine.traced_surfaces import Traced, round_surfaces
-from planner_core.model import Float32Array, FloatArray, Int32Array, UInt8Array
-from planner_core.scene.patches import squared_edges
+from planner_core.model import Float32Array, FloatArray, Int32Array, Patches, Scene, UInt8Array
+from planner_core.scene.patches import barycentric_slopes, squared_edges, used_corners
 
 _ONE, _TWO, _FOUR = np.float32(1), np.float32(2), np.float32(4)
 
@@ -123,6 +123,36 @@ class HitRows:
 
         share_out(add, len(first_vertex_m))
         return sums
+
+
+def patch_of_pixels(scene: Scene, patches: Patches, *, points_m: FloatArray, triangle: Int32Array) -> Int32Array:
+    """`planner_core.scene.patches.patch_of_points`, to the last bit, in a tenth of its time."""
+    corners_m, of = used_corners(scene, triangle[triangle >= 0])
+    address = patches.first_patch, patches.depth, squared_edges(corners_m)
+    patch = np.empty(triangle.shape, dtype=np.int32)
+    first_vertex_m = np.ascontiguousarray(corners_m[:, 0])
+    _find_pixels(points_m, triangle, of, first_vertex_m, *barycentric_slopes(corners_m), *address, patch)
+    return patch
+
+
+@compiled
+def _find_pixels(
+    points_m: Any, triangle: Any, of: Any, first_vertex_m: Any, slope1: Any, slope2: Any,
+    first_patch: Any, depth: Any, edges: Any, patch: Any,
+) -> None:  # fmt: skip
+    for pixel in range(triangle.size):
+        on = triangle[pixel]
+        patch[pixel] = -1
+        if on < 0:
+            continue
+        row = of[on]
+        l1, l2 = 0.0, 0.0
+        for axis in range(3):
+            at = points_m[pixel, axis] - first_vertex_m[row, axis]
+            l1 += at * slope1[row, axis]
+            l2 += at * slope2[row, axis]
+        l0, l1, l2 = np.float32(1.0 - l1 - l2), np.float32(l1), np.float32(l2)
+        patch[pixel] = first_patch[on] + _code(l0, l1, l2, edges[row, 0], edges[row, 1], edges[row, 2], depth[on])
 
 
 @compiled

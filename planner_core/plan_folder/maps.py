@@ -14,7 +14,7 @@ import numpy as np
 
 from planner_core.coverage.percent import link_limits_words
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import Float32Array, FloatArray, Floor, Plan
+from planner_core.model import BoolArray, Float32Array, FloatArray, Floor, Plan, Survey
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.canvas import Box, Pen
 from planner_core.plan_folder.drawing.marks import (
@@ -92,11 +92,30 @@ _OVERHEAD = Pen(0.3, palette.WALL, dash_mm=(1.8, 1.0))
 
 
 @dataclass(frozen=True, eq=False)
+class ShadedView:
+    """A view of a cut floor, with what of its colours does not depend on stations.
+
+    shade : (H, W) float32, brightness. ground : (H, W) bool, pixels of the floor's ground. solid : (H, W) bool, of cut
+    walls.
+    """
+
+    view: SectionView
+    shade: Float32Array
+    ground: BoolArray
+    solid: BoolArray
+
+
+@dataclass(frozen=True, eq=False)
 class PlacedView:
     """A view on the sheet."""
 
-    view: SectionView
+    shaded: ShadedView
     box: Box
+
+    @property
+    def view(self) -> SectionView:
+        """What its pixels show."""
+        return self.shaded.view
 
     @property
     def mm_per_m(self) -> float:
@@ -108,7 +127,7 @@ class PlacedView:
         return np.asarray((plane_m - self.view.window_m[0]) * self.mm_per_m + (self.box.left, self.box.bottom))
 
 
-def view_floor(plan: Plan, floor_index: int, *, engine: ScanEngine) -> SectionView:
+def view_floor(plan: Plan, floor_index: int, *, engine: ScanEngine) -> ShadedView:
     """Look at a floor from above, cut open: what its maps are drawn on."""
     floor = plan.survey.floors[floor_index]
     margin_m = 0.01 * float(np.ptp(floor.bounds_m, axis=0).max()) + 0.5
@@ -126,10 +145,10 @@ def view_floor(plan: Plan, floor_index: int, *, engine: ScanEngine) -> SectionVi
         )
         for ground_m, _ in levels
     ]
-    return joined_views(views, [corners_m for _, corners_m in levels])
+    return shaded(plan.survey, floor, joined_views(views, [corners_m for _, corners_m in levels]))
 
 
-def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionView, source: PlanSource) -> None:
+def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: ShadedView, source: PlanSource) -> None:
     """Write the map of one floor: cut open, surfaces in the colours of coverage, route from station to station.
 
     view : of the floor, by `view_floor`.
@@ -139,7 +158,7 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVi
     on_paper = _on_paper(plan, at)
     ways = ways_on(source, of, _ground_of(plan))
     with canvas.clip(at.box):
-        _draw_view(canvas, plan, floor, at)
+        _draw_view(canvas, plan, at)
         canvas.lines([at.on_paper(border) for border in _overhead_m(plan, floor)], _OVERHEAD)
         canvas.lines([on_paper(line) for line in unreachable_hatch_m(source, of, _HATCH_MM / at.mm_per_m)], _HATCH)
         draw_ways(canvas, ways, on_paper, cut_height_m(plan, floor) + float(plan.survey.scene.offset_m[2]))
@@ -197,14 +216,14 @@ def _overhead_m(plan: Plan, floor: Floor) -> list[FloatArray]:
     return borders
 
 
-def write_link_map(plan: Plan, floor_index: int, path: Path, *, view: SectionView, source: PlanSource) -> None:
+def write_link_map(plan: Plan, floor_index: int, path: Path, *, view: ShadedView, source: PlanSource) -> None:
     """Write the map of one floor's registration network: what scans hold together by, and how well."""
     floor = plan.survey.floors[floor_index]
     canvas, at = _map_sheet(view)
     ends, elsewhere = floor_links(source, source.floors[floor_index])
     on_paper = _on_paper(plan, at)
     with canvas.clip(at.box):
-        _draw_view(canvas, plan, floor, at, coloured=False)
+        _draw_view(canvas, plan, at, coloured=False)
         draw_links(canvas, [on_paper(of_class) for of_class in ends])
     _draw_stations(_labels(canvas, at), plan, source, floor_index, at, elsewhere=elsewhere)
     title = f"{floor.name}: registration of scans"
@@ -224,10 +243,10 @@ def _labels(canvas: PngCanvas, at: PlacedView) -> Labels:
     return Labels(canvas, Box(MARGIN_MM, at.box.bottom, WIDTH_MM - 2 * MARGIN_MM, at.box.height), [])
 
 
-def _map_sheet(view: SectionView) -> tuple[PngCanvas, PlacedView]:
+def _map_sheet(shown: ShadedView) -> tuple[PngCanvas, PlacedView]:
     """Sheet with title and legend strips, and where on it a floor seen from above is."""
-    box = picture_box(*(view.window_m[1] - view.window_m[0]).tolist())
-    return new_sheet(box.height), PlacedView(view, box)
+    box = picture_box(*(shown.view.window_m[1] - shown.view.window_m[0]).tolist())
+    return new_sheet(box.height), PlacedView(shown, box)
 
 
 def write_overview(plan: Plan, path: Path, *, engine: ScanEngine, source: PlanSource) -> None:
@@ -266,9 +285,9 @@ def _draw_overview_cell(
         window_m=window_m,
         width=max(1, pixels(box.width)),
     )
-    at = PlacedView(view, box)
+    at = PlacedView(shaded(plan.survey, floor, view), box)
     with canvas.clip(box):
-        _draw_view(canvas, plan, floor, at)
+        _draw_view(canvas, plan, at)
         offset_m = plan.survey.scene.offset_m
         ways = [
             at.on_paper(view.camera.project(np.column_stack([way.points_m, way.heights_m]) - offset_m))
@@ -288,27 +307,33 @@ def _overview_window_m(plan: Plan, floor: Floor) -> FloatArray:
     return np.stack([seen.min(axis=0), seen.max(axis=0)])
 
 
-def _draw_view(canvas: PngCanvas, plan: Plan, floor: Floor, at: PlacedView, *, coloured: bool = True) -> None:
+def _draw_view(canvas: PngCanvas, plan: Plan, at: PlacedView, *, coloured: bool = True) -> None:
     """Draw a cut floor. coloured : patches in the colours of coverage, else all pale, so that lines stand out."""
     # Bytes, as matplotlib would make them itself after half a dozen copies of the floats.
-    rgb = (255 * view_rgb(plan, floor, at.view, coloured=coloured)).astype(np.uint8)
+    rgb = (255 * view_rgb(plan, at.shaded, coloured=coloured)).astype(np.uint8)
     canvas.raster(rgb, at.box.left, at.box.bottom)
     canvas.lines(list(at.on_paper(view_lines_m(plan.survey, at.view))), _SECTION)
 
 
-def view_rgb(plan: Plan, floor: Floor, view: SectionView, *, coloured: bool = True) -> Float32Array:
-    """(H, W, 3) sRGB: patches in the colours of coverage, or all pale; cut walls dark, edges drawn, nothing white."""
-    there = view.triangle >= 0
-    index = np.append(palette.patch_colour_index(plan.times_seen, plan.achievable, plan.required), -1)
-    colours = palette.PATCH_COLOURS_SRGB if coloured else np.full_like(palette.PATCH_COLOURS_SRGB, PALE)
-    rgb: Float32Array = np.append(colours, [[1.0, 1.0, 1.0]], axis=0).astype(np.float32)[index[view.patch]]
-    ground = marked(floor.ground_triangles, plan.survey.scene.n_triangles)[view.triangle]
-    shade = 0.62 + 0.38 * np.abs(np.where(there, view.facing, np.float32(1.0)))
+def shaded(survey: Survey, floor: Floor, view: SectionView) -> ShadedView:
+    """Work out what views of `floor` have in common, whatever stations see."""
+    shade = 0.62 + 0.38 * np.abs(np.where(view.triangle >= 0, view.facing, np.float32(1.0)))
     shade[_depth_edges(view)] *= 0.72
-    colour = np.where(ground, np.float32(1.0), np.float32(0.75))
-    rgb *= (shade * colour)[..., None]
-    rgb += (shade * (1 - colour))[..., None]
-    rgb[inside_solid(plan.survey, view, floor)] = palette.WALL
+    ground = marked(floor.ground_triangles, survey.scene.n_triangles)[view.triangle]
+    return ShadedView(view, shade, ground, inside_solid(survey, view, floor))
+
+
+def view_rgb(plan: Plan, shown: ShadedView, *, coloured: bool = True) -> Float32Array:
+    """(H, W, 3) sRGB: patches in the colours of coverage, or all pale; cut walls dark, edges drawn, nothing white."""
+    colours = palette.PATCH_COLOURS_SRGB if coloured else np.full_like(palette.PATCH_COLOURS_SRGB, PALE)
+    colours = np.append(colours, [[1.0, 1.0, 1.0]], axis=0).astype(np.float32)  # the last of no patch
+    index = palette.patch_colour_index(plan.times_seen, plan.achievable, plan.required)
+    row = np.append(index, len(colours) - 1).astype(np.intp)[shown.view.patch]
+    row[shown.ground] += len(colours)
+    table = np.concatenate([1 + np.float32(0.75) * (colours - 1), colours])  # first of what is no ground
+    rgb: Float32Array = table[row]
+    rgb *= shown.shade[..., None]
+    rgb[shown.solid] = palette.WALL
     return rgb
 
 

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import distance_transform_edt, label
 
+from planner_core.engine.hit_rows import patch_of_pixels
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
     BoolArray,
@@ -34,7 +35,6 @@ from planner_core.model import (
 from planner_core.scene.columns import sample_columns
 from planner_core.scene.floors import ground_span_m
 from planner_core.scene.inside import ROOM_WIDTH_M, encloses_room
-from planner_core.scene.patches import patch_of_points
 
 CUT_HEIGHT_M = 1.2
 """Above the ground: through doors and windows, above tables. What architects cut floor plans at."""
@@ -54,6 +54,11 @@ class Camera:
     up: FloatArray
     forward: FloatArray
 
+    @property
+    def looks_down(self) -> bool:
+        """Whether this is the view of maps, see `camera_from_above`."""
+        return self.right[0] == 1 and self.up[1] == 1
+
     def project(self, points_m: FloatArray) -> FloatArray:
         """(N, 2) metres on the view plane of points (N, 3)."""
         return np.stack([points_m @ self.right, points_m @ self.up], axis=1)
@@ -61,7 +66,10 @@ class Camera:
     def on_plane(self, u_m: FloatArray, v_m: FloatArray, z_m: float) -> FloatArray:
         """(..., 3) points of the plane z = z_m that the camera shows at (u, v), which broadcast to (...)."""
         right, up = (axis - self.forward * (axis[2] / self.forward[2]) for axis in (self.right, self.up))
-        return np.asarray(u_m[..., None] * right + (v_m[..., None] * up + self.forward * (z_m / self.forward[2])))
+        points_m = np.empty((*np.broadcast_shapes(u_m.shape, v_m.shape), 3))
+        for axis, origin_m in enumerate(self.forward * (z_m / self.forward[2])):
+            points_m[..., axis] = u_m * right[axis] + (v_m * up[axis] + origin_m)
+        return points_m
 
 
 @dataclass(frozen=True)
@@ -207,7 +215,7 @@ def _look(
     """Triangle, patch and depth of the beams that start at (N, 3)."""
     hits = engine.cast_rays(starts_m, np.broadcast_to(camera.forward, starts_m.shape), range_max_m=reach_m)
     points_m = starts_m + camera.forward * np.where(hits.triangle >= 0, hits.range_m, 0)[:, None].astype(np.float64)
-    patch = patch_of_points(survey.scene, survey.patches, points_m=points_m, triangle=hits.triangle)
+    patch = patch_of_pixels(survey.scene, survey.patches, points_m=points_m, triangle=hits.triangle)
     return hits.triangle, patch, hits.range_m
 
 
@@ -238,9 +246,13 @@ def inside_solid(survey: Survey, view: SectionView, floor: Floor) -> BoolArray:
     height, width = view.triangle.shape
     element = np.full(view.triangle.shape, -1, dtype=np.int32)
     for number, cut_m in enumerate(view.cuts_m):
-        starts_m = _starts_m(view.camera, view.window_m, view.pixel_m, cut_m, range(height), width)
         here = view.level == number
-        element[here] = _element_around(survey, floor, cut_m, starts_m, view.pixel_m)[here]
+        if view.camera.looks_down:
+            around = _elements_from_above(survey, floor, cut_m, view.window_m, view.pixel_m, (height, width))
+        else:
+            starts_m = _starts_m(view.camera, view.window_m, view.pixel_m, cut_m, range(height), width)
+            around = _element_around(survey, floor, cut_m, starts_m, view.pixel_m)
+        element[here] = around[here]
     return np.asarray(element >= 0)
 
 
@@ -249,8 +261,15 @@ def solid_cells(
 ) -> tuple[BoolArray, float]:
     """`inside_solid` of `floor` seen from above, and the side of a cell in metres; parameters as of `view_section`."""
     cell_m, height = _pixels(window_m, width)
-    low_m = np.array([window_m[0, 0], window_m[1, 1] - height * cell_m]) + 0.5 * cell_m
-    return np.asarray(_even_odd_fill(survey, floor, cut_m, low_m, cell_m, (height, width))[::-1] >= 0), cell_m
+    return np.asarray(_elements_from_above(survey, floor, cut_m, window_m, cell_m, (height, width)) >= 0), cell_m
+
+
+def _elements_from_above(
+    survey: Survey, floor: Floor, cut_m: float, window_m: FloatArray, cell_m: float, shape: tuple[int, int]
+) -> Int32Array:
+    """(H, W) int32: an element in which cells of a window are that is seen from above; -1 for none, and in rooms."""
+    low_m = np.array([window_m[0, 0], window_m[1, 1] - shape[0] * cell_m]) + 0.5 * cell_m
+    return np.asarray(_even_odd_fill(survey, floor, cut_m, low_m, cell_m, shape)[::-1])
 
 
 def _element_around(survey: Survey, floor: Floor, cut_m: float, starts_m: FloatArray, step_m: float) -> Int32Array:

@@ -128,17 +128,24 @@ def patch_code(barycentric: ArrayLike, squared_edges: ArrayLike, depth: ArrayLik
 
 
 def patch_of_points(scene: Scene, patches: Patches, *, points_m: FloatArray, triangle: Int32Array) -> Int32Array:
-    """Patch (N,) int32 of points (N, 3), local frame, on the triangles (N,); -1 where `triangle` is -1."""
+    """Patch (N,) int32 of points (N, 3), local frame, on the triangles (N,); -1 where `triangle` is -1.
+
+    `planner_core.engine.hit_rows.patch_of_pixels` is its twin for millions of points, to the last bit.
+    """
     hit = np.flatnonzero(triangle >= 0)
     on = triangle[hit]
-    used = np.zeros(scene.n_triangles, dtype=np.bool_)
-    used[on] = True
-    corners = scene.vertices_m[scene.triangles[used]]  # millions of pixels show some hundred triangles
-    of = (np.cumsum(used, dtype=np.int32) - 1)[on]
-    weights = barycentric_of_points(corners, points_m[hit], of)
+    corners, of = used_corners(scene, on)
+    weights = barycentric_of_points(corners, points_m[hit], of[on])
     patch = np.full(triangle.shape, -1, dtype=np.int32)
-    patch[hit] = patches.first_patch[on] + patch_code(weights, squared_edges(corners)[of], patches.depth[on])
+    patch[hit] = patches.first_patch[on] + patch_code(weights, squared_edges(corners)[of[on]], patches.depth[on])
     return patch
+
+
+def used_corners(scene: Scene, triangle: Int32Array) -> tuple[FloatArray, Int32Array]:
+    """Corners (K, 3, 3) of the triangles that are among (N,), in order, and which of them each triangle (T,) is."""
+    used = np.zeros(scene.n_triangles, dtype=np.bool_)
+    used[triangle] = True
+    return scene.vertices_m[scene.triangles[used]], np.cumsum(used, dtype=np.int32) - 1
 
 
 def barycentric_of_points(corners_m: FloatArray, points_m: FloatArray, of: Int32Array) -> FloatArray:
@@ -146,17 +153,22 @@ def barycentric_of_points(corners_m: FloatArray, points_m: FloatArray, of: Int32
 
     of : (N,) which of the triangles (K, 3, 3) each point is on.
     """
-    edge1, edge2 = corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0]
-    normal = np.cross(edge1, edge2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        scale = (1.0 / (normal * normal).sum(axis=1))[:, None]
-        slope1, slope2 = np.cross(edge2, normal) * scale, np.cross(normal, edge1) * scale
+    slope1, slope2 = barycentric_slopes(corners_m)
     l1, l2 = np.zeros((2, len(points_m)))
     for axis in range(3):
         at = points_m[:, axis] - corners_m[:, 0, axis][of]
         l1 += at * slope1[:, axis][of]
         l2 += at * slope2[:, axis][of]
     return np.stack([1.0 - l1 - l2, l1, l2], axis=1)
+
+
+def barycentric_slopes(corners_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(K, 3) each, per metre: how the weights of the vertices 1 and 2 of triangles (K, 3, 3) grow along the axes."""
+    edge1, edge2 = corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0]
+    normal = np.cross(edge1, edge2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scale = (1.0 / (normal * normal).sum(axis=1))[:, None]
+        return np.cross(edge2, normal) * scale, np.cross(normal, edge1) * scale
 
 
 def patch_triangles(scene: Scene, patches: Patches) -> FloatArray:

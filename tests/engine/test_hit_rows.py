@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core import compiled
-from planner_core.engine.hit_rows import HitRows, Hits
+from planner_core.engine.hit_rows import HitRows, Hits, patch_of_pixels
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.traced_surfaces import Traced, traced_surfaces
 from planner_core.model import ReturnMoments
-from planner_core.scene.patches import make_patches, patch_code, squared_edges
+from planner_core.scene.patches import make_patches, patch_code, patch_of_points, squared_edges
 
 
 def hits_on(traced: Traced, rng: np.random.Generator, n: int) -> Hits:
@@ -43,6 +43,9 @@ def test_compiled_addresses_are_those_of_numpy_bit_for_bit(shapes: SimpleNamespa
     expected = patches.first_patch[of] + patch_code(weights, edges[of], patches.depth[of])
     np.testing.assert_array_equal(found, expected)
     np.testing.assert_array_equal(np.flatnonzero(marks), np.unique(expected))
+    points_m, triangle = rng.normal(size=(500, 3)), rng.integers(-1, 30, 500).astype(np.int32)
+    at = {"points_m": points_m, "triangle": triangle}
+    np.testing.assert_array_equal(patch_of_pixels(scene, patches, **at), patch_of_points(scene, patches, **at))
 
 
 def test_misses_and_what_is_out_of_range_are_no_returns(shapes: SimpleNamespace) -> None:

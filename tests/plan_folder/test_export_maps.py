@@ -30,7 +30,7 @@ from planner_core.model import (
 from planner_core.plan_folder import floor_marks, maps, palette
 from planner_core.plan_folder.drawing.marks import nice_length_m, spread_apart
 from planner_core.plan_folder.floor_marks import zones_on
-from planner_core.plan_folder.maps import view_rgb
+from planner_core.plan_folder.maps import shaded, view_rgb
 from planner_core.plan_folder.plan_source import source_of
 from planner_core.plan_folder.report import report_page
 from planner_core.plan_folder.section_view import (
@@ -121,7 +121,7 @@ def test_section_lines_have_the_length_of_the_walls_outlines(plan: Plan) -> None
 
 
 def test_pixels_have_the_colour_of_their_patch(plan: Plan, view: SectionView) -> None:
-    rgb = view_rgb(plan, plan.survey.floors[0], view)
+    rgb = view_rgb(plan, shaded(plan.survey, plan.survey.floors[0], view))
     rows, columns = np.nonzero(np.isin(view.triangle, plan.survey.floors[0].ground_triangles))
     solid = inside_solid(plan.survey, view, plan.survey.floors[0])
     inner = ~solid[rows, columns] & (view.depth_m[rows, columns] > 1.19)
@@ -135,7 +135,8 @@ def test_surface_that_need_not_be_covered_has_a_colour_of_its_own_seen_or_not(pl
     floor, number = plan.survey.floors[0], np.arange(plan.survey.patches.n_patches)
     required, times_seen = number % 2 == 1, (number // 2 % 3).astype(np.int32)
     plan = dataclasses.replace(plan, times_seen=times_seen, achievable=number % 7 > 0)
-    before, after = (view_rgb(dataclasses.replace(plan, required=each), floor, view) for each in (None, required))
+    shown = shaded(plan.survey, floor, view)
+    before, after = (view_rgb(dataclasses.replace(plan, required=each), shown) for each in (None, required))
     changed = (before != after).any(axis=2)
     there = view.triangle >= 0
     solid = inside_solid(plan.survey, view, floor)
@@ -335,7 +336,8 @@ def test_station_on_a_mezzanine_has_its_height_at_the_marker_of_the_map(
     first = plan.stations[0]
     raised = dataclasses.replace(first, position_m=first.position_m + np.array([0.0, 0.0, rise_m]))
     alone = dataclasses.replace(plan, stations=(raised,), links=(), route=None)
-    maps.write_floor_map(alone, 0, tmp_path / "map.png", view=view, source=source_of(alone))
+    shown_at = shaded(plan.survey, plan.survey.floors[0], view)
+    maps.write_floor_map(alone, 0, tmp_path / "map.png", view=shown_at, source=source_of(alone))
     assert shown == words
 
 

@@ -55,6 +55,14 @@ def font_file(path: Path, *, has_curves: bool) -> Path:
     return path
 
 
+@pytest.mark.parametrize("name", [fonts.REGULAR, fonts.BOLD])
+def test_letters_are_as_wide_in_pictures_as_in_pdf(name: str) -> None:
+    sheet = fonts.font(name)
+    for letter in ["a", " ", "\u00a0", "²", "→", "Я", "\u0378", "\U0001d538"]:  # U+0378 is no letter
+        assert fonts._advance(letter, name) == sheet.stringWidth(letter, 1000.0), letter
+        assert fonts._has(letter) == (ord(letter) in sheet.face.charToGlyph), letter
+
+
 @pytest.fixture
 def machine(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
     """Call with the fonts that the machine has."""

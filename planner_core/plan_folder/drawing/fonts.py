@@ -64,7 +64,7 @@ def font(name: str) -> Any:
         reportlab or matplotlib is missing.
     """
     try:
-        import matplotlib
+        import matplotlib  # noqa: F401
         from reportlab.pdfbase import pdfmetrics  # type: ignore[import-untyped]
         from reportlab.pdfbase.ttfonts import TTFont  # type: ignore[import-untyped]
     except ImportError as error:
@@ -72,9 +72,15 @@ def font(name: str) -> Any:
             f"sheets need the packages reportlab and matplotlib, one of which can't be imported ({error}): pip install "
             "reportlab matplotlib"
         ) from error
-    made = TTFont(name, str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / _FILES[name]))
+    made = TTFont(name, _file(name))
     pdfmetrics.registerFont(made)
     return made
+
+
+def _file(name: str) -> str:
+    import matplotlib
+
+    return str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / _FILES[name])
 
 
 def width_mm(words: str, size_pt: float, *, bold: bool = False) -> float:
@@ -84,23 +90,49 @@ def width_mm(words: str, size_pt: float, *, bold: bool = False) -> float:
 
 @lru_cache(maxsize=4096)
 def _width_em(words: str, *, bold: bool) -> float:
-    sheet = font(BOLD if bold else REGULAR)
+    name = BOLD if bold else REGULAR
     width = 0.0
     for part in runs(words):
-        width += float(sheet.stringWidth(part, 1000.0)) / 1000.0 if isinstance(part, str) else part.advance
+        width += sum(_advance(letter, name) for letter in part) / 1000 if isinstance(part, str) else part.advance
     return width
+
+
+@lru_cache(maxsize=4096)
+def _advance(letter: str, name: str) -> float:
+    """Width of a letter of DejaVu Sans in thousandths of its size: reportlab's, which takes 0.1 s to read a font."""
+    from matplotlib.ft2font import LoadFlags
+
+    face = _face(name)
+    glyph = face.load_glyph(face.get_char_index(ord(letter)), flags=LoadFlags.NO_SCALE)
+    return float(glyph.horiAdvance) * (1000 / float(face.units_per_EM))
+
+
+@cache
+def _face(name: str) -> Any:
+    """Return matplotlib's font of that name. Raises MissingPackageError where matplotlib is missing."""
+    try:
+        from matplotlib.ft2font import FT2Font
+    except ImportError as error:
+        raise MissingPackageError(
+            f"maps need the package matplotlib, which can't be imported ({error}): pip install matplotlib"
+        ) from error
+    return FT2Font(_file(name))
 
 
 def runs(words: str) -> list[str | Letter]:
     """Words in parts: texts of DejaVu Sans, and single letters of other fonts; what no font has stays in the texts."""
-    glyphs = font(REGULAR).face.charToGlyph
-    if all(ord(letter) in glyphs for letter in words):
+    if all(map(_has, words)):
         return [words]
     parts: list[str | Letter] = []
-    for found, letters in groupby(words, key=lambda each: None if ord(each) in glyphs else letter_of(each)):
+    for found, letters in groupby(words, key=lambda each: None if _has(each) else letter_of(each)):
         text = "".join(letters)
         parts += [text] if found is None else [found] * len(text)
     return parts
+
+
+def _has(letter: str) -> bool:
+    """Whether DejaVu Sans has a letter."""
+    return bool(_face(REGULAR).get_char_index(ord(letter)))
 
 
 def families(words: str) -> list[str]:
@@ -155,11 +187,10 @@ def _letters_in(file: Path) -> frozenset[int]:
 
 def lacking_letters(names: Iterable[str]) -> str:
     """A line on names with letters that no font of this machine has, and the package that brings one; else empty."""
-    glyphs = font(REGULAR).face.charToGlyph
     lacking: dict[str, str] = {}
     for name in names:
         for letter in clean(name):
-            if ord(letter) not in glyphs and letter_of(letter) is None:
+            if not _has(letter) and letter_of(letter) is None:
                 lacking.setdefault(name, letter)
     if not lacking:
         return ""

@@ -39,6 +39,9 @@ def _matplotlib() -> Any:
     return matplotlib
 
 
+_COMPRESSION = 4
+"""Takes two thirds of the time of the usual 6, for 2 to 5 % more bytes."""
+
 _ALONG_MM = 1e-6
 """A line that gets off an axis by no more runs along it."""
 
@@ -180,7 +183,8 @@ class PngCanvas:
 
         path.parent.mkdir(parents=True, exist_ok=True)
         dpi = self._dots_per_inch, self._dots_per_inch
-        Image.fromarray(self.drawn()).convert("RGB").save(path, format="PNG", dpi=dpi)
+        image = Image.fromarray(self.drawn()).convert("RGB")
+        image.save(path, format="PNG", dpi=dpi, compress_level=_COMPRESSION)
 
     def _add(self, draw: _Mark, pen: Pen | None = None) -> None:
         """Draw over all that was drawn before. pen : of outlines and letters; None: no outlines."""
