@@ -65,7 +65,7 @@ _OF_A_STATION = (
     "viewer/clouds/{}.u16",
     "viewer/seen/{}.bits",
     "viewer/lost/{}.u32",
-    "scans/{}.exr",
+    "scans/{}.exr",  # these two of older versions: they go with the plan that they are of
     "scans/{}.png",
 )
 _OF_A_FLOOR = re.compile(r"report/(map|links|picture)_F[0-9]+\.png")

@@ -1,7 +1,7 @@
 """The plan folder: everything of a plan, written so that it appears whole or not at all.
 
-Plan, ScanEngine -> folder; docs/formats/plan.md lists the files. Every station is scanned once more, for previews: a
-cloud, a range image and a picture, of few beams where the scanner has many. `simulate` and `export` make whole clouds.
+Plan, ScanEngine -> folder; docs/formats/plan.md lists the files. Every station is scanned once more, for a preview of
+its cloud, of few beams where the scanner has many. `simulate` and `export` make whole clouds and range images.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 from planner_core.engine.open_engine import open_engine
@@ -21,7 +20,6 @@ from planner_core.plan_folder.carry_over import HEATMAPS_FILE, STAGE_FILES, carr
 from planner_core.plan_folder.face_results import face_results
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.report import report_files, write_report
-from planner_core.plan_folder.scans import write_scan
 from planner_core.plan_folder.stations_csv import stations_csv
 from planner_core.plan_folder.usd_names import station_prim_names
 from planner_core.plan_folder.usd_stage import cloud_layer, empty_review, write_heatmaps, write_layer, write_stage
@@ -161,7 +159,7 @@ class _Writer:
         self._progress = progress
         self._pictures = pictures
         self._n_done = 0
-        self._n_files = 4 * len(plan.stations) + len(STAGE_FILES) + len(report_files(plan, pictures=pictures)) + 4
+        self._n_files = 2 * len(plan.stations) + len(STAGE_FILES) + len(report_files(plan, pictures=pictures)) + 4
         self._n_files += len(layer_file_names(plan))
 
     def write(self) -> None:
@@ -185,16 +183,12 @@ class _Writer:
 
     def _write_previews(self) -> None:
         plan, template = self._plan, preview_template(self._plan.survey.template)
-        survey = replace(plan.survey, template=template)
         for name, station in zip(station_prim_names(plan.stations), plan.stations, strict=True):
             scans = self._engine.scan(template, station.position_m[None, :])
             range_m = scans.range_m[0]
             self._put(f"viewer/clouds/{name}.u16", cloud_bytes(range_m, scans.cos_incidence[0], template))
             write_layer(cloud_layer(range_m, template), self._folder / f"stage/clouds/{name}.usdc")
             self._step(f"stage/clouds/{name}.usdc")
-            for suffix in ("exr", "png"):
-                write_scan(survey, station, scans, self._folder / "scans" / f"{name}.{suffix}")
-                self._step(f"scans/{name}.{suffix}")
 
     def _put(self, name: str, content: bytes) -> None:
         path = self._folder / name

@@ -1,21 +1,19 @@
 """What files say of sectors, offsets and inverted mounting: points rebuilt from them are the scan's."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
-import OpenImageIO
 import pytest
 from oracles import read_cloud
 
 from planner_core.engine.scan_engine import ScanEngine
+from planner_core.export.clouds.file_header import numbers
 from planner_core.model import FloatArray, Plan
 from planner_core.plan_folder.plan_json import plan_document
-from planner_core.plan_folder.scans import write_scan
 from planner_core.plan_folder.sdf_authoring import new_layer
 from planner_core.plan_folder.usd_stations import author_stations
 from planner_core.plan_folder.viewer_layers import cloud_bytes
-from planner_core.scanner.template import directions, make_template
+from planner_core.scanner.template import azimuth_step_rad, directions, first_azimuths_rad, make_template
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["upright", "inverted"])
@@ -38,20 +36,13 @@ def rebuilt(range_m: FloatArray, elevation: FloatArray, azimuth: FloatArray, ste
     return range_m[..., None] * np.stack([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e) + 0 * a], axis=-1)
 
 
-def test_points_rebuilt_from_an_exr_are_the_scans(odd_plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
+def test_points_rebuilt_from_the_figures_of_an_exr_are_the_scans(odd_plan: Plan, engine: ScanEngine) -> None:
     station, template = odd_plan.stations[0], odd_plan.survey.template
     scan = engine.scan(template, station.position_m[None])
-    path = write_scan(odd_plan.survey, station, scan, tmp_path / "scan.exr")
-    image = OpenImageIO.ImageInput.open(str(path))
-    said = {
-        key: np.array(image.spec().getattribute(f"tlsplan:{key}").split(), dtype=np.float64)
-        for key in ("elevations", "azimuths", "azimuthStep")
-    }
-    range_m = image.read_image()[..., image.spec().channelnames.index("range")]
-    image.close()
-    truth = directions(template) * scan.range_m[0][..., None]
-    found = rebuilt(range_m, said["elevations"], said["azimuths"], float(said["azimuthStep"][0]))
-    np.testing.assert_allclose(found, truth, atol=1e-6)
+    header = numbers(template.elevation_rad, 9), numbers(first_azimuths_rad(template), 9)
+    elevation, azimuth = (np.array(text.split(), dtype=np.float64) for text in header)
+    found = rebuilt(scan.range_m[0], elevation, azimuth, azimuth_step_rad(template))
+    np.testing.assert_allclose(found, directions(template) * scan.range_m[0][..., None], atol=1e-6)
 
 
 def test_points_rebuilt_from_the_stage_and_a_cloud_are_the_scans(odd_plan: Plan, engine: ScanEngine) -> None:

@@ -74,7 +74,9 @@ def test_files_of_stations_that_are_no_more_go(
     small: Plan, engine: ScanEngine, plan_folder: Path, tmp_path: Path
 ) -> None:
     shutil.copytree(plan_folder, tmp_path / "plan")
-    (tmp_path / "plan" / "scans" / "mine.txt").write_text("mine")
+    (tmp_path / "plan" / "scans").mkdir()
+    for name in ("mine.txt", "S002.exr", "S002.png"):  # older versions wrote the last two
+        (tmp_path / "plan" / "scans" / name).write_text("of a scan")
     write_plan_folder(small, tmp_path / "plan", engine=engine, overwrite=True)
     left = {str(path.relative_to(tmp_path / "plan")) for path in (tmp_path / "plan").rglob("*")}
     assert "scans/mine.txt" in left
@@ -138,11 +140,11 @@ def test_other_folder_that_takes_the_name_while_the_export_runs_is_not_replaced(
 
 
 def test_file_whose_name_the_new_plan_needs_is_not_replaced(plan: Plan, engine: ScanEngine, folder: Path) -> None:
-    (folder / "scans").mkdir()
-    (folder / "scans" / "S002.png").write_text("my own picture")
-    with pytest.raises(OutputExistsError, match=r"S002\.png.*move yours"):
+    (folder / "viewer" / "clouds").mkdir(parents=True, exist_ok=True)
+    (folder / "viewer" / "clouds" / "S002.u16").write_text("my own cloud")
+    with pytest.raises(OutputExistsError, match=r"S002\.u16.*move yours"):
         write_plan_folder(plan, folder, engine=engine, overwrite=True, pictures=False)
-    assert (folder / "scans" / "S002.png").read_text() == "my own picture"
+    assert (folder / "viewer" / "clouds" / "S002.u16").read_text() == "my own cloud"
     assert read_plan_json(folder)["stations"] == []
 
 

@@ -38,7 +38,6 @@ def test_plan_folder_holds_the_files_of_the_contract_and_no_others(plan_folder: 
         *(f"stage/clouds/{name}.usdc" for name in names), *(f"viewer/clouds/{name}.u16" for name in names),
         "viewer/layers.json", *(f"viewer/layers/{name}.u16" for name in ("range", "incidence", "spacing")),
         *(f"viewer/seen/{name}.bits" for name in names),
-        *(f"scans/{name}.{suffix}" for name in names for suffix in ("exr", "png")),
     }  # fmt: skip
     assert set(contents(plan_folder)) == expected
 

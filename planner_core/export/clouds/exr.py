@@ -5,33 +5,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from planner_core.errors import MissingPackageError
 from planner_core.export.clouds.each_station import write_each
 from planner_core.export.clouds.file_header import facts, facts_of, numbers
 from planner_core.export.clouds.points import Clouds, ScanBlock, open_clouds
 from planner_core.export.options import Options
-from planner_core.model import Float32Array, ScanBatch, UInt8Array
+from planner_core.model import Float32Array, UInt8Array
+from planner_core.operating_system import not_written
+from planner_core.plan_folder.palette import range_colour_index, range_ramp_srgb
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
-from planner_core.plan_folder.scans import (
-    PREVIEW_MIN_HEIGHT,
-    PREVIEW_WIDTH,
-    exr_parts,
-    finish,
-    open_image_io,
-    preview_rgb,
-    write_rgb,
-)
 from planner_core.progress import Progress
 from planner_core.scanner.template import azimuth_step_rad, first_azimuths_rad
 
 _RETURNS = ("range", "cosIncidence", "intensity")
-_MOST_ROWS = 1500
-"""Of a preview."""
+_PREVIEW_WIDTH, _MOST_ROWS = 1500, 1500
+_PREVIEW_MIN_HEIGHT = 240
+_ROWS_AT_ONCE = 64
+"""Of a preview, coloured in float64."""
 _FAR = 0.99
 """Share of the returns that have colours of their own; the few beyond, through a door or two, are as dark."""
 _SPOOLED_ROWS = 256
@@ -72,9 +68,9 @@ class _Preview:
     def __init__(self, clouds: Clouds) -> None:
         n_rows, n_columns = clouds.template.shape
         self._range_max_m = clouds.template.range_max_m
-        of_columns = -(-n_columns // PREVIEW_WIDTH)
+        of_columns = -(-n_columns // _PREVIEW_WIDTH)
         # As many rows as columns are left out, for the shape's sake, unless there are too few rows or far too many.
-        of_rows = max(-(-n_rows // _MOST_ROWS), min(of_columns, n_rows // PREVIEW_MIN_HEIGHT))
+        of_rows = max(-(-n_rows // _MOST_ROWS), min(of_columns, n_rows // _PREVIEW_MIN_HEIGHT))
         self._steps = (of_rows, of_columns)
         self._range_m: list[Float32Array] = []
         self._cosine: list[Float32Array] = []
@@ -92,19 +88,18 @@ class _Preview:
 
     def rgb(self) -> UInt8Array:
         """(rows, columns, 3) sRGB of what was taken."""
-        range_m, cosine = np.concatenate(self._range_m)[None], np.concatenate(self._cosine)[None]
-        nothing = np.full(range_m.shape, -1, dtype=np.int32)
-        return preview_rgb(ScanBatch(range_m, nothing, nothing, cosine), self._far_m(range_m))
+        range_m, cosine = np.concatenate(self._range_m), np.concatenate(self._cosine)
+        return _preview_rgb(range_m, cosine, self._far_m(range_m))
 
     def write(self, path: Path) -> None:
-        write_rgb(self.rgb(), path)
+        _write_rgb(self.rgb(), path)
 
 
 def _write_exr(clouds: Clouds, station: FieldStation, path: Path, preview: _Preview) -> None:
     """Two parts, `returns` and `surfaces`: a file holds one after the other, so the second waits on disk."""
-    returns, surfaces = exr_parts(clouds.template.shape, _RETURNS, _header(clouds, station))
+    returns, surfaces = _exr_parts(clouds.template.shape, _header(clouds, station))
     waiting = path.with_suffix(".surfaces")
-    out = open_image_io().ImageOutput.create(str(path))
+    out = _open_image_io().ImageOutput.create(str(path))
     done = out.open(str(path), (returns, surfaces))
     try:
         with waiting.open("w+b") as spool:
@@ -121,7 +116,7 @@ def _write_exr(clouds: Clouds, station: FieldStation, path: Path, preview: _Prev
         raise
     finally:
         waiting.unlink(missing_ok=True)
-    finish(out, done, path)
+    _finish(out, done, path)
 
 
 def _values(block: ScanBlock) -> Float32Array:
@@ -161,3 +156,66 @@ def _header(clouds: Clouds, station: FieldStation) -> dict[str, str]:
         "azimuths": numbers(first_azimuths_rad(template), 9),
         "elevations": numbers(template.elevation_rad, 9),
     }
+
+
+def _preview_rgb(range_m: Float32Array, cosine: Float32Array, range_max_m: float) -> UInt8Array:
+    """(rows, columns, 3) sRGB of beams (R, C): light is near, dark is far, shaded by incidence.
+
+    Rows are repeated until the picture has a shape that people can read.
+    """
+    rgb: UInt8Array = np.empty((*range_m.shape, 3), dtype=np.uint8)
+    for first in range(0, len(rgb), _ROWS_AT_ONCE):
+        rows = slice(first, first + _ROWS_AT_ONCE)
+        rgb[rows] = _shaded(range_m[rows], cosine[rows], range_max_m)
+    return np.repeat(rgb, max(1, round(_PREVIEW_MIN_HEIGHT / range_m.shape[0])), axis=0)
+
+
+def _shaded(range_m: Float32Array, cosine: Float32Array, range_max_m: float) -> UInt8Array:
+    """(R, C, 3) sRGB of some rows."""
+    hit = np.isfinite(range_m)
+    ramp = range_ramp_srgb()
+    index = range_colour_index(np.where(hit, range_m, 0), range_max_m)
+    shade = 0.45 + 0.55 * np.where(hit, cosine, 0)
+    rgb = np.where(hit[..., None], ramp[index] * shade[..., None], 0.06)
+    return np.asarray(np.rint(255 * rgb), dtype=np.uint8)
+
+
+def _open_image_io() -> Any:
+    """Return OpenImageIO; raises MissingPackageError where it is missing."""
+    try:
+        import OpenImageIO
+    except ImportError as error:
+        raise MissingPackageError(
+            f"scans as EXR and PNG need the package OpenImageIO ({error}): pip install openimageio"
+        ) from error
+    return OpenImageIO
+
+
+def _exr_parts(shape: tuple[int, int], header: Mapping[str, str]) -> tuple[Any, Any]:
+    """Return the specifications of both parts, floats `returns` and uint32 `surfaces`, of an EXR of (rows, columns)."""
+    io, parts = _open_image_io(), []
+    for name, channels, kind in (("returns", _RETURNS, io.FLOAT), ("surfaces", ("triangle", "patch"), io.UINT32)):
+        spec = io.ImageSpec(shape[1], shape[0], len(channels), kind)
+        spec.channelnames = channels
+        spec.attribute("oiio:subimagename", name)
+        spec.attribute("compression", "zip")
+        spec.attribute("DateTime", "")  # without it OpenImageIO writes the time of day
+        for key, value in header.items():
+            spec.attribute(f"tlsplan:{key}", value)
+        parts.append(spec)
+    return parts[0], parts[1]
+
+
+def _write_rgb(rgb: UInt8Array, path: Path) -> None:
+    """Write (rows, columns, 3) sRGB as a PNG."""
+    io = _open_image_io()
+    out = io.ImageOutput.create(str(path))
+    spec = io.ImageSpec(rgb.shape[1], rgb.shape[0], 3, io.UINT8)
+    _finish(out, out.open(str(path), spec) and out.write_image(rgb), path)
+
+
+def _finish(out: Any, done: bool, path: Path) -> None:
+    """Close an image; raises where it was not written."""
+    closed = out.close()
+    if not (done and closed):
+        raise not_written(path, out.geterror() or "OpenImageIO could not write")
