@@ -324,21 +324,27 @@ class _DevicePatchEngine:
             return out
         packed = view.packed(least_returns=least_returns, rounding_m=self._rounding_m)
         n_groups_a_run = _GROUPS_A_RUN.get(self._on.kind, _DEFAULT_GROUPS_A_RUN)
-        at = self._on.upload("patch mode", {"positions": positions_m, "view": packed, "marks": out})
-        self._program.run(
-            "sample_patches",
-            (-(-self._n_groups // n_groups_a_run), len(positions_m)),
-            *(self._tree[name] for name in ("boxes", "children", "geometry", "triangle", "slot", "edges", "address")),
-            *(self._groups[name] for name in ("order", "groups", "box")),
-            np.int32(self._n_groups),
-            np.int32(n_groups_a_run),
-            self._groups["pattern"],
-            at["view"],
-            at["positions"],
-            at["marks"],
-            np.int32(self._n_patches),
-        )
-        self._on.read(at["marks"], out)
+        at = self._on.upload("patch mode", {"positions": positions_m, "view": packed})
+        # Few patches of a large scene are seen: what a processor's kernels write need not be copied there and back.
+        with self._on.outputs("marks of patches", {"marks": out}) as written:
+            if self._on.kind != "cpu":
+                self._on.zero(written["marks"], out.nbytes)
+            self._program.run(
+                "sample_patches",
+                (-(-self._n_groups // n_groups_a_run), len(positions_m)),
+                *(
+                    self._tree[name]
+                    for name in ("boxes", "children", "geometry", "triangle", "slot", "edges", "address")
+                ),
+                *(self._groups[name] for name in ("order", "groups", "box")),
+                np.int32(self._n_groups),
+                np.int32(n_groups_a_run),
+                self._groups["pattern"],
+                at["view"],
+                at["positions"],
+                written["marks"],
+                np.int32(self._n_patches),
+            )
         return out
 
 

@@ -50,7 +50,7 @@ SLACK = 2e-5
 SLACK_MOST = 1e-3
 #: Rows and columns that a patch must span for a beam to be expected on it: then one meets it half of the time.
 LEAST_SPAN = 0.5
-#: Scenes of more patches keep none: a place takes 105 bytes.
+#: Places that are kept at most: one takes 104 bytes.
 MOST_KEPT = 2_000_000
 N_RIM, N_FINE = 7, 22
 #: Mark of a patch whose first pattern is seen whole; bit s of a mark is sample s.
@@ -277,32 +277,35 @@ def places_of(scene: Scene, patches: Patches, patch: Int32Array) -> PatchPlaces:
 class KeptPlaces:
     """Places of the patches of one scene, worked out once each; memory is taken when they are first used.
 
-    Positions that are scanned one after another mostly see the same patches. The places are those of `places_of` to the
-    last bit.
+    Positions that are scanned one after another mostly see the same patches: where more than `most_kept` were seen, it
+    begins anew. The places are those of `places_of` to the last bit.
     """
 
     def __init__(self, scene: Scene, patches: Patches, *, most_kept: int = MOST_KEPT) -> None:
-        self._scene, self._patches, self._most_kept = scene, patches, most_kept
+        self._scene, self._patches, self._most_kept = scene, patches, min(most_kept, patches.n_patches)
         self._kept: PatchPlaces | None = None
-        self._is_known = np.zeros(0, dtype=np.bool_)
+        self._row, self._n_kept = np.zeros(0, dtype=np.int32), 0
 
     def of(self, patch: Int32Array) -> PatchPlaces:
         """Places of patches (N,), in their order; one may occur several times."""
-        n = self._patches.n_patches
-        if n > self._most_kept:
-            distinct, which = np.unique(patch, return_inverse=True)
-            return _taken(places_of(self._scene, self._patches, distinct.astype(np.int32)), which)
         if self._kept is None:
+            n = self._most_kept
             self._kept = PatchPlaces(np.empty((n, 3, 3)), np.empty((n, 3)), np.empty(n))
-            self._is_known = np.zeros(n, dtype=np.bool_)
-        new = patch[~self._is_known[patch]]
+            # Of each patch its row among the kept ones, which are far fewer than a large scene has.
+            self._row = np.full(self._patches.n_patches, -1, dtype=np.int32)
+        new = np.unique(patch[self._row[patch] < 0]).astype(np.int32)
+        if self._n_kept + new.size > self._most_kept:
+            self._row[:], self._n_kept = -1, 0
+            new = np.unique(patch).astype(np.int32)
+        if new.size > self._most_kept:
+            return _taken(places_of(self._scene, self._patches, new), np.searchsorted(new, patch))
         if new.size:
-            new = np.unique(new).astype(np.int32)
-            found = places_of(self._scene, self._patches, new)
-            self._kept.corners_m[new], self._kept.normal[new] = found.corners_m, found.normal
-            self._kept.area_m2[new] = found.area_m2
-            self._is_known[new] = True
-        return _taken(self._kept, patch)
+            found, rows = places_of(self._scene, self._patches, new), slice(self._n_kept, self._n_kept + new.size)
+            self._kept.corners_m[rows], self._kept.normal[rows] = found.corners_m, found.normal
+            self._kept.area_m2[rows] = found.area_m2
+            self._row[new] = np.arange(rows.start, rows.stop, dtype=np.int32)
+            self._n_kept = rows.stop
+        return _taken(self._kept, self._row[patch])
 
 
 def _taken(places: PatchPlaces, rows: Int32Array | Int64Array) -> PatchPlaces:

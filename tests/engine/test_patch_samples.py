@@ -121,7 +121,7 @@ def test_patch_places_are_those_of_the_bisection(shapes: SimpleNamespace) -> Non
     np.testing.assert_allclose(places.area_m2, patches.area_m2, rtol=1e-3, atol=1e-7)
 
 
-@pytest.mark.parametrize("most_kept", [0, patch_samples.MOST_KEPT])
+@pytest.mark.parametrize("most_kept", [0, 60, 150, patch_samples.MOST_KEPT])
 def test_places_are_those_that_are_worked_out_anew_in_any_order_and_more_than_once(most_kept: int) -> None:
     kept = KeptPlaces(SCENE, PATCHES, most_kept=most_kept)
     random = np.random.default_rng(3)
