@@ -146,19 +146,21 @@ def add_over_common(
     """Total (K, 24) of `pair_overlap.patch_sums` over the patches that pairs of rows (K,), sorted by first, share.
 
     A block's patches are added up in rising order, then blocks in theirs. Positions see nearly the same from near by:
-    where the second sees all of a block that the first sees, its sum is the one that an earlier pair needed. Others are
-    made as they are added up: the sums of all patches would take more memory than all else about links.
+    what the first shares of a block with others is mostly all that it sees of it, or what it shared with the one
+    before, and these two sums are kept. Others are made as they are added up: the sums of all patches would take more
+    memory than all else about links.
 
     starts, block, seen : of `find_blocks`, those of row i from starts[i]. place : (P,) where in `surface`, (S, 7)
     centroid, normal and area, each patch is.
     """
     n_blocks = place.size // BLOCK + 1
     mine, own_at = np.zeros(n_blocks, dtype=np.uint64), np.zeros(n_blocks, dtype=np.int64)
-    turn, sums = np.empty(3), np.empty(24)
+    turn = np.empty(3)
     most = 0
     for row in range(starts.size - 1):
         most = max(most, starts[row + 1] - starts[row])
-    own, is_known = np.empty((most, 24)), np.zeros(most, dtype=np.bool_)
+    # Of each block of the first: what was shared, 0 for nothing yet, and its sums; all of it, and the one before.
+    kept, sums = np.zeros((most, 2), dtype=np.uint64), np.empty((most, 2, 24))
     for pair in range(first.size):
         begin, end = starts[first[pair]], starts[first[pair] + 1]
         if pair == 0 or first[pair] != first[pair - 1]:
@@ -167,19 +169,15 @@ def add_over_common(
                     mine[block[at]] = 0
             for at in range(begin, end):
                 mine[block[at]], own_at[block[at]] = seen[at], at - begin
-            is_known[: end - begin] = False
+            kept[: end - begin] = 0
         total[pair] = 0.0
         for at in range(starts[second[pair]], starts[second[pair] + 1]):
             number = block[at]
             common = mine[number] & seen[at]
             if common == 0:
                 continue
-            if common == mine[number]:
-                k = own_at[number]
-                if not is_known[k]:
-                    add_block(number, common, place, surface, turn, own[k])
-                    is_known[k] = True
-                total[pair] += own[k]
-            else:
-                add_block(number, common, place, surface, turn, sums)
-                total[pair] += sums
+            k, one = own_at[number], int(common != mine[number])
+            if kept[k, one] != common:
+                add_block(number, common, place, surface, turn, sums[k, one])
+                kept[k, one] = common
+            total[pair] += sums[k, one]
