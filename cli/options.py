@@ -370,8 +370,8 @@ set_up_option = click.option(
 )  # fmt: skip
 set_up_tolerance_option = click.option(
     "--set-up-tolerance", "set_up_tolerance_m", type=Length(least=0.0), default=0.1, show_default=True,
-    metavar="LENGTH", help="Set-up tolerance in plan, half of it in height: the network of stations holds within it. "
-    "0: exactly on the mark.",
+    metavar="LENGTH", help="Set-up tolerance in plan, half of it in height: the network of stations holds within it, "
+    "and coverage is stated for it. 0: exactly on the mark.",
 )  # fmt: skip
 objective_option = click.option(
     "--objective", type=click.Choice(["fewest", "coverage", "time"]), default="fewest", show_default=True,

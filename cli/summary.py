@@ -28,6 +28,8 @@ def show(document: dict[str, Any]) -> None:
     _say("scanner", f"{words.scanner_words(document)}, {words.beams_words(document)}")
     _say("stations", f"{len(document['stations'])}{words.bound_words(document['optimality'])}")
     _say("coverage", words.coverage_words(document))
+    if as_set_up := words.set_up_words(document):
+        _say("", as_set_up)
     _say("", words.total_words(document))
     for line in words.left_out_lines(document):
         output.alarm(_plain(f"{'':<14}{line}"))

@@ -38,6 +38,7 @@ from planner_core.planning.live.draft import Draft, DraftStation, Place
 from planner_core.planning.live.figures import LeftSurface, left_surfaces
 from planner_core.planning.live.live_plan import DraftFigures, LivePlan
 from planner_core.planning.plan import plan_survey
+from planner_core.planning.set_up import SET_UP_LOSS
 from planner_core.positions.candidates import as_written_m
 from planner_core.progress import Progress, ProgressEvent, silent
 
@@ -46,8 +47,6 @@ SAME_PLACE_M = 0.001
 #: A crew sets up a tripod over a mark to about this: nearer stations are as planned. Their figures are still those of
 #: where they stood, for a link that stands at its limit falls with ten centimetres.
 AS_PLANNED_M = 0.1
-#: Share of coverage that setting up beside the marks may cost: a plan that holds as set up loses no more.
-SET_UP_LOSS = 0.005
 STAGE = "comparing"
 #: What became of a station, in the order in which people read about it.
 AS_PLANNED, MOVED, MISSING, SCANNED_BEFORE, ADDITIONAL, NOT_COMPARED = FATES = (

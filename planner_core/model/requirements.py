@@ -192,6 +192,8 @@ class PartResult:
     total_area_m2: float
     seen_from: int = 1
     limits: PointLimits = PointLimits()
+    as_set_up: float | None = None
+    """Fraction of achievable area that 99 of 100 set-ups within the tolerance cover at least; None: not computed."""
 
     @property
     def fraction_of_achievable(self) -> float:

@@ -116,6 +116,7 @@ def requirements_table(plan: PlanSource) -> Table | None:
         Column("Points", 46),
         Column("Required, %", 13, number=True),
         Column("Reached, %", 13, number=True),
+        Column("As set up, %", 13, number=True),
         Column("Result", 12, bold=True),
         Column(f"Of scannable, {area_unit(plan.frame.unit)}", 17, number=True),
     )
@@ -124,12 +125,13 @@ def requirements_table(plan: PlanSource) -> Table | None:
 
 
 def _requirement_row(result: Mapping[str, Any], unit: LengthUnit) -> tuple[str, ...]:
-    required = float(result["required"])
+    required, as_set_up = float(result["required"]), result.get("as_set_up")
     return (
         str(result["name"]),
         limits_words(result["asked"], int(result["seen_from"]), unit),
         f"{100 * required:g}",
         reached_percent(float(result["fraction_of_achievable"]), 0.0 if result["met"] else required),
+        "" if as_set_up is None else reached_percent(float(as_set_up), required),
         "met" if result["met"] else "NOT met",
         f"{area(unit, float(result['achievable_area_m2'])):.1f}",
     )

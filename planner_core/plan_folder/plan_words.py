@@ -22,6 +22,7 @@ from planner_core.model.site_frame import feet_and_inches
 from planner_core.network.network_report import groups_first, weakest_link
 from planner_core.plan_folder.plan_model.results import FloorSection
 from planner_core.plan_folder.plan_source import PlanSource, limits_of, link_of, links_of
+from planner_core.requirements.goals import OVERALL
 from planner_core.requirements.wording import overlap_defined, overlap_noun
 
 Document = Mapping[str, Any]
@@ -111,6 +112,16 @@ def total_words(document: Document, unit: LengthUnit = METRE) -> str:
     if _scope(document) == Scope.ALL:
         return f"{of_all} in the model, including what no position sees, such as the inside of walls"
     return f"{of_all} in scope"
+
+
+def set_up_words(document: Document) -> str:
+    """`94.9 % or more as set up, within 0.1 m of the marks`, of all that is planned; empty where it is not known."""
+    results, tolerance_m = document["requirements"]["results"], document["settings"]["set_up_tolerance_m"]
+    shares = [each.get("as_set_up") for each in results if each["name"] == OVERALL]
+    if not shares or shares[0] is None:
+        return ""
+    reached = reached_percent(shares[0], document["requirements"]["coverage"])
+    return f"{reached} % or more as set up, within {tolerance_m:g} m of the marks"
 
 
 def left_out_lines(document: Document, unit: LengthUnit = METRE) -> tuple[str, ...]:
@@ -307,7 +318,8 @@ def _whole_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
     document, unit = plan.document, plan.frame.unit
     yield "Stations", f"{len(plan.stations)}{bound_words(document['optimality'])}"
     required = f"required: {100 * document['requirements']['coverage']:g} %"
-    yield "Coverage", f"{coverage_words(document, unit)}; {required}; {total_words(document, unit)}"
+    words = (coverage_words(document, unit), required, set_up_words(document), total_words(document, unit))
+    yield "Coverage", "; ".join(filter(None, words))
     yield from _team_figures(plan)
 
 

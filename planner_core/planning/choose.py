@@ -24,9 +24,16 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, Crew, FloatArray, Objective, Paper, PlanSettings, Proven, Role, Route
 from planner_core.paper.overlap_repair import OVERLAP_OF_CIRCLES
 from planner_core.paper.pipeline import repair, select_by_genes, shortfall
-from planner_core.planning.pool import Choice, Pool
+from planner_core.planning.pool import Choice, FragileLinks, Pool
 from planner_core.planning.refine import WORK_SHARE, refine
-from planner_core.planning.set_up import SeenAround, decisive, fragile_links, without_fragile
+from planner_core.planning.set_up import (
+    SET_UP_LOSS,
+    SeenAround,
+    coverage_as_set_up,
+    decisive,
+    fragile_links,
+    without_fragile,
+)
 from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.positions.walking import Walking
 from planner_core.progress import Progress, ProgressEvent, silent
@@ -93,14 +100,15 @@ def choose(
     choice = _fewest(pool, budget, progress, begun=begun)
     try:  # from here on there is a plan, whoever interrupts what
         on_grid = choice
+        is_refined = not pool.kept and settings.refine and _goes_on(choice, budget)
         if pool.kept:
             choice = _replanned(choice, budget, progress)
-        elif settings.refine and _goes_on(choice, budget):
+        elif is_refined:
             choice = _refined(choice, places, engine, budget, progress)
         may_change = not (pool.kept or pool.loops)  # a redundant network outlasts the failure of any link
         changes = budget if may_change else None
         choice = _as_set_up(choice, places, tolerance_m, engine, progress, budget=changes)
-        if not pool.kept and len(choice.chosen) > len(on_grid.chosen):
+        if is_refined and len(choice.chosen) > len(on_grid.chosen):
             # What holds of the grid alone may take fewer than what holds off it.
             held = _as_set_up(on_grid, places, tolerance_m, engine, progress, budget=changes)
             choice = min(choice, held, key=_stations_that_hold)
@@ -224,6 +232,22 @@ def _refined(
     )
 
 
+@dataclass(frozen=True)
+class _SetUp:
+    """A choice as its stations are set up. pool : without links that do not hold. fragile : those of its network.
+
+    falls_apart : more groups than on the marks. covered : (K,) see `coverage_as_set_up`. lacks : what coverage lacks of
+    what is required, but for `SET_UP_LOSS`, a sum of fractions.
+    """
+
+    pool: Pool
+    chosen: tuple[int, ...]
+    fragile: FragileLinks | None
+    falls_apart: bool
+    covered: FloatArray
+    lacks: float
+
+
 def _as_set_up(
     choice: Choice,
     places: AllowedPositions,
@@ -236,38 +260,61 @@ def _as_set_up(
     """Choose stations whose network holds wherever within the tolerance each is set up; without a budget, only check.
 
     Links that do not hold are left out, and stations chosen from what is left; in the next round so are those of these.
-    Where that comes to no end the first choice stays. The bound is that of all links: it holds for fewer, too.
+    Where that comes to no end the first choice stays. The bound is that of all links: it holds for fewer, too. Where
+    coverage does not hold, stations are exchanged for what covers more; none is added.
     """
-    if choice.pool.links is None or not tolerance_m or len(choice.chosen) < 2:
+    if not tolerance_m or not choice.chosen:
         return choice
-    pool, chosen = choice.pool, choice.chosen
-    first, seen_around = None, SeenAround()
-    for left in reversed(range(_ROUNDS)):
-        fragile = fragile_links(pool, chosen, engine, tolerance_m, seen_around=seen_around, progress=progress)
-        first = first or decisive(pool, chosen, fragile)
-        holding = without_fragile(pool, fragile)
-        assert holding.network is not None
-        if not holding.network.n_violations(chosen):
-            why_stopped = choice.why_stopped
-            if why_stopped == PROVEN and len(chosen) > choice.lower_bound:
-                why_stopped = HELD
-            return replace(
-                choice,
-                pool=holding,
-                chosen=chosen,
-                why_stopped=why_stopped,
-                fragile=decisive(pool, chosen, fragile),
-            )
-        if budget is None or not left or not _goes_on(choice, budget):
+    seen_around, why_stopped = SeenAround(), choice.why_stopped
+    first = found = _set_up(choice.pool, choice.chosen, engine, tolerance_m, seen_around, progress)
+    for _ in range(1, _ROUNDS):
+        if not found.falls_apart or budget is None or not _goes_on(choice, budget):
             break
-        pool = holding
         most = budget.whole.work_limit
         work = replace(budget.left, work_limit=min(most, max(_ROUND_WORK, _ROUND_SHARE * most)), prove=False)
-        found = _select(pool, work, progress)
-        chosen = polish(pool.problem, found.chosen, network=pool.network, given=pool.given)
-        if found.why_stopped == INTERRUPTED:
+        selected = _select(found.pool, work, progress)
+        if selected.why_stopped == INTERRUPTED:
             break
-    return replace(choice, fragile=first)
+        chosen = polish(found.pool.problem, selected.chosen, network=found.pool.network, given=found.pool.given)
+        found = _set_up(found.pool, chosen, engine, tolerance_m, seen_around, progress)
+    if found.falls_apart:
+        found = replace(first, pool=choice.pool)
+    elif found.lacks and budget is not None and _goes_on(choice, budget):
+        chosen = polish(found.pool.problem, found.chosen, network=found.pool.network, given=found.pool.given)
+        if set(chosen) != set(found.chosen):
+            fuller = _set_up(found.pool, chosen, engine, tolerance_m, seen_around, progress)
+            found = fuller if not fuller.falls_apart and fuller.lacks < found.lacks else found
+    if why_stopped == PROVEN and len(found.chosen) > max(len(choice.chosen), choice.lower_bound):
+        why_stopped = HELD
+    return replace(
+        choice,
+        pool=found.pool,
+        chosen=found.chosen,
+        why_stopped=why_stopped,
+        fragile=found.fragile,
+        covered_as_set_up=found.covered,
+    )
+
+
+def _set_up(
+    pool: Pool,
+    chosen: tuple[int, ...],
+    engine: ScanEngine,
+    tolerance_m: float,
+    seen_around: SeenAround,
+    progress: Progress,
+) -> _SetUp:
+    """Scan chosen stations where they may stand, and find what of network and coverage does not hold."""
+    covered = coverage_as_set_up(pool, chosen, engine, tolerance_m, seen_around=seen_around, progress=progress)
+    required = np.array([constraint.fraction for constraint in pool.demand.constraints])
+    lacks = float(np.maximum(0.0, required - SET_UP_LOSS - covered).sum())
+    if pool.links is None or len(chosen) < 2:
+        return _SetUp(pool, chosen, None, False, covered, lacks)
+    fragile = fragile_links(pool, chosen, engine, tolerance_m, seen_around=seen_around, progress=progress)
+    holding = without_fragile(pool, fragile)
+    assert holding.network is not None
+    falls_apart = bool(holding.network.n_violations(chosen))
+    return _SetUp(holding, chosen, decisive(pool, chosen, fragile), falls_apart, covered, lacks)
 
 
 def _stations_that_hold(choice: Choice) -> tuple[bool, int]:

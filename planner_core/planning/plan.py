@@ -42,6 +42,7 @@ from planner_core.planning.independent_check import with_independent_check
 from planner_core.planning.join_offer import join_offer
 from planner_core.planning.pool import Choice, Pool, make_pool
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
+from planner_core.planning.set_up import SET_UP_LOSS
 from planner_core.positions.admissibility import Tripods, refusals_in_words
 from planner_core.positions.allowed_positions import KINDS, AllowedPositions, find_positions, places_as_they_are
 from planner_core.positions.free_space import free_space
@@ -192,6 +193,7 @@ def _described(
         ),
         progress=progress,
     )
+    plan = _with_coverage_as_set_up(plan, choice)
     return replace(
         plan,
         why_stopped=choice.why_stopped,
@@ -200,6 +202,26 @@ def _described(
         n_greedy=choice.n_greedy,
         n_bounded=choice.n_bounded,
     )
+
+
+def _with_coverage_as_set_up(plan: Plan, choice: Choice) -> Plan:
+    """Add to each requirement how much of it set-ups cover, and a line about those that may fall below it then."""
+    if choice.covered_as_set_up is None:
+        return plan
+    covered = choice.covered_as_set_up.tolist()
+    results = tuple(replace(each, as_set_up=share) for each, share in zip(plan.requirements, covered, strict=True))
+    low = [
+        f"{each.name!r} down to {reached_percent(share, each.required)} %, {100 * each.required:g} % required"
+        for each, share in zip(results, covered, strict=True)
+        if each.met and share < each.required - SET_UP_LOSS
+    ]
+    if not low:
+        return replace(plan, requirements=results)
+    line = (
+        f"coverage may fall below what is required where stations are set up {plan.settings.set_up_tolerance_m:g} m "
+        f"beside their marks: {', '.join(low)}; set up more exactly, or plan with a higher --coverage"
+    )
+    return replace(plan, requirements=results, warnings=(*plan.warnings, line))
 
 
 def _names(places: AllowedPositions, rows: Int64Array, site: Site) -> list[str]:

@@ -35,7 +35,7 @@ from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.compliance import rows_of_overlap
 from planner_core.requirements.demand import Demand, KnownObservations, demand_of, rows_from
 from planner_core.requirements.goals import Goals
-from planner_core.requirements.observe_candidates import SeenPatches
+from planner_core.requirements.observe_candidates import SeenPatches, stacked
 from planner_core.select.network import Network
 from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 
@@ -84,6 +84,12 @@ class Pool:
     def network(self) -> Network | None:
         """Whom the candidates can be registered with, where that matters."""
         return None if self.links is None else network_of(self.links, loops=self.loops)
+
+    def with_links(self, links: CandidateLinks) -> Pool:
+        """The same with other links. The problem is one of rows alone: it is not merged anew."""
+        other = replace(self, links=links)
+        vars(other)["problem"] = self.problem
+        return other
 
     @property
     def n_candidates(self) -> int:
@@ -143,6 +149,7 @@ class Choice:
     area that is covered and the most that so many stations can cover. n_greedy : stations that greedy selection takes.
     n_bounded : candidates that the bound holds for: those that were not excluded when it was proven.
     fragile : links without which there are more groups, and which do not hold as stations are set up.
+    covered_as_set_up : (K,) of each constraint, see `set_up.coverage_as_set_up`; None: not computed.
     """
 
     pool: Pool
@@ -155,6 +162,7 @@ class Choice:
     n_bounded: int | None = None
     warnings: tuple[str, ...] = ()
     fragile: FragileLinks | None = None
+    covered_as_set_up: FloatArray | None = None
 
 
 def make_pool(
@@ -245,8 +253,7 @@ def _without_candidates(problem: CoverProblem, which: BoolArray) -> CoverProblem
 def extended(pool: Pool, more: Candidates, engine: ScanEngine, *, progress: Progress = silent) -> Pool:
     """Add candidates behind those of the pool; no requirement changes."""
     observed = rows_from(pool.survey, engine, more.position_m, pool.demand, progress=progress)
-    seen = stacked_rows(pool.rows.seen, observed.seen)
-    rows = SeenPatches(seen, seen if pool.rows.met is pool.rows.seen else stacked_rows(pool.rows.met, observed.met))
+    rows = stacked(pool.rows, observed)
     del observed  # links take memory enough
     position_m = np.concatenate([pool.candidates.position_m, more.position_m])
     links = None

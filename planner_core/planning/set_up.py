@@ -1,10 +1,11 @@
-"""Links as stations are set up: what registers on the marks alone does not register beside them, where crews stand.
+"""Links and coverage as stations are set up: beside their marks, where crews stand.
 
 Input a `Pool` and chosen rows of it; output which links between these fall below what is required when both stations
-stand anywhere within the set-up tolerance, and pools without such links.
+stand anywhere within the set-up tolerance, pools without such links, and how much set-ups cover.
 
 Each station is scanned at eight places around its mark as well, at the tolerance in plan, half of it higher and lower
-by turns. The worst of all pairs of places of two stations counts: they are set up independently.
+by turns. Of links the worst of all pairs of places of two stations counts: they are set up independently. Coverage is
+one of all stations together, which never stand at their worst places all at once: it is that of set-ups by chance.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from planner_core.coverage.coverage import stacked_rows, take_rows, times_seen
+from planner_core.coverage.coverage import stacked_rows, times_seen
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Visibility
 from planner_core.network.candidate_links import CandidateLinks, parts_of
@@ -24,9 +25,16 @@ from planner_core.planning.pool import FragileLinks, Pool, kept_links, links_amo
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.compliance import rows_of_overlap
 from planner_core.requirements.demand import rows_from
+from planner_core.requirements.observe_candidates import SeenPatches, stacked
+from planner_core.select.problem import TICKS_PER_M2
 
 #: Places around a mark.
 _N_AROUND = 8
+#: Share of coverage that setting up beside the marks may cost: a plan that holds as set up lacks no more of what is
+#: required.
+SET_UP_LOSS = 0.005
+#: Set-ups that coverage is computed of, how many of them may cover less than the figure, and where chance begins.
+_N_SET_UPS, _N_WORSE, _SEED = 400, 4, 20261129
 
 
 @dataclass
@@ -34,24 +42,27 @@ class SeenAround:
     """What is seen from places around marks, kept for all rounds of a choice: most stations stay in the next round."""
 
     _rows: Int64Array = field(default_factory=lambda: np.empty(0, dtype=np.int64))
-    _counted: Visibility | None = None
+    _seen: SeenPatches | None = None
 
     def of(
         self, pool: Pool, rows: Int64Array, engine: ScanEngine, tolerance_m: float, *, progress: Progress = silent
-    ) -> Visibility:
-        """Patches that overlap is counted on, of each place around the marks of rows of the pool, mark by mark."""
-        shift_m, required = _around_m(tolerance_m), pool.demand.goals.requirements
+    ) -> SeenPatches:
+        """What each place around the marks of rows of the pool sees, mark by mark."""
+        shift_m = _around_m(tolerance_m)
         new = np.setdiff1d(rows, self._rows)
-        if self._counted is None or new.size:
+        if self._seen is None or new.size:
             at_m = (pool.candidates.position_m[new][:, None] + shift_m).reshape(-1, 3)
-            seen = rows_from(pool.survey, engine, at_m, pool.demand, progress=progress)
-            counted = rows_of_overlap(pool.demand, seen, required.overlap_of)
-            self._counted = counted if self._counted is None else stacked_rows(self._counted, counted)
+
+            def set_up(event: ProgressEvent) -> None:
+                progress(replace(event, stage="set up"))
+
+            more = rows_from(pool.survey, engine, at_m, pool.demand, progress=set_up)
+            self._seen = more if self._seen is None else stacked(self._seen, more)
             self._rows = np.concatenate([self._rows, new])
         order = np.argsort(self._rows)
         at = order[np.searchsorted(self._rows, rows, sorter=order)]
         n = shift_m.shape[0]
-        return take_rows(self._counted, (n * at[:, None] + np.arange(n)).ravel())
+        return self._seen.take((n * at[:, None] + np.arange(n)).ravel())
 
 
 def fragile_links(
@@ -75,11 +86,8 @@ def fragile_links(
     if not sum(map(len, neighbours)):
         return FragileLinks.none()
     n_around = 1 + _N_AROUND
-
-    def set_up(event: ProgressEvent) -> None:
-        progress(replace(event, stage="set up"))
-
-    around = (seen_around or SeenAround()).of(pool, rows, engine, tolerance_m, progress=set_up)
+    around_marks = (seen_around or SeenAround()).of(pool, rows, engine, tolerance_m, progress=progress)
+    around = rows_of_overlap(pool.demand, around_marks, required.overlap_of)
     near = np.setdiff1d(np.concatenate(neighbours), rows)
     of_near = rows_of_overlap(pool.demand, pool.rows.take(near), required.overlap_of)
     position_m = pool.candidates.position_m
@@ -159,6 +167,53 @@ def _key(one: Int64Array | Int32Array, other: Int64Array | Int32Array, n: int) -
     return np.minimum(one, other).astype(np.int64) * n + np.maximum(one, other)
 
 
+def coverage_as_set_up(
+    pool: Pool,
+    chosen: tuple[int, ...],
+    engine: ScanEngine,
+    tolerance_m: float,
+    *,
+    seen_around: SeenAround | None = None,
+    progress: Progress = silent,
+) -> FloatArray:
+    """(K,) fraction of the achievable area of each constraint of the pool that 99 of 100 set-ups cover at least.
+
+    In a set-up each station stands on its mark or, as often, at one of the places around it, by chance and by itself:
+    so stations are as far from their marks, root mean square, as where they stand anywhere within the tolerance.
+    Scanned stations stand where they were scanned.
+    """
+    rows = np.array(sorted(chosen), dtype=np.int64)
+    met = (seen_around or SeenAround()).of(pool, rows, engine, tolerance_m, progress=progress).met
+    n_around, is_scanned = 1 + _N_AROUND, np.isin(rows, pool.scanned)
+    draw = np.random.default_rng(_SEED)
+    place = draw.integers(2, size=(_N_SET_UPS, rows.size)) * draw.integers(1, n_around, size=(_N_SET_UPS, rows.size))
+    place[:, is_scanned] = 0
+    part = np.stack([constraint.part for constraint in pool.constraints])
+    enough = np.array([constraint.seen_from for constraint in pool.constraints])[:, None]
+    # Most patches are seen from all places of enough stations: no set-up loses these.
+    n_sure = np.zeros(met.n_patches, dtype=np.int64)
+    for station, scanned in enumerate(is_scanned.tolist()):
+        from_places = [met.row(n_around * station + at) for at in range(1 if scanned else n_around)]
+        n_sure += np.bincount(np.concatenate(from_places), minlength=met.n_patches) == len(from_places)
+    ticks = np.rint(pool.demand.area_m2 * TICKS_PER_M2).astype(np.int64)
+    whole = (part * ticks).sum(axis=1)
+    sure = (part & (n_sure >= enough)) @ ticks
+    unsure = np.flatnonzero((part & (n_sure < enough)).any(axis=0))
+    number = np.full(met.n_patches, -1, dtype=np.int64)
+    number[unsure] = np.arange(unsure.size)
+    seen = [number[met.row(row)] for row in range(met.n_positions)]
+    seen = [each[each >= 0] for each in seen]
+    counted, still = part[:, unsure] & (n_sure[unsure] < enough), ticks[unsure]
+    covered = np.empty((_N_SET_UPS, enough.size), dtype=np.int64)
+    for set_up, at in enumerate(place.tolist()):
+        n_seen = np.zeros(unsure.size, dtype=np.int64)
+        for station, where in enumerate(at):
+            n_seen[seen[n_around * station + where]] += 1
+        covered[set_up] = sure + (counted & (n_seen >= enough)) @ still
+    low = np.sort(covered, axis=0)[_N_WORSE]
+    return np.where(whole > 0, low / np.maximum(whole, 1), 1.0)
+
+
 def without_fragile(pool: Pool, fragile: FragileLinks) -> Pool:
     """Leave out links that do not hold as set up, but for those without which candidates are in more parts."""
     assert pool.links is not None
@@ -168,7 +223,7 @@ def without_fragile(pool: Pool, fragile: FragileLinks) -> Pool:
     left = kept_links(links, ~gone, owner, links.part)
     part = parts_of(left.starts, left.neighbour)
     keep = ~gone | (part[owner] != part[links.neighbour])
-    return replace(pool, links=kept_links(links, keep, owner, links.part))
+    return pool.with_links(kept_links(links, keep, owner, links.part))
 
 
 def _owner(links: CandidateLinks) -> Int64Array:

@@ -69,6 +69,12 @@ class SeenPatches:
         return SeenPatches(seen, seen if self.met is self.seen else take_rows(self.met, rows))
 
 
+def stacked(first: SeenPatches, second: SeenPatches) -> SeenPatches:
+    """What the positions of both see, those of the second behind those of the first."""
+    seen = stacked_rows(first.seen, second.seen)
+    return SeenPatches(seen, seen if first.met is first.seen else stacked_rows(first.met, second.met))
+
+
 @dataclass(frozen=True)
 class SeenShares:
     """How much of patches is seen. seen, met : uint8 along the rows' patches. any_seen, any_met : (P,) uint32, samples

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import product
 from typing import Any
@@ -22,7 +22,7 @@ from planner_core.planning import choose
 from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.plan import make_plan
 from planner_core.planning.pool import FragileLinks, Pool
-from planner_core.planning.set_up import decisive, fragile_links, without_fragile
+from planner_core.planning.set_up import SET_UP_LOSS, coverage_as_set_up, decisive, fragile_links, without_fragile
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.doors import without_door_leaves
 from scenes_synthetic import build
@@ -148,19 +148,41 @@ def test_links_without_which_candidates_fall_apart_stay(pooled: Pooled) -> None:
     assert nx.number_connected_components(graph) == pool.links.n_parts
 
 
-def groups_as_set_up(pooled: Pooled, plan: Plan, *, n: int) -> list[int]:
-    """Numbers of groups of a plan's stations for random set-ups, by links that hold."""
-    figures = Figures(pooled[0])
+def covered(pool: Pool, seen: np.ndarray) -> float:
+    """Fraction of all that is achievable that positions see together, from their (N, P) bool."""
+    area_m2 = pool.survey.patches.area_m2 * pool.constraints[-1].part
+    return float(area_m2[seen.any(axis=0)].sum() / area_m2.sum())
+
+
+def test_a_station_by_itself_covers_what_its_worst_place_does(pooled: Pooled) -> None:
+    pool, engine, _ = pooled
+    for row in range(0, pool.n_candidates, 10):
+        of_places = [
+            covered(pool, seen[None]) for seen in seen_from(pooled, np.array(around(pool.candidates.position_m[row])))
+        ]
+        assert coverage_as_set_up(pool, (row,), engine, TOLERANCE_M)[-1] == pytest.approx(min(of_places), abs=1e-9)
+        scanned = replace(pool, scanned=(row,))
+        assert coverage_as_set_up(scanned, (row,), engine, TOLERANCE_M)[-1] == pytest.approx(of_places[0], abs=1e-9)
+
+
+def set_ups_m(plan: Plan, *, n: int) -> Iterator[FloatArray]:
+    """Random set-ups: each station anywhere within the tolerance of its mark."""
     marks_m = np.array([station.position_m for station in plan.stations])
-    linked = [(a, b) for a in range(len(marks_m)) for b in range(a)]
-    numbers, draw = [], np.random.default_rng(7)
+    draw = np.random.default_rng(7)
     for _ in range(n):
         radius_m, turn = TOLERANCE_M * np.sqrt(draw.random(len(marks_m))), 2 * np.pi * draw.random(len(marks_m))
         rise_m = TOLERANCE_M * (draw.random(len(marks_m)) - 0.5)
-        at_m = marks_m + np.column_stack([radius_m * np.cos(turn), radius_m * np.sin(turn), rise_m])
+        yield marks_m + np.column_stack([radius_m * np.cos(turn), radius_m * np.sin(turn), rise_m])
+
+
+def groups_as_set_up(pooled: Pooled, plan: Plan, *, n: int) -> list[int]:
+    """Numbers of groups of a plan's stations for random set-ups, by links that hold."""
+    figures, numbers = Figures(pooled[0]), []
+    linked = [(a, b) for a in range(len(plan.stations)) for b in range(a)]
+    for at_m in set_ups_m(plan, n=n):
         seen = seen_from(pooled, at_m)
         graph = nx.Graph((a, b) for a, b in linked if figures.holds(seen[a], seen[b], at_m[a], at_m[b]))
-        graph.add_nodes_from(range(len(marks_m)))
+        graph.add_nodes_from(range(len(plan.stations)))
         numbers.append(nx.number_connected_components(graph))
     return numbers
 
@@ -186,14 +208,22 @@ def test_a_plan_that_holds_on_its_marks_alone_is_chosen_anew_until_it_holds_besi
     assert decide[-1] == 0
     assert not [line for line in plan.warnings if "falls apart" in line]
     assert set(groups_as_set_up(pooled, plan, n=20)) == {1}
+    result, pool = plan.requirements[-1], pooled[0]
+    assert result.as_set_up is not None
+    shares = sorted(covered(pool, seen_from(pooled, at_m)) for at_m in set_ups_m(plan, n=50))
+    assert shares[0] - SET_UP_LOSS < result.as_set_up <= shares[1]
 
 
 def test_a_network_that_no_plan_can_hold_has_a_line(small: PlanSettings, planned: Planned) -> None:
     plan = planned(SCENE, replace(contract(small), set_up_tolerance_m=2.0))
     [line] = [line for line in plan.warnings if "falls apart" in line]
     assert line.startswith("the network falls apart where stations are set up 2 m beside their marks: link")
+    [line] = [line for line in plan.warnings if line.startswith("coverage may fall below")]
+    lowest = plan.requirements[-1].as_set_up
+    assert lowest is not None and f"'overall' down to {100 * lowest:.1f} %, 90 % required" in line
     exact = planned(SCENE, replace(contract(small), set_up_tolerance_m=0.0))
     assert len(plan.stations) == len(exact.stations)
+    assert exact.requirements[-1].as_set_up is None
 
 
 @pytest.mark.slow

@@ -136,6 +136,9 @@ class ResultSection(Document):
     total_area_m2: Area
     fraction_of_achievable: Share
     met: YesNo
+    as_set_up: Annotated[Share | None, Field(exclude_if=lambda value: value is None)] = None
+    """Fraction that 99 of 100 set-ups cover at least, each station anywhere within `settings.set_up_tolerance_m` of its
+    mark; left out where it was not computed."""
 
 
 @document

@@ -11,7 +11,8 @@ export type PlanJson = plan.PlanDocument;
 export type PlanStation = plan.StationSection;
 export type PlanFloor = plan.FloorSection;
 /** How far one part of what was required is met: a floor, a class, a zone, or all of it. */
-export type RequirementResult = Pick<plan.ResultSection, 'name' | 'required' | 'fraction_of_achievable' | 'met'>;
+export type RequirementResult = Pick<plan.ResultSection, 'name' | 'required' | 'fraction_of_achievable' | 'met'> &
+  Partial<Pick<plan.ResultSection, 'as_set_up'>>;
 /** What a requirement, by its name in the results, would lose without a station. */
 export type StationLoss = plan.LossSection;
 export type PlanLink = plan.Link;

@@ -758,6 +758,11 @@ export interface ResultSection {
   total_area_m2: number;
   fraction_of_achievable: number;
   met: boolean;
+  /**
+   * Fraction that 99 of 100 set-ups cover at least, each station anywhere within `settings.set_up_tolerance_m` of its
+   * mark; left out where it was not computed.
+   */
+  as_set_up: number | null;
 }
 /**
  * A station, or a forbidden position, given before planning.

@@ -24,12 +24,14 @@ export function Requirements({ planned, isEdited, edited, isStale }: TotalsBesid
         </thead>
       )}
       <tbody>
-        {planned.requirements.map(({ name, required }) => (
+        {planned.requirements.map(({ name, required, asSetUp }) => (
           <tr key={name}>
             <th scope="row">
               {name === OVERALL ? t('Whole building') : name}
               <small>
                 {t('{required} required', { required: askedPercent(required) })}
+                {asSetUp !== undefined &&
+                  `, ${t('{percent} or more as set up', { percent: reachedPercent(asSetUp, required) })}`}
                 {name === OVERALL && withoutWords(planned)}
               </small>
             </th>

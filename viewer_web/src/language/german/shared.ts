@@ -57,6 +57,7 @@ export const SHARED = {
   'as edited': 'wie bearbeitet',
   'Whole building': 'Ganzes Gebäude',
   '{required} required': '{required} gefordert',
+  '{percent} or more as set up': 'wie aufgestellt mindestens {percent}',
   'Not met: {requirements}': 'Nicht erfüllt: {requirements}',
   Panorama: 'Panorama',
   'Seen area': 'Erfasste Fläche',
