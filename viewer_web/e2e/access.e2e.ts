@@ -89,3 +89,50 @@ test('keys of one character are switched off, and stay switched off', async () =
   await page.keyboard.press(`${plan.floors.findIndex(({ id }) => id === floor.id) + 1}`);
   await expect.poll(shown).not.toBe('');
 });
+
+test('the toolbar is one stop for Tab, arrows go through it, and its tips name keys', async () => {
+  const viewer = await openPage();
+  const { page } = viewer;
+  await viewer.open();
+  const focused = () =>
+    page.evaluate(() => document.activeElement?.id || document.activeElement?.getAttribute('aria-label'));
+  await page.locator('#tool-panel').focus();
+  await page.keyboard.press('ArrowRight');
+  await expect.poll(focused).toBe('Shown floor');
+  const before = await page.getByLabel('Shown floor').inputValue();
+  for (let i = 0; i < 4; i++) await page.keyboard.press('ArrowRight');
+  await expect.poll(focused).toBe('tool-walk');
+  expect(await page.getByLabel('Shown floor').inputValue()).toBe(before);
+  await expect.poll(() => page.getByRole('tooltip').textContent()).toMatch(/^Walk: .*W$/);
+  await page.keyboard.press('Escape');
+  await expect.poll(() => page.getByRole('tooltip').count()).toBe(0);
+  await page.keyboard.press('End');
+  await expect.poll(focused).toBe('share-menu');
+  await page.keyboard.press('Tab');
+  expect(await page.evaluate(() => document.activeElement?.closest('.toolbar') ?? null)).toBeNull();
+  await page.keyboard.press('Shift+Tab');
+  await expect.poll(focused).toBe('share-menu');
+});
+
+test('on a phone a group of the toolbar opens above it, and Escape closes that before all else', async () => {
+  const viewer = await openPage({ width: 390, height: 844, hasTouch: true });
+  const { page } = viewer;
+  await viewer.open(`#station=${first.id}`);
+  const tools = page.getByRole('button', { name: 'Tools' });
+  const measure = page.getByRole('button', { name: 'Measure', exact: true });
+  await tools.tap();
+  await measure.waitFor();
+  expect(await violations(page)).toEqual([]);
+  await viewer.screenshot('toolbar-phone');
+  await page.keyboard.press('Escape');
+  await expect.poll(() => measure.count()).toBe(0);
+  await expect.poll(() => tools.evaluate((one) => one === document.activeElement)).toBe(true);
+  await expect.poll(() => viewer.hash()).toContain(`station=${first.id}`);
+  await tools.tap();
+  await measure.tap();
+  await page.getByRole('region', { name: 'Measure' }).waitFor();
+  await expect.poll(() => measure.count()).toBe(0);
+  await page.getByRole('button', { name: 'View', exact: true }).tap();
+  await page.getByLabel('Shown floor').selectOption({ index: 1 });
+  await expect.poll(() => viewer.hash()).toContain('floor=');
+});

@@ -17,6 +17,7 @@ import './panels/key-cursor.css';
 import './sights/sights.css';
 import './review/review.css';
 import './compare/compare.css';
+import './panels/toolbar.css';
 import './share/share.css';
 import './style.css';
 // After it: what is said of paper goes over what is said of narrow windows.

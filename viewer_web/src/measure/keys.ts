@@ -2,6 +2,7 @@
 import { isTyping } from '../edit/keys.ts';
 import type { Store } from '../store.ts';
 import type { Measurer } from './measurer.ts';
+import { focusOpenerOf } from './panel.ts';
 
 const STEP_PIXELS = 10;
 const ARROWS: Readonly<Record<string, readonly [number, number]>> = {
@@ -52,6 +53,6 @@ function leave({ measuring }: Store, measurer: Measurer): void {
   else if (measuring.tool.peek() !== null) measurer.take(null);
   else measuring.panel.value = null;
   if (measuring.panel.peek() === null || measuring.tool.peek() === null) {
-    document.getElementById(`site-tool-${panel}`)?.focus();
+    focusOpenerOf(panel);
   }
 }

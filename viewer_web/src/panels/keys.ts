@@ -1,7 +1,9 @@
 /** The keyboard: floors by digit or up and down, stations by left and right, the camera by letters, Escape lets go. */
+import { togglePanel } from '../measure/panel.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 import { isKeyOn } from './character-keys.ts';
+import { listenToEscape } from './escape.ts';
 
 /** Returns what stops listening. */
 export function listenToKeys(target: Window, store: Store, view: PlanView): () => void {
@@ -12,8 +14,12 @@ export function listenToKeys(target: Window, store: Store, view: PlanView): () =
     if (isForm || event.ctrlKey || event.metaKey || event.altKey || !isKeyOn(event.key)) return;
     if (act(event.key, store, view)) event.preventDefault();
   };
+  const stopEscape = listenToEscape(target);
   target.addEventListener('keydown', onKey);
-  return () => target.removeEventListener('keydown', onKey);
+  return () => {
+    stopEscape();
+    target.removeEventListener('keydown', onKey);
+  };
 }
 
 const TURN_RAD = Math.PI / 12;
@@ -44,7 +50,7 @@ function act(key: string, store: Store, view: PlanView): boolean {
   else if (key === 'h') view.showAll('side');
   else if (key === 't') view.showAll('top');
   else if (key === 'p') view.showPlan();
-  else if (key === 'm') document.getElementById('site-tool-measure')?.click();
+  else if (key === 'm') togglePanel(store, view, 'measure');
   else if (key === 'w') view.startWalk();
   else return !store.isWalking.peek() && turn(key.toLowerCase(), view);
   return true;

@@ -14,8 +14,9 @@ const FONT = '"Inter", system-ui, "Noto Sans", "DejaVu Sans", sans-serif';
 
 export async function takePicture(store: Store, view: PlanView, now = new Date()): Promise<Blob> {
   const scene = document.querySelector('.scene');
-  if (scene === null) throw new Error(t('There is nothing to take a picture of.'));
-  const box = scene.getBoundingClientRect();
+  // On narrow pages a card takes a part of the scene.
+  const box = scene?.querySelector('canvas')?.getBoundingClientRect();
+  if (!scene || box === undefined) throw new Error(t('There is nothing to take a picture of.'));
   const drawn = document.createElement('canvas');
   view.copyPicture(drawn);
   const ratio = drawn.width / box.width;

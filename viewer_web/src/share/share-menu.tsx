@@ -5,6 +5,7 @@ import type { ExportList } from '../api/documents.ts';
 import { t } from '../language/language.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { counted } from '../panels/figures.ts';
+import { Popover } from '../panels/popover.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import { whyNoPicture } from '../scene/state.ts';
 import type { Store } from '../store.ts';
@@ -14,44 +15,19 @@ import { pictureName, takePicture } from './picture.ts';
 import './share.css';
 
 export function ShareMenu({ store, view }: { store: Store; view: PlanView }) {
-  const [isOpen, setIsOpen] = useState(false);
-  const menu = useRef<HTMLDivElement>(null);
-  useEffect(() => {
-    if (!isOpen) return undefined;
-    const leave = (event: Event): void => {
-      if (event instanceof KeyboardEvent ? event.key === 'Escape' : !menu.current?.contains(event.target as Node)) {
-        setIsOpen(false);
-        event.stopPropagation();
-      }
-    };
-    document.addEventListener('pointerdown', leave, { capture: true });
-    document.addEventListener('keydown', leave, { capture: true });
-    return () => {
-      document.removeEventListener('pointerdown', leave, { capture: true });
-      document.removeEventListener('keydown', leave, { capture: true });
-    };
-  }, [isOpen]);
   return (
-    <div class="share" ref={menu}>
-      <button
-        type="button"
-        class="icon"
-        aria-label={t('Share')}
-        title={t('Share: copy a link, take a picture, download the plan')}
-        aria-expanded={isOpen}
-        onClick={() => setIsOpen(!isOpen)}
-      >
-        <svg viewBox="0 0 18 18" width="18" height="18" aria-hidden="true">
-          <path class="share-sign" d="M9 2v9M5.5 7.5 9 11l3.5-3.5M3 12v3.5h12V12" />
-        </svg>
-      </button>
-      {isOpen && (
-        <section class="share-menu" aria-label={t('Share and download')}>
+    <Popover
+      {...{ id: 'share-menu', name: t('Share'), icon: 'share', className: 'share' }}
+      hint={t('Share: copy a link, take a picture, download the plan')}
+      title={t('Share and download')}
+    >
+      {() => (
+        <>
           <ViewItems store={store} view={view} />
           <Downloads store={store} />
-        </section>
+        </>
       )}
-    </div>
+    </Popover>
   );
 }
 

@@ -27,13 +27,7 @@ export const MEASURE = {
     'Im Umkreis von {length} wird in dieser Höhe keine Wand senkrecht getroffen.',
   Wall: 'Wand',
   'Level, at instrument height, square to the wall': 'Waagerecht, auf Instrumentenhöhe, senkrecht zur Wand',
-  'Plan view, measuring and sections': 'Grundriss, Messen und Schnitte',
-  'Straight from above, to scale, with grid and north (P)': 'Genau von oben, maßstäblich, mit Gitter und Nordpfeil (P)',
-  'Plan view': 'Grundriss',
-  'Distances, heights, angles and areas (M)': 'Strecken, Höhen, Winkel und Flächen (M)',
   Measure: 'Messen',
-  'Cut the building with a box, or along a line on the plan':
-    'Gebäude schneiden: mit einem Quader oder entlang einer Linie im Grundriss',
   Section: 'Schnitt',
   'Grid north': 'Gitternord',
   'True north': 'Geografisch Nord',
