@@ -30,8 +30,10 @@ test.each(['side', 'top'] as const)('the view from the %s has the whole box in t
   }
 });
 
-test('what panels cover at the right and above stays free of the box', () => {
-  const covered = { right: 0.3, top: 0.2 };
+test.each([
+  { right: 0.3, top: 0.2, bottom: 0 },
+  { right: 0, top: 0.1, bottom: 0.3 },
+])('what panels cover at the right, above and below stays free of the box: %o', (covered) => {
   for (const from of ['side', 'top'] as const) {
     for (const box of BOXES) {
       const view = homeView(box, from, { fieldOfViewDeg: 34, aspect: 1.5 }, covered);
@@ -46,7 +48,7 @@ test('what panels cover at the right and above stays free of the box', () => {
       const [xs, ys] = [corners.map(({ x }) => x), corners.map(({ y }) => y)];
       expect(Math.min(...xs)).toBeGreaterThan(-1);
       expect(Math.max(...xs)).toBeLessThan(1 - 2 * covered.right);
-      expect(Math.min(...ys)).toBeGreaterThan(-1);
+      expect(Math.min(...ys)).toBeGreaterThan(-1 + 2 * covered.bottom);
       expect(Math.max(...ys)).toBeLessThan(1 - 2 * covered.top);
     }
   }

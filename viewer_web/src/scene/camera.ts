@@ -26,9 +26,10 @@ const MARGIN = 1.15;
 export interface Covered {
   readonly right: number;
   readonly top: number;
+  readonly bottom: number;
 }
 
-export const NOTHING_COVERED: Covered = { right: 0, top: 0 };
+export const NOTHING_COVERED: Covered = { right: 0, top: 0, bottom: 0 };
 /** More than this is not left free: on small screens panels cover most of the picture, and the box would be a speck. */
 const MOST_COVERED = 0.5;
 
@@ -47,9 +48,12 @@ export function homeView(
   const up = new Vector3().setFromMatrixColumn(orientation, 1);
   const slopeY = Math.tan((lens.fieldOfViewDeg * Math.PI) / 360);
   const slopeX = slopeY * lens.aspect;
-  const [coveredX, coveredY] = [covered.right, covered.top].map((share) => Math.min(MOST_COVERED, share));
+  const [coveredX, top, bottom] = [covered.right, covered.top, covered.bottom].map((share) =>
+    Math.min(MOST_COVERED, share),
+  );
+  const coveredY = Math.min(MOST_COVERED, top + bottom);
   // The middle of what is free, from -1 to 1 across and up, is half as far off the picture's as the panel is wide.
-  const [x, y] = [-coveredX, -coveredY];
+  const [x, y] = [-coveredX, Math.max(-MOST_COVERED, Math.min(MOST_COVERED, bottom - top))];
   let distance = 0;
   for (let i = 0; i < 8; i++) {
     const corner = new Vector3(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z).sub(target);

@@ -12,13 +12,14 @@ import type { Viewport } from './viewport.ts';
 let asked: string[];
 let store: Store;
 let flights: Flights;
-let viewport: Pick<Viewport, 'showAll' | 'approach' | 'flyTo' | 'place' | 'onFlight' | 'onMovedByHand'>;
+let viewport: Pick<Viewport, 'box' | 'showAll' | 'approach' | 'flyTo' | 'place' | 'onFlight' | 'onMovedByHand'>;
 
 beforeEach(() => {
   asked = [];
   viewport = {
     onMovedByHand: () => undefined,
     onFlight: () => undefined,
+    box: () => ({ x: 340, width: 940, right: 1280, height: 800 }) as DOMRect,
     showAll: (extent: Extent, from: string) => {
       asked.push(`all from ${from}, up to ${extent.maxM[2].toFixed(1)}`);
     },

@@ -9,7 +9,7 @@ import type { Direction } from '../stations/panorama-image.ts';
 import type { ShownStation } from '../stations/shown.ts';
 import type { Store } from '../store.ts';
 import type { UnseenFocus } from '../unseen/state.ts';
-import type { Covered } from './camera.ts';
+import { type Covered, NOTHING_COVERED } from './camera.ts';
 import type { PatchPlaces } from './patch-places.ts';
 import type { IsPassed, SurfacePicker } from './pick.ts';
 import { partsOf } from './piece-parts.ts';
@@ -19,7 +19,9 @@ import type { Viewport } from './viewport.ts';
 /** The camera comes this near to a station, in ranges of the scanner. */
 const APPROACH_RANGES = 3;
 /** As style.css has them, with the room around them. */
-const [BARS_PX, CARD_PX, NARROW_PX] = [100, 296, 700];
+const [BAR_PX, CARD_PX, LEGEND_PX, NARROW_PX] = [64, 296, 90, 700];
+/** As style.css has it: narrower ones have the panel below the picture. */
+const NARROW_WINDOW_PX = 820;
 /** Of what is around a part, this much is in the picture with it. */
 const AROUND_M = 1;
 /** In solids and behind panels nothing is free for this long. */
@@ -61,7 +63,10 @@ export class Flights {
     const boxes = extents.peek();
     if (boxes === null) return;
     const drawn = extentOf(slices.peek(), boxes.whole, boxes.grounds);
-    this.deck.viewport.showAll(this.deck.store.sectionBox.peek() ?? drawn, from, isInstant);
+    const { viewport } = this.deck;
+    const picture = viewport.box();
+    const covered = isNarrow(picture) ? coveredBy(picture, false) : NOTHING_COVERED;
+    viewport.showAll(this.deck.store.sectionBox.peek() ?? drawn, from, covered, isInstant);
   }
 
   /** Look from a station's sensor in a direction. */
@@ -270,11 +275,17 @@ export class Flights {
   }
 }
 
-/** Of the bars above the picture, and of the card that opens beside what is shown; narrow pictures have it below. */
-function coveredBy({ width, height }: DOMRect, hasCard: boolean): Covered {
+/** Of the bar above the picture, and of the card that opens beside what is shown; on narrow pages both lie below, and the legend is as wide. */
+function coveredBy(picture: DOMRect, hasCard: boolean): Covered {
+  const { width, height } = picture;
+  const heightPx = Math.max(height, 1);
+  if (isNarrow(picture)) return { right: 0, top: 0, bottom: LEGEND_PX / heightPx };
   const isBeside = hasCard && width > NARROW_PX;
-  return { right: isBeside ? CARD_PX / width : 0, top: BARS_PX / Math.max(height, 1) };
+  return { right: isBeside ? CARD_PX / width : 0, top: BAR_PX / heightPx, bottom: 0 };
 }
+
+/** The picture reaches to the right end of the window. */
+const isNarrow = ({ right }: DOMRect): boolean => right <= NARROW_WINDOW_PX;
 
 /** Where a station is drawn; null: its floor is not shown, or a section takes it away. */
 export function drawnPlace(store: Store, { floorId, positionM }: ShownStation): Vector3 | null {

@@ -171,6 +171,17 @@ test('what faces a wall is looked at through its own element, from the room that
   expect(position.length()).toBeLessThan(4);
 });
 
+test('what would fill the picture from within its room is looked at through itself, where there is room', () => {
+  const ceiling = piece(8, new Vector3(0, 0, -1), true);
+  const room = {
+    ...around(({ z }) => (z < 0 ? 2.4 : 0.05)),
+    freePastItself: ({ direction }: Ray) => (direction.z > 0 ? NOWHERE : 2.4),
+  };
+  expect(viewOf(ceiling, room).position.z).toBeGreaterThan(5);
+  expect(viewOf({ ...ceiling, sizeM: 2 }, room).position.z).toBeLessThan(0);
+  expect(viewOf(ceiling, { ...room, freePastItself: () => 2.4 }).position.z).toBeLessThan(0);
+});
+
 test('larger pieces are looked at from further off, within reason', () => {
   const far = (size: number): number => viewOf(piece(size), FREE).position.length();
   expect(far(8)).toBeGreaterThan(far(3));

@@ -11,6 +11,8 @@ const SIZES_AWAY = 2.8;
 const OFF_SURFACE_M = 0.003;
 /** Nearer than this nobody recognises what is looked at. */
 const LEAST_FREE_M = 0.35;
+/** Nearer than this many sizes of the piece too little of it is in the picture to be recognised, as of the ceiling of a room. */
+const LEAST_SIZES_AWAY = 0.6;
 /** And with less room around an element nobody recognises that. */
 const LEAST_ROOM_M = 1.2;
 
@@ -48,7 +50,8 @@ const FROM_OUTSIDE = [0.42, 0.78, 1.1] as const;
 /**
  * The view that shows most of a piece: of directions from level to steep, head-on to oblique, the one from whose end most
  * parts are in plain view; of several such one that is far enough off, squarely to the surface, and looks down. A body
- * is looked at from its front alone. Where no view shows any part, as of the back of a shelf at a wall, it looks from where
+ * is looked at from its front alone. Where no view shows any part, as of the back of a shelf at a wall, or none is far enough
+ * off to show what it is a part of, it looks from where
  * the element stands free, and where it does nowhere, as between a ceiling and the slab above, from outside, on the side of the
  * front: what is highlighted shows through.
  */
@@ -72,16 +75,19 @@ export function viewOf(piece: PieceToSee, around: Surroundings): View {
       0.15 * Math.max(-0.5, direction.z);
     if (seen > 0 && score > (best?.score ?? 0)) best = { score, position };
   }
-  const position = best?.position ?? throughItself(pointM, normal, wishedM, around);
+  const isFarEnough = (best?.position.distanceTo(pointM) ?? 0) >= LEAST_SIZES_AWAY * piece.sizeM;
+  const position = isFarEnough ? best?.position : (throughItself(piece, wishedM, around) ?? best?.position);
   return { position: position ?? pointM.clone().addScaledVector(outside(normal), wishedM), target };
 }
 
 /** From where there is most room around the element, behind which the piece is; null: it is walled in. */
-function throughItself(pointM: Vector3, normal: Vector3, wishedM: number, around: Surroundings): Vector3 | null {
+function throughItself({ parts, sizeM }: PieceToSee, wishedM: number, around: Surroundings): Vector3 | null {
+  const [{ pointM, normal }] = parts;
+  const leastM = Math.max(LEAST_ROOM_M, LEAST_SIZES_AWAY * sizeM);
   let best: { readonly score: number; readonly position: Vector3 } | null = null;
   for (const direction of directions(normal, false)) {
     const farM = Math.min(wishedM, 0.9 * around.freePastItself(new Ray(pointM.clone(), direction)));
-    if (farM < LEAST_ROOM_M) continue;
+    if (farM < leastM) continue;
     const score = farM / wishedM + 0.3 * Math.min(SQUARE_ENOUGH, Math.abs(direction.dot(normal))) + 0.3 * direction.z;
     if (score > (best?.score ?? 0)) best = { score, position: pointM.clone().addScaledVector(direction, farM) };
   }

@@ -181,9 +181,10 @@ export class Viewport {
     });
   }
 
-  /** Show all of `extent`, from the side or straight from above. */
-  showAll(extent: Extent, from: 'side' | 'top', isInstant = false): void {
-    this.flyTo(homeView(extent, from, { fieldOfViewDeg: FIELD_OF_VIEW_DEG, aspect: this.camera.aspect }), isInstant);
+  /** Show all of `extent` in what panels leave of the picture, from the side or straight from above. */
+  showAll(extent: Extent, from: 'side' | 'top', covered: Covered, isInstant = false): void {
+    const lens = { fieldOfViewDeg: FIELD_OF_VIEW_DEG, aspect: this.camera.aspect };
+    this.flyTo(homeView(extent, from, lens, covered), isInstant);
     const size = Math.hypot(...extent.maxM.map((max, i) => max - extent.minM[i]));
     this.controls.minDistance = 0.1;
     this.controls.maxDistance = 6 * size;
