@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from planner_core.coordinates.request import FrameRequest
 from planner_core.engine.patch_mode import mode_that_counts_parts
 from planner_core.errors import PlannerError, StationListError
 from planner_core.export.options import Options as ExportOptions
+from planner_core.export.reviewed import opened_as_reviewed
 from planner_core.export.write import Written, export_pack
 from planner_core.model import (
     Doors,
@@ -256,12 +257,13 @@ def export(
     overwrite: bool = False,
     progress: Progress = silent,
 ) -> Written:
-    """Write a plan folder in formats of other programs, into one folder.
+    """Write a plan folder, as its review leaves it, in formats of other programs, into one folder.
 
     Parameters
     ----------
     plan
-        Opened, or where it is; of coordinates and scene files that the plan does not know, tell `open_plan`.
+        Where it is; or opened, then without its review: of coordinates and scene files that the plan does not know,
+        tell `open_plan`.
     formats
         Names, as `tlsplan export --list` has them; `all`: every one that needs nothing else.
 
@@ -270,8 +272,12 @@ def export(
     PlannerError
         An unknown format, something at `folder`, or what a format needs is not there.
     """
-    opened = plan if isinstance(plan, PlanSource) else open_plan(plan)
-    return export_pack(formats, opened, Path(folder), options, overwrite=overwrite, progress=progress)
+    more: dict[str, Any] = {"overwrite": overwrite, "progress": progress}
+    if isinstance(plan, PlanSource):
+        return export_pack(formats, plan, Path(folder), options, **more)
+    with opened_as_reviewed(Path(plan), tuple(formats), progress=progress) as (opened, remarks):
+        written = export_pack(formats, opened, Path(folder), options, **more)
+    return replace(written, remarks=(*written.remarks, *remarks))
 
 
 def _settings(given: PlanSettings | None, more: dict[str, Any]) -> PlanSettings:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from planner_core.coordinates.request import FrameRequest
     from planner_core.export.options import Options
     from planner_core.export.write import Written
+    from planner_core.plan_folder.plan_source import PlanSource
     from planner_core.progress import Progress
 
 WEB = "web"
@@ -157,6 +160,8 @@ class _Sectioned(click.Command):
 @click.option("-o", "--output", "target", type=click.Path(path_type=Path), required=True, metavar="PATH",
               help="File or folder to write.")  # fmt: skip
 @plan_scene_option
+@click.option("--as-planned", is_flag=True,
+              help="Export the plan as it was made, without what its review changed.")  # fmt: skip
 @click.option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list,
               help="List the formats, and exit.")  # fmt: skip
 @_format_options
@@ -167,13 +172,14 @@ def command(
     names: tuple[str, ...],
     target: Path,
     scene: tuple[Path, ...],
+    as_planned: bool,
     scheduler: str | None,
     overwrite: bool,
     as_json: bool,
     quiet: bool,
     **values: Any,
 ) -> None:
-    """Export the plan folder PLAN to formats of other programs, and sheets for the crew."""
+    """Export the plan folder PLAN, as its review leaves it, to formats of other programs, and sheets for the crew."""
     from planner_core.executor import spread_over
 
     from .. import inputs, output
@@ -186,7 +192,7 @@ def command(
             written = _web(plan, target, overwrite, reporter.show)
         else:
             with inputs.opened_cluster(scheduler, reporter) as cluster, spread_over(cluster):
-                written = _export(names, plan, target, options, overwrite, scene, frame, reporter.show)
+                written = _export(names, plan, target, options, overwrite, as_planned, scene, frame, reporter.show)
         reporter.warn((*(f"not written: {each}" for each in written.failed), *written.remarks))
     if as_json:
         document = {"format": ",".join(names), "path": str(target)}
@@ -212,17 +218,26 @@ def _export(
     target: Path,
     options: Options,
     overwrite: bool,
+    as_planned: bool,
     scene: tuple[Path, ...],
     frame: FrameRequest,
     progress: Progress,
 ) -> Written:
     from planner_core.export.formats import ALL
+    from planner_core.export.reviewed import opened_as_reviewed
     from planner_core.export.write import export_pack, export_plan
 
-    common: dict[str, Any] = {"overwrite": overwrite, "scene": scene, "frame": frame, "progress": progress}
-    if len(names) == 1 and names[0] != ALL:
-        return export_plan(names[0], plan, target, options, **common)
-    return export_pack(names, plan, target, options, **common)
+    common: dict[str, Any] = {"scene": scene, "frame": frame, "progress": progress}
+    with contextlib.ExitStack() as stack:
+        source: Path | PlanSource = plan
+        remarks: tuple[str, ...] = ()
+        if not as_planned:
+            source, remarks = stack.enter_context(opened_as_reviewed(plan, names, **common))
+        if len(names) == 1 and names[0] != ALL:
+            written = export_plan(names[0], source, target, options, overwrite=overwrite, **common)
+        else:
+            written = export_pack(names, source, target, options, overwrite=overwrite, **common)
+    return replace(written, remarks=(*written.remarks, *remarks))
 
 
 def _web(plan: Path, folder: Path, overwrite: bool, progress: Progress) -> Written:

@@ -47,6 +47,8 @@ class Format:
     docs/howto/feet.md has a row for each."""
     page: str = ""
     """Its page in docs/formats/field-pack."""
+    holds_review: bool = False
+    """Whether it is written from the plan and its review side by side."""
     by_station: bool = False
     """Whether it has files of clouds by station, which others may write: `planner_core.export.clouds.each_station`."""
 
@@ -176,6 +178,7 @@ _FORMATS = (
         options=("max_topics", "floors"),
         verified_with="ElementTree, rules of the schemas; by hand bcf-client 0.9, BCF 2.1's XSDs (xmlschema 4.3)",
         in_pack=False,
+        holds_review=True,
         page="bcf.md",
         feet=True,
     ),
@@ -195,6 +198,7 @@ _FORMATS = (
         write=_lazy("planner_core.export.usdz", "write_usdz"),
         verified_with="usd-core 26.11: UsdValidation, all validators",
         in_pack=False,
+        holds_review=True,
         page="usd.md",
     ),
     Format(
@@ -234,6 +238,7 @@ _FORMATS = (
         write=_lazy("planner_core.export.field_file", "write_field_file"),
         verified_with="Chromium",
         in_pack=False,
+        holds_review=True,
         feet=True,
         page="../../howto/field-file.md",
     ),

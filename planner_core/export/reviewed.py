@@ -6,9 +6,10 @@ that is evaluated anew; one with places alone is made of the plan's own, with a 
 
 from __future__ import annotations
 
+import contextlib
 import math
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -16,9 +17,11 @@ from types import MappingProxyType
 import numpy as np
 
 from planner_core.child_process import progress_of_child
+from planner_core.coordinates.request import FrameRequest
 from planner_core.documents import to_document
 from planner_core.errors import ExportError
 from planner_core.export.chosen import named
+from planner_core.export.formats import formats_named
 from planner_core.export.options import Options
 from planner_core.export.write import export_plan
 from planner_core.model import Plan
@@ -28,7 +31,7 @@ from planner_core.plan_folder.plan_source import FieldStation, PlanSource, open_
 from planner_core.progress import Progress, silent
 from planner_core.review.replan import site_with_areas
 from planner_core.review.stations import reviewed_stations
-from planner_core.review.store import ReviewStore
+from planner_core.review.store import REVIEW_FILE, ReviewStore
 
 OFFERED: Mapping[str, Options] = MappingProxyType(
     {
@@ -41,8 +44,10 @@ OFFERED: Mapping[str, Options] = MappingProxyType(
     }
 )
 """Formats that `export_reviewed` writes, and how."""
-WITH_FIGURES = frozenset({"pdf", "html"})
-"""Those of them that are of coverage and registration: they need the scene, once stations are edited."""
+WITH_FIGURES = frozenset({"pdf", "html", "robot"})
+"""Formats that are of coverage, registration or ways: they need the scene, once stations are edited."""
+WITH_ROUTE = frozenset({"dxf", "geojson", "kml", "landxml"})
+"""Those that draw the route between stations: without the scene they have the stations alone, once some are edited."""
 
 
 def edited_stations(planned: PlanUnderReview, review: Review) -> tuple[str, ...]:
@@ -55,39 +60,59 @@ def export_reviewed(
 ) -> tuple[str, ...]:
     """Write one of `OFFERED` of a plan as reviewed; return remarks for the user, one line each.
 
-    Parameters
-    ----------
-    folder
-        The plan folder; nothing is written into it.
-    target
-        The file to write, which is not there.
-    scene
-        Where the scene files are, see `open_plan`.
+    folder : the plan folder; nothing is written into it. target : the file to write, which is not there. scene : where
+    the scene files are, see `open_plan`. Raises as `opened_as_reviewed` and `export_plan`.
+    """
+    with opened_as_reviewed(folder, (name,), scene=scene, progress=progress) as (plan, remarks):
+        return (*export_plan(name, plan, target, OFFERED[name], progress=progress).remarks, *remarks)
+
+
+@contextlib.contextmanager
+def opened_as_reviewed(
+    folder: Path,
+    names: Sequence[str],
+    *,
+    scene: ScenePaths = None,
+    frame: FrameRequest | None = None,
+    progress: Progress = silent,
+) -> Iterator[tuple[PlanSource, tuple[str, ...]]]:
+    """Open a plan folder as its review leaves it, for these formats, with remarks for the user, one line each.
+
+    Where stations were edited, and the scene is there, formats with a route or figures have a plan evaluated anew, in
+    a folder that is gone at the end; its route visits the stations in the order of the review.
 
     Raises
     ------
     ExportError
         Figures of edited stations need the scene, which is not found; or all stations were taken out.
-    PlannerError
-        As `export_plan`.
+    PlanFolderError, CoordinatesError
+        As `open_plan`; or the review can't be read.
     """
-    store = ReviewStore(folder)
+    plan = open_plan(folder, scene=scene, frame=frame)
+    names = [each.name for each in formats_named(names) if not each.holds_review or each.name == "bcf"]
+    if not names or not (plan.folder / REVIEW_FILE).is_file():
+        yield plan, ()
+        return
+    store = ReviewStore(plan.folder)
     planned, review = store.plan(), store.current()
-    plan = open_plan(folder, scene=scene)
-    if name in WITH_FIGURES:
+    figures = [name for name in names if name in WITH_FIGURES]
+    if figures:
         plan = _with_areas(plan, planned, review)
     edited = edited_stations(planned, review)
-    if not (edited or (name in WITH_FIGURES and review.entrances)):
-        return export_plan(name, plan, target, OFFERED[name], progress=progress).remarks
+    if not (edited or (figures and review.entrances)):
+        yield plan, ()
+        return
     stations = reviewed_stations(planned, review)
     if not stations:
-        raise ExportError(f"{name}: the review took all stations out, expected at least one; restore some first")
-    if name in WITH_FIGURES:
-        return _of_evaluated(name, plan, stations, review, target, progress)
-    remarks = export_plan(
-        name, reviewed_source(plan, stations, edited), target, OFFERED[name], progress=progress
-    ).remarks
-    return (*remarks, _what_no_longer_holds(name, edited))
+        raise ExportError(f"{', '.join(names)}: the review took all stations out, expected at least one; restore some")
+    if figures or (plan.has_scene() and WITH_ROUTE & set(names)):
+        _require_scene(plan, figures)
+        with tempfile.TemporaryDirectory(prefix="tlsplan-reviewed-") as made:
+            evaluated = _evaluated(plan, stations, review, Path(made), frame, progress)
+            yield replace(evaluated, planned=plan), ()
+        return
+    source = replace(reviewed_source(plan, stations, edited), planned=plan)
+    yield source, (_what_no_longer_holds(names, edited),)
 
 
 def export_in_child(name: str, folder: str, target: str, scene: Sequence[str] | None) -> tuple[str, ...]:
@@ -114,7 +139,9 @@ def reviewed_source(plan: PlanSource, stations: Sequence[ReviewedStation], edite
         for order, (station, number) in enumerate(zip(stations, numbers, strict=True), start=1)
     )
     links = tuple(link for link in plan.links if not {link.a, link.b} & set(edited))
-    return replace(plan, stations=placed, links=links, _made={})
+    # Its legs lead to stations that stand elsewhere now.
+    document = {**plan.document, "route": None}
+    return replace(plan, document=document, stations=placed, links=links, _made={})
 
 
 def _placed(
@@ -136,9 +163,9 @@ def _placed(
     )
 
 
-def _what_no_longer_holds(name: str, edited: Sequence[str]) -> str:
+def _what_no_longer_holds(names: Sequence[str], edited: Sequence[str]) -> str:
     text = f"stations as reviewed ({named(sorted(edited))} edited)"
-    if name == "bcf":
+    if tuple(names) == ("bcf",):
         return f"{text}; unseen surface is that of the plan as it was made"
     return f"{text}: numbered as planned, added ones last; what depends on what edited ones see is left out"
 
@@ -151,23 +178,25 @@ def _with_areas(plan: PlanSource, planned: PlanUnderReview, review: Review) -> P
     return replace(plan, document={**plan.document, "site": to_document(site)}, _made={})
 
 
-def _of_evaluated(
-    name: str,
+def _require_scene(plan: PlanSource, names: Sequence[str]) -> None:
+    try:
+        plan.scene_paths()
+    except ExportError as error:
+        raise ExportError(
+            f"{', '.join(names)}: figures of edited stations, and routes from other entrances, are computed from the "
+            f"scene, which is not there: {error}"
+        ) from error
+
+
+def _evaluated(
     plan: PlanSource,
     stations: Sequence[ReviewedStation],
     review: Review,
-    target: Path,
+    made: Path,
+    frame: FrameRequest | None,
     progress: Progress,
-) -> tuple[str, ...]:
-    """Export the stations as a plan folder of their own, its figures and its route from the review's entrance."""
-    if not plan.has_scene():
-        try:
-            plan.scene_paths()
-        except ExportError as error:
-            raise ExportError(
-                f"{name}: figures of edited stations, and routes from other entrances, are computed from the "
-                f"scene, which is not there: {error}"
-            ) from error
+) -> PlanSource:
+    """The stations as a plan folder of their own below `made`; entered elsewhere, in an order of its own."""
     from planner_core.engine.open_engine import open_engine
     from planner_core.plan_folder.folder import write_plan_folder
     from planner_core.plan_folder.stations_csv import GivenStation
@@ -180,11 +209,10 @@ def _of_evaluated(
     ]
     settings = settings_of(plan.document)
     settings = replace(settings, site=settings.site.entered_at(review.entrances_m))
-    evaluated = evaluate_survey(survey, settings, given, engine, progress=progress)
-    with tempfile.TemporaryDirectory(prefix="tlsplan-reviewed-") as made:
-        folder = Path(made) / (plan.folder.name or "plan")
-        write_plan_folder(_in_visiting_order(evaluated, stations), folder, engine=engine, progress=progress)
-        return export_plan(name, folder, target, OFFERED[name], scene=plan.given_scene, progress=progress).remarks
+    evaluated = evaluate_survey(survey, settings, given, engine, keeps_order=not review.entrances, progress=progress)
+    folder = made / (plan.folder.name or "plan")
+    write_plan_folder(_in_visiting_order(evaluated, stations), folder, engine=engine, progress=progress)
+    return open_plan(folder, scene=plan.scene_paths(), frame=frame)
 
 
 def _in_visiting_order(plan: Plan, stations: Sequence[ReviewedStation]) -> Plan:

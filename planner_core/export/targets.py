@@ -136,7 +136,7 @@ def write_record(
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "plan": plan.title,
-        "plan_sha256": hashlib.sha256((plan.folder / "plan.json").read_bytes()).hexdigest(),
+        "plan_sha256": hashlib.sha256(((plan.planned or plan).folder / "plan.json").read_bytes()).hexdigest(),
         "coordinates": frame.crs_line,
         "crs": frame.crs,
         "vertical_crs": frame.vertical_crs,

@@ -89,7 +89,7 @@ def export_plan(
                 write_record(opened, _names_of([chosen]), staging, _subtracted_m(opened, [chosen], options))
         else:
             check_file(target, overwrite=overwrite)
-            check_is_no_source(opened, target)
+            check_is_no_source(opened.planned or opened, target)
             target.parent.mkdir(parents=True, exist_ok=True)
             with staged_file(target) as staging:
                 remarks = _write(chosen, opened, staging, options, progress)
@@ -175,6 +175,8 @@ def _write(chosen: Format, plan: PlanSource, path: Path, options: Options, progr
     What is meant for other formats of a pack, such as coordinates that are reduced, does not reach this one.
     """
     options = options.only(chosen.options)
+    if chosen.holds_review and plan.planned is not None:
+        plan = plan.planned
     if chosen.feet or not plan.frame.unit.is_feet:
         return chosen.write(plan, path, options, progress)
     remarks = chosen.write(in_metres(plan), path, options, progress)

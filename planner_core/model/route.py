@@ -42,8 +42,8 @@ class Leg:
 class Route:
     """A walk through all stations that are to be scanned and can be walked to.
 
-    order : (N,) int64, all stations in the order of visits; those not in the walk last. left_out : of these, stations
-    to which no way leads; the others are scanned already.
+    order : (N,) int64, all stations in the order of visits; those not in the walk last, unless the
+    order was given. left_out : stations of them to which no way leads; the others are scanned already.
     legs : from the start, where there is one, from station to station, and to the end or back.
     length_m : of the legs that can be walked. n_unwalkable : the others.
     start_m, end_m : (3,) float64, local, on the ground; None: the walk begins, or ends, at a station.

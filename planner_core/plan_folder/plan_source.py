@@ -82,6 +82,8 @@ class PlanSource:
     links: tuple[Link, ...]
     title: str
     given_scene: ScenePaths = None
+    planned: PlanSource | None = None
+    """What this is a reviewed state of: formats that hold the review themselves are written from it."""
     _made: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def stations_of(self, floor_id: str) -> tuple[FieldStation, ...]:

@@ -69,11 +69,13 @@ def evaluate_survey(
     stations: Sequence[GivenStation],
     scan_engine: ScanEngine,
     *,
+    keeps_order: bool = False,
     progress: Progress = silent,
 ) -> Plan:
     """Do the rest of `evaluate_stations`, for callers that scan with the same engine afterwards.
 
-    survey : as in `planner_core.planning.plan.plan_survey`.
+    survey : as in `planner_core.planning.plan.plan_survey`. keeps_order : the route visits the stations in the order of
+    the list, instead of a shorter one.
     """
     _check_list(stations)
     clock = Stopwatch()
@@ -108,7 +110,7 @@ def evaluate_survey(
             rows=rows,
             surroundings=Surroundings(places.candidates.position_m, of_candidates, places.reach),
             order_of_choice=tuple(range(len(listed))),
-            route=_route(survey, places, listed, settings.seed, progress),
+            route=_route(survey, places, listed, settings.seed, progress, keeps_order=keeps_order),
             n_scans=len(listed),
             lower_bound=fewest,
             warnings=(
@@ -127,9 +129,15 @@ def evaluate_survey(
 
 
 def _route(
-    survey: Survey, places: AllowedPositions, stations: tuple[Station, ...], seed: int, progress: Progress
+    survey: Survey,
+    places: AllowedPositions,
+    stations: tuple[Station, ...],
+    seed: int,
+    progress: Progress,
+    *,
+    keeps_order: bool,
 ) -> Route:
-    """Find the shortest walk through the stations, whatever their order in the list."""
+    """Find the walk through the stations: the shortest whatever their order in the list, or in that order."""
     index = {floor.id: number for number, floor in enumerate(survey.floors)}
     return plan_route(
         places.reach,
@@ -137,6 +145,7 @@ def _route(
         np.array([station.instrument_height_m for station in stations]),
         np.array([index[station.floor] for station in stations], dtype=np.int32),
         ends=places.site.ends,
+        order=np.arange(len(stations)) if keeps_order else None,
         seed=seed,
         progress=progress,
     )

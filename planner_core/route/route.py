@@ -42,6 +42,7 @@ def plan_route(
     *,
     ends: Ends = ANYWHERE,
     scanned: BoolArray | None = None,
+    order: Int64Array | None = None,
     seed: int = 0,
     n_kicks: int = N_KICKS,
     progress: Progress = silent,
@@ -56,6 +57,9 @@ def plan_route(
         A place that is not on ground that the crew reaches is left out, with a note.
     scanned
         (N,) bool, stations whose scans exist: nobody walks there, and nobody misses them in the walk.
+    order
+        (N,) int64, all stations in the order in which they are visited, which `Route.order` then is; None: a short one
+        is found.
 
     Notes
     -----
@@ -80,8 +84,11 @@ def plan_route(
         parts = [np.arange(stops_m.shape[0])]
     else:
         parts = _parts_in_order(walking.parts(stops_m), stop_floor, start, end)
-    order, exact = [np.empty(0, dtype=np.int64)], True
-    for stops in parts:
+    ordered, exact = [np.empty(0, dtype=np.int64)], order is None
+    if order is not None:
+        in_order = np.argsort(np.argsort(order)[on])
+        ordered = [np.array([stop for stop in (start, *in_order.tolist(), end) if stop is not None], dtype=np.int64)]
+    for stops in parts if order is None else ():
         of_part = visiting_order(
             walking.distances_m(stops_m[stops], progress=progress),
             stop_floor[stops],
@@ -91,9 +98,9 @@ def plan_route(
             seed=seed,
             n_kicks=n_kicks,
         )
-        order.append(stops[of_part.order])
+        ordered.append(stops[of_part.order])
         exact &= of_part.exact
-    found = np.concatenate(order)
+    found = np.concatenate(ordered)
     walk = np.append(found, found[:1]) if ends.closed and stops_m.shape[0] > 1 else found
     station = np.append(on, np.full(len(places), -1))
     legs = []
@@ -101,7 +108,7 @@ def plan_route(
         legs.append(_leg(walking, reach, stops_m[a], stops_m[b], int(station[a]), int(station[b])))
         progress(ProgressEvent("route", number, walk.size - 1))
     return Route(
-        order=np.concatenate([on[found[found < on.size]], not_walked]).astype(np.int64),
+        order=np.concatenate([on[found[found < on.size]], not_walked]).astype(np.int64) if order is None else order,
         legs=tuple(legs),
         length_m=float(sum(leg.length_m for leg in legs if leg.walkable)),
         n_unwalkable=sum(not leg.walkable for leg in legs),

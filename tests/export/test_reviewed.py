@@ -10,16 +10,22 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
+from in_process import run_here
+from shared_plans import SharedPlan
 from small_pictures import draw_blank
 
 from planner_core.errors import ExportError
 from planner_core.export import reviewed
-from planner_core.export.reviewed import OFFERED, edited_stations, export_reviewed
-from planner_core.export.write import export_plan
+from planner_core.export.formats import FORMATS
+from planner_core.export.options import Options
+from planner_core.export.reviewed import OFFERED, edited_stations, export_reviewed, opened_as_reviewed
+from planner_core.export.write import export_pack, export_plan
 from planner_core.model import Entrance
 from planner_core.model.review import ForbiddenPlace, Zone
 from planner_core.plan_folder.plan_json import read_plan_json
+from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.review.changes import (
     AddComment,
     AddEntrance,
@@ -32,9 +38,8 @@ from planner_core.review.changes import (
     RemoveStation,
     SetVerdict,
 )
+from planner_core.review.stations import reviewed_stations
 from planner_core.review.store import ReviewStore
-
-from .conftest import by_hand
 
 
 def change(folder: Path, *changes: Change) -> None:
@@ -77,30 +82,126 @@ def test_stations_of_the_list_are_those_of_the_review(box_folder: Path) -> None:
     assert "N1" not in {row["name"] for row in exported(folder)[0]}
 
 
-def test_all_that_is_handed_over_has_the_same_stations_in_the_same_order_by_the_same_numbers(
-    written_plan: Callable[..., Path], tmp_path: Path
-) -> None:
+#: As they are handed over: id, number, place in the walk, sensor in the scene's metres, instrument height.
+HandedOver = list[tuple[str, int, int, tuple[float, float, float], float]]
+
+
+def of_csv(path: Path) -> HandedOver:
+    found: HandedOver = []
+    for row in rows_of(path):
+        ground_m = [float(row[name]) for name in ("easting_m", "northing_m", "ground_z_m")]
+        height_m = float(row["instrument_height_m"])
+        name, number = row["name"], int(row["name"].lstrip("S"))
+        found.append((name, number, int(row["order"]), (*ground_m[:2], ground_m[2] + height_m), height_m))
+    return found
+
+
+def of_dxf(path: Path) -> HandedOver:
+    import ezdxf
+
+    from planner_core.export.dxf import BLOCK
+
+    found: HandedOver = []
+    marks = ezdxf.readfile(path).modelspace().query(f'INSERT[name=="{BLOCK}"]')
+    for order, mark in enumerate(marks, start=1):
+        told = {attrib.dxf.tag: attrib.dxf.text for attrib in mark.attribs}
+        at = (float(told["E"]), float(told["N"]), float(told["H_SENSOR"]))
+        found.append((told["ID"], int(told["NUMBER"]), order, at, float(told["H_INSTR"])))
+    return found
+
+
+def of_ifc(path: Path) -> HandedOver:
     import ifcopenshell
     from ifcopenshell.util.element import get_psets
+    from ifcopenshell.util.placement import get_local_placement
 
-    planned = by_hand()["stations"]
-    folder = written_plan(stations=[{**each, "instrument_height_m": 1.5} for each in planned])
-    change(folder, AddStation((2.5, 3.0, 4.3), "F1", 1.5), RemoveStation("S001"))
-    rows, _ = exported(folder)
-    assert [(row["name"], row["order"]) for row in rows] == [("S002", "1"), ("S004", "2"), ("S003", "3")]
-    export_plan("field", folder, tmp_path / "field.html")
-    field = re.search(
-        r'<script id="plan" type="application/json">(.*?)</script>', (tmp_path / "field.html").read_text()
-    )
-    assert field is not None
-    # S003 is scanned already.
-    stations = json.loads(field[1])["stations"]
-    assert [(each["id"], each["number"]) for each in stations] == [("S002", 2), ("S004", 4)]
-    export_reviewed("ifc", folder, tmp_path / "stations.ifc")
-    model = ifcopenshell.open(str(tmp_path / "stations.ifc"))
-    marks = model.by_type("IfcBuildingElementProxy")
-    found = {next(iter(get_psets(mark).values()))["Id"]: (mark.Description, mark.Tag) for mark in marks}
-    assert found == {f"S00{n}": (f"Station {order} on the route", str(n)) for order, n in ((1, 2), (2, 4), (3, 3))}
+    found: HandedOver = []
+    model = ifcopenshell.open(str(path))  # its parts live as long as it does
+    for mark in model.by_type("IfcBuildingElementProxy"):
+        figures = next(iter(get_psets(mark).values()))
+        height_m = figures["InstrumentHeight"]
+        x, y, z = get_local_placement(mark.ObjectPlacement)[:3, 3].tolist()
+        order = re.fullmatch(r"Station (\d+) on the route", mark.Description)
+        assert order is not None
+        found.append((figures["Id"], int(mark.Tag), int(order[1]), (x, y, z), height_m))
+    return found
+
+
+def of_usd(path: Path) -> HandedOver:
+    from pxr import Usd, UsdGeom
+
+    stage = Usd.Stage.Open(str(path))
+    offset_m = np.array(stage.GetPrimAtPath("/Plan").GetAttribute("tlsplan:offset").Get())
+    found: HandedOver = []
+    for prim in stage.GetPrimAtPath("/Plan/Stations").GetChildren():
+        world = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default())
+        x, y, z = (np.array(world.ExtractTranslation()) + offset_m).tolist()
+        order, height_m = (prim.GetAttribute(f"tlsplan:{name}").Get() for name in ("order", "instrumentHeight"))
+        found.append((prim.GetName(), int(prim.GetName().lstrip("S")), order, (x, y, z), height_m))
+    return found
+
+
+def of_field_page(path: Path) -> HandedOver:
+    page = re.search(r'<script id="plan" type="application/json">(.*?)</script>', path.read_text(encoding="utf-8"))
+    assert page is not None
+    return [
+        (each["id"], each["number"], order, tuple(each["position"]), each["instrument_height_m"])
+        for order, each in enumerate(json.loads(page[1])["stations"], start=1)
+    ]
+
+
+def of_sheets(path: Path) -> HandedOver:
+    """Rows of the table of stations, to the millimetre."""
+    import pypdf
+
+    words = "\n".join(page.extract_text() for page in pypdf.PdfReader(path).pages)
+    rows = re.findall(r"^(\d+)\n(S\d{3})\n([-\d.]+)\n([-\d.]+)\n[-\d.]+\n([-\d.]+)\n([-\d.]+)$", words, re.MULTILINE)
+    return [
+        (name, int(number), order, (float(x), float(y), float(z)), float(height_m))
+        for order, (number, name, x, y, height_m, z) in enumerate(rows, start=1)
+    ]
+
+
+READERS: dict[str, Callable[[Path], HandedOver]] = {
+    "csv": of_csv, "dxf": of_dxf, "ifc": of_ifc, "usd-stations": of_usd, "field": of_field_page, "pdf": of_sheets,
+}  # fmt: skip
+
+
+@pytest.mark.slow
+def test_all_that_is_handed_over_has_the_stations_of_the_review(
+    house_plan: SharedPlan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One reviewed state, a station moved, one added and one taken out, in every format that crews and offices get."""
+    draw_blank(monkeypatch)
+    folder = tmp_path / "plan"
+    shutil.copytree(house_plan.folder, folder)
+    shutil.copy(house_plan.scene_file, tmp_path)
+    planned = sorted(read_plan_json(folder)["stations"], key=lambda each: each["order"])
+    moved, gone, near = planned[1], planned[3], planned[-2]
+    (x, y, z), (u, v, w) = moved["position"], near["position"]
+    added = AddStation((u + 0.25, v + 0.25, w), near["floor"], near["instrument_height_m"])
+    change(folder, MoveStation(moved["id"], (x + 0.125, y, z)), added, RemoveStation(gone["id"]))
+    store = ReviewStore(folder)
+    reviewed_state = reviewed_stations(store.plan(), store.current())
+    expected = [
+        (each.id, int(each.id.lstrip("S")), order, each.position_m, each.instrument_height_m)
+        for order, each in enumerate(reviewed_state, start=1)
+    ]
+    assert len(expected) == len(planned) and any(each.added for each in reviewed_state)
+    with opened_as_reviewed(folder, tuple(READERS)) as (plan, _):
+        written = export_pack(tuple(READERS), plan, tmp_path / "pack", Options(columns="generic"))
+    assert written.failed == ()
+    for name, read in READERS.items():
+        found = sorted(read(tmp_path / "pack" / FORMATS[name].file_name), key=lambda each: each[2])
+        assert [each[:3] for each in found] == [each[:3] for each in expected], name
+        for one, other in zip(found, expected, strict=True):
+            np.testing.assert_allclose([*one[3], one[4]], [*other[3], other[4]], atol=5.1e-4, err_msg=name)
+    for name, options in (("reviewed", ()), ("planned", ("--as-planned",))):
+        target = tmp_path / f"{name}.csv"
+        command = ("export", folder, "--format", "csv", "--columns", "generic", "-o", target, *options)
+        assert run_here(*command).returncode == 0
+        stations = expected if name == "reviewed" else [(each["id"],) for each in planned]
+        assert [row["name"] for row in rows_of(target)] == [each[0] for each in stations]
 
 
 def test_links_and_areas_of_edited_stations_are_left_out_of_ifc(box_folder: Path, tmp_path: Path) -> None:
@@ -191,8 +292,6 @@ def test_what_changes_no_station_leaves_figures_as_they_are(box_folder: Path) ->
 
 
 def test_all_that_is_offered_is_a_file() -> None:
-    from planner_core.export.formats import FORMATS
-
     assert not [name for name in OFFERED if FORMATS[name].is_folder]
 
 
@@ -209,7 +308,7 @@ def test_sheets_of_a_plan_that_is_entered_elsewhere_have_the_route_from_there(
     told = []
 
     def look(name: str, of: object, *more: object, **options: object) -> object:
-        told.append(read_plan_json(of) if isinstance(of, Path) else None)
+        told.append(of.document if isinstance(of, PlanSource) and of.planned is not None else None)
         return export_plan("csv", of, *more, **options)  # type: ignore[arg-type]
 
     draw_blank(monkeypatch)

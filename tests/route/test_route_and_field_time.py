@@ -137,6 +137,13 @@ def test_stations_that_are_scanned_already_are_not_walked_to() -> None:
     assert route.order.tolist() == [*np.flatnonzero(~scanned)[others.order].tolist(), 2]
     assert route.length_m == others.length_m
     assert (route.left_out, route_warnings(route, list("abcd"))) == ((), ())
+    order = np.array([1, 2, 0, 3])
+    given = plan_route(
+        reach, sensor_m, height_m, floor, ends=Ends(np.array([0.5, 0.8, 0.0])), scanned=scanned, order=order
+    )
+    assert given.order.tolist() == order.tolist()
+    assert [(leg.a, leg.b) for leg in given.legs] == [(-1, 1), (1, 0), (0, 3)]
+    assert given.length_m > route.length_m and not given.exact
 
 
 def test_rooms_with_doors_of_their_own_are_walked_one_after_the_other() -> None:

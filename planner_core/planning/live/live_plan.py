@@ -158,9 +158,10 @@ class LivePlan:
         )
 
     def walk(self, draft: Draft, *, progress: Progress = silent) -> RouteResult:
-        """Find the walk through a draft's stations; those whose scan exists are not walked to.
+        """Find the walk through a draft's stations in their order; those whose scan exists are not walked to.
 
-        It begins at the review's first entrance; where one can walk at all is as in the plan.
+        Where the review has an entrance, it begins there, in the shortest order; where one can walk at all is as in the
+        plan.
         """
         index = {floor.id: number for number, floor in enumerate(self.survey.floors)}
         heights = [each.instrument_height_m for each in draft.stations]
@@ -172,6 +173,8 @@ class LivePlan:
             np.array([index[each.floor] for each in draft.stations], dtype=np.int32),
             ends=ends_of(self.settings.site.entered_at(draft.entrances_m), self.survey.scene.offset_m),
             scanned=scanned,
+            # As in all that is handed over of a review, which knows no shorter order without the scene.
+            order=None if draft.entrances_m else np.arange(len(draft.stations)),
             seed=self.settings.seed,
             progress=progress,
         )
