@@ -33,6 +33,8 @@ _LEAST_WALL_M2, _LEAST_OPENING_M = 0.004, 0.2
 _ON_WALL_SHARE = 0.8
 """Of a door or window that walls lie under."""
 _LEAST_SLAB_M = 0.05
+CUT_BEYOND_M = SEAL_M
+"""Openings are cut this far beyond their faces: those of their walls differ from them by rounding, or by hand."""
 _SAME_RECTANGLE = 1.005
 """Pieces of a wall on both sides of an opening are one wall, where the rectangle around is larger by no more."""
 _FARTHEST_M = 100_000.0
@@ -344,7 +346,7 @@ def floor_plan_of(storey: DrawnStorey) -> FloorPlan:
         Opening(OpeningKind(each.kind), np.array(each.corners), each.name, each.doubtful) for each in storey.openings
     )
     filled = shapely.union_all([opening.area for opening in openings])
-    cut = shapely.union_all([opening.area for opening in openings if not opening.is_doubtful])  # gaps lie between walls
+    cut = shapely.union_all([_across_wall(opening) for opening in openings if not opening.is_doubtful])
     pieces: list[Any] = []
     for wall in storey.walls:
         area = _area_of(wall)
@@ -367,6 +369,14 @@ def floor_plan_of(storey: DrawnStorey) -> FloorPlan:
         texts=texts,
         is_traced=storey.traced,
     )
+
+
+def _across_wall(opening: Opening) -> Any:
+    """What an opening takes out of its wall: a film of wall that is left over a door would shut it for beams and feet."""
+    corners_m = opening.corners_m
+    across = corners_m[2] - corners_m[1]
+    beyond = CUT_BEYOND_M * across / np.hypot(*across)
+    return shapely.Polygon(corners_m + np.array([-beyond, -beyond, beyond, beyond]))
 
 
 def _area_of(wall: DrawnWall) -> Any:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import ifcopenshell
 import pytest
 import shapely
+import shapely.affinity
 
 from planner_core.drawings.drawn_building import (
     DrawnBuilding,
@@ -59,6 +60,20 @@ def test_walls_run_through_under_doors_and_windows(drawn):
 
 def test_document_is_read_back_as_it_was_written(drawn):
     assert read_drawn(drawn.model_dump(mode="json", by_alias=True), "") == drawn
+
+
+def test_wall_a_little_thicker_than_its_door_leaves_no_film_over_it(drawn):
+    (storey,) = drawn.storeys
+    between = shapely.box(3.2, 0.2, 3.3, 4.2)
+    thicker = [
+        box_wall(wall.id, 3.1999, 0.2, 3.305, 4.2) if shapely.Polygon(wall.outline).within(between.buffer(0.01)) else wall
+        for wall in storey.walls
+    ]
+    plan = floor_plan_of(replace(storey, walls=tuple(thicker)))
+    (door,) = [each for each in plan.openings if between.buffer(0.01).contains(each.area)]
+    walls = shapely.union_all([wall.area for wall in plan.walls])
+    assert not walls.intersects(shapely.affinity.scale(door.area, xfact=3.0, yfact=0.99))
+    assert len(plan.rooms) == 2
 
 
 def test_deleted_wall_makes_one_room_of_two(drawn):
