@@ -26,6 +26,7 @@ OPTION_OF = {
     "parts": "--part",
     "common_points": "--align",
     "layers": "--layer",
+    "layers_file": "--layers",
     "room_m": "--room-height",
     "door_m": "--door-height",
     "sill_m": "--sill-height",
@@ -123,11 +124,13 @@ def _lift_corrected(corrected: Path, files: DrawnFiles, reporter: ProgressReport
 
 def _drawing_options(drawings: Sequence[Path], units: dict[Path, str], drawn: DrawingSettings) -> DrawingOptions:
     from planner_core.drawings.building import Doubtful, Heights
-    from planner_core.drawings.layer_names import layer_patterns
+    from planner_core.drawings.layer_names import layer_patterns, patterns_by_kind
     from planner_core.drawings.lift import DrawingOptions
     from planner_core.drawings.scales import page_scale
     from planner_core.requirements.quantities import coordinate_m
+    from planner_core.requirements.yaml_or_json import read_document
 
+    office = drawn.layers_file and read_document(drawn.layers_file, of="layers", such_as="wall: [A-MUR*, L-01]")
     scales, scales_by, corners, pages, parts, common = (
         of_each(drawings, given, option)
         for given, option in (
@@ -145,6 +148,7 @@ def _drawing_options(drawings: Sequence[Path], units: dict[Path, str], drawn: Dr
         parts=tuple(_parts(text) for text in parts),
         common_points=tuple(_point(text) for text in common),
         patterns=layer_patterns(drawn.layers),
+        office_patterns=patterns_by_kind(office or {}, f"{drawn.layers_file}: "),
         heights=Heights(
             room_m=drawn.room_m,
             door_m=drawn.door_m,

@@ -197,6 +197,11 @@ layer_option = click.option(
     help="Contents of a drawing's layers and blocks with such a name: wall, door, window, stair, room, text or "
     "ignored, as in wall=A-MUR*; may be repeated. [default: by words of six languages]",
 )  # fmt: skip
+layers_option = click.option(
+    "--layers", "layers_file", type=click.Path(path_type=Path, readable=False), default=None, metavar="FILE",
+    help="An office's names of layers and blocks (YAML or JSON): patterns by kind, after those of --layer; see "
+    "docs/formats/layers.md.",
+)  # fmt: skip
 room_height_option = click.option(
     "--room-height", "room_m", type=Length(least=0.05, most=100.0), default=2.8, show_default=True, metavar="LENGTH",
     help="Height of rooms that a drawing shows.",
@@ -491,6 +496,7 @@ class DrawingSettings:
     parts: tuple[tuple[str, str], ...] = ()
     common_points: tuple[tuple[str, str], ...] = ()
     layers: tuple[str, ...] = ()
+    layers_file: Path | None = None
     room_m: float = 2.8
     door_m: float = 2.1
     sill_m: float = 0.9
@@ -583,7 +589,7 @@ scene_options = _gathered(
 )
 drawing_options = _gathered(
     "drawn", DrawingSettings, scale_option, scale_by_option, corners_option, page_option, part_option,
-    align_option, layer_option, room_height_option, door_height_option, sill_height_option,
+    align_option, layer_option, layers_option, room_height_option, door_height_option, sill_height_option,
     storey_height_option, doubtful_option,
 )  # fmt: skip
 requirement_options = _gathered(

@@ -372,7 +372,7 @@ def floor_plan_of(storey: DrawnStorey) -> FloorPlan:
 
 
 def _across_wall(opening: Opening) -> Any:
-    """What an opening takes out of its wall: a film of wall that is left over a door would shut it for beams and feet."""
+    """What an opening takes out of its wall: a film that is left over a door would shut it for beams and feet."""
     corners_m = opening.corners_m
     across = corners_m[2] - corners_m[1]
     beyond = CUT_BEYOND_M * across / np.hypot(*across)

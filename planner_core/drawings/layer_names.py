@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from fnmatch import fnmatchcase
 
-from planner_core.errors import SceneError
+from planner_core.errors import SceneError, shortened
 
 
 class Kind(StrEnum):
@@ -96,6 +96,35 @@ def layer_patterns(assignments: Sequence[str]) -> dict[str, Kind]:
                 f"layer: got {text!r}, expected KIND=PATTERN with a kind of {', '.join(known)}; such as wall=A-MUR*"
             )
         patterns[pattern.strip()] = Kind(kind.strip().casefold())
+    return patterns
+
+
+def patterns_by_kind(entries: Mapping[str, object], where: str) -> dict[str, Kind]:
+    """Return kind by pattern from an office's lists of patterns by kind; `where` begins messages.
+
+    Raises
+    ------
+    SceneError
+        No such kind, no patterns, or a pattern of two kinds.
+    """
+    known = [kind.value for kind in Kind if kind != Kind.UNKNOWN]
+    patterns: dict[str, Kind] = {}
+    for name, value in entries.items():
+        kind = name.strip().casefold()
+        if kind not in known:
+            raise SceneError(f"{where}got the kind {name!r}, expected one of {', '.join(known)}; correct it")
+        own = value if isinstance(value, list) else [value]
+        if not own or not all(isinstance(pattern, str) and pattern.strip() for pattern in own):
+            raise SceneError(
+                f"{where}{name}: got {shortened(repr(value))}, expected names or patterns of layers, such as "
+                "[A-MUR*, L-01]; correct it, and put numbers in quotes"
+            )
+        for pattern in (each.strip() for each in own):
+            if patterns.setdefault(pattern, Kind(kind)) != kind:
+                raise SceneError(
+                    f"{where}{name}: got {pattern!r} as {patterns[pattern].value}, too, expected one kind; leave one "
+                    "out"
+                )
     return patterns
 
 

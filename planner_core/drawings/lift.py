@@ -60,7 +60,9 @@ class DrawingOptions:
     common_points: tuple[tuple[float, float] | None, ...] = ()
     """A point of each file, as of `parts`, that lies over that of the first; None: storeys are moved by their walls."""
     patterns: Mapping[str, Kind] = field(default_factory=dict)
-    """Kinds of layers and blocks by pattern."""
+    """Kinds of layers and blocks by pattern, each of which some layer or block fits."""
+    office_patterns: Mapping[str, Kind] = field(default_factory=dict)
+    """The same for all drawings of an office, after `patterns`: some of them fit."""
     heights: Heights = field(default_factory=Heights)
     doubtful: Doubtful = Doubtful.AS_OPEN
 
@@ -165,7 +167,7 @@ def recognised(
             plans += found
             pictures += [_picture(path, plan) for plan in found]
         files.append(DrawnFile(path.name, hashlib.sha256(path.read_bytes()).hexdigest()))
-    _check_patterns(options.patterns, names)
+    _check_patterns(options, names)
     return Recognised(
         drawn_building(paths[0].stem, plans, files, options.heights, options.doubtful),
         tuple(plan.lines for plan in plans),
@@ -197,7 +199,8 @@ def _plans(
     if drawing.page_height is not None:
         drawing, unit_m = _in_metres(drawing, scale, is_picture=is_picture), 1.0
     drawing, mark = without_mark(drawing) if at is not None else (drawing, None)
-    plans = floor_plans(drawing, unit_m=unit_m, patterns=options.patterns)
+    of_office = {each: kind for each, kind in options.office_patterns.items() if each not in options.patterns}
+    plans = floor_plans(drawing, unit_m=unit_m, patterns={**options.patterns, **of_office})
     return plans, None if mark is None else mark * (unit_m or drawing.unit_m or 1.0)
 
 
@@ -215,17 +218,24 @@ def _check_size(drawing: Drawing, unit_m: float | None, scale: PageScale) -> Non
         )
 
 
-def _check_patterns(patterns: Mapping[str, Kind], names: Collection[str]) -> None:
+def _check_patterns(options: DrawingOptions, names: Collection[str]) -> None:
     """Refuse patterns that no layer or block has: what they name would be read as if they were not there."""
-    for pattern in patterns:
-        if not any(fnmatchcase(name.casefold(), pattern.casefold()) for name in names):
-            shown = ", ".join(sorted(names)[:_NAMED]) + (
-                f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-            )
+
+    def fits(pattern: str) -> bool:
+        return any(fnmatchcase(name.casefold(), pattern.casefold()) for name in names)
+
+    shown = ", ".join(sorted(names)[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
+    for pattern in options.patterns:
+        if not fits(pattern):
             raise SceneError(
                 f"layer pattern {pattern!r}: no layer or block has such a name, expected one of {one_line(shown)}; "
                 "correct it."
             )
+    if options.office_patterns and not any(map(fits, options.office_patterns)):
+        raise SceneError(
+            f"--layers: no layer or block has a name of its {len(options.office_patterns)} patterns, expected some of "
+            f"{one_line(shown)}; give the file of these drawings, or leave it out."
+        )
 
 
 def _in_metres(drawing: Drawing, scale: PageScale, *, is_picture: bool) -> Drawing:

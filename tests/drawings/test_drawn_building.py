@@ -66,7 +66,9 @@ def test_wall_a_little_thicker_than_its_door_leaves_no_film_over_it(drawn):
     (storey,) = drawn.storeys
     between = shapely.box(3.2, 0.2, 3.3, 4.2)
     thicker = [
-        box_wall(wall.id, 3.1999, 0.2, 3.305, 4.2) if shapely.Polygon(wall.outline).within(between.buffer(0.01)) else wall
+        box_wall(wall.id, 3.1999, 0.2, 3.305, 4.2)
+        if shapely.Polygon(wall.outline).within(between.buffer(0.01))
+        else wall
         for wall in storey.walls
     ]
     plan = floor_plan_of(replace(storey, walls=tuple(thicker)))

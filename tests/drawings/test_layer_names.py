@@ -1,9 +1,14 @@
 """Names of layers and blocks in six languages."""
 
+from pathlib import Path
+
 import pytest
 
-from planner_core.drawings.layer_names import Kind, kind_of_name, layer_patterns
+from planner_core.drawings.layer_names import Kind, kind_of_name, layer_patterns, patterns_by_kind
 from planner_core.errors import SceneError
+from planner_core.requirements.yaml_or_json import read_document
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "formats" / "layers.md"
 
 
 @pytest.mark.parametrize(
@@ -33,3 +38,34 @@ def test_patterns_of_the_user_come_first() -> None:
 def test_pattern_without_kind_is_refused(text: str) -> None:
     with pytest.raises(SceneError, match=r"expected KIND=PATTERN with a kind of wall, door"):
         layer_patterns([text])
+
+
+def test_office_file_gives_kinds_in_its_order() -> None:
+    patterns = patterns_by_kind({"Ignored": ["L-0?-old"], "wall": [" L-0* ", "_1"], "door": "TR*"}, "office.yaml: ")
+    assert list(patterns.items()) == [
+        ("L-0?-old", Kind.IGNORED), ("L-0*", Kind.WALL), ("_1", Kind.WALL), ("TR*", Kind.DOOR),
+    ]  # fmt: skip
+    assert kind_of_name("L-01-OLD", patterns) == Kind.IGNORED
+
+
+def test_example_of_the_page_is_an_office_file(tmp_path: Path) -> None:
+    file = tmp_path / "office.yaml"
+    file.write_text(PAGE.read_text(encoding="utf-8").partition("```yaml\n")[2].partition("```")[0], encoding="utf-8")
+    patterns = patterns_by_kind(read_document(file, of="layers"), "")
+    assert set(patterns.values()) == set(Kind) - {Kind.UNKNOWN}
+    assert [kind_of_name(name, patterns) for name in ("l-01-ext", "A_COQUE", "L-9X")] == ["wall", "wall", "ignored"]
+
+
+@pytest.mark.parametrize(
+    ("entries", "message"),
+    [
+        ({"walls": ["A"]}, "office.yaml: got the kind 'walls', expected one of wall, door"),
+        ({"wall": []}, r"office.yaml: wall: got \[\], expected names or patterns"),
+        ({"wall": ["A", 7]}, "put numbers in quotes"),
+        ({"wall": {"A": "B"}}, "expected names or patterns"),
+        ({"wall": ["A"], "door": "A"}, "office.yaml: door: got 'A' as wall, too"),
+    ],
+)
+def test_office_file_that_makes_no_sense_is_refused(entries: dict[str, object], message: str) -> None:
+    with pytest.raises(SceneError, match=message):
+        patterns_by_kind(entries, "office.yaml: ")

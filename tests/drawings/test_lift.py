@@ -7,6 +7,7 @@ from ifcopenshell.util.element import get_pset
 
 from planner_core.drawings.building import Doubtful, Heights
 from planner_core.drawings.ifc_file import write_building
+from planner_core.drawings.layer_names import Kind
 from planner_core.drawings.lift import DrawingOptions, lift_drawings
 from planner_core.errors import SceneError
 from planner_core.model import Doors
@@ -140,3 +141,18 @@ def test_drawing_that_takes_too_much_memory_in_child_is_one_line(drawn, monkeypa
     monkeypatch.setenv("TLSPLAN_READ_MEMORY_GB", "0.01")
     with pytest.raises(SceneError, match=r"house\.dxf: ezdxf took more than 0\.0 GB of memory"):
         lift_drawings([drawn])
+
+
+def test_office_file_names_layers_after_the_user_and_has_to_fit_some(tmp_path):
+    draw_two_rooms(tmp_path / "house.dxf", layers={"wall": "L1", "door": "L2", "window": "L3", "text": "L4"})
+    office = {"L[12]": Kind.WALL, "L3": Kind.WINDOW, "L4": Kind.TEXT, "L9": Kind.IGNORED}
+    options = DrawingOptions(patterns={"L2": Kind.DOOR}, office_patterns=office)
+    (storey,) = lift_drawings([tmp_path / "house.dxf"], options).storeys
+    assert [room.long_name for room in storey.rooms] == ["Office", "Kitchen"]
+    assert sorted(each.kind for each in storey.elements if each.kind in ("IfcDoor", "IfcWindow")) == [
+        "IfcDoor", "IfcDoor", "IfcWindow",
+    ]  # fmt: skip
+    with pytest.raises(
+        SceneError, match=r"^--layers: no layer or block has a name of its 1 patterns, expected some of "
+    ):
+        lift_drawings([tmp_path / "house.dxf"], DrawingOptions(office_patterns={"X*": Kind.WALL}))
