@@ -32,7 +32,7 @@ def refusals(*statuses: int) -> dict[int | str, dict[str, Any]]:
         403: "Another site asks, the server was started with --read-only, or the token is for comments only.",
         404: "Nothing has this name.",
         409: "Someone else changed this first, or a run is going on.",
-        413: "The body is larger than 1 MiB, or there is one where none is expected.",
+        413: "The body is larger than 1 MiB (a drawing: 16 MiB), or there is one where none is expected.",
         414: "The path is too long.",
         415: "The content type of the body is not JSON.",
         421: "This host name is not served.",

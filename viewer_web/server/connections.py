@@ -20,7 +20,7 @@ HEAD_S = 4.0
 """For the head of a request, from its first byte on, or from the opening of the connection; without the token for all
 of the request."""
 BODY_S = 30.0
-"""For the body of a request with the token: 1 MiB at most."""
+"""For the body of a request with the token: 1 MiB at most, of a drawing 16."""
 UNREAD_S = 30.0
 """For reading the next tens of kilobytes of an answer."""
 MOST_OF_ONE_CLIENT = 512
