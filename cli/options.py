@@ -203,8 +203,9 @@ layers_option = click.option(
     "docs/formats/layers.md.",
 )  # fmt: skip
 room_height_option = click.option(
-    "--room-height", "room_m", type=Length(least=0.05, most=100.0), default=2.8, show_default=True, metavar="LENGTH",
-    help="Height of rooms that a drawing shows.",
+    "--room-height", "room_m", type=Length(least=0.05, most=100.0), default=None, metavar="LENGTH",
+    help="Height of rooms that a drawing shows, up to their suspended ceilings. [default: up to the slab of the next "
+    "storey, of the highest 2.8]",
 )  # fmt: skip
 door_height_option = click.option(
     "--door-height", "door_m", type=Length(least=0.05, most=100.0), default=2.1, show_default=True, metavar="LENGTH",
@@ -497,7 +498,7 @@ class DrawingSettings:
     common_points: tuple[tuple[str, str], ...] = ()
     layers: tuple[str, ...] = ()
     layers_file: Path | None = None
-    room_m: float = 2.8
+    room_m: float | None = None
     door_m: float = 2.1
     sill_m: float = 0.9
     storey_m: float | None = None

@@ -36,12 +36,16 @@ class Doubtful(StrEnum):
     AS_WALL = "as-wall"
 
 
+USUAL_ROOM_M = 2.8
+LEAST_SLAB_M = 0.05
+
+
 @dataclass(frozen=True)
 class Heights:
     """Heights that a drawing does not show, metres."""
 
-    room_m: float = 2.8
-    """From floor to ceiling."""
+    room_m: float | None = None
+    """From floor to ceiling; None: up to the slab of the next storey, of the highest `USUAL_ROOM_M`."""
     door_m: float = 2.1
     sill_m: float = 0.9
     """Of windows, above the floor."""
@@ -53,7 +57,7 @@ class Heights:
     def __post_init__(self) -> None:
         for name in ("room_m", "door_m", "window_head_m", "slab_m"):
             value = getattr(self, name)
-            if not (math.isfinite(value) and 0.05 <= value <= 100.0):
+            if value is not None and not (math.isfinite(value) and 0.05 <= value <= 100.0):
                 raise SceneError(
                     f"{name.removesuffix('_m')} height: got {value:g} m, expected 0.05 to 100 m; correct it"
                 )
@@ -63,16 +67,21 @@ class Heights:
                 f"{self.window_head_m:g} m; correct it"
             )
         highest = max(self.door_m, self.window_head_m)
-        if self.room_m < highest:
+        if self.highest_room_m < highest:
             raise SceneError(
-                f"room height: got {self.room_m:g} m, expected at least the head of doors and windows at {highest:g} "
-                "m; correct it, or lower these, such as --door-height 2"
+                f"room height: got {self.highest_room_m:g} m, expected at least the head of doors and windows at "
+                f"{highest:g} m; correct it, or lower these, such as --door-height 2"
             )
-        if self.storey_m is not None and self.storey_m < self.room_m:
+        if self.storey_m is not None and self.storey_m < self.highest_room_m:
             raise SceneError(
-                f"storey height: got {self.storey_m:g} m, expected at least the room height, {self.room_m:g} m; "
-                "correct it, or pass --room-height"
+                f"storey height: got {self.storey_m:g} m, expected at least the room height, {self.highest_room_m:g} "
+                "m; correct it, or pass --room-height"
             )
+
+    @property
+    def highest_room_m(self) -> float:
+        """From floor to ceiling of the highest storey."""
+        return USUAL_ROOM_M if self.room_m is None else self.room_m
 
 
 @dataclass(frozen=True)
@@ -165,33 +174,47 @@ def lifted(
     storeys = []
     for number, (plan, elevation_m, own) in enumerate(zip(plans, elevations_m, heights, strict=True)):
         above = plans[number + 1] if number + 1 < len(plans) else None
-        rise_m = elevations_m[number + 1] - elevation_m if above is not None else own.room_m + own.slab_m
-        elements = _elements(plan, own.room_m, own, doubtful)
+        room_m = own.highest_room_m
+        rise_m = elevations_m[number + 1] - elevation_m if above is not None else room_m + own.slab_m
+        elements = _elements(plan, room_m, own, doubtful)
         flights = [] if above is None else flights_between(plan.treads, above.treads)
         if number == 0:
             elements.append(_slab("Floor", plan.outline, -own.slab_m, 0.0, "BASESLAB"))
-        elements += _ceiling(plan, above, flights, own.room_m, rise_m)
+        elements += _ceiling(plan, above, flights, room_m, rise_m)
         if above is not None:
             elements += [_stair(flight, row, rise_m) for row, flight in enumerate(flights, 1)]
-        elements += _stairs_in_doubt(plan, above, flights, own.room_m, doubtful)
+        elements += _stairs_in_doubt(plan, above, flights, room_m, doubtful)
         if above is None and number == 0 and plan.treads:
             warnings.append(_one_storey(plan))
-        rooms = tuple(BuildingRoom(room.name, room.long_name, room.outline, own.room_m) for room in plan.rooms)
+        rooms = tuple(BuildingRoom(room.name, room.long_name, room.outline, room_m) for room in plan.rooms)
         storeys.append(BuildingStorey(plan.name, elevation_m, tuple(elements), rooms))
     return Building(name, tuple(storeys), tuple(warnings), north_deg)
 
 
 def levels_of(plans: Sequence[FloorPlan], heights: Heights) -> tuple[list[float], list[float]]:
-    """Elevation of each storey, and of its ceiling, metres: by the drawing's own levels, else by `heights`."""
-    step_m = heights.storey_m or heights.room_m + heights.slab_m
+    """Elevation of each storey, and of its ceiling, metres: by the drawing's own levels, else by `heights`.
+
+    Raises
+    ------
+    SceneError
+        Rooms higher than storeys.
+    """
+    step_m = heights.storey_m or heights.highest_room_m + heights.slab_m
     elevations = [0.0]
     for below, plan in pairwise(plans):
         own = None if plan.height_m is None or below.height_m is None else plan.height_m - below.height_m
         elevations.append(elevations[-1] + (own if heights.storey_m is None and own is not None else step_m))
     if plans[0].height_m is not None:
         elevations = [round(each + plans[0].height_m, 4) for each in elevations]
-    tops = [elevation - heights.slab_m for elevation in elevations[1:]]
-    return elevations, [*tops, elevations[-1] + heights.room_m]
+    if heights.room_m is None:
+        return elevations, [*(each - heights.slab_m for each in elevations[1:]), elevations[-1] + USUAL_ROOM_M]
+    for own_m, next_m in pairwise(elevations):
+        if own_m + heights.room_m > next_m - LEAST_SLAB_M + 1e-6:
+            raise SceneError(
+                f"room height: got {heights.room_m:g} m with floors {next_m - own_m:g} m above each other, expected at "
+                f"most {next_m - own_m - LEAST_SLAB_M:g} m; lower it, or pass --storey-height"
+            )
+    return elevations, [each + heights.room_m for each in elevations]
 
 
 def _elements(plan: FloorPlan, ceiling_m: float, heights: Heights, doubtful: Doubtful) -> list[BuildingElement]:

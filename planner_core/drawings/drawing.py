@@ -127,6 +127,7 @@ class DrawingParts:
         paper_unit_m: float | None = None,
         page_height: float | None = None,
         warnings: tuple[str, ...] = (),
+        from_picture: FloatArray | None = None,
     ) -> Drawing:
         """Return all that was added as one drawing."""
         rows = np.array(self._rows, dtype=np.int64).reshape(-1, 3)
@@ -146,4 +147,5 @@ class DrawingParts:
             paper_unit_m=paper_unit_m,
             page_height=page_height,
             warnings=warnings,
+            from_picture=from_picture,
         )

@@ -19,7 +19,7 @@ import shapely
 from pydantic import Field
 
 from planner_core.documents import Document, YesNo, document, read_as, words_of
-from planner_core.drawings.building import Building, Doubtful, Heights, levels_of, lifted
+from planner_core.drawings.building import LEAST_SLAB_M, Building, Doubtful, Heights, levels_of, lifted
 from planner_core.drawings.floor_plan import FloorPlan, outline_of
 from planner_core.drawings.openings import Opening, OpeningKind
 from planner_core.drawings.room_outlines import SEAL_M, TRACED_SEAL_M, PlacedText, rooms_of, sealed
@@ -32,7 +32,6 @@ _DECIMALS = 4
 _LEAST_WALL_M2, _LEAST_OPENING_M = 0.004, 0.2
 _ON_WALL_SHARE = 0.8
 """Of a door or window that walls lie under."""
-_LEAST_SLAB_M = 0.05
 CUT_BEYOND_M = SEAL_M
 """Openings are cut this far beyond their faces: those of their walls differ from them by rounding, or by hand."""
 _SAME_RECTANGLE = 1.005
@@ -262,7 +261,7 @@ def read_drawn(value: object, where: str) -> DrawnBuilding:
 
 def _check_levels(drawn: DrawnBuilding, where: str) -> None:
     for number, (below, above) in enumerate(zip(drawn.storeys, drawn.storeys[1:], strict=False), 1):
-        least_m = below.elevation_m + below.room_height_m + _LEAST_SLAB_M
+        least_m = below.elevation_m + below.room_height_m + LEAST_SLAB_M
         if above.elevation_m < least_m - 1e-6:
             raise RequirementError(
                 f"{where}storeys[{number}].elevation_m: got {above.elevation_m:g} m, expected {least_m:g} m or more, "

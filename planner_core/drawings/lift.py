@@ -83,6 +83,8 @@ class PlanPicture:
     """The picture of a storey. from_picture : as of a `FloorPlan`. box_m : x0, y0, x1, y1 of what it shows."""
 
     path: Path
+    page: int
+    """Of a PDF, from 1; 0: the file is a picture."""
     from_picture: FloatArray
     box_m: Box
 
@@ -90,6 +92,7 @@ class PlanPicture:
         """Write that part of it as PNG; raises OSError."""
         arguments = {
             "path": str(self.path),
+            "page": self.page,
             "to": str(to),
             "matrix": self.from_picture.tolist(),
             "box_m": list(self.box_m),
@@ -157,7 +160,7 @@ def recognised(
             drawing = _read(path, page, progress)
             names |= {*drawing.layers, *(part for symbol in drawing.symbols for part in symbol.name.split("/"))}
             progress(ProgressEvent("load", 0, 0, f"recognising walls, doors and rooms of {path.name}"))
-            found, point = _plans(drawing, number, part, options, is_picture=_form(path) == "picture")
+            found, point = _plans(drawing, number, part, options)
             if point is not None and common is not None:
                 found = [moved(plan, common - point) for plan in found]
             elif plans and (drawing.page_height is not None or part != parts[0]) and point is None:
@@ -165,7 +168,7 @@ def recognised(
                 found[0] = replace(found[0], warnings=(*found[0].warnings, line))
             common = point if common is None else common
             plans += found
-            pictures += [_picture(path, plan) for plan in found]
+            pictures += [_picture(path, page, plan) for plan in found]
         files.append(DrawnFile(path.name, hashlib.sha256(path.read_bytes()).hexdigest()))
     _check_patterns(options, names)
     return Recognised(
@@ -176,16 +179,17 @@ def recognised(
     )
 
 
-def _picture(path: Path, plan: FloorPlan) -> PlanPicture | None:
+def _picture(path: Path, page: int, plan: FloorPlan) -> PlanPicture | None:
     points = plan.lines.points_m
     if plan.from_picture is None or not len(points):
         return None
     low, high = points.min(axis=0), points.max(axis=0)
-    return PlanPicture(path, plan.from_picture, (float(low[0]), float(low[1]), float(high[0]), float(high[1])))
+    box_m = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+    return PlanPicture(path, max(page, 1) if _form(path) == "pdf" else 0, plan.from_picture, box_m)
 
 
 def _plans(
-    drawing: Drawing, number: int, part: Box | None, options: DrawingOptions, *, is_picture: bool
+    drawing: Drawing, number: int, part: Box | None, options: DrawingOptions
 ) -> tuple[list[FloorPlan], FloatArray | None]:
     """Recognise one drawing, of the file of a number; and where the point is that it has in common with others."""
     unit_m = options.unit_m[number] if options.unit_m else None
@@ -197,7 +201,7 @@ def _plans(
     scale = options.scales[number] if options.scales else PageScale()
     _check_size(drawing, unit_m, scale)
     if drawing.page_height is not None:
-        drawing, unit_m = _in_metres(drawing, scale, is_picture=is_picture), 1.0
+        drawing, unit_m = _in_metres(drawing, scale), 1.0
     drawing, mark = without_mark(drawing) if at is not None else (drawing, None)
     of_office = {each: kind for each, kind in options.office_patterns.items() if each not in options.patterns}
     plans = floor_plans(drawing, unit_m=unit_m, patterns={**options.patterns, **of_office})
@@ -238,14 +242,14 @@ def _check_patterns(options: DrawingOptions, names: Collection[str]) -> None:
         )
 
 
-def _in_metres(drawing: Drawing, scale: PageScale, *, is_picture: bool) -> Drawing:
+def _in_metres(drawing: Drawing, scale: PageScale) -> Drawing:
     """A page or a picture by the user's scale, else by the one that it states, with a warning."""
     stated = stated_ratio(drawing) if scale == PageScale() else None
     if stated is None:
-        return scaled(drawing, scale, is_picture=is_picture)
+        return scaled(drawing, scale)
     ratio, where = stated
     line = f"{drawing.name}: its scale is 1:{ratio:g} by {where}; if that is wrong, pass --scale."
-    drawing = scaled(drawing, PageScale(ratio=ratio), is_picture=is_picture)
+    drawing = scaled(drawing, PageScale(ratio=ratio))
     return replace(drawing, warnings=(*drawing.warnings, line))
 
 

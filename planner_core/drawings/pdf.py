@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from planner_core import child_process
 from planner_core.drawings.drawing import NO_FILL, Drawing, DrawingParts, DrawingText
 from planner_core.drawings.pictures import COLOURS, colours_of, drawing_of_pixels
 from planner_core.errors import MissingPackageError, SceneError, grouped, reason_of
-from planner_core.model import FloatArray
+from planner_core.model import FloatArray, UInt8Array
 from planner_core.progress import ProgressEvent
 
 POINT_M = 0.0254 / 72.0
@@ -43,6 +44,15 @@ def read_pdf(path: str, page: int = 0) -> Drawing:
     MissingPackageError
         pypdfium2 is not installed.
     """
+    return _read_page(_page(path, page), Path(path).name)
+
+
+def page_pixels(path: str, page: int) -> UInt8Array:
+    """(H, W, 3) uint8 of a page that is a picture, as `read_pdf` traces it; raises what that raises."""
+    return _rendered(_page(path, page))[0]
+
+
+def _page(path: str, page: int) -> Any:
     file = Path(path)
     try:
         import pypdfium2
@@ -66,7 +76,7 @@ def read_pdf(path: str, page: int = 0) -> Drawing:
             f"--page {min(max(page, 1), max(n_pages, 1))}."
         )
     child_process.at(f"page {page or 1}")
-    return _read_page(document[max(page, 1) - 1], file.name)
+    return document[max(page, 1) - 1]
 
 
 def _read_page(page: Any, name: str) -> Drawing:
@@ -211,8 +221,19 @@ def _add_texts(parts: DrawingParts, page: Any, upright: FloatArray) -> None:
 
 def _traced(page: Any, name: str) -> Drawing:
     """A page that is a picture, drawn and traced."""
-    longest = max(page.get_size())
-    dots = min(_DOTS_PER_INCH, _MOST_SIDE_PX / longest * 72.0)
-    pixels = page.render(scale=dots / 72.0, rev_byteorder=True).to_numpy()
+    rgb, point_px = _rendered(page)
     child_process.at("the picture on its page")
-    return drawing_of_pixels(np.ascontiguousarray(pixels[..., :3]), name, paper_unit_m=0.0254 / dots)
+    drawing = drawing_of_pixels(rgb, name)
+    height = page.get_height()
+    size = 1.0 / point_px
+    # A point of the page is its unit, as of pages with lines; pixels are counted from the middle of the lowest row.
+    from_pixels = np.array([[size, 0.0, 0.5 * size], [0.0, size, height - (len(rgb) - 0.5) * size], [0.0, 0.0, 1.0]])
+    points = drawing.points * [size, size, 1.0] + [*from_pixels[:2, 2], 0.0]
+    return replace(drawing, points=points, paper_unit_m=POINT_M, page_height=float(height), from_picture=from_pixels)
+
+
+def _rendered(page: Any) -> tuple[UInt8Array, float]:
+    """(H, W, 3) uint8 of a page, and pixels in a point of it."""
+    dots = min(_DOTS_PER_INCH, _MOST_SIDE_PX / max(page.get_size()) * 72.0)
+    pixels = page.render(scale=dots / 72.0, rev_byteorder=True).to_numpy()
+    return np.ascontiguousarray(pixels[..., :3]), dots / 72.0

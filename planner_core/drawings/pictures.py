@@ -81,7 +81,8 @@ def drawing_of_pixels(rgb: UInt8Array, name: str, *, paper_unit_m: float | None 
                 parts.add_stroke(_up(ring + shift, height), layer, fill=fill, closed=True)
         for line in traced_lines(lines):
             parts.add_stroke(_up(line + shift, height), layer)
-    return parts.drawing(name, unit_m=None, paper_unit_m=paper_unit_m, page_height=float(height - 1))
+    page_height = float(height - 1)
+    return parts.drawing(name, unit_m=None, paper_unit_m=paper_unit_m, page_height=page_height, from_picture=np.eye(3))
 
 
 def _up(points: Any, height: int) -> Any:
@@ -118,11 +119,13 @@ def _pixels(file: Path) -> tuple[UInt8Array, float | None]:
     return _on_white(np.asarray(values, dtype=np.uint8)), _paper_unit_m(spec)
 
 
-def write_plan_picture(path: str, to: str, matrix: list[list[float]], box_m: list[float]) -> None:
+def write_plan_picture(path: str, to: str, matrix: list[list[float]], box_m: list[float], page: int = 0) -> None:
     """Write the part of a picture that shows a box of the plan, upright and without perspective, as PNG.
 
     Parameters
     ----------
+    page
+        Of a PDF, the page that is the picture, from 1; 0: the file is a picture.
     matrix
         (3, 3) homography from pixels, y up, to the plan, metres.
     box_m
@@ -130,7 +133,9 @@ def write_plan_picture(path: str, to: str, matrix: list[list[float]], box_m: lis
     """
     import OpenImageIO as oiio  # noqa: N813
 
-    rgb, _ = _pixels(Path(path))
+    from planner_core.drawings.pdf import page_pixels  # which imports this module
+
+    rgb = page_pixels(path, page) if page else _pixels(Path(path))[0]
     x0, y0, x1, y1 = box_m
     per_m = _PLAN_PICTURE_PX / max(x1 - x0, y1 - y0)
     width, height = max(1, round(per_m * (x1 - x0))), max(1, round(per_m * (y1 - y0)))

@@ -108,8 +108,8 @@ def _lengths_and_points(
     return lengths, tuple(zip(values[::2], values[1::2], strict=True))
 
 
-def scaled(drawing: Drawing, scale: PageScale, *, is_picture: bool) -> Drawing:
-    """Bring a page or a picture to metres, x to the right and y up, upright.
+def scaled(drawing: Drawing, scale: PageScale) -> Drawing:
+    """Bring a page or a picture to metres, x to the right and y up; a picture upright.
 
     Raises
     ------
@@ -122,10 +122,10 @@ def scaled(drawing: Drawing, scale: PageScale, *, is_picture: bool) -> Drawing:
         matrix = _squaring(scale, drawing)
         corners, places = mapped(corners, matrix), mapped(places, matrix)
     else:
-        size_m = _unit_m(drawing, scale, is_picture=is_picture)
+        size_m = _unit_m(drawing, scale)
         corners, places = size_m * corners, size_m * places
         matrix = np.diag([size_m, size_m, 1.0])
-    if is_picture and not scale.corners:
+    if drawing.from_picture is not None and not scale.corners:
         turn = _upright(corners, drawing.starts)
         corners, places = corners @ turn.T, places @ turn.T
         matrix[:2, :2] = turn @ matrix[:2, :2]
@@ -139,7 +139,7 @@ def scaled(drawing: Drawing, scale: PageScale, *, is_picture: bool) -> Drawing:
         unit_m=1.0,
         paper_unit_m=None,
         page_height=None,
-        from_picture=matrix if is_picture else None,
+        from_picture=None if drawing.from_picture is None else matrix @ drawing.from_picture,
     )
 
 
@@ -232,13 +232,13 @@ def without_mark(drawing: Drawing) -> tuple[Drawing, FloatArray]:
     return replace(drawing, texts=rest), np.array([mark.x, mark.y])
 
 
-def _unit_m(drawing: Drawing, scale: PageScale, *, is_picture: bool) -> float:
+def _unit_m(drawing: Drawing, scale: PageScale) -> float:
     """Metres of the building in a unit of the page."""
     by_points = "--scale-by 2.4m,x1,y1,x2,y2 (pixels from the upper left corner)"
     if scale.points and scale.distance_m:
         return scale.distance_m / float(math.dist(*scale.points))
     if scale.ratio is None:
-        example = by_points if is_picture else "--scale 1:100"
+        example = by_points if drawing.paper_unit_m is None else "--scale 1:100"
         raise SceneError(f"{drawing.name}: it states no scale, expected one; pass it, such as {example}.")
     if drawing.paper_unit_m is None:
         raise SceneError(

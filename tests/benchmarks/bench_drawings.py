@@ -98,8 +98,8 @@ def rendered(source: Path, target: Path) -> None:
     plt.close(figure)
 
 
-def page(drawing: Drawing, *, is_picture: bool) -> FloorPlan:
-    return floor_plans(scaled(drawing, PageScale(ratio=SCALE), is_picture=is_picture), unit_m=1.0)[0]
+def page(drawing: Drawing) -> FloorPlan:
+    return floor_plans(scaled(drawing, PageScale(ratio=SCALE)), unit_m=1.0)[0]
 
 
 def round_trips(folder: Path, scenes: dict[str, Scene]) -> Iterator[str]:
@@ -115,8 +115,8 @@ def round_trips(folder: Path, scenes: dict[str, Scene]) -> Iterator[str]:
         plans = {"ezdxf, DXF with layers": floor_plans(read_dxf(str(path)))[0]}
         for suffix in ("pdf", "png"):
             rendered(path, path.with_suffix(f".{suffix}"))
-        plans["ezdxf's add-on, PDF of one pen"] = page(read_pdf(str(path.with_suffix(".pdf"))), is_picture=False)
-        plans["ezdxf's add-on, PNG of 200 dpi"] = page(read_picture(str(path.with_suffix(".png"))), is_picture=True)
+        plans["ezdxf's add-on, PDF of one pen"] = page(read_pdf(str(path.with_suffix(".pdf"))))
+        plans["ezdxf's add-on, PNG of 200 dpi"] = page(read_picture(str(path.with_suffix(".png"))))
         for way, plan in plans.items():
             yield " | ".join([f"| {name}, {floor}", way, *figures(plan, truth, scene, z_m)]) + " |"
 

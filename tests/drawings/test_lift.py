@@ -1,11 +1,13 @@
 """Drawings raised to a building and written as IFC4, read back by IfcOpenShell and by the loader."""
 
+from types import SimpleNamespace
+
 import ifcopenshell
 import numpy as np
 import pytest
 from ifcopenshell.util.element import get_pset
 
-from planner_core.drawings.building import Doubtful, Heights
+from planner_core.drawings.building import Doubtful, Heights, levels_of
 from planner_core.drawings.ifc_file import write_building
 from planner_core.drawings.layer_names import Kind
 from planner_core.drawings.lift import DrawingOptions, lift_drawings
@@ -84,6 +86,14 @@ def test_drawings_are_storeys_from_below(drawn, tmp_path):
     scene = load_scene(tmp_path / "a.ifc")
     assert [floor.elevation_m for floor in find_floors(scene).floors] == pytest.approx([0.0, 3.3])
     assert len({element.source_id for element in scene.elements}) == len(scene.elements)
+
+
+def test_rooms_end_at_their_ceilings_where_these_are_given_and_at_the_next_slab_else():
+    plans = [SimpleNamespace(height_m=0.0), SimpleNamespace(height_m=3.1)]
+    assert levels_of(plans, Heights())[1] == pytest.approx([2.9, 5.9])
+    assert levels_of(plans, Heights(room_m=2.6))[1] == pytest.approx([2.6, 5.7])
+    with pytest.raises(SceneError, match=r"got 3.2 m with floors 3.1 m above each other, expected at most 3.05 m"):
+        levels_of(plans, Heights(room_m=3.2))
 
 
 def test_doubtful_gaps_bound_the_building_from_both_sides(tmp_path):

@@ -9,7 +9,7 @@ from PIL import Image
 from reportlab.lib.utils import ImageReader
 from reportlab.pdfgen.canvas import Canvas
 
-from planner_core.drawings.lift import DrawingOptions, lift_drawings
+from planner_core.drawings.lift import DrawingOptions, lift_drawings, recognised
 from planner_core.drawings.pdf import POINT_M, read_pdf
 from planner_core.drawings.scales import PageScale, cropped, scaled, stated_ratio
 from planner_core.errors import SceneError
@@ -155,6 +155,25 @@ def test_page_that_is_a_picture_is_traced(page):
     assert kinds(storey)[:2] == ["IfcDoor", "IfcDoor"]
 
 
+def test_page_that_is_a_picture_is_scaled_by_points_of_the_page_and_shown_under_its_storey(page, tmp_path):
+    def draw(canvas):
+        canvas.drawImage(ImageReader(Image.fromarray(picture())), 20, 40, 9.0 * PER_M, 7.0 * PER_M)
+
+    path = page(draw)
+    by = PageScale(points=((20.0, 100.0), (20.0 + 9.0 * PER_M, 100.0)), distance_m=9.0)
+    found = recognised([path], DrawingOptions(scales=(by,)))
+    walls = np.array([corner for wall in found.drawn.storeys[0].walls for corner in wall.outline])
+    assert np.ptp(walls, axis=0) == pytest.approx([6.5, 4.4], abs=0.1)  # in points; by pixels it would be 18 m
+    (shown,) = found.pictures
+    shown.write(tmp_path / "a.png")
+    ink = np.asarray(Image.open(tmp_path / "a.png"))[..., 0] < 128
+    rows, columns = np.nonzero(ink)
+    x0, _, x1, y1 = shown.box_m
+    per_m = ink.shape[1] / (x1 - x0)
+    high = [x0 + (columns.max() + 1) / per_m, y1 - rows.min() / per_m]
+    assert high == pytest.approx(walls.max(axis=0).tolist(), abs=0.03)
+
+
 @pytest.mark.parametrize(("contents", "words"), [(b"%PDF-1.7\nhello", "PDFium can't read it"), (b"", "PDFium")])
 def test_what_is_no_pdf_is_refused(tmp_path, contents, words):
     (tmp_path / "a.pdf").write_bytes(contents)
@@ -174,4 +193,4 @@ def test_white_lines_and_empty_pages_hold_nothing(page):
 def test_scale_by_two_points_of_a_page(page):
     drawing = read_pdf(str(page(draw_plan)))
     by = PageScale(points=((60.0, 240.0), (60.0 + 6.5 * PER_M, 240.0)), distance_m=6.5)
-    assert np.ptp(scaled(drawing, by, is_picture=False).points[:, 0]) == pytest.approx(6.5)
+    assert np.ptp(scaled(drawing, by).points[:, 0]) == pytest.approx(6.5)

@@ -49,7 +49,7 @@ METRE = PageScale(points=((0, 0), (PX, 0)), distance_m=1.0)
 
 
 def plan_of(rgb, scale=METRE, **options):
-    drawing = scaled(drawing_of_pixels(rgb, "a.png"), scale, is_picture=True)
+    drawing = scaled(drawing_of_pixels(rgb, "a.png"), scale)
     (plan,) = floor_plans(drawing, unit_m=1.0, **options)
     return plan
 
@@ -141,14 +141,14 @@ def test_resolution_of_the_file_and_a_ratio_give_the_scale(tmp_path):
     Image.fromarray(picture()).save(
         path, dpi=(254, 254)
     )  # 100 pixels in a metre are 1:100 at 10 pixels in a millimetre
-    drawing = scaled(read_picture(str(path)), PageScale(ratio=100.0), is_picture=True)
+    drawing = scaled(read_picture(str(path)), PageScale(ratio=100.0))
     (plan,) = floor_plans(drawing, unit_m=1.0)
     assert overlap(plan) > 0.9
     Image.fromarray(picture()).save(path)
     with pytest.raises(SceneError, match=r"does not state its resolution.*--scale-by 2\.4m"):
-        scaled(read_picture(str(path)), PageScale(ratio=100.0), is_picture=True)
+        scaled(read_picture(str(path)), PageScale(ratio=100.0))
     with pytest.raises(SceneError, match=r"states no scale, expected one; pass it, such as --scale-by"):
-        scaled(read_picture(str(path)), PageScale(), is_picture=True)
+        scaled(read_picture(str(path)), PageScale())
 
 
 @pytest.mark.parametrize(
@@ -209,7 +209,7 @@ def test_picture_lies_over_its_storey_without_perspective(tmp_path):
     image = Image.fromarray(picture(seen_askew))
     ImageDraw.Draw(image).polygon(pixels_of([(2.0, 1.0), (3.0, 1.0), (3.0, 2.0), (2.0, 2.0)]), fill="red")
     image.save(tmp_path / "a.png")
-    drawing = scaled(read_picture(str(tmp_path / "a.png")), ASKEW, is_picture=True)
+    drawing = scaled(read_picture(str(tmp_path / "a.png")), ASKEW)
     box_m = [-0.5, -0.5, 7.5, 5.5]
     write_plan_picture(str(tmp_path / "a.png"), str(tmp_path / "b.png"), drawing.from_picture.tolist(), box_m)
     plan = np.asarray(Image.open(tmp_path / "b.png"))
