@@ -113,13 +113,14 @@ def patterns_by_kind(entries: Mapping[str, object], where: str) -> dict[str, Kin
         kind = name.strip().casefold()
         if kind not in known:
             raise SceneError(f"{where}got the kind {name!r}, expected one of {', '.join(known)}; correct it")
-        own = value if isinstance(value, list) else [value]
-        if not own or not all(isinstance(pattern, str) and pattern.strip() for pattern in own):
+        own: list[object] = value if isinstance(value, list) else [value]
+        texts = [pattern.strip() for pattern in own if isinstance(pattern, str) and pattern.strip()]
+        if not texts or len(texts) < len(own):
             raise SceneError(
                 f"{where}{name}: got {shortened(repr(value))}, expected names or patterns of layers, such as "
                 "[A-MUR*, L-01]; correct it, and put numbers in quotes"
             )
-        for pattern in (each.strip() for each in own):
+        for pattern in texts:
             if patterns.setdefault(pattern, Kind(kind)) != kind:
                 raise SceneError(
                     f"{where}{name}: got {pattern!r} as {patterns[pattern].value}, too, expected one kind; leave one "

@@ -26,6 +26,10 @@ _LEAST_APART = 10.0
 
 
 _RATIO_IN_TEXT = re.compile(r"(?<![\d.:,])1\s?[:/]\s?(\d{2,4})(?![\d.:,])")
+_BAR_LABEL = re.compile(r"^(\d{1,4}(?:[.,]\d{1,2})?)\s*(m|M|cm|mm|ft|')?\.?$")
+_BAR_UNIT_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "'": 0.3048}
+_SAME_BAR_SHARE, _SAME_ROW_POINTS = 0.03, 2.0
+"""How well labels of a scale bar agree: their middles lie beside their marks by a part of a letter."""
 _NUMBER = re.compile(r"^\d{1,5}(?:[.,]\d{1,3})?$")
 _USUAL = (10, 20, 25, 33.333, 40, 50, 75, 100, 125, 150, 200, 250, 300, 400, 500, 1000, 24, 48, 64, 96, 192)
 """Ratios of scales that plans are drawn at, in metres and in feet and inches."""
@@ -144,14 +148,27 @@ def scaled(drawing: Drawing, scale: PageScale) -> Drawing:
 
 
 def stated_ratio(drawing: Drawing) -> tuple[float, str] | None:
-    """The scale that a page states, and where: a text such as `1:100`, else dimensions that agree with their lines.
+    """The scale that a page states, and where: a text such as `1:100`, a scale bar, or dimensions of lines.
 
     None: it states none, or several.
+
+    Raises
+    ------
+    SceneError
+        Its text and its scale bar contradict each other: it was enlarged or reduced when it was printed.
     """
     found = {float(match[1]) for text in drawing.texts for match in _RATIO_IN_TEXT.finditer(text.text)}
+    bar = _ratio_of_bar(drawing)
     if len(found) == 1:
         ratio = found.pop()
+        if bar is not None and abs(bar / ratio - 1.0) > _SAME_BAR_SHARE:
+            raise SceneError(
+                f"{drawing.name}: got the text 1:{ratio:g} and a scale bar of about 1:{bar:.0f} on its page, expected "
+                "one scale, so it was perhaps printed larger or smaller; measure, and pass --scale or --scale-by."
+            )
         return ratio, f"the text 1:{ratio:g} on its page"
+    if bar in _USUAL:
+        return float(bar), "the scale bar on its page"
     votes = _votes_of_dimensions(drawing)
     if not votes:
         return None
@@ -160,6 +177,32 @@ def stated_ratio(drawing: Drawing) -> tuple[float, str] | None:
     if count < _VOTES or count < _LEAD * others:
         return None
     return ratio, f"{count} dimensions on its page"
+
+
+def _ratio_of_bar(drawing: Drawing) -> float | None:
+    """The ratio of a scale bar: labels in a row from 0, as far apart as their numbers are, the last one with a unit.
+
+    0    1    2         5 m
+    |----|----|---------|
+    """
+    labels = [(text.x, text.y, float(match[1].replace(",", ".")), match[2])
+              for text in drawing.texts if (match := _BAR_LABEL.match(text.text))]  # fmt: skip
+    if drawing.paper_unit_m is None:
+        return None
+    for x0, y0, value0, unit0 in labels:
+        row = sorted(each for each in labels if abs(each[1] - y0) <= _SAME_ROW_POINTS and each[0] > x0)
+        plain = [each for each in row if not each[3]]
+        last = next((each for each in row if each[3]), None)
+        if value0 or unit0 or last is None or len(plain) < 2:
+            continue
+        per_point = np.array([value / (x - x0) for x, _, value, _ in plain])
+        slope = float(np.median(per_point))
+        is_even = (np.abs(per_point / slope - 1.0) <= _SAME_BAR_SHARE).all()
+        # The middle of a label with its unit lies aside of its mark.
+        if is_even and abs(last[2] / slope - (last[0] - x0)) <= _BESIDE_POINTS and last[2] >= plain[-1][2]:
+            ratio = slope * _BAR_UNIT_M[last[3].lower()] / drawing.paper_unit_m
+            return next((float(usual) for usual in _USUAL if abs(ratio / usual - 1.0) <= _SAME_BAR_SHARE), ratio)
+    return None
 
 
 def _votes_of_dimensions(drawing: Drawing) -> dict[float, int]:

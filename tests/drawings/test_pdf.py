@@ -174,6 +174,19 @@ def test_page_that_is_a_picture_is_scaled_by_points_of_the_page_and_shown_under_
     assert high == pytest.approx(walls.max(axis=0).tolist(), abs=0.03)
 
 
+def test_scale_bar_gives_the_scale_and_contradicts_a_text_of_another(page):
+    def draw(canvas, text=""):
+        draw_plan(canvas, names=False)
+        for label, value in (("0", 0), ("1", 1), ("2", 2), ("5 m", 5)):
+            canvas.drawCentredString(60.0 + value * PER_M, 30.0, label)
+        canvas.drawString(300.0, 20.0, text)
+
+    assert stated_ratio(read_pdf(str(page(draw)))) == (100.0, "the scale bar on its page")
+    drawing = read_pdf(str(page(lambda canvas: draw(canvas, "1:50"))))
+    with pytest.raises(SceneError, match=r"got the text 1:50 and a scale bar of about 1:100 on its page.*--scale-by"):
+        stated_ratio(drawing)
+
+
 @pytest.mark.parametrize(("contents", "words"), [(b"%PDF-1.7\nhello", "PDFium can't read it"), (b"", "PDFium")])
 def test_what_is_no_pdf_is_refused(tmp_path, contents, words):
     (tmp_path / "a.pdf").write_bytes(contents)
