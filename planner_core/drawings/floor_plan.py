@@ -133,6 +133,12 @@ def floor_plans(
         plans = [
             _floor_plan(drawing, kinds, np.arange(drawing.n_strokes), unit_m, patterns=patterns or {}, layer=layer)
         ]
+        if not plans[0].rooms and drawing.from_picture is None:  # lines of pictures may be mended by hand
+            raise SceneError(
+                f"{drawing.name}: no layer has a name for walls, and what looks like them on layer "
+                f"{one_line(drawing.layers[layer])} encloses no room, expected a floor plan and no furniture; name "
+                "the layer of the walls, such as --layer wall=NAME."
+            )
     else:
         plans = [
             _floor_plan(

@@ -21,6 +21,8 @@ from planner_core.model import FloatArray, Int64Array
 _RATIO = re.compile(r"^\s*1\s*[:/]\s*(\d+(?:\.\d+)?)\s*$")
 _MOST_SKEW_RAD, _LEAST_SKEW_RAD = np.deg2rad(15.0), np.deg2rad(0.05)
 _STEP_RAD = np.deg2rad(0.1)
+_MAIN_SHARE = 0.3
+"""Of the length of all lines that those of a plan have which run along its main axes, at least."""
 _LEAST_APART = 10.0
 """Units between points, so that a pixel more or less does not count."""
 
@@ -130,7 +132,7 @@ def scaled(drawing: Drawing, scale: PageScale) -> Drawing:
         corners, places = size_m * corners, size_m * places
         matrix = np.diag([size_m, size_m, 1.0])
     if drawing.from_picture is not None and not scale.corners:
-        turn = _upright(corners, drawing.starts)
+        turn = _upright(drawing.name, corners, drawing.starts)
         corners, places = corners @ turn.T, places @ turn.T
         matrix[:2, :2] = turn @ matrix[:2, :2]
     at = zip(drawing.texts, places.tolist(), strict=True)
@@ -167,8 +169,8 @@ def stated_ratio(drawing: Drawing) -> tuple[float, str] | None:
                 "one scale, so it was perhaps printed larger or smaller; measure, and pass --scale or --scale-by."
             )
         return ratio, f"the text 1:{ratio:g} on its page"
-    if bar in _USUAL:
-        return float(bar), "the scale bar on its page"
+    if bar is not None and bar in _USUAL:
+        return bar, "the scale bar on its page"
     votes = _votes_of_dimensions(drawing)
     if not votes:
         return None
@@ -320,7 +322,7 @@ def _squaring(scale: PageScale, drawing: Drawing) -> FloatArray:
     return np.asarray(matrix @ [[1 / size, 0, -middle[0] / size], [0, 1 / size, -middle[1] / size], [0, 0, 1]])
 
 
-def _upright(points: FloatArray, starts: Int64Array) -> FloatArray:
+def _upright(name: str, points: FloatArray, starts: Int64Array) -> FloatArray:
     """(2, 2) turn by the small angle at which most lines of points (N, 2) run along an axis."""
     step = np.diff(points, axis=0)
     inner = np.ones(len(step), dtype=np.bool_)
@@ -334,6 +336,12 @@ def _upright(points: FloatArray, starts: Int64Array) -> FloatArray:
     best = values[np.argmax(np.bincount(at.reshape(-1), weights=length))] * _STEP_RAD
     near = np.abs(angle - best) <= 2 * _STEP_RAD
     skew = float((angle[near] * length[near]).sum() / length[near].sum())
+    if abs(skew) >= _MOST_SKEW_RAD and length[near].sum() > _MAIN_SHARE * length.sum():
+        raise SceneError(
+            f"{name}: its lines run at {abs(np.rad2deg(skew)):.0f} degrees to the edges of the picture, expected less "
+            f"than {np.rad2deg(_MOST_SKEW_RAD):.0f}, as slanting lines are traced badly; turn it upright in an image "
+            "editor, or photograph it from straight ahead."
+        )
     if not _LEAST_SKEW_RAD < abs(skew) < _MOST_SKEW_RAD:
         return np.eye(2)
     return np.array([[np.cos(skew), np.sin(skew)], [-np.sin(skew), np.cos(skew)]])

@@ -57,6 +57,18 @@ def test_layers_of_any_name_are_read_by_patterns_and_swings(tmp_path):
     assert kinds(plan) == [("door", 0.9), ("door", 1.0), ("window", 1.5)]
 
 
+def test_furniture_alone_is_no_floor_plan_unless_its_layer_is_named(tmp_path):
+    document = ezdxf.new("R2010", units=6)
+    for number in range(5):
+        desk = [(2.0 * number + x, y) for x, y in ((0.0, 0.0), (1.4, 0.0), (1.4, 0.4), (0.0, 0.4))]
+        document.modelspace().add_lwpolyline(desk, close=True, dxfattribs={"layer": "P1"})
+    document.saveas(tmp_path / "a.dxf")
+    with pytest.raises(SceneError, match=r"on layer P1 encloses no room, expected a floor plan.*--layer wall=NAME"):
+        floor_plans(read_dxf(str(tmp_path / "a.dxf")))
+    (plan,) = floor_plans(read_dxf(str(tmp_path / "a.dxf")), patterns={"P1": Kind.WALL})
+    assert any("enclose no room" in line for line in plan.warnings)
+
+
 def test_gaps_without_symbols_are_doubtful_and_named(tmp_path):
     draw_two_rooms(tmp_path / "a.dxf", symbols=False)
     (plan,) = floor_plans(read_dxf(str(tmp_path / "a.dxf")))

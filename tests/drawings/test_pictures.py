@@ -112,6 +112,12 @@ def test_picture_that_lies_askew_is_turned_upright():
     assert len(plan.rooms) == 2
 
 
+def test_picture_that_is_turned_by_far_is_refused():
+    image = Image.fromarray(picture()).rotate(45.0, expand=True, fillcolor="white", resample=Image.Resampling.BICUBIC)
+    with pytest.raises(SceneError, match=r"run at 4[45] degrees to the edges of the picture.*turn it upright"):
+        plan_of(np.array(image))
+
+
 def seen_askew(points):
     """A camera looks down on the plan from one side: lines meet at a point far away."""
     depth = 1.0 + points[:, 1:] / 2200.0
