@@ -10,6 +10,7 @@ import {
   type Chosen,
   closeOpening,
   middleOf,
+  nameRoom,
   placeOpening,
   raiseCeiling,
   raiseFloor,
@@ -42,6 +43,7 @@ export function DrawingPanel(props: PanelProps) {
         <ToCheck {...props} />
         <StoreySection {...props} />
         <BuildingSection editor={editor} drawn={drawn} />
+        <RoomNames {...props} />
       </fieldset>
     </aside>
   );
@@ -302,6 +304,31 @@ function StoreySection({ editor, drawn }: PanelProps) {
       {rooms.length === 0 && (
         <p class="drawing-note">{t('Its walls enclose no room. Close the gaps, or mark them as open.')}</p>
       )}
+    </Section>
+  );
+}
+
+function RoomNames({ editor, drawn, goTo }: PanelProps) {
+  const number = editor.storey.value;
+  const rooms = editor.rooms.value[number] ?? [];
+  if (rooms.length === 0) return null;
+  return (
+    <Section title={t('Names of rooms')}>
+      <p class="hint">{t('A number, a name, or both, such as 101 Office.')}</p>
+      {rooms.map(({ name, long_name, outline }, row) => {
+        const words = [name, long_name].filter(Boolean).join(' ');
+        return (
+          <input
+            key={`${row} ${words}`}
+            type="text"
+            maxLength={100}
+            aria-label={t('Name of room {name}', { name: words })}
+            value={words}
+            onFocus={() => goTo(outline as Corners)}
+            onChange={(event) => editor.change(nameRoom(drawn, number, outline as Corners, event.currentTarget.value))}
+          />
+        );
+      })}
     </Section>
   );
 }

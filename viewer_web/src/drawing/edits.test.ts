@@ -4,6 +4,7 @@ import {
   addOpening,
   addWall,
   closeOpening,
+  nameRoom,
   placeOpening,
   raiseCeiling,
   raiseFloor,
@@ -172,6 +173,26 @@ test('north is clockwise from up', () => {
   expect(withNorth(HOUSE, [1, 1], [2, 1])?.north_deg).toBe(90);
   expect(withNorth(HOUSE, [1, 1], [0, 2])?.north_deg).toBe(-45);
   expect(withNorth(HOUSE, [1, 1], [1, 1])).toBeNull();
+});
+
+test('a room is named by one text inside of it, and loses its name without words', () => {
+  const ell: Corners = [
+    [0, 1],
+    [6, 1],
+    [6, 2],
+    [3, 2],
+    [3, 8],
+    [0, 8],
+  ];
+  const named = nameRoom(HOUSE, 0, ell, ' 7 Kitchen ');
+  const { texts } = named.storeys[0];
+  expect(texts.map(({ text }) => text)).toEqual(['7 Kitchen']);
+  expect(texts[0].at).toEqual([1.5, 5]);
+  expect(nameRoom(named, 0, box(10, 0, 12, 2), 'Hall').storeys[0].texts.map(({ text }) => text)).toEqual([
+    '7 Kitchen',
+    'Hall',
+  ]);
+  expect(nameRoom(named, 0, ell, '').storeys[0].texts).toEqual([]);
 });
 
 test('storeys above keep their distance where a floor or a ceiling is raised', () => {

@@ -6,6 +6,7 @@ import {
   type Corners,
   direction,
   distance,
+  isInside,
   minus,
   moved,
   openingIn,
@@ -13,6 +14,7 @@ import {
   plus,
   rounded,
   type Straight,
+  spotInside,
   straightOf,
   straightOfOpening,
 } from './geometry.ts';
@@ -244,6 +246,14 @@ export function withNorth(drawn: Drawn, from: Corner, to: Corner): Drawn | null 
   const [x, y] = minus(to, from);
   if (Math.hypot(x, y) < 1e-6) return null;
   return { ...drawn, north_deg: Math.round((Math.atan2(x, y) * 180e4) / Math.PI) / 1e4 };
+}
+
+/** A room with another name: of the texts that lie in it one is left, with the words. */
+export function nameRoom(drawn: Drawn, number: number, outline: Corners, words: string): Drawn {
+  const others = drawn.storeys[number].texts.filter(({ at }) => !isInside(outline, at));
+  const name = words.trim().slice(0, 500);
+  const own = name === '' ? [] : [{ text: name, at: rounded(spotInside(outline)) as Pair }];
+  return withStorey(drawn, number, { texts: [...others, ...own] });
 }
 
 /** A storey's floor at another elevation; those above it keep their distance. */

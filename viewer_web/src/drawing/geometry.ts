@@ -80,6 +80,25 @@ export function nearestOn(a: Corner, b: Corner, at: Corner): Corner {
   return plus(a, along, Math.min(Math.max(dot(minus(at, a), along), 0), distance(a, b)));
 }
 
+/** A spot inside of an outline, in the middle of where it is widest. */
+export function spotInside(outline: Corners): Corner {
+  const levels = [...new Set(outline.map(([, y]) => y))].sort((a, b) => a - b);
+  let [best, spot] = [-1, outline[0]];
+  for (let i = 1; i < levels.length; i++) {
+    const y = (levels[i - 1] + levels[i]) / 2;
+    const crossings = outline.flatMap(([x0, y0], k) => {
+      const [x1, y1] = outline[(k + 1) % outline.length];
+      return y0 > y !== y1 > y ? [x0 + ((x1 - x0) * (y - y0)) / (y1 - y0)] : [];
+    });
+    crossings.sort((a, b) => a - b);
+    for (let k = 1; k < crossings.length; k += 2) {
+      const size = Math.min(crossings[k] - crossings[k - 1], levels[i] - levels[i - 1]);
+      if (size > best) [best, spot] = [size, [(crossings[k - 1] + crossings[k]) / 2, y]];
+    }
+  }
+  return spot;
+}
+
 export function isInside(outline: Corners, [x, y]: Corner): boolean {
   let inside = false;
   for (let i = 0, j = outline.length - 1; i < outline.length; j = i++) {

@@ -50,6 +50,9 @@ export const DRAWING = {
   'Its walls enclose no room. Close the gaps, or mark them as open.':
     'Die Wände umschließen keinen Raum. Lücken schließen oder als offen kennzeichnen.',
   Building: 'Gebäude',
+  'Names of rooms': 'Namen der Räume',
+  'A number, a name, or both, such as 101 Office.': 'Eine Nummer, ein Name oder beides, etwa 101 Büro.',
+  'Name of room {name}': 'Name von Raum {name}',
   'Door height': 'Türhöhe',
   'Sill height': 'Brüstungshöhe',
   'Window head': 'Fenstersturz',
