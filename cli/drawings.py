@@ -100,7 +100,8 @@ def _lift_recognised(
     if files.document.exists() and (revision := read_drawn_file(files.document).revision):
         raise OutputExistsError(
             f"{files.document}: holds {revision} saved {'correction' if revision == 1 else 'corrections'}, which a new "
-            f"reading of the drawing would lose; plan from them with tlsplan plan {files.document}, or delete the file"
+            f"reading of the drawing would lose; go on with tlsplan view {files.document}, or tlsplan plan, or delete "
+            "it"
         )
     found = recognised(drawings, options, progress=reporter.show)
     building = raised(found.drawn)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ..options import DEFAULT_DRAWING_SETTINGS, DrawingSettings, FileOptions, apply, drawing_options, units_option
+
 if TYPE_CHECKING:
     from viewer_web.server.jobs.runs import LeftRun
 
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
               help="Comments and verdicts only: no edited stations, no runs, no sign-off.")  # fmt: skip
 @click.option("--no-live", is_flag=True, help="No live figures: saves memory and time.")
 @click.option("--no-browser", is_flag=True, help="Print the address without opening a browser.")
+@apply(units_option, drawing_options)
 def command(
     plan: Path,
     port: int | None,
@@ -41,15 +44,19 @@ def command(
     comment_only: bool,
     no_live: bool,
     no_browser: bool,
+    units: tuple[tuple[str, str], ...],
+    drawn: DrawingSettings,
 ) -> None:
     """Show the plan folder PLAN in the browser, served until Ctrl-C.
 
-    PLAN may be a drawing file, such as floor.drawing.json: it is corrected before it is planned.
+    PLAN may be a drawing (DXF, PDF, picture), or a drawing file such as floor.drawing.json: it is corrected before it
+    is planned. The options from --units on are of drawings.
 
     The printed address contains a token: anyone who has it can read the plan and change its review. With the second
     address one can read, comment and give verdicts, and no more.
     """
     from planner_core.cache import CACHE_VARIABLE
+    from planner_core.drawings.lift import is_drawing
     from planner_core.errors import PlanFolderError, RequirementError, one_line
     from planner_core.plan_folder.drawn_files import DrawnFiles, is_drawn_file, read_drawn_file
     from planner_core.plan_folder.plan_json import read_plan_json
@@ -77,6 +84,10 @@ def command(
     def warn(line: str) -> None:
         click.echo(f"warning: {one_line(line)}", err=True)
 
+    if is_drawing(plan):
+        plan = shown = _recognised(plan, FileOptions(units=units), drawn)
+    elif units or drawn != DEFAULT_DRAWING_SETTINGS:
+        raise RequirementError(f"options of drawings: got them with {plan}, expected a drawing; leave them out")
     if is_drawn_file(plan):
         read_drawn_file(plan)  # a broken one is refused here, not by an empty page
         plan = DrawnFiles.of(plan.resolve()).plan_folder
@@ -119,6 +130,17 @@ def command(
             output.say(_left_in_words(run))
         if opening_goes_on():
             leave_at_once(0)
+
+
+def _recognised(drawing: Path, reading: FileOptions, drawn: DrawingSettings) -> Path:
+    """Read a drawing as `tlsplan plan` does, to the drawing file in the current directory."""
+    from ..drawings import with_drawings_lifted
+    from ..progress import ProgressReporter
+
+    lifted = Path(f"{drawing.stem}-plan.ifc")
+    with ProgressReporter(quiet=False) as reporter:
+        with_drawings_lifted([drawing], reading, drawn, lifted, reporter, overwrite=False)
+    return lifted.with_suffix(".drawing.json")
 
 
 def _left_in_words(left: LeftRun) -> str:

@@ -14,8 +14,8 @@ from oldest_plan import oldest_plan
 from tlsplan import environment
 from tlsplan.group import cli
 
-from planner_core.plan_folder.drawn_files import write_drawn
-from tests.drawings.drawn_buildings import room_document
+from planner_core.plan_folder.drawn_files import read_drawn_file, write_drawn
+from tests.drawings.drawn_buildings import draw_two_rooms, room_document
 from viewer_web.server import serve
 from viewer_web.server.jobs.runs import LeftRun
 from viewer_web.server.live_worker import LiveSide
@@ -129,6 +129,20 @@ def test_an_opening_that_outlives_the_server_does_not_spoil_the_end(
 def test_a_run_of_another_server_is_told_to_go_on(view: View, tmp_path: Path) -> None:
     *_, said = view(LeftRun("R007", is_ending=False, plan=tmp_path / "R007")).stdout.splitlines()
     assert said.startswith("run R007 continues") and "start `tlsplan view` again" in said
+
+
+def test_a_drawing_is_recognised_and_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[Path] = []
+    monkeypatch.setattr(serve, "serve", lambda plan, **_: shown.append(plan))
+    monkeypatch.chdir(tmp_path)
+    draw_two_rooms(tmp_path / "house.dxf")
+    done = CliRunner().invoke(cli, ["view", "house.dxf", "--no-browser", "--room-height", "2.6"])
+    assert done.exit_code == 0, done.output
+    assert shown == [tmp_path / "house-plan"]
+    (storey,) = read_drawn_file(tmp_path / "house-plan.drawing.json").storeys
+    assert storey.room_height_m == 2.6
+    refused = CliRunner().invoke(cli, ["view", "plan", "--no-browser", "--units", "mm"])
+    assert "options of drawings: got them with plan, expected a drawing" in str(refused.exception)
 
 
 def test_a_drawing_file_is_shown_before_there_is_a_plan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
