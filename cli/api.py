@@ -14,7 +14,7 @@ from planner_core.engine.patch_mode import mode_that_counts_parts
 from planner_core.errors import PlannerError, StationListError
 from planner_core.export.options import Options as ExportOptions
 from planner_core.export.reviewed import opened_as_reviewed
-from planner_core.export.write import Written, export_pack
+from planner_core.export.write import Written, check_export, export_pack
 from planner_core.model import (
     Doors,
     Glass,
@@ -275,7 +275,11 @@ def export(
     more: dict[str, Any] = {"overwrite": overwrite, "progress": progress}
     if isinstance(plan, PlanSource):
         return export_pack(formats, plan, Path(folder), options, **more)
-    with opened_as_reviewed(Path(plan), tuple(formats), progress=progress) as (opened, remarks):
+
+    def check(source: PlanSource) -> None:
+        check_export(formats, source, Path(folder), options, is_pack=True, overwrite=overwrite)
+
+    with opened_as_reviewed(Path(plan), tuple(formats), check=check, progress=progress) as (opened, remarks):
         written = export_pack(formats, opened, Path(folder), options, **more)
     return replace(written, remarks=(*written.remarks, *remarks))
 

@@ -225,18 +225,23 @@ def _export(
 ) -> Written:
     from planner_core.export.formats import ALL
     from planner_core.export.reviewed import opened_as_reviewed
-    from planner_core.export.write import export_pack, export_plan
+    from planner_core.export.write import check_export, export_pack, export_plan
 
     common: dict[str, Any] = {"scene": scene, "frame": frame, "progress": progress}
+    is_pack = len(names) > 1 or names[0] == ALL
+
+    def check(source: PlanSource) -> None:
+        check_export(names, source, target, options, is_pack=is_pack, overwrite=overwrite)
+
     with contextlib.ExitStack() as stack:
         source: Path | PlanSource = plan
         remarks: tuple[str, ...] = ()
         if not as_planned:
-            source, remarks = stack.enter_context(opened_as_reviewed(plan, names, **common))
-        if len(names) == 1 and names[0] != ALL:
-            written = export_plan(names[0], source, target, options, overwrite=overwrite, **common)
-        else:
+            source, remarks = stack.enter_context(opened_as_reviewed(plan, names, check=check, **common))
+        if is_pack:
             written = export_pack(names, source, target, options, overwrite=overwrite, **common)
+        else:
+            written = export_plan(names[0], source, target, options, overwrite=overwrite, **common)
     return replace(written, remarks=(*written.remarks, *remarks))
 
 

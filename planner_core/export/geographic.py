@@ -11,11 +11,14 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import CrsNeededError, ExportError
+from planner_core.export.options import Options
 from planner_core.model import FloatArray, LengthUnit, SiteFrame
 
 WGS84 = "EPSG:4326"
 #: A tenth of a millimetre on the ground, as everywhere else.
 DECIMALS = 9
+_INSTEAD = {"geojson": ", or write its coordinates as they are with --geojson-crs local"}
+"""The way to do without, by format."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +49,13 @@ class Geographic:
         return np.asarray(np.round(out, DECIMALS) + 0.0)
 
 
-def geographic_of(frame: SiteFrame, what: str, *, instead: str = "") -> Geographic:
-    """Return the way to degrees; `what` needs them, and `instead` is the way to do without, for the message.
+def needs_crs(name: str, options: Options) -> bool:
+    """Whether a format has longitude and latitude, whatever else the options choose."""
+    return name == "kml" or (name == "geojson" and options.geojson_crs == "wgs84")
+
+
+def geographic_of(frame: SiteFrame, what: str) -> Geographic:
+    """Return the way to degrees, which `what` needs.
 
     Raises
     ------
@@ -59,7 +67,7 @@ def geographic_of(frame: SiteFrame, what: str, *, instead: str = "") -> Geograph
     if not frame.crs:
         raise CrsNeededError(
             f"{what}: the plan is in {frame.name} without a CRS, expected a CRS for longitude and latitude; give --crs "
-            f"and --origin (or --control-points){instead}"
+            f"and --origin (or --control-points){_INSTEAD.get(what, '')}"
         )
     import warnings
 

@@ -50,9 +50,7 @@ def write_geojson(plan: PlanSource, path: Path, options: Options, progress: Prog
         raise RequirementError(f"--geojson-crs: got {options.geojson_crs!r}, expected wgs84 or local")
     document: dict[str, Any] = {"type": "FeatureCollection", "name": Path(plan.title).stem or "plan"}
     if options.geojson_crs == "wgs84":
-        way = geographic_of(
-            plan.frame, "geojson", instead=", or write its coordinates as they are with --geojson-crs local"
-        )
+        way = geographic_of(plan.frame, "geojson")
         positions, remarks = (lambda site_m: way.degrees(site_m).tolist()), way.remarks
     else:
         document["crs"] = _named_crs(plan.frame)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import math
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -72,11 +72,14 @@ def opened_as_reviewed(
     folder: Path,
     names: Sequence[str],
     *,
+    check: Callable[[PlanSource], None] | None = None,
     scene: ScenePaths = None,
     frame: FrameRequest | None = None,
     progress: Progress = silent,
 ) -> Iterator[tuple[PlanSource, tuple[str, ...]]]:
     """Open a plan folder as its review leaves it, for these formats, with remarks for the user, one line each.
+
+    check : refuses the plan as it was made, before it is evaluated anew.
 
     Where stations were edited, and the scene is there, formats with a route or figures have a plan evaluated anew, in
     a folder that is gone at the end; its route visits the stations in the order of the review.
@@ -89,6 +92,8 @@ def opened_as_reviewed(
         As `open_plan`; or the review can't be read.
     """
     plan = open_plan(folder, scene=scene, frame=frame)
+    if check is not None:
+        check(plan)
     names = [each.name for each in formats_named(names) if not each.holds_review or each.name == "bcf"]
     if not names or not (plan.folder / REVIEW_FILE).is_file():
         yield plan, ()

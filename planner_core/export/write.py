@@ -13,6 +13,7 @@ from pathlib import Path
 from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import CrsNeededError, ExportError, PlannerError, RequirementError, is_of_full_disk
 from planner_core.export.formats import ALL, Format, formats_named
+from planner_core.export.geographic import geographic_of, needs_crs
 from planner_core.export.options import Options
 from planner_core.export.targets import (
     check_file,
@@ -45,6 +46,24 @@ class Written:
     coordinates: str = ""
     notes: tuple[str, ...] = ()
     failed: tuple[str, ...] = ()
+
+
+def check_export(
+    names: Sequence[str], plan: PlanSource, target: Path, options: Options, *, is_pack: bool, overwrite: bool
+) -> None:
+    """Refuse what can be refused before minutes are spent: a target that is not free, degrees without a CRS.
+
+    is_pack : whether `export_pack` follows, or `export_plan`. Raises as these.
+    """
+    chosen = formats_named(names)
+    with target_guarded(plan, target):
+        if is_pack or chosen[0].is_folder:
+            check_folder(target, overwrite=overwrite)
+        else:
+            check_file(target, overwrite=overwrite)
+    for each in chosen:
+        if ALL not in names and needs_crs(each.name, options):
+            geographic_of(plan.frame, each.name)
 
 
 def export_plan(

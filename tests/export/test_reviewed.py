@@ -8,6 +8,7 @@ import json
 import re
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,16 +17,16 @@ from in_process import run_here
 from shared_plans import SharedPlan
 from small_pictures import draw_blank
 
-from planner_core.errors import ExportError
+from planner_core.errors import CrsNeededError, ExportError
 from planner_core.export import reviewed
 from planner_core.export.formats import FORMATS
 from planner_core.export.options import Options
 from planner_core.export.reviewed import OFFERED, edited_stations, export_reviewed, opened_as_reviewed
-from planner_core.export.write import export_pack, export_plan
+from planner_core.export.write import check_export, export_pack, export_plan
 from planner_core.model import Entrance
 from planner_core.model.review import ForbiddenPlace, Zone
 from planner_core.plan_folder.plan_json import read_plan_json
-from planner_core.plan_folder.plan_source import PlanSource
+from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.review.changes import (
     AddComment,
     AddEntrance,
@@ -235,6 +236,29 @@ def test_sheets_of_edited_stations_need_the_scene_and_say_so(box_folder: Path, t
     ):
         export_reviewed("pdf", folder, tmp_path / "sheets.pdf")
     assert not (tmp_path / "sheets.pdf").exists()
+
+
+def test_what_can_not_be_written_is_refused_before_edited_stations_are_evaluated(
+    box_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = box_folder / "plan"
+    (station, *_) = read_plan_json(folder)["stations"]
+    x, y, z = station["position"]
+    change(folder, MoveStation(station["id"], (x + 0.25, y, z)))
+    monkeypatch.setattr(reviewed, "_evaluated", lambda *_: pytest.fail("evaluated"))
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "notes.txt").write_text("mine")
+    (tmp_path / "own.dxf").write_text("mine")
+    for target, names, code, message in (
+        ("own", "dxf,geojson", 5, "holds files that were not exported from a plan"),
+        ("own.dxf", "dxf", 5, "exists, expected a free name"),
+    ):
+        refused = run_here("export", folder, "--format", names, "-o", tmp_path / target)
+        assert (refused.returncode, message in refused.stderr) == (code, True), refused.stderr
+    plan = open_plan(folder)
+    plan = replace(plan, frame=replace(plan.frame, crs=""))
+    with pytest.raises(CrsNeededError, match=r"geojson: .*expected a CRS for longitude and latitude; give --crs"):
+        check_export(("dxf", "geojson"), plan, tmp_path / "pack", Options(), is_pack=True, overwrite=False)
 
 
 def test_a_review_without_stations_is_refused(box_folder: Path, tmp_path: Path) -> None:
