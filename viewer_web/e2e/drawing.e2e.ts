@@ -79,6 +79,11 @@ test('gaps get a door and a wall, a wall is drawn, north is set, and all of it i
   await page.getByRole('textbox', { name: 'Wall height, m' }).fill('3');
   await page.keyboard.press('Enter');
 
+  const rooms = page.getByRole('textbox', { name: /^Room / });
+  await rooms.first().fill('7 Kitchen');
+  await page.keyboard.press('Enter');
+  await expect.poll(() => page.locator('.drawing-names').textContent()).toContain('7 Kitchen');
+
   // Taken back and done again by keys, a door is deleted and comes back.
   await page.locator('[data-id="O2"]').click();
   await page.keyboard.press('Delete');

@@ -318,15 +318,18 @@ function RoomNames({ editor, drawn, goTo }: PanelProps) {
       {rooms.map(({ name, long_name, outline }, row) => {
         const words = [name, long_name].filter(Boolean).join(' ');
         return (
-          <input
-            key={`${row} ${words}`}
-            type="text"
-            maxLength={100}
-            aria-label={t('Name of room {name}', { name: words })}
-            value={words}
-            onFocus={() => goTo(outline as Corners)}
-            onChange={(event) => editor.change(nameRoom(drawn, number, outline as Corners, event.currentTarget.value))}
-          />
+          <label class="field" key={`${row} ${words}`}>
+            <input
+              type="text"
+              maxLength={100}
+              aria-label={t('Room {name}', { name: words })}
+              value={words}
+              onFocus={() => goTo(outline as Corners)}
+              onChange={(event) =>
+                editor.change(nameRoom(drawn, number, outline as Corners, event.currentTarget.value))
+              }
+            />
+          </label>
         );
       })}
     </Section>

@@ -52,7 +52,7 @@ export const DRAWING = {
   Building: 'Gebäude',
   'Names of rooms': 'Namen der Räume',
   'A number, a name, or both, such as 101 Office.': 'Eine Nummer, ein Name oder beides, etwa 101 Büro.',
-  'Name of room {name}': 'Name von Raum {name}',
+  'Room {name}': 'Raum {name}',
   'Door height': 'Türhöhe',
   'Sill height': 'Brüstungshöhe',
   'Window head': 'Fenstersturz',
