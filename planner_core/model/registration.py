@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field, PlainSerializer, computed_field
 
 from planner_core.documents import Number, YesNo, document
-from planner_core.model.values import ProbabilityIfKnown, Share, StrengthIfKnown
+from planner_core.model.values import Count, ProbabilityIfKnown, Share, StrengthIfKnown
 
 #: A link holds as set up with this share of the overlap and so many times the risk that limits allow on the marks:
 #: docs/method/registration.md has the figures.
@@ -166,6 +166,18 @@ class NetworkGap:
     targets_m: tuple[tuple[float, float, float], ...] = ()
 
 
+@document
+@dataclass(frozen=True)
+class NetworkJoin:
+    """Stations that coverage does not need, linked with each other, and what they join."""
+
+    stations: tuple[str, ...]
+    n_groups: Count
+    """Groups of the other stations that they link; 1: they make their network hold as it is set up."""
+    floors: tuple[str, ...]
+    """Ids of these groups' floors, in the order of the plan."""
+
+
 @dataclass(frozen=True)
 class FloorNetworks:
     """One floor's stations as links between them, and no way over other floors, join them."""
@@ -191,6 +203,8 @@ class Registration:
     gaps: tuple[NetworkGap, ...]
     doors_needed: tuple[str, ...] = ()
     """Ids of open doors without which there are more networks, sorted."""
+    joins: tuple[NetworkJoin, ...] = ()
+    """Stations that are there for the network alone; empty: none, or not worked out."""
 
     @property
     def connected(self) -> bool:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from types import MappingProxyType
@@ -20,7 +20,7 @@ from types import MappingProxyType
 from planner_core.coverage.percent import probability_percent, reached_percent
 from planner_core.errors import RequirementError
 from planner_core.model import FloatArray, Link, LinkLimits, PreAlignment
-from planner_core.model.registration import FloorNetworks, NetworkGap, Registration, RegistrationNetwork
+from planner_core.model.registration import FloorNetworks, NetworkGap, NetworkJoin, Registration, RegistrationNetwork
 from planner_core.network.links import MIN_LISTED_OVERLAP
 from planner_core.network.weak_motion import motion_words
 
@@ -46,6 +46,7 @@ def registration_report(
     *,
     limits: LinkLimits,
     loops: bool = False,
+    only_join: Collection[str] = (),
 ) -> Registration:
     """Say how stations are connected.
 
@@ -59,6 +60,8 @@ def registration_report(
         What a link needs. A figure that is NaN was not computed and is not judged.
     loops
         Whether every network of three or more stations has to survive the failure of a link.
+    only_join
+        Ids of stations without which all surface that is required is covered as well.
 
     Raises
     ------
@@ -81,6 +84,7 @@ def registration_report(
         floor_joins=tuple(link for link in good if floor_of[link.a] != floor_of[link.b]),
         gaps=_gaps(links, network_of, limits),
         doors_needed=_doors_needed(station_ids, good, len(groups)),
+        joins=tuple(_joins(station_ids, good, floor_of, only_join)),
     )
 
 
@@ -170,6 +174,22 @@ def _doors_needed(stations: Sequence[str], good: Sequence[Link], n_groups: int) 
     doors = sorted({door for link in good for door in link.only_open})
     left = {door: [link for link in good if door not in link.only_open] for door in doors}
     return tuple(door for door in doors if len(_groups(stations, left[door])) > n_groups)
+
+
+def _joins(
+    stations: Sequence[str], good: Sequence[Link], floor_of: Mapping[str, str], only_join: Collection[str]
+) -> Iterator[NetworkJoin]:
+    """What stations join that coverage does not need."""
+    between = [link for link in good if (link.a in only_join) != (link.b in only_join)]
+    others = [station for station in stations if station not in only_join]
+    groups = _groups(others, [link for link in good if link.a not in only_join and link.b not in only_join])
+    group_of = {station: number for number, group in enumerate(groups) for station in group}
+    joining = [station for station in stations if station in only_join]
+    for cluster in _groups(joining, [link for link in good if link.a in only_join and link.b in only_join]):
+        ends = {end for link in between if link.a in cluster or link.b in cluster for end in (link.a, link.b)}
+        joined = {group_of[end] for end in ends if end in group_of}
+        floors = dict.fromkeys(floor_of[station] for station in others if group_of[station] in joined)
+        yield NetworkJoin(cluster, len(joined), tuple(floors))
 
 
 def _neighbours(stations: Iterable[str], links: Iterable[Link]) -> _Neighbours:

@@ -276,6 +276,7 @@ def _registration(plan: Plan) -> dict[str, Any]:
         "floor_joins": [[link.a, link.b] for link in found.floor_joins],
         "gaps": [GapSection.of(_in_scene(gap, plan.survey.scene)) for gap in found.gaps],
         "doors_needed": list(found.doors_needed),
+        "joins": [to_document(join) for join in found.joins],
     }
 
 

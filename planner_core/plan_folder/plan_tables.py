@@ -28,6 +28,7 @@ from planner_core.plan_folder.plan_words import (
     floor_percent,
     length_words,
     limits_words,
+    seconds_per_station,
 )
 
 #: Coordinates on paper are for people who set up a tripod: to the millimetre, or a thousandth of a foot.
@@ -226,9 +227,8 @@ def _time_there(plan: PlanSource, station: FieldStation) -> str:
     """Set-up and scan, minutes and seconds; without the scan where nobody knows how long one takes."""
     if station.id in plan.scanned_before:
         return "scanned"
-    settings, scan_s = plan.document["settings"], plan.document["scanner"]["seconds_per_scan"]
-    scan_s = scan_s if settings["seconds_per_scan"] is None else settings["seconds_per_scan"]
-    total_s = round(settings["set_up_s"] + (scan_s or 0.0))
+    set_up_s, scan_s = seconds_per_station(plan.document)
+    total_s = round(set_up_s + (scan_s or 0.0))
     return f"{total_s // 60}:{total_s % 60:02d}" + (" + scan" if scan_s is None else "")
 
 
@@ -254,7 +254,11 @@ def _notes(plan: PlanSource, station: FieldStation) -> Iterator[str]:
         yield "scanned before"
     elif station.fixed:
         yield "given"
-    if any(station.id in network["articulations"] for network in plan.document["registration"]["networks"]):
+    registration = plan.document["registration"]
+    for join in registration.get("joins", ()):
+        if station.id in join["stations"]:
+            yield f"joins {join['n_groups']} groups" if join["n_groups"] > 1 else "makes the network hold as set up"
+    if any(station.id in network["articulations"] for network in registration["networks"]):
         yield "critical station"
     route = plan.document.get("route")
     if route is not None and station.id in route["left_out"]:

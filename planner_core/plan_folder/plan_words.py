@@ -150,7 +150,7 @@ def registration_words(document: Document) -> str:
     links = f"{len(counted)} {'link' if len(counted) == 1 else 'links'}"
     needs = link_limits_words(limits, noun, registration.get("pre_alignment", ""))
     states = ", with doors open and shut" if limits.doors_change else ""
-    words = f"{links} of {needs}{low}{states}; {_groups_words(registration)}"
+    words = f"{links} of {needs}{low}{states}; {_groups_words(registration)}{_joins_words(document)}"
     needed = [link_of(each["bottleneck"]) for each in registration["networks"] if each["bottleneck"] is not None]
     weakest = weakest_link(needed, limits)
     if weakest is None:
@@ -170,6 +170,27 @@ def _groups_words(registration: Document) -> str:
         listed = ", ".join(map(str, sizes[:_MOST_GROUPS])) + (" …" if len(sizes) > _MOST_GROUPS else "")
         return f"{len(sizes)} unconnected groups{doors}, of {listed} stations"
     return f"all stations are connected{doors}" if registration["connected"] else "not all stations are connected"
+
+
+def _joins_words(document: Document) -> str:
+    """`; 2 of 16 stations only join the network (S003, S007), about 4 min`: the price of its joins; empty of none."""
+    joining = [station for join in document["registration"].get("joins", ()) for station in join["stations"]]
+    if not joining:
+        return ""
+    listed = ", ".join(joining[:_MOST_GROUPS]) + (" …" if len(joining) > _MOST_GROUPS else "")
+    set_up_s, scan_s = seconds_per_station(document)
+    minutes = f"{max(1, round(len(joining) * (set_up_s + (scan_s or 0.0)) / 60))} min"
+    return (
+        f"; {len(joining)} of {stations_words(len(document['stations']))} only "
+        f"{'joins' if len(joining) == 1 else 'join'} the network ({listed}), about {minutes}"
+        f"{' and the scans' if scan_s is None else ''}"
+    )
+
+
+def seconds_per_station(document: Document) -> tuple[float, float | None]:
+    """Seconds to set up, and of a scan; None where nobody knows how long one takes."""
+    settings, scan_s = document["settings"], document["scanner"]["seconds_per_scan"]
+    return settings["set_up_s"], scan_s if settings["seconds_per_scan"] is None else settings["seconds_per_scan"]
 
 
 def route_words(route: Document, unit: LengthUnit = METRE) -> str:

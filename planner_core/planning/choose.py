@@ -383,6 +383,15 @@ def _quickest(
     )
 
 
+def only_join(choice: Choice) -> frozenset[int]:
+    """Rows of chosen stations that coverage does not need, together, and the network does."""
+    pool = choice.pool
+    if pool.network is None:
+        return frozenset()
+    needed = drop_redundant(pool.problem, list(choice.chosen), given=pool.given, network=pool.network)
+    return frozenset(needed).difference(drop_redundant(pool.problem, needed, given=pool.given))
+
+
 def route_through(
     pool: Pool, chosen: tuple[int, ...], places: AllowedPositions, *, seed: int, progress: Progress = silent
 ) -> tuple[Route, BoolArray]:

@@ -36,7 +36,7 @@ from planner_core.model import (
 )
 from planner_core.network.network_report import WAY_OUT
 from planner_core.paper.pipeline import find_pool
-from planner_core.planning.choose import choose, choose_by_paper, choose_greedily, route_through
+from planner_core.planning.choose import choose, choose_by_paper, choose_greedily, only_join, route_through
 from planner_core.planning.first_plan import as_memory_holds, observe_few, tell_first_plan
 from planner_core.planning.independent_check import with_independent_check
 from planner_core.planning.join_offer import join_offer
@@ -168,7 +168,7 @@ def _described(
     pool = choice.pool
     route, scanned = route_through(pool, choice.chosen, places, seed=settings.seed, progress=progress)
     rows, scanned = np.array(choice.chosen, dtype=np.int64)[route.order], scanned[route.order]
-    names = _names(places, rows, settings.site)
+    names, joining = _names(places, rows, settings.site), only_join(choice)
     # The engine's warnings after scanning, which may add to them.
     warnings = (*pool.survey.warnings, *scan_engine.warnings, *remarks)
     plan = describe_plan(
@@ -183,6 +183,7 @@ def _described(
         route=in_visiting_order(route),
         n_scans=int((~scanned).sum()),
         lower_bound=choice.lower_bound,
+        only_join=frozenset(name for row, name in zip(rows.tolist(), names, strict=True) if row in joining),
         warnings=(
             *warnings,
             *explain(pool.survey, pool.demand),

@@ -110,6 +110,7 @@ def describe_plan(
     route: Route,
     n_scans: int,
     lower_bound: int,
+    only_join: frozenset[str] = frozenset(),
     warnings: tuple[str, ...],
     progress: Progress = silent,
 ) -> Plan:
@@ -123,6 +124,8 @@ def describe_plan(
         Indices into stations, for the coverage curve.
     route
         Through the stations, in their order. n_scans : that are still to be made.
+    only_join
+        Ids of stations that coverage does not need, where that is known.
 
     Notes
     -----
@@ -146,7 +149,7 @@ def describe_plan(
     )
     ids = tuple(station.id for station in stations)
     counted = rows_of_overlap(demand, rows, requirements.overlap_of)
-    links, registration = _registered(survey, requirements, stations, counted, settings.site.scanned, engine)
+    links, registration = _registered(survey, requirements, stations, counted, settings.site.scanned, only_join, engine)
     unreachable = unreachable_areas(surroundings.reach)
     plan = Plan(
         survey=survey,
@@ -205,6 +208,7 @@ def _registered(
     stations: tuple[Station, ...],
     counted: Visibility,
     scanned: frozenset[str],
+    only_join: frozenset[str],
     engine: ScanEngine,
 ) -> tuple[tuple[Link, ...], Registration]:
     """Links of stations, rows of `counted`, and how these are connected."""
@@ -230,6 +234,7 @@ def _registered(
         tuple(station.floor for station in stations),
         limits=requirements.link_limits,
         loops=requirements.network == NetworkKind.REDUNDANT,
+        only_join=only_join,
     )
     return links, _with_targets(registration, survey, stations, counted, surface, engine)
 

@@ -377,3 +377,18 @@ def test_scans_that_nobody_places_have_a_line_where_they_are_apart():
     assert placed.startswith("no pair of scans that are neither placed nor level registers surely; place them by hand")
     assert len(registration_warnings(apart, pre_alignment=PreAlignment.MANUAL)) == 1
     assert registration_warnings(report([likely], ["A", "B"], limits=limits), pre_alignment=PreAlignment.NONE) == ()
+
+
+def test_stations_that_coverage_does_not_need_state_what_they_join():
+    """A stair of two stations, S4 and S5, joins storeys; S6 makes one of them hold, and S7 joins nothing."""
+    ids = [f"S{number}" for number in range(8)]
+    floors = ["F0", "F0", "F1", "F1", "F0", "F1", "F1", "F1"]
+    pairs = [("S0", "S1"), ("S2", "S3"), ("S1", "S4"), ("S4", "S5"), ("S5", "S2"), ("S6", "S2"), ("S6", "S3")]
+    links = [*(Link(a, b, 0.5, 0.2) for a, b in pairs), Link("S3", "S7", 0.1, 0.2)]
+    found = report(links, ids, floors, only_join={"S4", "S5", "S6", "S7"})
+    assert [(join.stations, join.n_groups, join.floors) for join in found.joins] == [
+        (("S4", "S5"), 2, ("F0", "F1")),
+        (("S6",), 1, ("F1",)),
+        (("S7",), 0, ()),
+    ]
+    assert report(links, ids, floors).joins == ()

@@ -127,6 +127,7 @@ def test_written_plan_reads_back(plan: Plan, plan_folder: Path) -> None:
         "floor_joins": [],
         "gaps": [],
         "doors_needed": [],
+        "joins": [],
     }  # this plan has none worked out
     assert read_plan_json(plan_folder) == expected
     assert read_plan_json(plan_folder / "plan.json") == expected

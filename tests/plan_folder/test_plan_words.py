@@ -106,6 +106,17 @@ def test_weakest_link_is_the_one_nearest_to_what_is_required() -> None:
     )
 
 
+def test_the_price_of_joins_is_stated_in_stations_and_minutes() -> None:
+    plan = network(0.31, 0.42, strength=0.2)
+    plan |= {"stations": [{}] * 4, "settings": {"set_up_s": 60.0, "seconds_per_scan": None}}
+    plan["scanner"] = {"seconds_per_scan": 120.0}
+    plan["registration"]["joins"] = [{"stations": ["A0"], "n_groups": 2, "floors": []}]
+    assert "; 1 of 4 stations only joins the network (A0), about 3 min; weakest" in registration_words(plan)
+    plan["scanner"] = {"seconds_per_scan": None}
+    plan["registration"]["joins"] *= 2
+    assert "only join the network (A0, A0), about 2 min and the scans; weakest" in registration_words(plan)
+
+
 def test_summary_report_and_sheets_have_the_same_sentences(
     plan: Plan, plan_folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

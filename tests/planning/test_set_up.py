@@ -21,10 +21,12 @@ from planner_core.plan_folder.stations_csv import read_station_list
 from planner_core.planning import choose
 from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.plan import make_plan
-from planner_core.planning.pool import FragileLinks, Pool
+from planner_core.planning.pool import Choice, FragileLinks, Pool
 from planner_core.planning.set_up import SET_UP_LOSS, coverage_as_set_up, decisive, fragile_links, without_fragile
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.doors import without_door_leaves
+from planner_core.select.greedy import select_greedy
+from planner_core.select.network import connect
 from scenes_synthetic import build
 from tests.reality_files import reality
 
@@ -133,6 +135,20 @@ def test_stations_that_are_scanned_stay_where_they_are(pooled: Pooled) -> None:
     pool, engine, _ = pooled
     chosen = tuple(range(0, pool.n_candidates, 7))
     assert fragile_links(replace(pool, scanned=chosen), chosen, engine, TOLERANCE_M).first.size == 0
+
+
+def test_stations_that_only_join_are_those_without_which_coverage_is_met_and_the_network_falls_apart(
+    pooled: Pooled,
+) -> None:
+    pool = replace(pooled[0], constraints=tuple(replace(each, fraction=0.6) for each in pooled[0].constraints))
+    assert pool.network is not None
+    chosen = connect(pool.problem, pool.network, select_greedy(pool.problem).chosen)
+    n_groups = pool.network.n_violations(chosen)
+    joining = choose.only_join(Choice(pool, tuple(chosen), 0))
+    rest = [row for row in chosen if row not in joining]
+    assert joining and (pool.problem.covered(rest) >= pool.problem.required).all()
+    assert pool.network.n_violations(rest) > n_groups
+    assert choose.only_join(Choice(replace(pool, links=None), tuple(chosen), 0)) == frozenset()
 
 
 def test_links_without_which_candidates_fall_apart_stay(pooled: Pooled) -> None:

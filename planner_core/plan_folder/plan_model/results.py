@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from planner_core.documents import Document, Number, Whole, YesNo, words_of
 from planner_core.errors import PlanFolderError
 from planner_core.model import Link, PreAlignment
+from planner_core.model.registration import NetworkJoin
 from planner_core.model.values import (
     Area,
     Corner,
@@ -234,6 +235,8 @@ class RegistrationSection(Document):
     gaps: tuple[GapSection, ...] = ()
     doors_needed: tuple[str, ...] = ()
     """Ids of open doors without which there are more networks."""
+    joins: tuple[NetworkJoin, ...] = ()
+    """Stations that are there for the network alone, and what they join; plans of older versions have none."""
 
 
 class LegSection(Document):

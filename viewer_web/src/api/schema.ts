@@ -16,6 +16,7 @@ export type GapSection = plan.GapSection;
 export type LegSection = plan.LegSection;
 export type Link = plan.Link;
 export type LossSection = plan.LossSection;
+export type NetworkJoin = plan.NetworkJoin;
 export type NetworkSection = plan.NetworkSection;
 export type PointLimits = plan.PointLimits;
 /**
@@ -75,6 +76,7 @@ export interface Documents {
   LockStation: LockStation;
   LossSection: LossSection;
   MoveStation: MoveStation;
+  NetworkJoin: NetworkJoin;
   NetworkSection: NetworkSection;
   OfferedExport: OfferedExport;
   PickGround: PickGround;

@@ -50,7 +50,9 @@ test('one coverage reads the same in the headline, by floor, in what is not met 
     coverage: { ...figures, floors: plan.coverage.floors.map(({ floor }) => ({ ...figures, floor })) },
     requirements: {
       ...plan.requirements,
-      results: [{ ...figures, name: 'overall', required: 0.95, seen_from: 1, asked: NO_LIMITS, met: false }],
+      results: [
+        { ...figures, name: 'overall', required: 0.95, seen_from: 1, asked: NO_LIMITS, met: false, as_set_up: null },
+      ],
     },
   };
   const totals = planTotals(short);

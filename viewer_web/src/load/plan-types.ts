@@ -17,6 +17,7 @@ export interface Documents {
   Link: Link;
   LoadOptions: LoadOptions;
   LossSection: LossSection;
+  NetworkJoin: NetworkJoin;
   NetworkSection: NetworkSection;
   ObstacleSection: ObstacleSection;
   OptimalitySection: OptimalitySection;
@@ -478,6 +479,20 @@ export interface LossSection {
   met: boolean;
 }
 /**
+ * Stations that coverage does not need, linked with each other, and what they join.
+ */
+export interface NetworkJoin {
+  stations: string[];
+  /**
+   * Groups of the other stations that they link; 1: they make their network hold as it is set up.
+   */
+  n_groups: number;
+  /**
+   * Ids of these groups' floors, in the order of the plan.
+   */
+  floors: string[];
+}
+/**
  * Stations that links join.
  */
 export interface NetworkSection {
@@ -826,6 +841,10 @@ export interface RegistrationSection {
    * Ids of open doors without which there are more networks.
    */
   doors_needed: string[];
+  /**
+   * Stations that are there for the network alone, and what they join; plans of older versions have none.
+   */
+  joins: NetworkJoin[];
 }
 /**
  * Faces that were dropped on loading, by reason.
