@@ -33,6 +33,9 @@ _OF_GROUPS = re.compile(r"\b(do|does) not register with the others\b|\bregister 
 _UNPLACED: Mapping[str, str] = MappingProxyType(
     {PreAlignment.LEVEL: "only level", PreAlignment.NONE: "neither placed nor level"}
 )
+#: What joins groups that share no surface, and how well: Buildings 2021, 11(9), 386, which registered scans without
+#: common surface by the cloud of such a pass.
+HANDHELD = "a pass from one to the other with a handheld scanner (to 18 to 51 mm)"
 _NO_NAMES: Mapping[str, str] = MappingProxyType({})
 _Neighbours = dict[str, list[str]]
 #: Of groups that no link indoors joins, where nobody has found out what stations outdoors would do.
@@ -361,7 +364,8 @@ def _alone(networks: Sequence[RegistrationNetwork], floor_names: Mapping[str, st
     even = ", even once joined" if joined else ""
     return (
         f"{_listed(places, '; ')} {'does' if single else 'do'} not register with the others{even}: no link reaches "
-        f"{100 * MIN_LISTED_OVERLAP:g} % overlap; look for shut doors in between, or register with targets"
+        f"{100 * MIN_LISTED_OVERLAP:g} % overlap; look for shut doors in between, or register with targets or by "
+        f"{HANDHELD}"
     )
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from planner_core.coverage.percent import reached_percent
 from planner_core.model import REASONS, FloatArray, LengthUnit, Link
 from planner_core.model.unseen import COVERED, NOT_WORTH, reason_in_words
+from planner_core.network.network_report import HANDHELD
 from planner_core.network.weak_motion import motion_words
 from planner_core.plan_folder.drawing.marks import rise_words
 from planner_core.plan_folder.plan_model.results import FloorSection
@@ -318,7 +319,7 @@ def gaps_table(plan: PlanSource) -> Table | None:
         Column(f"{plan.link_noun.capitalize()}, %", 18, number=True),
         Column("Places for targets that both stations see", 110),
     )
-    note = "Unconnected groups need targets, an open door or another station between them."
+    note = f"Unconnected groups need targets, an open door, another station between them, or {HANDHELD}."
     note += f" {len(gaps) - len(rows)} more: see plan.json." if len(gaps) > len(rows) else ""
     return Table("Between unconnected groups", columns, rows, note)
 
