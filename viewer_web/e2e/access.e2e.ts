@@ -118,6 +118,8 @@ test('on a phone a group of the toolbar opens above it, and Escape closes that b
   const viewer = await openPage({ width: 390, height: 844, hasTouch: true });
   const { page } = viewer;
   await viewer.open(`#station=${first.id}`);
+  // What is chosen is shown by the picture, not by the list below it.
+  await expect.poll(() => page.locator('.workspace').evaluate((one) => one.scrollTop)).toBe(0);
   const tools = page.getByRole('button', { name: 'Tools' });
   const measure = page.getByRole('button', { name: 'Measure', exact: true });
   await tools.tap();

@@ -341,7 +341,7 @@ async function cutByBox(viewer: ViewerPage): Promise<void> {
   const southM = async (): Promise<number> => Number(await south.getAttribute('aria-valuenow'));
   const field = (name: string) => page.getByLabel(`${name}, m`, { exact: true });
   // In a smaller picture the panel covers numbers of stations in part, and those are hidden.
-  await page.setViewportSize({ width: 1280, height: 800 });
+  await page.setViewportSize({ width: 1440, height: 900 });
   await page.getByRole('button', { name: 'Section', exact: true }).click();
   await page.getByRole('button', { name: 'Box', exact: true }).click();
   await viewer.settle();

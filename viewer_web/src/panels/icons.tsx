@@ -12,24 +12,20 @@ const PATHS = {
   links: 'M5 14.5a2 2 0 1 0 0-4 2 2 0 0 0 0 4zM15 9a2 2 0 1 0 0-4 2 2 0 0 0 0 4zM6.8 11.6l6.4-3.6M6.9 13.4 12 16',
   clouds:
     'M4 6.5h.01M8 4.5h.01M12 5.5h.01M16 7h.01M5 10.5h.01M9 9h.01M13 10h.01M16.5 12h.01M4 14.5h.01M8 13.5h.01M12 14.5h.01M15.5 16h.01M8.5 17h.01',
+  // Drawn, not written: as a word it would be the name of its button.
+  feet: 'M8.5 5c-2.4-.9-3.6.2-3.6 2.4V15.5M3 9h5M12.8 5.5v7.6c0 1.9 1.1 2.5 3.2 2M10.6 9h5.2',
   measure: 'M2.5 13 13 2.5 17.5 7 7 17.5zM5.5 10l2 2M8 7.5l1.3 1.3M10.5 5l2 2',
   section: 'M3 6.5 9 3.5l8 3v7l-6 3-8-3zM10 1v18',
   tools: 'M12 4.5a3.8 3.8 0 0 0 4.2 5L9.5 16.2a1.9 1.9 0 0 1-2.7-2.7L13.5 6.8M12 4.5 14 2.6M16.2 9.5 18 7.7',
   share: 'M10 2.5v9.5M6.5 8.5 10 12l3.5-3.5M3.5 13v4h13v-4',
 } as const;
 
-export type IconName = keyof typeof PATHS | 'feet';
+export type IconName = keyof typeof PATHS;
 
 export function Icon({ name }: { name: IconName }) {
   return (
     <svg class="tool-icon" viewBox="0 0 20 20" width="20" height="20" aria-hidden="true">
-      {name === 'feet' ? (
-        <text x="10" y="14.5" text-anchor="middle">
-          ft
-        </text>
-      ) : (
-        <path class={name === 'clouds' ? 'tool-icon-dots' : undefined} d={PATHS[name]} />
-      )}
+      <path class={name === 'clouds' ? 'tool-icon-dots' : undefined} d={PATHS[name]} />
     </svg>
   );
 }

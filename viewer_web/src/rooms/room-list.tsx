@@ -4,6 +4,7 @@ import { useEffect, useRef, useState } from 'preact/hooks';
 import { reasonInWords } from '../heat/layers.ts';
 import { t } from '../language/language.ts';
 import { areaWords, reachedPercent } from '../panels/figures.ts';
+import { reveal } from '../panels/reveal.ts';
 import { Section } from '../panels/section.tsx';
 import { Meter } from '../panels/summary.tsx';
 import type { Store } from '../store.ts';
@@ -66,7 +67,7 @@ function Row({ store, figures, required }: { store: Store; figures: RoomFigures;
   const stations = store.stationsOfRooms.value.get(number) ?? [];
   const row = useRef<HTMLButtonElement>(null);
   useEffect(() => {
-    if (isChosen) row.current?.scrollIntoView({ block: 'nearest' });
+    if (isChosen) reveal(row.current);
   }, [isChosen]);
   const wordsOf = ({ reason, areaM2 }: ReasonArea) => ({ area: areaWords(areaM2), reason: reasonInWords(reason) });
   return (

@@ -5,6 +5,7 @@ import { t } from '../language/language.ts';
 import type { PlanJson } from '../load/plan-json.ts';
 import { countingOf } from '../network/graph.ts';
 import { areaWords } from '../panels/figures.ts';
+import { reveal } from '../panels/reveal.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { lossWords } from './losses.ts';
@@ -65,7 +66,7 @@ function Row({ store, row: { station, seenM2, lostM2, nLinks } }: { store: Store
   const isChosen = store.stationId.value === station.id || store.selection.value.has(station.id);
   const row = useRef<HTMLButtonElement>(null);
   useEffect(() => {
-    if (isChosen) row.current?.scrollIntoView({ block: 'nearest' });
+    if (isChosen) reveal(row.current);
   }, [isChosen]);
   const area = (m2: number | null): string => (m2 === null ? '–' : areaWords(m2));
   return (
