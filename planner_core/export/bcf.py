@@ -148,6 +148,10 @@ def _markup(
         _add(row, "Labels", label)
     _add(row, "CreationDate", topic.time)
     _add(row, "CreationAuthor", topic.author)
+    if topic.due:
+        _add(row, "DueDate", f"{topic.due}T00:00:00Z")
+    if topic.assignee:
+        _add(row, "AssignedTo", topic.assignee)
     _add(row, "Description", topic.description)
     if topic.is_comment:
         comment = _add(root, "Comment", Guid=comment_id)

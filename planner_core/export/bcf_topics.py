@@ -47,7 +47,8 @@ class Topic:
     """One topic. key : names it among those of its plan, and stays as long as it is about the same.
 
     source_ids : of the elements it is about, IFC GlobalIds where the scene is IFC. is_comment : its description is
-    what `author` wrote at `time`. places : where to look, best first.
+    what `author` wrote at `time`. assignee, due : who deals with it, and the day by which; empty: not known. places : where
+    to look, best first.
     """
 
     key: str
@@ -61,6 +62,8 @@ class Topic:
     places: tuple[ViewTarget, ...]
     source_ids: tuple[str, ...] = ()
     is_comment: bool = False
+    assignee: str = ""
+    due: str = ""
 
 
 @dataclass(eq=False)
@@ -137,6 +140,8 @@ class Topics:
             places=(place,),
             source_ids=tuple(filter(None, (self._source_id(element),))),
             is_comment=True,
+            assignee=comment.assignee,
+            due=comment.due,
         )
 
     def _source_id(self, element: int) -> str:

@@ -13,6 +13,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import date
 from typing import Annotated, Any
 
 from pydantic import Field, WithJsonSchema, with_config
@@ -59,6 +60,8 @@ Line = Annotated[str, Field(min_length=1, max_length=MOST_NAME_CHARACTERS)]
 Text = Annotated[str, Field(min_length=1, max_length=MOST_TEXT_BYTES, description="Plain text, 10 000 bytes of UTF-8.")]
 Note = Annotated[str, Field(max_length=MOST_NOTE_BYTES, description="Plain text, 2 000 bytes of UTF-8.")]
 Time = Annotated[str, Field(pattern=r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ$", description="UTC.")]
+Assignee = Annotated[str, Field(max_length=MOST_NAME_CHARACTERS, description="Who is to deal with it; empty: nobody.")]
+Due = Annotated[str, Field(pattern=r"^(\d{4}-\d\d-\d\d)?$", description="The day by which, 2026-12-01; empty: none.")]
 Target = Annotated[
     Annotated[str, Field(strict=True, min_length=1, max_length=200)] | Whole | None,
     Field(description="A station's id, an element's index in the scene, or null: the plan."),
@@ -169,12 +172,16 @@ class Comment:
     target: Target = None
     position_m: Point | None = None
     resolved: YesNo = False
+    assignee: Assignee = ""
+    due: Due = ""
 
     def __post_init__(self) -> None:
         check_id(self.id)
         check_text("comment", self.text, MOST_TEXT_BYTES)
         check_line("author", self.author)
         check_time(self.time)
+        check_line("assignee", self.assignee, empty=True)
+        check_day("due", self.due)
         if self.position_m is not None:
             check_point("position", self.position_m)
 
@@ -355,6 +362,16 @@ def check_time(text: str) -> None:
     """Refuse other times than `2026-11-21T16:30:00Z`; raises `ReviewError`."""
     if not _TIME.fullmatch(text):
         raise ReviewError(f"time: got {text[:40]!r}, expected UTC as 2026-11-21T16:30:00Z")
+
+
+def check_day(what: str, text: str) -> None:
+    """Refuse what is no day such as `2026-12-01`, but for none; raises `ReviewError`."""
+    try:
+        is_day = not text or date.fromisoformat(text).isoformat() == text
+    except ValueError:
+        is_day = False
+    if not is_day:
+        raise ReviewError(f"{what}: got {text[:40]!r}, expected a day as 2026-12-01, or none; correct it")
 
 
 def _check_characters(what: str, text: str) -> None:

@@ -50,6 +50,7 @@ _APPLY: dict[type[Any], Callable[[Review, Any, Context], Applied]] = {
     changes.RemoveEntrance: apply_areas.remove_entrance,
     changes.SetDoor: apply_areas.set_door,
     changes.AddComment: apply_remarks.add_comment,
+    changes.AssignComment: apply_remarks.assign_comment,
     changes.EditComment: apply_remarks.edit_comment,
     changes.ResolveComment: apply_remarks.resolve_comment,
     changes.RemoveComment: apply_remarks.remove_comment,

@@ -10,6 +10,7 @@ from planner_core.review.apply_stations import existing_station
 from planner_core.review.changes import (
     AddComment,
     Applied,
+    AssignComment,
     Change,
     ClearVerdict,
     Context,
@@ -39,9 +40,20 @@ def add_comment(review: Review, change: AddComment, context: Context) -> Applied
         target=change.target,
         position_m=None if change.position_m is None else rounded_m("position", change.position_m),
         resolved=change.resolved,
+        assignee=change.assignee,
+        due=change.due,
     )
     comments = with_new("comment", review.comments, comment.id, comment)
     return Applied(dataclasses.replace(review, comments=comments), RemoveComment(comment.id), f"comment:{comment.id}")
+
+
+def assign_comment(review: Review, change: AssignComment, context: Context) -> Applied:
+    """See `changes.AssignComment`."""
+    before = present("comment", review.comments, change.id)
+    comment = dataclasses.replace(before, assignee=change.assignee, due=change.due)
+    comments = {**review.comments, change.id: comment}
+    back = AssignComment(change.id, before.assignee, before.due)
+    return Applied(dataclasses.replace(review, comments=comments), back, f"comment:{change.id}")
 
 
 def edit_comment(review: Review, change: EditComment, context: Context) -> Applied:

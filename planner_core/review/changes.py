@@ -13,8 +13,10 @@ from pydantic import BeforeValidator, ConfigDict, Field, with_config
 
 from planner_core.documents import YesNo
 from planner_core.model.review import (
+    Assignee,
     DoorId,
     DoorState,
+    Due,
     Entrance,
     FloorId,
     ForbiddenPlace,
@@ -246,6 +248,19 @@ class AddComment:
     author: Line | None = None
     time: Time | None = None
     resolved: YesNo = False
+    assignee: Assignee = ""
+    due: Due = ""
+
+
+@_change
+@dataclass(frozen=True)
+class AssignComment:
+    """Say who deals with a comment, and by when; anybody may."""
+
+    kind: Literal["assign_comment"] = field(default="assign_comment", kw_only=True)
+    id: Id
+    assignee: Assignee = ""
+    due: Due = ""
 
 
 @_change
@@ -321,7 +336,8 @@ Change = Annotated[
     MoveStation | SetHeight | AddStation | RemoveStation | RestoreStation | LockStation | UnlockStation
     | Forbid | Allow | AddZone | ChangeZone | RemoveZone | PickGround | UnpickGround
     | AddEntrance | RemoveEntrance | SetDoor
-    | AddComment | EditComment | ResolveComment | RemoveComment | SetVerdict | ClearVerdict | Sign | Unsign,
+    | AddComment | AssignComment | EditComment | ResolveComment | RemoveComment
+    | SetVerdict | ClearVerdict | Sign | Unsign,
     Field(discriminator="kind"),
 ]  # fmt: skip
 """Any of them, by its `kind`."""
@@ -373,7 +389,7 @@ def objects_of(change: Change) -> tuple[str, ...]:
             return (f"entrance:{change.id}",)
         case SetDoor():
             return (f"door:{change.door}",)
-        case AddComment() | EditComment() | ResolveComment() | RemoveComment():
+        case AddComment() | AssignComment() | EditComment() | ResolveComment() | RemoveComment():
             return (f"comment:{change.id}",) if change.id else ()
         case Sign() | Unsign():
             return ("sign_off",)

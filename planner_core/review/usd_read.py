@@ -205,6 +205,8 @@ class _Reader:
             target=str(station) if station is not None else None if element is None else int(element),
             position_m=self._position(prim),
             resolved=bool(_yes(prim, "resolved", otherwise=False)),
+            assignee=_text(prim, "assignee", otherwise=""),
+            due=_text(prim, "due", otherwise=""),
         )
 
     def _verdict(self, prim: Any) -> tuple[str, Verdict]:

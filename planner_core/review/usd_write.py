@@ -262,6 +262,9 @@ class _Writer:
         prim = define(self.layer, path, "Xform")
         self._put_texts(prim, text=comment.text, author=comment.author, time=comment.time)
         put(prim, f"{usd.PREFIX}resolved", TYPES.Bool, comment.resolved)
+        for name, text in (("assignee", comment.assignee), ("due", comment.due)):
+            if text:
+                self._put_texts(prim, **{name: text})
         if isinstance(comment.target, str):
             put(prim, f"{usd.PREFIX}station", TYPES.String, comment.target)
         elif comment.target is not None:

@@ -95,6 +95,7 @@ some_changes = st.one_of(
     st.builds(c.RemoveEntrance, ids),
     st.builds(c.SetDoor, doors, st.sampled_from(["open", "shut", None])),
     st.builds(c.AddComment, texts, st.none() | st.integers(0, 6) | station_names, st.none() | points),
+    st.builds(c.AssignComment, ids, st.sampled_from(["", "Kim"]), st.sampled_from(["", "2026-12-01"])),
     st.builds(c.EditComment, ids, texts),
     st.builds(c.ResolveComment, ids, st.booleans()),
     st.builds(c.RemoveComment, ids),

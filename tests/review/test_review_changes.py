@@ -161,6 +161,8 @@ def test_only_its_author_changes_or_removes_a_comment_and_anybody_settles_it() -
         with pytest.raises(ReviewError, match="is Ana's"):
             apply(review, change, context(BEN))
     assert after(c.ResolveComment("C001"), review=review, by=BEN).comments["C001"].resolved
+    assigned = after(c.AssignComment("C001", "Kim", "2026-12-01"), review=review, by=BEN).comments["C001"]
+    assert (assigned.assignee, assigned.due, assigned.author) == ("Kim", "2026-12-01", "Ana")
 
 
 ZONE = Zone("", "keep_out", SQUARE)
@@ -195,6 +197,8 @@ ZONE = Zone("", "keep_out", SQUARE)
         (c.SetDoor("x" * 101, "open"), "101 characters"),
         (c.SetDoor("0w$5Bz2Kf9yR4Q_x7LmN1c", "ajar"), "expected one of open, shut"),
         (c.AddComment("x" * 10_001), "10001 bytes"),
+        (c.AddComment("x", due="2026-02-30"), "expected a day as 2026-12-01"),
+        (c.AddComment("x", assignee="a\nb"), "line break"),
         (c.AddComment("é" * 5_001), "10002 bytes"),
         (c.AddComment("  "), "no text"),
         (c.AddComment("a\x00b"), "control character"),

@@ -34,6 +34,12 @@ test('comments are pinned to stations and surfaces, shown as text, and resolved'
   await expect.poll(() => entry.textContent()).toContain('<img src=x onerror="document.title=1"> too near');
   await expect.poll(() => entry.locator('img').count()).toBe(0);
   expect(Object.values((await viewer.review()).comments)[0]).toMatchObject({ author: 'Ada', target: first.id });
+  await entry.getByRole('button', { name: 'Assign' }).click();
+  await entry.getByLabel('For', { exact: true }).fill('Kim');
+  await entry.getByLabel('Due').fill('2020-02-29');
+  await entry.getByRole('button', { name: 'Save' }).click();
+  await expect.poll(() => entry.textContent()).toContain('for Kimoverdue since 29 Feb 2020');
+  expect(Object.values((await viewer.review()).comments)[0]).toMatchObject({ assignee: 'Kim', due: '2020-02-29' });
 
   await page.getByRole('button', { name: 'Pin to a surface' }).click();
   const canvas = (await page.locator('canvas').first().boundingBox())!;

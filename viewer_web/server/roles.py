@@ -4,6 +4,7 @@ from starlette.types import Scope
 
 from planner_core.review.changes import (
     AddComment,
+    AssignComment,
     Change,
     ClearVerdict,
     EditComment,
@@ -16,7 +17,7 @@ MAY_ONLY_COMMENT = (
     "this address is for comments and verdicts only; to edit stations, plan again or sign off, ask whoever started "
     "`tlsplan view` for the other address"
 )
-_OF_COMMENTERS = (AddComment, EditComment, ResolveComment, RemoveComment, SetVerdict, ClearVerdict)
+_OF_COMMENTERS = (AddComment, AssignComment, EditComment, ResolveComment, RemoveComment, SetVerdict, ClearVerdict)
 _COMMENTER = "is_commenter"
 
 

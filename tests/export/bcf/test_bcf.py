@@ -26,7 +26,7 @@ from planner_core.errors import EnvironmentVariableError, PlanFolderError
 from planner_core.export.options import Options
 from planner_core.export.write import export_plan
 from planner_core.model import FloatArray
-from planner_core.review.changes import AddComment, Change, MoveStation, RemoveStation, ResolveComment
+from planner_core.review.changes import AddComment, AssignComment, Change, MoveStation, RemoveStation, ResolveComment
 from planner_core.review.store import ReviewStore
 
 GUID = r"[a-fA-F0-9]{8}-[a-fA-F0-9]{4}-[a-fA-F0-9]{4}-[a-fA-F0-9]{4}-[a-fA-F0-9]{12}"
@@ -47,7 +47,18 @@ SCHEMA: dict[str, Rule] = {
     "Topic": (
         {"Guid": GUID},
         {"TopicType": ".+", "TopicStatus": "Open|Resolved"},
-        ["ReferenceLink", "Title", "Priority", "Index", "Labels", "CreationDate", "CreationAuthor", "Description"],
+        [
+            "ReferenceLink",
+            "Title",
+            "Priority",
+            "Index",
+            "Labels",
+            "CreationDate",
+            "CreationAuthor",
+            "DueDate",
+            "AssignedTo",
+            "Description",
+        ],
         ["Title", "CreationDate", "CreationAuthor"],
     ),
     "Markup/Comment": ({"Guid": GUID}, {}, ["Date", "Author", "Comment", "Viewpoint"], ["Date", "Author", "Comment"]),
@@ -345,9 +356,11 @@ def test_comments_keep_their_words_author_time_and_status(room_folder: Path) -> 
     station = document(plan)["stations"][0]["id"]
     review(plan, AddComment("Is <this> & that\nfree by Monday? \ufffe", station), AddComment("x" * 300, None))
     review(plan, AddComment("Settled", station, resolved=False), by=BEN)
-    review(plan, ResolveComment("C003"), by=ANN)
+    review(plan, ResolveComment("C003"), AssignComment("C001", "Kim", "2026-12-01"), by=ANN)
     first, second, third = exported(plan, max_topics=0)[0]
     assert first.text("Topic/Title") == f"{station}: Is <this> & that"
+    assert (first.text("Topic/AssignedTo"), first.text("Topic/DueDate")) == ("Kim", "2026-12-01T00:00:00Z")
+    assert second.markup.find("Topic/AssignedTo") is None and second.markup.find("Topic/DueDate") is None
     assert len(second.text("Topic/Title")) == 100
     for topic, author, status, text in (
         (first, ANN, "Open", "Is <this> & that\nfree by Monday? \\ufffe"),

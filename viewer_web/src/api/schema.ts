@@ -35,6 +35,7 @@ export interface Documents {
   AddStation: AddStation;
   AddZone: AddZone;
   Allow: Allow;
+  AssignComment: AssignComment;
   ChangeZone: ChangeZone;
   Changes: Changes;
   ClearVerdict: ClearVerdict;
@@ -138,6 +139,14 @@ export interface AddComment {
   author?: string | null;
   time?: string | null;
   resolved?: boolean;
+  /**
+   * Who is to deal with it; empty: nobody.
+   */
+  assignee?: string;
+  /**
+   * The day by which, 2026-12-01; empty: none.
+   */
+  due?: string;
   kind: 'add_comment';
 }
 /**
@@ -222,6 +231,21 @@ export interface Allow {
   kind: 'allow';
 }
 /**
+ * Say who deals with a comment, and by when; anybody may.
+ */
+export interface AssignComment {
+  id: string;
+  /**
+   * Who is to deal with it; empty: nobody.
+   */
+  assignee?: string;
+  /**
+   * The day by which, 2026-12-01; empty: none.
+   */
+  due?: string;
+  kind: 'assign_comment';
+}
+/**
  * Replace the zone of this id.
  */
 export interface ChangeZone {
@@ -259,6 +283,7 @@ export interface Changes {
     | RemoveEntrance
     | SetDoor
     | AddComment
+    | AssignComment
     | EditComment
     | ResolveComment
     | RemoveComment
@@ -564,6 +589,14 @@ export interface Comment {
   target?: string | number | null;
   position_m?: [number, number, number] | null;
   resolved?: boolean;
+  /**
+   * Who is to deal with it; empty: nobody.
+   */
+  assignee?: string;
+  /**
+   * The day by which, 2026-12-01; empty: none.
+   */
+  due?: string;
 }
 /**
  * What was kept. undo : changes that take it back, in the order to send them.
@@ -589,6 +622,7 @@ export interface CommittedDocument {
     | RemoveEntrance
     | SetDoor
     | AddComment
+    | AssignComment
     | EditComment
     | ResolveComment
     | RemoveComment

@@ -1,6 +1,8 @@
 /** What is being edited right now and not yet committed: the tool in hand, an outline half drawn, a station under way. */
+
 import { type Signal, signal } from '@preact/signals';
 import type { Point, PreviewHead } from '../api/documents.ts';
+import { type Assignment, UNASSIGNED } from '../review/remarks.ts';
 import type { Picked } from '../scene/state.ts';
 import type { DraftStation } from './draft.ts';
 import type { DoorState } from './entrance-words.ts';
@@ -71,6 +73,8 @@ export interface Editing {
   readonly commentSpot: Signal<CommentSpot | null>;
   /** The comment that is being typed: it stays where the tab is changed. */
   readonly commentText: Signal<string>;
+  /** Whom it is for. */
+  readonly commentAssignment: Signal<Assignment>;
   /** From the movement of the pointer until the server's answer was there, and until it was drawn. */
   readonly answerTimes: Latencies;
   readonly drawTimes: Latencies;
@@ -97,6 +101,7 @@ export function createEditing(): Editing {
     ground: signal<GroundMap | null>(null),
     commentSpot: signal<CommentSpot | null>(null),
     commentText: signal(''),
+    commentAssignment: signal(UNASSIGNED),
     answerTimes: new Latencies(),
     drawTimes: new Latencies(),
     nDrags: signal(0),

@@ -66,6 +66,8 @@ test('verdicts, comments, zones and the signature are told by what they say', ()
         target: 'S002',
         position_m: null,
         resolved: true,
+        assignee: '',
+        due: '',
       },
     },
     zones: {

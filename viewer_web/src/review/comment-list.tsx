@@ -11,7 +11,18 @@ import { t } from '../language/language.ts';
 import { Section } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
-import { addComment, editComment, listedComments, removeComment, resolveComment } from './remarks.ts';
+import { AssignmentFields, AssignmentWords } from './assignment.tsx';
+import {
+  type Assignment,
+  addComment,
+  assignComment,
+  editComment,
+  listedComments,
+  peopleOf,
+  removeComment,
+  resolveComment,
+  UNASSIGNED,
+} from './remarks.ts';
 
 interface CommentListProps {
   readonly store: Store;
@@ -22,13 +33,14 @@ interface CommentListProps {
 
 export function CommentList({ store, reviewClient, review, view }: CommentListProps) {
   const comments = listedComments(review);
+  const people = peopleOf(review);
   const nOpen = comments.filter(({ resolved }) => !resolved).length;
   return (
     <Section title={t('Comments')} aside={comments.length === 0 ? '' : t('{n} open', { n: nOpen })}>
-      {canComment(store) && <NewComment store={store} reviewClient={reviewClient} />}
+      {canComment(store) && <NewComment store={store} reviewClient={reviewClient} people={people} />}
       <ul class="comments" aria-label={t('Comments')}>
         {comments.map((comment) => (
-          <CommentEntry key={comment.id} store={store} reviewClient={reviewClient} comment={comment} view={view} />
+          <CommentEntry key={comment.id} {...{ store, reviewClient, comment, view, people }} />
         ))}
       </ul>
       {comments.length === 0 && <p class="muted">{t('No comments yet.')}</p>}
@@ -36,19 +48,27 @@ export function CommentList({ store, reviewClient, review, view }: CommentListPr
   );
 }
 
-function NewComment({ store, reviewClient }: { store: Store; reviewClient: ReviewClient }) {
+interface NewCommentProps {
+  readonly store: Store;
+  readonly reviewClient: ReviewClient;
+  readonly people: readonly string[];
+}
+
+function NewComment({ store, reviewClient, people }: NewCommentProps) {
   const text = store.editing.commentText.value;
+  const assignment = store.editing.commentAssignment.value;
   const [isSending, setIsSending] = useState(false);
   const spot = store.editing.commentSpot.value;
   const isPinning = store.editing.tool.value === 'comment';
   const stationId = store.stationId.value;
   const post = async (): Promise<void> => {
-    const change = addComment(text.trim(), spot?.target ?? null, spot?.positionM ?? null);
+    const change = addComment(text.trim(), spot?.target ?? null, spot?.positionM ?? null, assignment);
     setIsSending(true);
     const isDone = await reviewClient.commit('comment', [change]).finally(() => setIsSending(false));
     if (!isDone) return;
     // Where the next one was begun meanwhile, it stays.
     if (store.editing.commentText.peek() === text) store.editing.commentText.value = '';
+    if (store.editing.commentAssignment.peek() === assignment) store.editing.commentAssignment.value = UNASSIGNED;
     if (store.editing.commentSpot.peek() === spot) store.editing.commentSpot.value = null;
   };
   return (
@@ -71,6 +91,15 @@ function NewComment({ store, reviewClient }: { store: Store; reviewClient: Revie
           }}
         />
       </label>
+      {(text !== '' || assignment !== UNASSIGNED) && (
+        <AssignmentFields
+          value={assignment}
+          people={people}
+          onChange={(next) => {
+            store.editing.commentAssignment.value = next;
+          }}
+        />
+      )}
       <div class="buttons">
         <button type="submit" class="button button-primary button-small" disabled={text.trim() === '' || isSending}>
           {t('Comment')}
@@ -115,11 +144,14 @@ interface CommentEntryProps {
   readonly reviewClient: ReviewClient;
   readonly comment: Comment;
   readonly view: PlanView | null;
+  readonly people: readonly string[];
 }
 
-function CommentEntry({ store, reviewClient, comment, view }: CommentEntryProps) {
+function CommentEntry({ store, reviewClient, comment, view, people }: CommentEntryProps) {
   const { id, author, time, resolved, text } = comment;
   const [edited, setEdited] = useState<string | null>(null);
+  const [assigned, setAssigned] = useState<Assignment | null>(null);
+  const isRead = edited === null && assigned === null;
   const isMine = author === (reviewClient.author.value.trim() || UNNAMED);
   const mayChange = canComment(store);
   const place = placeInWords(store, comment);
@@ -138,13 +170,23 @@ function CommentEntry({ store, reviewClient, comment, view }: CommentEntryProps)
           onInput={(event) => setEdited(event.currentTarget.value)}
         />
       )}
+      {assigned === null ? (
+        <AssignmentWords comment={comment} />
+      ) : (
+        <AssignmentFields value={assigned} people={people} onChange={setAssigned} />
+      )}
       <footer>
         {place !== null && (
           <button type="button" class="chip" onClick={() => goTo(store, comment, view)}>
             {place}
           </button>
         )}
-        {mayChange && edited === null && (
+        {mayChange && isRead && (
+          <button type="button" class="chip" onClick={() => setAssigned(comment)}>
+            {t('Assign')}
+          </button>
+        )}
+        {mayChange && isRead && (
           <button
             type="button"
             class="chip"
@@ -153,7 +195,7 @@ function CommentEntry({ store, reviewClient, comment, view }: CommentEntryProps)
             {resolved ? t('Reopen') : t('Resolve')}
           </button>
         )}
-        {mayChange && isMine && edited === null && (
+        {mayChange && isMine && isRead && (
           <>
             <button type="button" class="chip" onClick={() => setEdited(text)}>
               {t('Edit')}
@@ -164,6 +206,23 @@ function CommentEntry({ store, reviewClient, comment, view }: CommentEntryProps)
               onClick={() => void reviewClient.commit(t('remove a comment'), [removeComment(id)])}
             >
               {t('Remove')}
+            </button>
+          </>
+        )}
+        {assigned !== null && (
+          <>
+            <button
+              type="button"
+              class="chip chip-strong"
+              onClick={() => {
+                setAssigned(null);
+                void reviewClient.commit(t('assign a comment'), [assignComment(id, assigned)]);
+              }}
+            >
+              {t('Save')}
+            </button>
+            <button type="button" class="chip" onClick={() => setAssigned(null)}>
+              {t('Cancel')}
             </button>
           </>
         )}

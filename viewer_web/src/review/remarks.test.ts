@@ -1,7 +1,7 @@
 import { expect, test } from 'vitest';
 import type { Comment, Review } from '../api/documents.ts';
 import { EMPTY_REVIEW } from '../testing/fake-review-server.ts';
-import { changesSinceSignature, countVerdicts, lastChanges, listedComments } from './remarks.ts';
+import { changesSinceSignature, countVerdicts, isOverdue, lastChanges, listedComments, peopleOf } from './remarks.ts';
 
 const comment = (id: string, time: string, resolved = false): Comment => ({
   id,
@@ -11,6 +11,8 @@ const comment = (id: string, time: string, resolved = false): Comment => ({
   target: null,
   position_m: null,
   resolved,
+  assignee: '',
+  due: '',
 });
 const touch = (revision: number, by = 'Ada') => ({ revision, by, at: '2026-11-21T16:30:00Z' });
 
@@ -52,4 +54,17 @@ test('stations are counted by their verdicts', () => {
     rejected: 1,
     open: 1,
   });
+});
+
+test('a comment is overdue after the day by which it was due, unless it is resolved', () => {
+  const late = new Date('2026-12-02T00:00:01');
+  expect(isOverdue({ due: '2026-12-01', resolved: false }, late)).toBe(true);
+  expect(isOverdue({ due: '2026-12-01', resolved: false }, new Date('2026-12-01T23:00:00'))).toBe(false);
+  expect(isOverdue({ due: '2026-12-01', resolved: true }, late)).toBe(false);
+  expect(isOverdue({ due: '', resolved: false }, late)).toBe(false);
+});
+
+test('whom a review names is listed once', () => {
+  const comments = { C001: { ...comment('C001', '2026-11-21T10:00:00Z'), assignee: 'Kim' } };
+  expect(peopleOf({ ...EMPTY_REVIEW, comments, touched: { 'zone:Z001': touch(1, 'Kim') } })).toEqual(['Ada', 'Kim']);
 });

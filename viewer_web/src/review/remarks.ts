@@ -1,9 +1,27 @@
 /** The changes that remarks are made of, and how they are listed. */
 import type { Change, Comment, LastChange, Point, Review } from '../api/documents.ts';
 
-export function addComment(text: string, target: string | number | null, positionM: Point | null): Change {
-  return { kind: 'add_comment', text, target, position_m: positionM };
+/** Who deals with a comment, and the day by which, as 2026-12-01; empty: nobody, none. */
+export interface Assignment {
+  readonly assignee: string;
+  readonly due: string;
 }
+export const UNASSIGNED: Assignment = { assignee: '', due: '' };
+
+export function addComment(
+  text: string,
+  target: string | number | null,
+  positionM: Point | null,
+  { assignee, due }: Assignment,
+): Change {
+  return { kind: 'add_comment', text, target, position_m: positionM, assignee: assignee.trim(), due };
+}
+export const assignComment = (id: string, { assignee, due }: Assignment): Change => ({
+  kind: 'assign_comment',
+  id,
+  assignee: assignee.trim(),
+  due,
+});
 export const editComment = (id: string, text: string): Change => ({ kind: 'edit_comment', id, text });
 export const resolveComment = (id: string, resolved: boolean): Change => ({ kind: 'resolve_comment', id, resolved });
 export const removeComment = (id: string): Change => ({ kind: 'remove_comment', id });
@@ -16,6 +34,21 @@ export const setVerdict = (station: string, verdict: 'accepted' | 'rejected', no
 export const clearVerdict = (station: string): Change => ({ kind: 'clear_verdict', station });
 export const sign = (note: string): Change => ({ kind: 'sign', note });
 export const unsign = (): Change => ({ kind: 'unsign' });
+
+/** Whether the day by which a comment was to be dealt with is over. */
+export function isOverdue({ due, resolved }: Pick<Comment, 'due' | 'resolved'>, now: Date): boolean {
+  return !resolved && due !== '' && new Date(`${due}T23:59:59`) < now;
+}
+
+/** Everybody whom a review names, for a list to choose from. */
+export function peopleOf({ comments, verdicts, touched }: Review): string[] {
+  const names = [
+    ...Object.values(comments).flatMap(({ author, assignee }) => [author, assignee]),
+    ...Object.values(verdicts).map(({ by }) => by),
+    ...Object.values(touched).map(({ by }) => by),
+  ];
+  return [...new Set(names.filter(Boolean))].sort((a, b) => a.localeCompare(b));
+}
 
 /** Open ones first, newest first. */
 export function listedComments(review: Review): Comment[] {

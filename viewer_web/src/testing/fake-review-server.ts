@@ -133,6 +133,8 @@ export class FakeReviewServer {
         target: null,
         position_m: null,
         resolved: false,
+        assignee: '',
+        due: '',
       };
       this.review = { ...this.review, comments: { ...comments, [id]: comment } };
       return { kind: 'remove_comment', id };
