@@ -2,7 +2,6 @@
 
 import { type Signal, signal } from '@preact/signals';
 import type { Point, PreviewHead } from '../api/documents.ts';
-import { type Assignment, UNASSIGNED } from '../review/remarks.ts';
 import type { Picked } from '../scene/state.ts';
 import type { DraftStation } from './draft.ts';
 import type { DoorState } from './entrance-words.ts';
@@ -11,6 +10,13 @@ import { Latencies } from './preview-loop.ts';
 import type { SurfaceChange } from './what-if.ts';
 
 export type Tool = 'select' | 'add' | 'forbid' | 'keep_out' | 'priority' | 'ground' | 'entrance' | 'doors' | 'comment';
+
+/** Who deals with a comment, and the day by which, as 2026-12-01; empty: nobody, none. */
+export interface Assignment {
+  readonly assignee: string;
+  readonly due: string;
+}
+export const UNASSIGNED: Assignment = { assignee: '', due: '' };
 
 /** A station on its way: dragged, raised, or about to be added (`stationId` null). Scene frame. */
 export interface UnderWay {

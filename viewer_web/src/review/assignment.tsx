@@ -1,8 +1,9 @@
 /** Whom a comment is for, and the day by which: as fields, and in words. */
 import { useId } from 'preact/hooks';
 import type { Comment } from '../api/documents.ts';
+import type { Assignment } from '../edit/state.ts';
 import { dateLocale, t } from '../language/language.ts';
-import { type Assignment, isOverdue } from './remarks.ts';
+import { isOverdue } from './remarks.ts';
 
 interface AssignmentFieldsProps {
   readonly value: Assignment;

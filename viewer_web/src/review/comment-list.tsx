@@ -7,13 +7,13 @@ import { type ReviewClient, UNNAMED } from '../api/review-client.ts';
 import { localOf } from '../edit/draft.ts';
 import { canComment } from '../edit/readiness.ts';
 import { floorAt } from '../edit/review-areas.ts';
+import { type Assignment, UNASSIGNED } from '../edit/state.ts';
 import { t } from '../language/language.ts';
 import { Section } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 import { AssignmentFields, AssignmentWords } from './assignment.tsx';
 import {
-  type Assignment,
   addComment,
   assignComment,
   editComment,
@@ -21,7 +21,6 @@ import {
   peopleOf,
   removeComment,
   resolveComment,
-  UNASSIGNED,
 } from './remarks.ts';
 
 interface CommentListProps {

@@ -1,12 +1,6 @@
 /** The changes that remarks are made of, and how they are listed. */
 import type { Change, Comment, LastChange, Point, Review } from '../api/documents.ts';
-
-/** Who deals with a comment, and the day by which, as 2026-12-01; empty: nobody, none. */
-export interface Assignment {
-  readonly assignee: string;
-  readonly due: string;
-}
-export const UNASSIGNED: Assignment = { assignee: '', due: '' };
+import type { Assignment } from '../edit/state.ts';
 
 export function addComment(
   text: string,
