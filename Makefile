@@ -186,7 +186,7 @@ bench-registration-plans: $(DEV) ## whether default plans of ten buildings regis
 bench-drawings: $(DEV) ## floor plans as DXF, PDF and pictures, read back, and plans from them; writes docs/benchmarks
 	$(BIN)/python -m tests.benchmarks.bench_drawings --write docs/benchmarks/drawings.md
 
-bench-stages: $(DEV) ## processor time of quick plans of five buildings by stage; writes docs/benchmarks
+bench-stages: $(DEV) ## processor time of quick plans of buildings by stage; writes docs/benchmarks
 	$(BIN)/python -m tests.benchmarks.bench_stages --write docs/benchmarks/where-time-goes.md
 
 bench-truth: $(DEV) ## plans' figures beside those of random points; writes docs/benchmarks

@@ -37,7 +37,7 @@ from planner_core.model import (
 from planner_core.network.network_report import WAY_OUT
 from planner_core.paper.pipeline import find_pool
 from planner_core.planning.choose import choose, choose_by_paper, choose_greedily, only_join, route_through
-from planner_core.planning.first_plan import as_memory_holds, observe_few, tell_first_plan
+from planner_core.planning.first_plan import as_needed, observe_few, tell_first_plan
 from planner_core.planning.independent_check import with_independent_check
 from planner_core.planning.join_offer import join_offer
 from planner_core.planning.pool import Choice, Pool, make_pool
@@ -116,9 +116,10 @@ def plan_survey(
         remarks = _bare_floors(survey, goals, places, settings.heights)
     with clock.stage("first plan"):
         known = None if isinstance(method, Paper) else observe_few(survey, goals, scan_engine, places, progress)
+        worth_a_look = None
         if known is not None and isinstance(method, Proven) and settings.objective != Objective.COVERAGE:
-            tell_first_plan(survey, goals, scan_engine, places, known, method, progress)
-        places, known, thinned = as_memory_holds(places, known)
+            worth_a_look = tell_first_plan(survey, goals, scan_engine, places, known, method, progress)
+        places, known, thinned = as_needed(places, known, worth_a_look)
     # 4. What each spot sees, what of that meets the requirements, and which two could be registered with each other.
     with clock.stage("scan"):
         pool = make_pool(

@@ -34,7 +34,10 @@ BUILDINGS: dict[str, Path | str] = {
     "fzk-haus": DATA / "ifc" / "fzk-haus.ifc",
     "office": DATA / "corpus" / "ifc-tested-sample-revit2021-esp.ifc",
     "school": "school",
+    "storey of the school": "school",
 }
+#: Further options of `plan`.
+OPTIONS = {"storey of the school": ["--floor", "F1"]}
 #: Stages as people think of them, by the first words of events.
 GROUPS = {
     "read": ("load", "survey"),
@@ -113,6 +116,7 @@ def measured(name: str, effort: str) -> tuple[dict[str, list[float]], dict[str, 
         spent = []
         for number, changed in enumerate([[], ["--coverage", CHANGED_COVERAGE]]):
             arguments = ["plan", str(at), "--effort", effort, "--quiet", "-o", str(Path(folder) / f"plan{number}")]
+            arguments += OPTIONS.get(name, [])
             ran = subprocess.run(
                 [sys.executable, "-m", "tests.benchmarks.bench_stages", "--one", *arguments, *changed],
                 cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True, env=environment,

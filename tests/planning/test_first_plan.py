@@ -2,17 +2,21 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import scenes_synthetic
 from planner_core.model import Candidates, Greedy, Plan, PlanSettings, PriorStation, Proven, Requirements, Role, Site
+from planner_core.model.stored_rows import VISIBILITY_VARIABLE
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
-from planner_core.planning.first_plan import STAGE, far_apart
+from planner_core.planning.first_plan import STAGE, as_needed, far_apart
 from planner_core.planning.plan import make_plan
+from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.progress import ProgressEvent
+from planner_core.requirements.demand import KnownObservations
 
 Planned = Callable[[str, PlanSettings], Plan]
 
@@ -142,3 +146,70 @@ def test_candidates_on_both_sides_of_the_origin_come_down_to_one_a_floor() -> No
     assert 30 < many.size <= 100
     moved = replace(candidates, position_m=at_m + np.array([1000.0, -250.0, 7.0]))
     assert far_apart(moved, 1.0, most=100).tolist() == many.tolist()
+
+
+@pytest.fixture
+def field() -> tuple[AllowedPositions, KnownObservations]:
+    """40 rows of 40 candidates half a metre apart; every fifth of every fifth row is known, and number 77 a doorway."""
+    column, row = np.tile(np.arange(40), 40), np.repeat(np.arange(40), 40)
+    at_m = np.column_stack([0.5 * column, 0.5 * row, np.full(1600, 1.7)])
+    kind = np.zeros(1600, dtype=np.int8)
+    kind[77] = 1
+    tripods = SimpleNamespace(grid_step_m=0.5, survey=SimpleNamespace(scene=SimpleNamespace(open_doors=())))
+    candidates = Candidates(at_m, np.zeros(1600, dtype=np.int32), np.full(1600, 1.7), 1600)
+    known = np.flatnonzero((column % 5 == 0) & (row % 5 == 0))
+    observations = SimpleNamespace(rows=SimpleNamespace(seen=SimpleNamespace(n_entries=100 * known.size)))
+    places = AllowedPositions(tripods, candidates, kind, reach=None, site=None, prior=(), warnings=())
+    return places, KnownObservations(known, observations)
+
+
+def test_of_a_large_site_the_first_few_stay_and_the_grid_around_what_is_worth_a_look(
+    field: tuple[AllowedPositions, KnownObservations],
+) -> None:
+    places, known = field
+    fewer, still_known, (line,) = as_needed(places, known, np.array([0, 822]))
+    around = [822 + across + 40 * along for across in (-1, 0, 1) for along in (-1, 0, 1)]
+    expected = sorted({77, 0, 1, 40, 41, *around, *known.row.tolist()})
+    assert fewer.candidates.position_m.tolist() == places.candidates.position_m[expected].tolist()
+    assert fewer.kind.tolist() == places.kind[expected].tolist()
+    assert fewer.candidates.position_m[still_known.row].tolist() == places.candidates.position_m[known.row].tolist()
+    assert f"{len(expected)} of 1600 valid positions" in line
+    assert "lower bound" in line
+    assert "memory" not in line
+
+
+def test_all_candidates_stay_where_none_is_worth_more_than_others_or_memory_is_given(
+    field: tuple[AllowedPositions, KnownObservations], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    places, known = field
+    assert as_needed(places, known, None) == (places, known, ())
+    monkeypatch.setenv(VISIBILITY_VARIABLE, "1GB")
+    assert as_needed(places, known, np.array([822])) == (places, known, ())
+
+
+def test_what_is_worth_a_look_is_thinned_where_memory_does_not_hold_it(
+    field: tuple[AllowedPositions, KnownObservations], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    places, known = field
+    monkeypatch.setattr("planner_core.planning.first_plan._MOST_ENTRIES", 100 * 400)
+    fewer, still_known, (line,) = as_needed(places, known, np.arange(1600))
+    assert known.row.size + 1 < fewer.candidates.floor.size <= 400
+    assert "memory" in line
+    assert fewer.candidates.position_m[still_known.row].tolist() == places.candidates.position_m[known.row].tolist()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("role", [Role.LOCKED, Role.KEPT])
+def test_a_large_site_is_planned_with_fewer_candidates_and_hardly_more_stations(
+    told: tuple[Plan, list[ProgressEvent]], comb: PlanSettings, role: Role, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("planner_core.planning.first_plan._LARGE", 100)
+    scene = scenes_synthetic.build("corridor-comb").scene
+    prior = PriorStation("L1", tuple((np.array([0.8, 0.8, 1.5]) + scene.offset_m).tolist()), role)
+    plan = make_plan(scene, replace(comb, site=Site(prior=(prior,))))
+    (line,) = (line for line in plan.warnings if line.startswith("candidates:"))
+    assert plan.n_candidates == int(line.split()[1]) < 150
+    assert all(result.met for result in plan.requirements)
+    assert len(plan.stations) <= len(told[0].stations) + 1
+    assert plan.registration is not None
+    assert len(plan.registration.networks) == len(told[0].registration.networks)
