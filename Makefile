@@ -185,6 +185,7 @@ bench-registration-plans: $(DEV) ## whether default plans of ten buildings regis
 
 bench-drawings: $(DEV) ## floor plans as DXF, PDF and pictures, read back, and plans from them; writes docs/benchmarks
 	$(BIN)/python -m tests.benchmarks.bench_drawings --write docs/benchmarks/drawings.md
+	$(BIN)/python -m tests.benchmarks.bench_galleries --write docs/benchmarks/drawings.md
 
 bench-stages: $(DEV) ## processor time of quick plans of buildings by stage; writes docs/benchmarks
 	$(BIN)/python -m tests.benchmarks.bench_stages --write docs/benchmarks/where-time-goes.md

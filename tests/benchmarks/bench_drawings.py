@@ -30,6 +30,7 @@ from ezdxf import bbox
 from ezdxf.addons.drawing import Frontend, RenderContext
 from ezdxf.addons.drawing.config import BackgroundPolicy, ColorPolicy, Configuration
 from ezdxf.addons.drawing.matplotlib import MatplotlibBackend
+from scipy.sparse.csgraph import shortest_path
 
 from planner_core.drawings.drawing import Drawing
 from planner_core.drawings.dxf import read_dxf
@@ -153,22 +154,60 @@ def tlsplan(*words: object) -> dict[str, Any]:
     return found
 
 
+BUILDINGS: tuple[tuple[str, tuple[str, ...], str | None], ...] = (
+    ("duplex", ("--leave-out", "IfcFurnishingElement"), "2.6"),
+    ("fzk-haus", (), None),
+    ("house", ("--leave-out", "IfcFurniture"), None),
+)
+"""Names, options of the plan from the IFC, and the height of its suspended ceilings, metres."""
+
+
 def plans(folder: Path) -> Iterator[str]:
-    yield "| building | plan from | stations | coverage, % | of the IFC, % |"
-    yield "|---|---|---|---|---|"
-    for name, bare in (("duplex", ("--leave-out", "IfcFurnishingElement")), ("fzk-haus", ())):
+    yield "| building | plan from | stations | coverage, % | of the IFC, % | path, m | links | without a path, % |"
+    yield "|---|---|---|---|---|---|---|---|"
+    for name, bare, ceiling in BUILDINGS:
         ifc = DATA / "ifc" / f"{name}.ifc"
+        if not ifc.is_file():
+            ifc = folder / f"{name}.ifc"
+            write(build(name), ifc)
         of_ifc = folder / f"{name}-ifc"
         whole = tlsplan("plan", ifc, *bare, "-o", of_ifc, "--effort", "quick")
         drawn = folder / f"{name}.dxf"
         subprocess.run(
             [sys.executable, "-m", "tlsplan", "export", str(of_ifc), "--format", "dxf", "-o", str(drawn)], check=True
         )
-        of_drawing = folder / f"{name}-drawing"
-        lifted = tlsplan("plan", drawn, "-o", of_drawing, "--effort", "quick")
-        judged = tlsplan("evaluate", ifc, *bare, "--stations", of_drawing / "plan.json")
-        for way, document, on_ifc in (("its IFC", whole, ""), ("our DXF of it", lifted, percent(judged))):
-            yield f"| {name} | {way} | {len(document['stations'])} | {percent(document)} | {on_ifc} |"
+        yield _row(name, "its IFC", whole, "")
+        for height in (None, ceiling) if ceiling else (None,):
+            words = ("--room-height", height) if height else ()
+            of_drawing = folder / f"{name}-drawing{height or ''}"
+            lifted = tlsplan("plan", drawn, "-o", of_drawing, "--effort", "quick", *words)
+            judged = tlsplan("evaluate", ifc, *bare, "--stations", of_drawing / "plan.json")
+            yield _row(name, " ".join(["our DXF of it", *words]), lifted, percent(judged))
+
+
+def _row(name: str, way: str, document: dict[str, Any], on_ifc: str) -> str:
+    length_m, n_links, lost = path_lengths(document)
+    return (
+        f"| {name} | {way} | {len(document['stations'])} | {percent(document)} | {on_ifc} | {length_m:.1f} | "
+        f"{n_links:.2f} | {100 * lost:.0f} |"
+    )
+
+
+def path_lengths(document: dict[str, Any]) -> tuple[float, float, float]:
+    """Mean shortest path between stations through links that register, metres and links; share of pairs without one."""
+    at = np.array([station["position"] for station in document["stations"]])
+    row_of = {station["id"]: row for row, station in enumerate(document["stations"])}
+    rules = document["registration"]
+    metres, links = np.zeros((len(at), len(at))), np.zeros((len(at), len(at)))
+    for link in rules["links"]:
+        if link["probability"] < rules["min_probability"] or link["strength"] < rules["min_strength"]:
+            continue
+        a, b = row_of[link["a"]], row_of[link["b"]]
+        metres[a, b], links[a, b] = np.linalg.norm(at[a] - at[b]), 1.0
+    pairs = np.triu_indices(len(at), 1)
+    length_m, n_links = (shortest_path(each, directed=False)[pairs] for each in (metres, links))
+    is_joined = np.isfinite(length_m)
+    return float(length_m[is_joined].mean()), float(n_links[is_joined].mean()), float(1.0 - is_joined.mean())
 
 
 def percent(document: dict[str, Any]) -> str:
