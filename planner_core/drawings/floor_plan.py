@@ -26,7 +26,7 @@ from planner_core.drawings.layer_names import Kind, kind_of_name
 from planner_core.drawings.likely_walls import LikelyWalls, likely_layer, likely_walls, lines_side_by_side
 from planner_core.drawings.openings import Opening, OpeningKind, SymbolLines, is_in_opening, openings_of
 from planner_core.drawings.room_outlines import SEAL_M, TRACED_SEAL_M, PlacedText, RoomOutline, rooms_of, sealed
-from planner_core.drawings.stairs import Treads, treads_of
+from planner_core.drawings.stairs import Treads, treads_of, unclear_stairs
 from planner_core.drawings.units import DrawnSizes, drawn_sizes, unit_of
 from planner_core.drawings.walls import (
     THICKEST_M,
@@ -321,15 +321,17 @@ def _floor_plan(
             "such as --layer wall=NAME."
         )
     outline = outline_of(sealed(area, filled, seal_m), seal_m)
+    stairs = [stroke for _, stroke in strokes_m(Kind.STAIR)]
+    unclear = unclear_stairs(stairs, drawing.name)
     return FloorPlan(
         name=name,
         walls=tuple(straight_pieces(area, thickest_m=walls.thickest_m)),
         openings=tuple(openings),
         rooms=tuple(rooms),
         outline=outline,
-        treads=tuple(treads_of([stroke for _, stroke in strokes_m(Kind.STAIR)])),
+        treads=tuple(treads_of(stairs)),
         height_m=height_m,
-        warnings=(*doubts, *_doubts(outline, drawing.name, name, symbols, openings, rooms)),
+        warnings=(*doubts, *_doubts(outline, drawing.name, name, symbols, openings, rooms), *unclear),
         texts=tuple(texts),
         is_traced=likely is not None,
         lines=drawn_lines(drawing, rows, unit_m),

@@ -81,6 +81,16 @@ def rectangle(foot: FloatArray, along: FloatArray, length_m: float, width_m: flo
     )
 
 
+def unclear_stairs(strokes: Sequence[FloatArray], file: str) -> tuple[str, ...]:
+    """A warning where lines of stairs, metres, hold no flight: winding stairs are none."""
+    if len(strokes) < _LEAST_TREADS or treads_of(strokes):
+        return ()
+    return (
+        f"{file}: its stairs ({len(strokes)} lines) have no straight flight of {_LEAST_TREADS} treads and are left "
+        "out, so they join no storeys; winding stairs are not recognised: add them to the IFC file.",
+    )
+
+
 def treads_of(lines: Sequence[FloatArray]) -> list[Treads]:
     """Find rows of treads among the lines (K, 2) of stairs, from the lowest corner."""
     segments = segments_of(lines)

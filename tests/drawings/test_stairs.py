@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from planner_core.drawings.stairs import flights_between, treads_of
+from planner_core.drawings.stairs import flights_between, treads_of, unclear_stairs
 
 
 def treads(begin, n, going=0.27, x=1.0, width=1.1, nosing=0.0):
@@ -36,3 +36,12 @@ def test_both_plans_show_which_way_a_flight_rises(up):
 def test_stairs_of_one_plan_alone_are_no_flight():
     assert flights_between(treads_of(treads(2.0, 8)), []) == []
     assert flights_between(treads_of(treads(2.0, 8)), treads_of(treads(2.0, 8, x=6.0))) == []
+
+
+def test_lines_of_stairs_without_a_straight_flight_are_named():
+    angles = np.linspace(0.0, 4.0, 12)
+    winding = [np.array([(0.2 * np.cos(a), 0.2 * np.sin(a)), (1.2 * np.cos(a), 1.2 * np.sin(a))]) for a in angles]
+    (line,) = unclear_stairs(winding, "a.dxf")
+    assert line.startswith("a.dxf: its stairs (12 lines) have no straight flight of 3 treads and are left out")
+    assert unclear_stairs([*winding, *treads(2.0, 8)], "a.dxf") == ()
+    assert unclear_stairs([], "a.dxf") == ()
