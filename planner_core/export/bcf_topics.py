@@ -47,8 +47,8 @@ class Topic:
     """One topic. key : names it among those of its plan, and stays as long as it is about the same.
 
     source_ids : of the elements it is about, IFC GlobalIds where the scene is IFC. is_comment : its description is
-    what `author` wrote at `time`. assignee, due : who deals with it, and the day by which; empty: not known. places : where
-    to look, best first.
+    what `author` wrote at `time`. assignee, due : who deals with it, and the day by which; empty: not known.
+    places : where to look, best first.
     """
 
     key: str

@@ -95,7 +95,8 @@ def test_every_kind_of_change_but_those_of_comments_and_verdicts_is_refused() ->
 
     allowed = {kind for kind, of in KINDS.items() if may_commenter_make(object.__new__(of))}
     assert allowed == {
-        "add_comment", "assign_comment", "edit_comment", "resolve_comment", "remove_comment", "set_verdict", "clear_verdict",
+        "add_comment", "assign_comment", "edit_comment", "resolve_comment", "remove_comment", "set_verdict",
+        "clear_verdict",
     }  # fmt: skip
 
 
