@@ -151,8 +151,8 @@ def _find_pixels(
             at = points_m[pixel, axis] - first_vertex_m[row, axis]
             l1 += at * slope1[row, axis]
             l2 += at * slope2[row, axis]
-        l0, l1, l2 = np.float32(1.0 - l1 - l2), np.float32(l1), np.float32(l2)
-        patch[pixel] = first_patch[on] + _code(l0, l1, l2, edges[row, 0], edges[row, 1], edges[row, 2], depth[on])
+        w0, w1, w2 = np.float32(1.0 - l1 - l2), np.float32(l1), np.float32(l2)
+        patch[pixel] = first_patch[on] + _code(w0, w1, w2, edges[row, 0], edges[row, 1], edges[row, 2], depth[on])
 
 
 @compiled

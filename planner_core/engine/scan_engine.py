@@ -113,24 +113,25 @@ def check_rays(origins_m: FloatArray, directions: FloatArray, range_max_m: float
     if not range_max_m > 0:
         raise RequirementError(f"range_max_m: got {range_max_m}, expected a positive range in metres or infinity")
     origins = check_positions(origins_m)
-    if directions.shape != origins.shape:
-        raise RequirementError(
-            f"directions: got shape {directions.shape}, expected {origins.shape}; pass one row per ray"
-        )
-    if len(origins) and directions.strides[0] == 0:  # one for all, as of maps: millions of the same
-        return origins, np.broadcast_to(_unit(directions[:1]), origins.shape)
-    return origins, _unit(directions)
+    rays = np.asarray(directions, dtype=np.float64)
+    if rays.shape != origins.shape:
+        raise RequirementError(f"directions: got shape {rays.shape}, expected {origins.shape}; pass one row per ray")
+    if len(rays) and rays.strides[0] == 0:  # one for all, as of maps: millions of the same
+        return origins, np.broadcast_to(_unit(rays[:1]), rays.shape)
+    return origins, _unit(rays)
 
 
 def _unit(directions: FloatArray) -> FloatArray:
-    rays = np.ascontiguousarray(directions, dtype=np.float64)
+    """UNIT directions (N, 3) of others of any length but 0."""
+    rays = np.ascontiguousarray(directions)
     squared = np.einsum("ij,ij->i", rays, rays)
     odd = ~((squared > 1e-200) & (squared < 1e200))
     if odd.any():
         # Squares of huge or tiny components overflow or vanish: those rows are scaled by their largest first.
         rays = _scaled(rays, np.flatnonzero(odd))
         squared = np.einsum("ij,ij->i", rays, rays)
-    return rays / np.sqrt(squared)[:, None]
+    unit: FloatArray = rays / np.sqrt(squared)[:, None]
+    return unit
 
 
 def _scaled(rays: FloatArray, rows: Int64Array) -> FloatArray:

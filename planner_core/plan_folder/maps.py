@@ -317,7 +317,8 @@ def _draw_view(canvas: PngCanvas, plan: Plan, at: PlacedView, *, coloured: bool 
 
 def shaded(survey: Survey, floor: Floor, view: SectionView) -> ShadedView:
     """Work out what views of `floor` have in common, whatever stations see."""
-    shade = 0.62 + 0.38 * np.abs(np.where(view.triangle >= 0, view.facing, np.float32(1.0)))
+    facing = np.where(view.triangle >= 0, view.facing, np.float32(1.0))
+    shade = np.asarray(0.62 + 0.38 * np.abs(facing), dtype=np.float32)
     shade[_depth_edges(view)] *= 0.72
     ground = marked(floor.ground_triangles, survey.scene.n_triangles)[view.triangle]
     return ShadedView(view, shade, ground, inside_solid(survey, view, floor))

@@ -415,14 +415,14 @@ def shoot(window: Any, things: Iterable[Drawn], eye: Eye, size: tuple[int, int])
     from vtkmodules.vtkRenderingCore import vtkRenderer
 
     renderer = vtkRenderer()
-    renderer.SetBackground(PAPER)
+    renderer.SetBackground(*PAPER)
     for thing in things:
         if thing.mesh.n_cells:
             renderer.AddActor(_actor(thing))
     camera = renderer.GetActiveCamera()
-    camera.SetPosition(eye.position_m)
-    camera.SetFocalPoint(eye.position_m + eye.forward)
-    camera.SetViewUp(eye.up)
+    camera.SetPosition(*eye.position_m.tolist())
+    camera.SetFocalPoint(*(eye.position_m + eye.forward).tolist())
+    camera.SetViewUp(*eye.up.tolist())
     camera.SetViewAngle(2 * float(np.rad2deg(np.arctan(eye.half_height_tan))))
     width, height = (OVERSAMPLING * each for each in size)
     window.SetSize(width, height)
@@ -458,7 +458,7 @@ def _actor(thing: Drawn) -> Any:
         mapper.SetColorModeToDirectScalars()
     else:
         mapper.ScalarVisibilityOff()
-        actor.GetProperty().SetColor(thing.colour)
+        actor.GetProperty().SetColor(*thing.colour)
     return actor
 
 

@@ -57,7 +57,7 @@ class Camera:
     @property
     def looks_down(self) -> bool:
         """Whether this is the view of maps, see `camera_from_above`."""
-        return self.right[0] == 1 and self.up[1] == 1
+        return bool(self.right[0] == 1 and self.up[1] == 1)
 
     def project(self, points_m: FloatArray) -> FloatArray:
         """(N, 2) metres on the view plane of points (N, 3)."""

@@ -288,6 +288,9 @@ def test_tiny_and_huge_directions_are_directions(shapes: SimpleNamespace, name: 
     rays = np.array([[1e-300, 0, 0], [1e300, 1e290, 0], [5e-324, 0, 0]])
     hits = engine.cast_rays(np.full((3, 3), 0.1), rays, range_max_m=10.0)
     np.testing.assert_allclose(hits.range_m, 0.9, rtol=1e-6)
+    for one in rays:  # the same for many
+        hits = engine.cast_rays(np.full((3, 3), 0.1), np.broadcast_to(one, (3, 3)), range_max_m=10.0)
+        np.testing.assert_allclose(hits.range_m, 0.9, rtol=1e-6)
 
 
 @pytest.mark.parametrize("name", ENGINES)
