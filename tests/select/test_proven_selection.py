@@ -158,6 +158,14 @@ def test_work_limit_ends_the_search_with_a_valid_set_and_bound():
     assert not result.proven and 0 < result.gap < 1
 
 
+def test_turns_end_where_they_have_long_found_nothing(monkeypatch):
+    monkeypatch.setattr(proven, "_PATIENCE", 0.02)
+    monkeypatch.setattr(proven, "_PATIENCE_SHARE", 0.0)
+    result = select(thicket(1), Proven(work_limit=20.0, n_walks=1))
+    assert result.why_stopped == "work limit" and result.lower_bound < len(result.chosen)
+    assert 0.02 <= result.work - result.curve[-1].work < 2.0, "one more annealing, and no more of the proof"
+
+
 def test_time_limit_ends_the_search():
     result = select(thicket(1), Proven(time_limit_s=0.0))
     assert result.why_stopped == "time limit"
