@@ -99,7 +99,7 @@ class PlanPicture:
         }
         limits = limits_for(self.path.stat().st_size)
         child_process.run_isolated(
-            "planner_core.drawings.pictures:write_plan_picture",
+            "planner_core.drawings.plan_picture:write_plan_picture",
             arguments,
             classes=(),
             limits=limits,

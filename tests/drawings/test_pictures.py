@@ -7,7 +7,8 @@ from PIL import Image, ImageDraw
 
 from planner_core.drawings.floor_plan import floor_plans
 from planner_core.drawings.line_tracing import filled_areas, traced_lines
-from planner_core.drawings.pictures import drawing_of_pixels, read_picture, write_plan_picture
+from planner_core.drawings.pictures import drawing_of_pixels, read_picture
+from planner_core.drawings.plan_picture import write_plan_picture
 from planner_core.drawings.scales import PageScale, page_scale, scaled
 from planner_core.errors import SceneError
 from planner_core.requirements.quantities import coordinate_m
