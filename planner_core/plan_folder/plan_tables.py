@@ -34,6 +34,7 @@ from planner_core.plan_folder.plan_words import (
 
 #: Coordinates on paper are for people who set up a tripod: to the millimetre, or a thousandth of a foot.
 _DIGITS = 3
+_AS_SET_UP = "As set up, %"
 #: Networks are listed largest first, up to so many: a plan of many rooms with doors shut has one a room.
 _MAX_NETWORKS = 24
 #: Surfaces that are listed of each reason, and of what the plan leaves out, which a further station would see.
@@ -118,12 +119,13 @@ def requirements_table(plan: PlanSource) -> Table | None:
         Column("Points", 46),
         Column("Required, %", 13, number=True),
         Column("Reached, %", 13, number=True),
-        Column("As set up, %", 13, number=True),
+        Column(_AS_SET_UP, 13, number=True),
         Column("Result", 12, bold=True),
         Column(f"Of scannable, {area_unit(plan.frame.unit)}", 17, number=True),
     )
     rows = tuple(_requirement_row(result, plan.frame.unit) for result in results)
-    return Table("Required and reached", columns, rows) if rows else None
+    known = any(result.get("as_set_up") is not None for result in results)
+    return Table("Required and reached", columns, rows).without(() if known else (_AS_SET_UP,)) if rows else None
 
 
 def _requirement_row(result: Mapping[str, Any], unit: LengthUnit) -> tuple[str, ...]:
