@@ -13,6 +13,8 @@ from fnmatch import fnmatchcase
 from itertools import product
 from pathlib import Path
 
+import numpy as np
+
 from planner_core import child_process
 from planner_core.child_process import LostChildError, limits_for
 from planner_core.drawings.alignment import moved, over
@@ -21,9 +23,9 @@ from planner_core.drawings.drawing import Drawing, DrawingText, Symbol
 from planner_core.drawings.drawn_building import DrawnBuilding, DrawnFile, drawn_building, raised
 from planner_core.drawings.drawn_lines import DrawnLines
 from planner_core.drawings.floor_plan import FloorPlan, floor_plans
-from planner_core.drawings.layer_names import Kind
+from planner_core.drawings.layer_names import Kind, kind_of_name
 from planner_core.drawings.scales import PageScale, cropped, scaled, stated_ratio, with_mark, without_mark
-from planner_core.errors import SceneError, SceneNotFoundError, one_line
+from planner_core.errors import SceneError, SceneNotFoundError, grouped, one_line
 from planner_core.model import FloatArray
 from planner_core.progress import Progress, ProgressEvent, silent
 
@@ -41,6 +43,8 @@ _READERS = {
 
 
 Box = tuple[float, float, float, float]
+MOST_POINTS = 1_000_000
+"""Of lines that are recognised; twice as many took minutes and gigabytes."""
 _NAMED = 8
 """Names of layers in a message."""
 
@@ -200,12 +204,27 @@ def _plans(
         drawing = with_mark(drawing, at)
     scale = options.scales[number] if options.scales else PageScale()
     _check_size(drawing, unit_m, scale)
+    of_office = {each: kind for each, kind in options.office_patterns.items() if each not in options.patterns}
+    patterns = {**options.patterns, **of_office}
+    _check_number(drawing, patterns)
     if drawing.page_height is not None:
         drawing, unit_m = _in_metres(drawing, scale), 1.0
     drawing, mark = without_mark(drawing) if at is not None else (drawing, None)
-    of_office = {each: kind for each, kind in options.office_patterns.items() if each not in options.patterns}
-    plans = floor_plans(drawing, unit_m=unit_m, patterns={**options.patterns, **of_office})
+    plans = floor_plans(drawing, unit_m=unit_m, patterns=patterns)
     return plans, None if mark is None else mark * (unit_m or drawing.unit_m or 1.0)
+
+
+def _check_number(drawing: Drawing, patterns: Mapping[str, Kind]) -> None:
+    """Refuse more lines than recognition has time and memory for: hatches, furniture and surroundings."""
+    kept = np.array([kind_of_name(name, patterns) != Kind.IGNORED for name in drawing.layers], dtype=np.bool_)
+    counts = np.bincount(drawing.layer_of_stroke, weights=np.diff(drawing.starts), minlength=len(kept)) * kept
+    if counts.sum() > MOST_POINTS:
+        most = [one_line(drawing.layers[row]) for row in np.argsort(-counts, kind="stable")[:3].tolist()]
+        raise SceneError(
+            f"{drawing.name}: its lines have {grouped(int(counts.sum()))} points, most of them on {', '.join(most)}, "
+            f"expected at most {grouped(MOST_POINTS)}; leave out the layers of hatches, furniture and surroundings, "
+            "such as --layer ignored=NAME, or name a --part."
+        )
 
 
 def _check_size(drawing: Drawing, unit_m: float | None, scale: PageScale) -> None:

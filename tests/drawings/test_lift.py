@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from ifcopenshell.util.element import get_pset
 
+from planner_core.drawings import lift
 from planner_core.drawings.building import Doubtful, Heights, levels_of
 from planner_core.drawings.ifc_file import write_building
 from planner_core.drawings.layer_names import Kind
@@ -86,6 +87,16 @@ def test_drawings_are_storeys_from_below(drawn, tmp_path):
     scene = load_scene(tmp_path / "a.ifc")
     assert [floor.elevation_m for floor in find_floors(scene).floors] == pytest.approx([0.0, 3.3])
     assert len({element.source_id for element in scene.elements}) == len(scene.elements)
+
+
+def test_more_lines_than_can_be_recognised_are_refused_unless_their_layer_is_left_out(tmp_path, monkeypatch):
+    draw_two_rooms(tmp_path / "a.dxf")
+    monkeypatch.setattr(lift, "MOST_POINTS", 20)
+    with pytest.raises(SceneError, match=r"most of them on A-DOOR, A-WALL, A-GLAZ, expected at most 20"):
+        lift_drawings([tmp_path / "a.dxf"])
+    ignored = DrawingOptions(patterns={"A-WALL": Kind.IGNORED, "A-*": Kind.IGNORED})
+    with pytest.raises(SceneError, match="has a name for walls"):
+        lift_drawings([tmp_path / "a.dxf"], ignored)
 
 
 def test_rooms_end_at_their_ceilings_where_these_are_given_and_at_the_next_slab_else():
