@@ -102,14 +102,14 @@ test('the toolbar is one stop for Tab, arrows go through it, and its tips name k
   const before = await page.getByLabel('Shown floor').inputValue();
   for (let i = 0; i < 4; i++) await page.keyboard.press('ArrowRight');
   await expect.poll(focused).toBe('tool-walk');
-  expect(await page.getByLabel('Shown floor').inputValue()).toBe(before);
+  await expect.poll(() => page.getByLabel('Shown floor').inputValue()).toBe(before);
   await expect.poll(() => page.getByRole('tooltip').textContent()).toMatch(/^Walk: .*W$/);
   await page.keyboard.press('Escape');
   await expect.poll(() => page.getByRole('tooltip').count()).toBe(0);
   await page.keyboard.press('End');
   await expect.poll(focused).toBe('share-menu');
   await page.keyboard.press('Tab');
-  expect(await page.evaluate(() => document.activeElement?.closest('.toolbar') ?? null)).toBeNull();
+  await expect.poll(() => page.evaluate(() => document.activeElement?.closest('.toolbar') === null)).toBe(true);
   await page.keyboard.press('Shift+Tab');
   await expect.poll(focused).toBe('share-menu');
 });
