@@ -26,12 +26,7 @@ from planner_core.plan_folder.drawing.canvas import PAPER, Box, Canvas, Colour, 
 from planner_core.plan_folder.drawing.marks import Labels, draw_stations
 from planner_core.plan_folder.drawing.png_canvas import pixels
 from planner_core.plan_folder.plan_source import PlanSource
-from planner_core.plan_folder.section_view import (
-    BELOW_GROUND_M,
-    camera_at,
-    section_lines,
-    solid_cells,
-)
+from planner_core.plan_folder.section_view import BELOW_GROUND_M, camera_at, section_lines, solid_cells
 from planner_core.plan_folder.sheet import (
     coverage_legend,
     draw_footer,
