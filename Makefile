@@ -28,7 +28,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-firefox system-kernel-check lint typecheck \
   imports pytest pytest-slow pytest-campaign web web-check web-main e2e e2e-firefox e2e-scenes bench bench-roofline bench-patch-mode bench-genetic bench-selection bench-selection-large \
-  bench-drivers bench-planning bench-channels bench-registration bench-registration-plans bench-drawings bench-stages bench-truth bench-live bench-clouds bench-cluster bench-area bench-scale bench-paper-scale bench-gpu bench-gpu-pack reproduce plan-scenes \
+  bench-drivers bench-planning bench-channels bench-registration bench-registration-plans bench-drawings bench-stages bench-crew bench-truth bench-live bench-clouds bench-cluster bench-area bench-scale bench-paper-scale bench-gpu bench-gpu-pack reproduce plan-scenes \
   campaigns golden test-repeatedly mutants soak soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
 
 help: ## list the targets
@@ -189,6 +189,9 @@ bench-drawings: $(DEV) ## floor plans as DXF, PDF and pictures, read back, and p
 
 bench-stages: $(DEV) ## processor time of quick plans of buildings by stage; writes docs/benchmarks
 	$(BIN)/python -m tests.benchmarks.bench_stages --write docs/benchmarks/where-time-goes.md
+
+bench-crew: $(DEV) ## how long somebody waits for a plan of duplex, first, again and by default; writes docs/benchmarks
+	$(BIN)/python -m tests.benchmarks.bench_stages --crew --write docs/benchmarks/where-time-goes.md
 
 bench-truth: $(DEV) ## plans' figures beside those of random points; writes docs/benchmarks
 	$(BIN)/python -m tests.benchmarks.bench_truth --write docs/benchmarks/truth.md

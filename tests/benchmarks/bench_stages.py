@@ -1,20 +1,22 @@
 """Where the time of a plan goes, stage by stage, from the command to the finished folder.
 
-    python -m tests.benchmarks.bench_stages [--buildings demo,duplex] [--write PAGE]
+    python -m tests.benchmarks.bench_stages [--buildings demo,duplex] [--crew] [--write PAGE]
 
 Each plan is `tlsplan plan` in a process of its own, which counts what passes between two events of progress to the
 stage of the later one: by the clock, and processor time of the process and its children. Each building is planned
-twice: with nothing kept, and again with one requirement changed (`--coverage`), by what the first plan has kept. Not a
-test: nothing here fails.
+twice: with nothing kept, and again with one requirement changed (`--coverage`), by what the first plan has kept.
+`--crew` instead: how long somebody waits for what, on duplex, beside what is aimed at. Not a test: nothing here fails.
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import dataclasses
 import json
 import os
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -68,32 +70,56 @@ def group_of(stage: str, note: str) -> str:
 
 
 def one(arguments: list[str]) -> None:
-    """Run the command here, and print a JSON object: seconds of each group, by the clock and of processors."""
+    """Run the command here, and print a `Run` as JSON."""
     begun = time.monotonic(), cpu_s()
     from tlsplan.group import cli
     from tlsplan.progress import ProgressReporter
 
     from planner_core.progress import ProgressEvent
 
-    spent: dict[str, list[float]] = {}
+    run = Run()
     last = list(begun)
 
     def count(group: str) -> None:
         now = time.monotonic(), cpu_s()
-        row = spent.setdefault(group, [0.0, 0.0])
+        row = run.spent.setdefault(group, [0.0, 0.0])
         for k in range(2):
             row[k] += now[k] - last[k]
             last[k] = now[k]
 
     def show(self: ProgressReporter, event: ProgressEvent) -> None:
         count(group_of(event.stage, event.note))
+        if event.best is not None and (not run.curve or run.curve[-1][2] != event.best.n_stations):
+            run.curve.append([last[0] - begun[0], last[1] - begun[1], event.best.n_stations])
 
     count("start")
     ProgressReporter.show = show  # type: ignore[method-assign]
     with contextlib.suppress(SystemExit):
         cli.main(arguments, standalone_mode=False)
     count("other")
-    print(json.dumps(spent))
+    run.peak_bytes = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    print(json.dumps(dataclasses.asdict(run)))
+
+
+@dataclasses.dataclass
+class Run:
+    """One command. spent : seconds of each group, by the clock and of processors. peak_bytes : without children.
+
+    curve : seconds from the command on, by the clock and of processors, and the stations of the best plan from then on.
+    """
+
+    spent: dict[str, list[float]] = dataclasses.field(default_factory=dict)
+    curve: list[list[float]] = dataclasses.field(default_factory=list)
+    peak_bytes: int = 0
+
+    @property
+    def all_s(self) -> list[float]:
+        """Seconds of the whole command, by the clock and of processors."""
+        return [sum(each[k] for each in self.spent.values()) for k in range(2)]
+
+    def within_one_s(self, n_stations: int) -> list[float]:
+        """From when on the best plan had at most a station more than `n_stations`."""
+        return next(point[:2] for point in self.curve if point[2] <= n_stations + 1)
 
 
 def own_cache(folder: Path) -> dict[str, str]:
@@ -105,6 +131,15 @@ def own_cache(folder: Path) -> dict[str, str]:
     return {**os.environ, **numba, "TLSPLAN_CACHE": str(folder)}
 
 
+def run_plan(arguments: list[str], environment: dict[str, str]) -> Run:
+    """Run `tlsplan plan` in a process of its own."""
+    ran = subprocess.run(
+        [sys.executable, "-m", "tests.benchmarks.bench_stages", "--one", "plan", *arguments, "--quiet"],
+        cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True, env=environment,
+    )  # fmt: skip
+    return Run(**json.loads(ran.stdout.splitlines()[-1]))
+
+
 def measured(name: str, effort: str) -> tuple[dict[str, list[float]], dict[str, list[float]]]:
     """Seconds of a first plan, and of one with another requirement."""
     at = BUILDINGS[name]
@@ -113,16 +148,47 @@ def measured(name: str, effort: str) -> tuple[dict[str, list[float]], dict[str, 
         if isinstance(at, str):
             scenes_synthetic.write(scenes_synthetic.build(at), Path(folder) / "scene.ifc")
             at = Path(folder) / "scene.ifc"
-        spent = []
-        for number, changed in enumerate([[], ["--coverage", CHANGED_COVERAGE]]):
-            arguments = ["plan", str(at), "--effort", effort, "--quiet", "-o", str(Path(folder) / f"plan{number}")]
-            arguments += OPTIONS.get(name, [])
-            ran = subprocess.run(
-                [sys.executable, "-m", "tests.benchmarks.bench_stages", "--one", *arguments, *changed],
-                cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True, env=environment,
-            )  # fmt: skip
-            spent.append(dict(json.loads(ran.stdout.splitlines()[-1])))
-    return spent[0], spent[1]
+        common = ["--effort", effort, *OPTIONS.get(name, [])]
+        first, again = (
+            run_plan([str(at), *common, "-o", f"{folder}/plan{number}", *changed], environment)
+            for number, changed in enumerate([[], ["--coverage", CHANGED_COVERAGE]])
+        )
+    return first.spent, again.spent
+
+
+def crew() -> list[str]:
+    """How long somebody waits for what, on duplex, and how far that is from what is aimed at."""
+    scene = str(BUILDINGS["duplex"])
+    with tempfile.TemporaryDirectory() as name:
+        folder, environment = Path(name), own_cache(Path(name) / "cache")
+        quick = run_plan([scene, "--effort", "quick", "-o", f"{folder}/quick"], environment)
+        again = run_plan([scene, "--effort", "quick", "-o", f"{folder}/b", "--coverage", CHANGED_COVERAGE], environment)
+        shutil.rmtree(folder / "cache" / "results")
+        usual = run_plan([scene, "-o", f"{folder}/usual"], environment)
+        optimality = json.loads((folder / "usual" / "plan.json").read_text())["optimality"]
+        n_quick = len(json.loads((folder / "quick" / "plan.json").read_text())["stations"])
+        n_bytes = sum(file.stat().st_size for file in (folder / "quick").rglob("*") if file.is_file())
+    n_stations = optimality["stations"]
+    rows = [
+        (f"quick plan of {n_quick} stations, from the command to the folder", quick.all_s, 10.0),
+        ("first plan on the screen", quick.curve[0][:2], 3.0),
+        ("again with `--coverage 92`, quick", again.all_s, 3.0),
+        (f"default effort: a plan within one of its {n_stations} stations", usual.within_one_s(n_stations), 60.0),
+        (f"default effort, to the end, with the bound {optimality['lower_bound']}", usual.all_s, 60.0),
+    ]
+    lines = [
+        "| duplex, 300 m² | processor time | by the clock | aim | processor time missed by |",
+        "|---|---|---|---|---|",
+    ]
+    for what, (clock, cpu), aim in rows:
+        missed = f"{cpu - aim:.0f} s" if cpu > aim else "met"
+        lines.append(f"| {what} | {cpu:.0f} s | {clock:.0f} s | {aim:.0f} s | {missed} |")
+    mb = n_bytes / 1e6
+    lines.append(
+        f"| folder of {n_quick} stations | {mb:.0f} MB | | 15 MB | {f'{mb - 15:.0f} MB' if mb > 15 else 'met'} |"
+    )
+    lines.append(f"| memory of the quick plan, at most | {quick.peak_bytes / 1e9:.1f} GB | | | |")
+    return lines
 
 
 def table(rows: dict[str, dict[str, list[float]]]) -> list[str]:
@@ -143,8 +209,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--buildings", default=",".join(BUILDINGS))
     parser.add_argument("--effort", default="quick")
+    parser.add_argument("--crew", action="store_true")
     parser.add_argument("--write", type=Path)
     asked = parser.parse_args()
+    if asked.crew:
+        lines = crew()
+        print("\n".join(lines))
+        if asked.write:
+            put(asked.write, "crew", lines)
+        return
     rows: dict[str, dict[str, list[float]]] = {}
     for name in asked.buildings.split(","):
         rows[name], rows[f"{name}, again"] = measured(name, asked.effort)
