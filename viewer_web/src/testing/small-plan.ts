@@ -99,5 +99,13 @@ export function smallPlan(): PlanJson {
 /** How far a requirement is met, with all that plan.json says of it. */
 export function resultOf(result: RequirementResult): PlanJson['requirements']['results'][number] {
   const { asked } = smallPlan().requirements;
-  return { as_set_up: null, ...result, seen_from: 1, asked, achievable_area_m2: 100, covered_area_m2: 90, total_area_m2: 160 };
+  return {
+    as_set_up: null,
+    ...result,
+    seen_from: 1,
+    asked,
+    achievable_area_m2: 100,
+    covered_area_m2: 90,
+    total_area_m2: 160,
+  };
 }
