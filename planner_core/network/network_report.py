@@ -35,7 +35,7 @@ _UNPLACED: Mapping[str, str] = MappingProxyType(
 )
 #: What joins groups that share no surface, and how well: Buildings 2021, 11(9), 386, which registered scans without
 #: common surface by the cloud of such a pass.
-HANDHELD = "a pass from one to the other with a handheld scanner (to 18 to 51 mm)"
+HANDHELD, HANDHELD_MM = "a pass from one to the other with a handheld scanner", (18, 51)
 _NO_NAMES: Mapping[str, str] = MappingProxyType({})
 _Neighbours = dict[str, list[str]]
 #: Of groups that no link indoors joins, where nobody has found out what stations outdoors would do.
@@ -365,7 +365,7 @@ def _alone(networks: Sequence[RegistrationNetwork], floor_names: Mapping[str, st
     return (
         f"{_listed(places, '; ')} {'does' if single else 'do'} not register with the others{even}: no link reaches "
         f"{100 * MIN_LISTED_OVERLAP:g} % overlap; look for shut doors in between, or register with targets or by "
-        f"{HANDHELD}"
+        f"{HANDHELD} (to {HANDHELD_MM[0]} to {HANDHELD_MM[1]} mm)"
     )
 
 

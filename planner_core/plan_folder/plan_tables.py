@@ -15,7 +15,7 @@ import numpy as np
 from planner_core.coverage.percent import reached_percent
 from planner_core.model import REASONS, FloatArray, LengthUnit, Link
 from planner_core.model.unseen import COVERED, NOT_WORTH, reason_in_words
-from planner_core.network.network_report import HANDHELD
+from planner_core.network.network_report import HANDHELD, HANDHELD_MM
 from planner_core.network.weak_motion import motion_words
 from planner_core.plan_folder.drawing.marks import rise_words
 from planner_core.plan_folder.plan_model.results import FloorSection
@@ -30,6 +30,7 @@ from planner_core.plan_folder.plan_words import (
     length_words,
     limits_words,
     seconds_per_station,
+    short_length_words,
 )
 
 #: Coordinates on paper are for people who set up a tripod: to the millimetre, or a thousandth of a foot.
@@ -321,7 +322,8 @@ def gaps_table(plan: PlanSource) -> Table | None:
         Column(f"{plan.link_noun.capitalize()}, %", 18, number=True),
         Column("Places for targets that both stations see", 110),
     )
-    note = f"Unconnected groups need targets, an open door, another station between them, or {HANDHELD}."
+    within = " to ".join(short_length_words(plan.frame.unit, each / 1000) for each in HANDHELD_MM)
+    note = f"Unconnected groups need targets, an open door, another station between them, or {HANDHELD} ({within} off)."
     note += f" {len(gaps) - len(rows)} more: see plan.json." if len(gaps) > len(rows) else ""
     return Table("Between unconnected groups", columns, rows, note)
 

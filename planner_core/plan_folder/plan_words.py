@@ -114,14 +114,15 @@ def total_words(document: Document, unit: LengthUnit = METRE) -> str:
     return f"{of_all} in scope"
 
 
-def set_up_words(document: Document) -> str:
+def set_up_words(document: Document, unit: LengthUnit = METRE) -> str:
     """`94.9 % or more as set up, within 0.1 m of the marks`, of all that is planned; empty where it is not known."""
-    results, tolerance_m = document["requirements"]["results"], document["settings"]["set_up_tolerance_m"]
-    shares = [each.get("as_set_up") for each in results if each["name"] == OVERALL]
+    shares = [each.get("as_set_up") for each in document["requirements"]["results"] if each["name"] == OVERALL]
     if not shares or shares[0] is None:
         return ""
     reached = reached_percent(shares[0], document["requirements"]["coverage"])
-    return f"{reached} % or more as set up, within {tolerance_m:g} m of the marks"
+    tolerance_m = float(document["settings"]["set_up_tolerance_m"])
+    within = short_length_words(unit, tolerance_m) if unit.is_feet else f"{tolerance_m:g} m"
+    return f"{reached} % or more as set up, within {within} of the marks"
 
 
 def left_out_lines(document: Document, unit: LengthUnit = METRE) -> tuple[str, ...]:
@@ -339,7 +340,7 @@ def _whole_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
     document, unit = plan.document, plan.frame.unit
     yield "Stations", f"{len(plan.stations)}{bound_words(document['optimality'])}"
     required = f"required: {100 * document['requirements']['coverage']:g} %"
-    words = (coverage_words(document, unit), required, set_up_words(document), total_words(document, unit))
+    words = (coverage_words(document, unit), required, set_up_words(document, unit), total_words(document, unit))
     yield "Coverage", "; ".join(filter(None, words))
     yield from _team_figures(plan)
 
