@@ -24,6 +24,8 @@ from planner_core.network.network_report import (
 THRESHOLD, MIN_STRENGTH = 0.3, 0.01
 LIMITS = LinkLimits(THRESHOLD, MIN_STRENGTH)
 
+BY_HAND = f"by {HANDHELD} (to 18 to 51 mm)"
+
 
 def report(links, ids, floors=None, **options):
     options = {"limits": LIMITS, **options}
@@ -242,7 +244,7 @@ def test_warnings_name_what_is_apart_why_and_what_to_do():
         "weak, strength 0.0004 of 0.01: weakest direction: shift E–W, north being +y; move one to where both see a "
         "surface that stops this, or register with targets",
         "station F on floor 'F1' does not register with the others: no link reaches 5 % overlap; look for shut doors "
-        f"in between, or register with targets or by {HANDHELD}",
+        f"in between, or register with targets or {BY_HAND}",
     )
 
 
@@ -272,7 +274,7 @@ def test_two_networks_that_are_the_nearest_to_each_other_share_a_line():
     lines = registration_warnings(report([links[0], links[1], links[3]], ids))
     assert lines[1:] == (
         "stations C, D on floor 'F1'; station E on floor 'F1' do not register with the others, even once joined: no "
-        f"link reaches 5 % overlap; look for shut doors in between, or register with targets or by {HANDHELD}",
+        f"link reaches 5 % overlap; look for shut doors in between, or register with targets or {BY_HAND}",
     )
 
 
@@ -321,7 +323,7 @@ def test_networks_that_see_nothing_of_others_share_a_line():
     (line,) = registration_warnings(report([Link("A", "B", 0.5, 0.1), Link("C", "D", 0.5, 0.1)], ids))
     assert line == (
         "stations C, D on floor 'F1'; station E on floor 'F1' do not register with the others: no link reaches 5 % "
-        f"overlap; look for shut doors in between, or register with targets or by {HANDHELD}"
+        f"overlap; look for shut doors in between, or register with targets or {BY_HAND}"
     )
     joined = report([Link("A", "B", 0.5, 0.1), Link("C", "D", 0.5, 0.1)], ids)
     assert registration_warnings(joined, has_way_out=True)[1:] == (
