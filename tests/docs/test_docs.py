@@ -34,12 +34,11 @@ OF_OTHERS = {
 RUN = sorted({*FIRST, *(name for name in BY_NAME if name.startswith("docs/howto/"))})
 
 
-@pytest.mark.parametrize("name", BY_NAME)
-def test_links_lead_to_files_of_the_repository(name: str) -> None:
-    text = re.sub(r"```.*?```", "", BY_NAME[name].read_text(encoding="utf-8"), flags=re.S)
-    targets = re.findall(r"\]\(([^)#\s]+)[^)]*\)", text) + re.findall(r'<img src="([^"]+)"', text)
-    missing = [t for t in targets if "://" not in t and not (BY_NAME[name].parent / t).exists()]
-    assert missing == []
+def test_links_lead_to_files_of_the_repository() -> None:
+    for name, page in BY_NAME.items():
+        text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.S)
+        targets = re.findall(r"\]\(([^)#\s]+)[^)]*\)", text) + re.findall(r'<img src="([^"]+)"', text)
+        assert [t for t in targets if "://" not in t and not (page.parent / t).exists()] == [], name
 
 
 @pytest.fixture
@@ -124,17 +123,17 @@ def _paths_of_the_repository() -> str:
     return "".join(f"/{path.relative_to(ROOT).as_posix()}\n" for path in [*ROOT.iterdir(), *below])
 
 
-@pytest.mark.parametrize("name", BY_NAME)
-def test_names_in_backticks_are_files_and_targets_of_the_repository(name: str) -> None:
-    source = re.sub(r"```.*?```", "", BY_NAME[name].read_text(encoding="utf-8"), flags=re.S)
-    words = re.findall(r"`([^`\n]+)`", re.sub(r"github\.com/.*\n.*", "", source))  # files of other projects
+def test_names_in_backticks_are_files_and_targets_of_the_repository() -> None:
     targets = set(re.findall(r"^([a-z][\w-]*):", (ROOT / "Makefile").read_text(), flags=re.M))
-    missing = [word for word in words if (made := re.match(r"make ([a-z][\w-]*)", word)) and made[1] not in targets]
-    for word in words:
-        if re.fullmatch(rf"[\w./*-]+\.(py|cl|h|ts|sh|lock)|({TOPS})/[\w./*-]*", word) and not re.search(MADE, word):
-            path = re.escape(word.rstrip("/")).replace(r"\*", "[^\n]*")
-            missing += [] if re.search(rf"/{path}\n", _paths_of_the_repository()) else [word]
-    assert missing == []
+    for name, page in BY_NAME.items():
+        source = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.S)
+        words = re.findall(r"`([^`\n]+)`", re.sub(r"github\.com/.*\n.*", "", source))  # files of other projects
+        missing = [word for word in words if (made := re.match(r"make ([a-z][\w-]*)", word)) and made[1] not in targets]
+        for word in words:
+            if re.fullmatch(rf"[\w./*-]+\.(py|cl|h|ts|sh|lock)|({TOPS})/[\w./*-]*", word) and not re.search(MADE, word):
+                path = re.escape(word.rstrip("/")).replace(r"\*", "[^\n]*")
+                missing += [] if re.search(rf"/{path}\n", _paths_of_the_repository()) else [word]
+        assert missing == [], name
 
 
 @cache

@@ -134,7 +134,10 @@ def test_a_budget_that_is_no_size_is_told(said: str, monkeypatch: pytest.MonkeyP
 
 @pytest.mark.parametrize(
     ("method", "mode"),
-    [(Greedy(), VisibilityMode.BEAMS), (Proven(work_limit=0.1), VisibilityMode.PATCHES)],
+    [
+        pytest.param(Greedy(), VisibilityMode.BEAMS, marks=pytest.mark.slow),
+        (Proven(work_limit=0.1), VisibilityMode.PATCHES),
+    ],
     ids=["greedy", "proven"],
 )
 def test_a_plan_is_the_same_with_all_on_disk(

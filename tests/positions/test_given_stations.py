@@ -106,7 +106,11 @@ def test_an_evaluation_says_what_can_not_be_had_as_a_plan_does(
 
 
 @pytest.mark.parametrize(
-    ("building", "name"), [("house", "demo_stair_station.csv"), ("duplex", "duplex_joining_stations.csv")]
+    ("building", "name"),
+    [
+        ("house", "demo_stair_station.csv"),
+        pytest.param("duplex", "duplex_joining_stations.csv", marks=pytest.mark.slow),
+    ],
 )
 def test_stations_that_crews_set_up_on_stairs_and_in_doors_are_in_valid_places(
     building: str, name: str, real_scene: RealScene

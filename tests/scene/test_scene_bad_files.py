@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from slow_cases import all_slow_but
 
 from planner_core.errors import PlannerError, SceneError, SceneNotFoundError
 from planner_core.scene.file_formats import FORMAT_OF_EXTENSION
@@ -345,7 +346,10 @@ OWN_CODE = [
 ]
 
 
-@pytest.mark.parametrize("kind", [AttributeError, TypeError, ValueError, IndexError, KeyError, RuntimeError])
+@pytest.mark.parametrize(
+    "kind",
+    all_slow_but([KeyError], [AttributeError, TypeError, ValueError, IndexError, KeyError, RuntimeError]),
+)
 @pytest.mark.parametrize(("name", "function"), OWN_CODE)
 def test_bug_of_our_own_is_not_told_as_a_fault_of_the_file(tmp_path, write_house, monkeypatch, name, function, kind):
     path = write_house(tmp_path, name)

@@ -173,7 +173,8 @@ def test_doors_that_are_none_are_refused_in_words(tmp_path: Path) -> None:
         load_scene([path, path], options=[LoadOptions(), LoadOptions(doors_open=(wall,))])
 
 
-@pytest.mark.parametrize(("name", "n_doors"), [("duplex", 14), pytest.param("fzk-haus", 5, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "n_doors"), [("duplex", 14), ("fzk-haus", 5)])
 def test_beams_pass_every_door_of_a_real_file_that_is_open_and_none_that_is_shut(
     name: str, n_doors: int, real_scene: Callable[[str], Scene]
 ) -> None:

@@ -31,7 +31,9 @@ def api_schema(plan_folder: Path, built_app: Path) -> object:
     )
 
 
-@pytest.mark.parametrize("mode", [GenerationMode.POSITIVE, GenerationMode.NEGATIVE])
+@pytest.mark.parametrize(
+    "mode", [GenerationMode.POSITIVE, pytest.param(GenerationMode.NEGATIVE, marks=pytest.mark.slow)]
+)
 def test_every_answer_is_one_that_the_document_describes(api_schema: Any, mode: GenerationMode) -> None:
     # Data of the right form may still name a station that is not there, and is refused then.
     excluded = CHECKS.get_by_names(["positive_data_acceptance"])

@@ -87,7 +87,7 @@ def test_trajectory_does_not_depend_on_the_number_of_threads(make_problem, n_thr
     assert again.history[:, 0].tolist() == usual.key_by_iteration.tolist()
 
 
-@pytest.mark.parametrize("look", [1, 7])
+@pytest.mark.parametrize("look", [1, pytest.param(7, marks=pytest.mark.slow)])
 def test_trajectory_does_not_depend_on_how_often_the_host_looks(make_problem, device, monkeypatch, look):
     problem, chosen = make_problem(5), GeneticSettings(**BASE)
     usual = select_genetic(problem, chosen, device=device)

@@ -305,7 +305,9 @@ def test_names_that_are_not_there_are_not_found(desk: Desk, path: str) -> None:
     assert "expected" in answer.json()["message"]
 
 
-@pytest.mark.parametrize("mode", [GenerationMode.POSITIVE, GenerationMode.NEGATIVE])
+@pytest.mark.parametrize(
+    "mode", [GenerationMode.POSITIVE, pytest.param(GenerationMode.NEGATIVE, marks=pytest.mark.slow)]
+)
 def test_every_answer_is_one_that_the_document_describes(desk: Desk, mode: GenerationMode) -> None:
     schema = schemathesis.openapi.from_asgi("/openapi.json", desk.app)
     # Of the right form, and yet no station, floor or layer of this plan: refused then.

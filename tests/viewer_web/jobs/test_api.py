@@ -196,7 +196,9 @@ def test_who_may_only_read_sees_runs_and_begins_none(asking: Callable[..., Ask])
 
 
 @pytest.mark.parametrize("answer", [RUN, RunBusyError("busy")])
-@pytest.mark.parametrize("mode", [GenerationMode.POSITIVE, GenerationMode.NEGATIVE])
+@pytest.mark.parametrize(
+    "mode", [GenerationMode.POSITIVE, pytest.param(GenerationMode.NEGATIVE, marks=pytest.mark.slow)]
+)
 def test_every_answer_is_one_that_the_document_describes(
     serving: Callable[..., Starlette], answer: RunDocument | Exception, mode: GenerationMode
 ) -> None:
