@@ -385,7 +385,8 @@ def tests(folder: Path, *, quick: bool) -> None:
         shutil.copytree(source, target, ignore=shutil.ignore_patterns("*ifc*")) if source.is_dir() else shutil.copy(
             source, target
         )
-    shutil.copy(ROOT / "tests" / "machines" / "gpu" / "conftest.py", tree / "tests")
+    for each in ("machines/gpu/conftest.py", "slow_cases.py"):
+        shutil.copy(ROOT / "tests" / each, tree / "tests")
     shutil.copy(ROOT / "pyproject.toml", tree)
     command = [sys.executable, "-m", "pytest", "-q", "-m", "not slow", "-p", "no:cacheprovider", "tests"]
     try:

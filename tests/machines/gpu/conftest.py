@@ -3,13 +3,17 @@
 `bench_gpu.py` puts it in the place of tests/conftest.py. What needs an absent package is skipped and counted.
 """
 
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 
 from planner_core.device import Device, open_device
 from planner_core.errors import MissingPackageError
+
+sys.path.insert(0, str(Path(__file__).parent))  # tests import slow_cases.py by its name
 
 settings.register_profile(
     "tlsplan", deadline=None, derandomize=True, max_examples=10, suppress_health_check=HealthCheck

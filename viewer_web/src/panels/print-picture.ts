@@ -11,7 +11,7 @@ export function printPicture(target: Window, canvas: HTMLCanvasElement, view: Pl
   const freeze = (): void => {
     const scene = canvas.parentElement;
     if (scene === null) return;
-    const { clientWidth: width, clientHeight: height } = scene;
+    const { clientWidth: width, clientHeight: height } = canvas;
     view.copyPicture(copy);
     canvas.after(copy);
     // As large as on the screen, and the sheet's scale over all of it: numbers stay at their stations.
