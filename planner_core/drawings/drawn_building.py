@@ -20,7 +20,7 @@ from pydantic import Field
 
 from planner_core.documents import Document, YesNo, document, read_as, words_of
 from planner_core.drawings.building import LEAST_SLAB_M, Building, Doubtful, Heights, levels_of, lifted
-from planner_core.drawings.floor_plan import FloorPlan, outline_of
+from planner_core.drawings.floor_plan import FloorPlan, enclosed_by, slab_of
 from planner_core.drawings.openings import Opening, OpeningKind
 from planner_core.drawings.room_outlines import SEAL_M, TRACED_SEAL_M, PlacedText, rooms_of, sealed
 from planner_core.drawings.stairs import Treads
@@ -356,18 +356,34 @@ def floor_plan_of(storey: DrawnStorey) -> FloorPlan:
     texts = tuple(PlacedText(each.text, *each.at) for each in storey.texts)
     seal_m = TRACED_SEAL_M if storey.traced else SEAL_M
     walls = shapely.union_all(pieces, grid_size=GRID_M)
+    rooms = tuple(rooms_of(walls, filled, texts, seal_m))
+    enclosed = enclosed_by(sealed(walls, filled, seal_m), seal_m)
+    slab = slab_of(enclosed)
     return FloorPlan(
         name=storey.name,
         walls=tuple(WallPiece(area, float("nan")) for area in pieces),
         openings=openings,
-        rooms=tuple(rooms_of(walls, filled, texts, seal_m)),
-        outline=outline_of(sealed(walls, filled, seal_m), seal_m),
+        rooms=rooms,
+        outline=slab,
         treads=tuple(
             Treads(np.array(each.foot), np.array(each.along), each.run_m, each.width_m) for each in storey.stairs
         ),
+        warnings=tuple(_open_walls(storey.name, len(rooms), enclosed, slab)),
         texts=texts,
         is_traced=storey.traced,
     )
+
+
+def _open_walls(name: str, n_rooms: int, enclosed: Any, slab: Any) -> list[str]:
+    remedy = "close the walls in the browser, or name the layers of doors and windows, such as --layer window=NAME."
+    if slab is not enclosed:
+        return [
+            f"{name}: its walls enclose {enclosed.area:.0f} m² of the {slab.area:.0f} m² that they span; floor and "
+            f"ceiling span all of it, open to the outside where no wall is drawn; {remedy}"
+        ]
+    if not n_rooms:
+        return [f"{name}: its walls enclose no room, so nothing separates indoors from outdoors; {remedy}"]
+    return []
 
 
 def _across_wall(opening: Opening) -> Any:

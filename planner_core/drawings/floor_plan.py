@@ -56,6 +56,9 @@ _PANE_M, _PANE_THICK_M = (0.35, 6.0), 0.08
 """Lengths of windows that are drawn as one line, and how thick such a line is."""
 _APART_M, _GROUP_SHARE = 2.0, 0.25
 """Groups of walls this far apart, each of a quarter of the largest's area, may be storeys."""
+_SPAN_M, _WIDE_SPAN_M, _ENCLOSED_SHARE, _SLAB_EDGE_M = 4.0, 12.0, 0.6, 0.1
+"""Walls twice as far apart are of one building; those that enclose less than a share of what they span are open, and
+have a floor between walls that are up to twice the wider span apart, with an edge about so straight."""
 _LEAST_WALLS_M2 = 0.2
 _THICKER, _THICKEST_OLD_M = 1.4, 1.6
 """Of the usual thickness of a drawing's walls: the thickest; and the limit of that, in old buildings."""
@@ -67,7 +70,7 @@ _LOST_SHARE, _LOST_SHARE_OF_WRONG_UNIT = 0.1, 0.25
 
 @dataclass(frozen=True)
 class FloorPlan:
-    """One storey as its drawing shows it. outline : shapely area of all that walls and openings enclose."""
+    """One storey as its drawing shows it. outline : shapely area of its floor, see `slab_of`."""
 
     name: str
     walls: tuple[WallPiece, ...]
@@ -320,7 +323,7 @@ def _floor_plan(
             "without a door or a gap, as on facades and sections, expected a floor plan; name the layer of the walls, "
             "such as --layer wall=NAME."
         )
-    outline = outline_of(sealed(area, filled, seal_m), seal_m)
+    enclosed = enclosed_by(sealed(area, filled, seal_m), seal_m)
     stairs = [stroke for _, stroke in strokes_m(Kind.STAIR)]
     unclear = unclear_stairs(stairs, drawing.name)
     return FloorPlan(
@@ -328,10 +331,10 @@ def _floor_plan(
         walls=tuple(straight_pieces(area, thickest_m=walls.thickest_m)),
         openings=tuple(openings),
         rooms=tuple(rooms),
-        outline=outline,
+        outline=slab_of(enclosed),
         treads=tuple(treads_of(stairs)),
         height_m=height_m,
-        warnings=(*doubts, *_doubts(outline, drawing.name, name, symbols, openings, rooms), *unclear),
+        warnings=(*doubts, *_doubts(enclosed, drawing.name, name, symbols, openings), *unclear),
         texts=tuple(texts),
         is_traced=likely is not None,
         lines=drawn_lines(drawing, rows, unit_m),
@@ -450,27 +453,42 @@ def _texts(drawing: Drawing, unit_m: float, height_m: float | None, patterns: Ma
     ]
 
 
-def outline_of(solid: Any, seal_m: float) -> Any:
-    """What walls and openings enclose, sealed, without courts: the area of the slab."""
-    parts = [shapely.Polygon(part.exterior) for part in shapely.get_parts(solid)]
-    whole = shapely.buffer(shapely.union_all(parts), -seal_m, join_style="mitre")
+def enclosed_by(solid: Any, seal_m: float) -> Any:
+    """What walls and openings enclose, sealed, with courts; shapely area."""
+    whole = shapely.buffer(_without_holes(solid), -seal_m, join_style="mitre")
     return shapely.simplify(whole, 1e-3)
 
 
+def slab_of(enclosed: Any) -> Any:
+    """The area of floor and ceiling: what walls enclose; where that is little of what they span, all of that.
+
+    Some drawings show walls alone, and fronts of glass as nothing: indoors is between the walls all the same.
+    """
+    if enclosed.area >= _ENCLOSED_SHARE * _closed(enclosed, _SPAN_M).area:
+        return enclosed
+    groups = shapely.get_parts(_closed(enclosed, _SPAN_M))
+    whole = [_closed(shapely.intersection(enclosed, group), _WIDE_SPAN_M) for group in groups]
+    return shapely.simplify(shapely.union_all([enclosed, *whole]), _SLAB_EDGE_M)
+
+
+def _closed(area: Any, reach_m: float) -> Any:
+    """Fill what lies between parts of an area up to twice that far apart, and holes."""
+    return _without_holes(shapely.union_all([area, shapely.buffer(shapely.buffer(area, reach_m), -reach_m)]))
+
+
+def _without_holes(area: Any) -> Any:
+    return shapely.union_all([shapely.Polygon(part.exterior) for part in shapely.get_parts(area)])
+
+
 def _groups(outline: Any) -> int:
-    """Number of large parts of an outline that lie far apart, as storeys drawn side by side do."""
+    """Number of large parts of what is enclosed that lie far apart, as storeys drawn side by side do."""
     near = shapely.get_parts(shapely.union_all(shapely.buffer(shapely.get_parts(outline), 0.5 * _APART_M)))
     areas = np.array([shapely.intersection(part, outline).area for part in near])
     return int((areas >= _GROUP_SHARE * areas.max(initial=0.0)).sum()) if len(areas) else 0
 
 
 def _doubts(
-    outline: Any,
-    file: str,
-    name: str,
-    symbols: Sequence[SymbolLines],
-    openings: Sequence[Opening],
-    rooms: Sequence[RoomOutline],
+    enclosed: Any, file: str, name: str, symbols: Sequence[SymbolLines], openings: Sequence[Opening]
 ) -> list[str]:
     where = f"{file}, {name}" if name else file
     lines = []
@@ -486,15 +504,10 @@ def _doubts(
         x, y = shapely.get_coordinates(shapely.centroid(lost[0].lines))[0].tolist()
         noun = "door or window that lies" if len(lost) == 1 else "doors and windows that lie"
         lines.append(f"{where}: {len(lost)} {noun} in no wall left out, the first at x {x:.2f}, y {y:.2f} m.")
-    groups = _groups(outline)
+    groups = _groups(enclosed)
     if groups > 1:
         lines.append(
             f"{where}: its walls are {groups} groups more than {_APART_M:g} m apart, taken as one storey; where they "
             "are storeys side by side, name the part of each, such as --part 'X1,Y1,X2,Y2;X1,Y1,X2,Y2'."
-        )
-    if not rooms:
-        lines.append(
-            f"{where}: its walls enclose no room, so nothing separates indoors from outdoors; close the outlines, or "
-            "name the layers of doors and windows, such as --layer window=NAME."
         )
     return lines

@@ -98,6 +98,25 @@ def test_added_wall_parts_a_room_and_a_deleted_door_leaves_a_wall(drawn):
     assert walls.contains(shapely.box(1.01, 0.01, 1.99, 0.19))
 
 
+def test_walls_that_enclose_little_have_a_floor_all_over_what_they_span(drawn):
+    parallel = tuple(box_wall(f"W{n}", 6.0 * n, 0.0, 6.0 * n + 0.2, 9.0) for n in range(5))
+    far = tuple(box_wall(f"X{n}", 60.0, 4.0 * n, 68.0, 4.0 * n + 0.2) for n in range(3))
+    plan = floor_plan_of(replace(drawn.storeys[0], walls=(*parallel, *far), openings=(), texts=()))
+    spanned = shapely.union_all([shapely.box(0, 0, 24.2, 9), shapely.box(60, 0, 68, 8.2)])  # fronts of glass
+    assert plan.outline.area == pytest.approx(spanned.area, rel=0.05)
+    assert len(plan.outline.geoms) == 2
+    assert not (plan.outline - spanned.buffer(1e-3)).area
+    (line,) = raised(with_storey(drawn, walls=parallel, openings=(), texts=())).warnings
+    assert line.startswith("Level 1: its walls enclose 9 m² of the 20") and "--layer window=NAME" in line
+
+
+def test_walls_without_a_room_are_told_where_they_span_no_more_than_they_fill(drawn):
+    (line,) = floor_plan_of(
+        replace(drawn.storeys[0], walls=(box_wall("W1", 0.0, 0.0, 4.0, 0.2),), openings=())
+    ).warnings
+    assert "its walls enclose no room" in line
+
+
 def test_marked_passage_is_open_for_certain(drawn):
     opening = drawn.storeys[0].openings[1]
     names = {}
