@@ -91,6 +91,7 @@ def test_wall_behind_a_screen_is_occluded(build):
     assert (why.reason_of_patch[behind] == OCCLUDED).all()
 
 
+@pytest.mark.slow
 def test_sealed_room_has_no_spot_by_its_outline_or_by_its_ground(build):
     unreachable = build.shell((4.2, 0, 0), (7, 3, 2.5), prefix="sealed ")[1:]
     boxes = [*build.shell((0, 0, 0), (4, 3, 2.5)), ("sealed floor", (4.2, -0.2, -0.2), (7.2, 3.2, 0)), *unreachable]

@@ -53,6 +53,7 @@ def test_doors_and_windows_fill_openings_of_walls(model):
     assert len({entity.GlobalId for entity in model.by_type("IfcRoot")}) == len(model.by_type("IfcRoot"))
 
 
+@pytest.mark.slow
 def test_scene_of_the_file_is_a_building_with_rooms_doors_and_glass(drawn, model):
     scene = load_scene(drawn.with_suffix(".ifc"), options=LoadOptions(doors=Doors.OPEN))
     assert [(room.name, room.long_name) for room in scene.rooms] == [("101", "Office"), ("102", "Kitchen")]

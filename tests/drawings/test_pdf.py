@@ -142,6 +142,7 @@ def test_one_of_two_plans_on_a_page_is_picked_by_its_box(page):
     assert len(plan(path, scales=(PageScale(ratio=200.0),), parts=(((180.0, 0.0, 400.0, 300.0),),)).rooms) == 2
 
 
+@pytest.mark.slow
 def test_page_that_is_a_picture_is_traced(page):
     pixels = io.BytesIO()
     Image.fromarray(picture()).resize((1800, 1400)).save(pixels, "png")

@@ -58,6 +58,7 @@ def exported(folder: Path, name: str = "csv") -> tuple[list[dict[str, str]], tup
     return rows_of(target), remarks
 
 
+@pytest.mark.slow
 def test_stations_of_the_list_are_those_of_the_review(box_folder: Path) -> None:
     folder = box_folder / "plan"
     planned = read_plan_json(folder)["stations"]

@@ -105,6 +105,7 @@ def test_the_figure_does_not_depend_on_batch_or_threads(
     assert together.f2_m2.tobytes() == alone.f2_m2.tobytes()
 
 
+@pytest.mark.slow
 def test_a_part_of_very_many_returns_stands_for_all() -> None:
     corners = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.0, 0.3, 0.0]])
     position = np.array([0.1, 0.1, 0.5])

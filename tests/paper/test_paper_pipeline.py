@@ -60,6 +60,7 @@ def test_plan_by_the_papers_pipeline_meets_the_requirement(search: str) -> None:
     assert [s.position_m.tolist() for s in again.stations] == [s.position_m.tolist() for s in plan.stations]
 
 
+@pytest.mark.slow
 def test_repair_brings_every_circle_to_the_required_overlap() -> None:
     base = replace(SETTINGS, requirements=Requirements(coverage=0.8, overlap=0.6))
     fast = Paper(search="none", overlap_radius_m=2)

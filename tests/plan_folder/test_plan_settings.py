@@ -211,6 +211,7 @@ def test_settings_of_the_next_test_vary_every_field(kind: type, varied: dict[str
     assert set(varied) == {field.name for field in fields(kind)}
 
 
+@pytest.mark.slow
 @given(told=any_settings)
 @settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
 def test_settings_read_from_plan_json_equal_those_written_to_the_last_bit(plan: Plan, told: PlanSettings) -> None:
@@ -228,6 +229,7 @@ def test_plans_of_before_measure_overlap_as_they_did(plan: Plan) -> None:
     assert (written["overlap_measure"], written["overlap_of"]) == ("jaccard", "seen-as-required")
 
 
+@pytest.mark.slow
 def test_settings_of_every_scanner_of_ours_are_read_back(plan: Plan) -> None:
     for each in list_scanners():
         told = replace(plan.settings, scanner=each, scan_mode="beams")

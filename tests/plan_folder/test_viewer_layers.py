@@ -253,6 +253,7 @@ def test_what_nobody_looked_for_is_not_written(files: dict[str, bytes]) -> None:
     assert document["pieces"] is None
 
 
+@pytest.mark.slow
 def test_files_are_those_that_are_named_beforehand_and_count_as_the_plans_own(
     noisy: Plan, engine: ScanEngine, tmp_path: Any
 ) -> None:

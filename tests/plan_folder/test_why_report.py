@@ -124,6 +124,7 @@ def test_files_of_the_report_are_the_plans_own(told: Plan, tmp_path: Path) -> No
     assert foreign_entries(tmp_path) == ()
 
 
+@pytest.mark.slow
 def test_curve_is_drawn_with_and_without_reasons(plan: Plan, told: Plan, tmp_path: Path) -> None:
     write_coverage_curve(source_of(plan), tmp_path / "chosen.png")
     write_coverage_curve(source_of(told), tmp_path / "steepest.png")

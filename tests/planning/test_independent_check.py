@@ -160,6 +160,7 @@ def test_what_only_a_station_sees_is_scannable_as_evaluate_has_it() -> None:
     assert found.covered_m2.planned == pytest.approx(disc_m2, rel=0.1)
 
 
+@pytest.mark.slow
 def test_overlap_is_what_both_see_of_what_the_one_with_more_sees_or_by_jaccard_of_what_either_sees() -> None:
     plan = evaluated(ROOM, [(1.5, 2.0, 1.4), (4.5, 2.0, 0.9)], low_only(), overlap_measure="jaccard")
     discs_m2 = [np.pi * 1.4**2, np.pi * 0.9**2]
@@ -244,6 +245,7 @@ def test_a_plan_that_says_too_much_is_told_so() -> None:
         assert (back.n_points, len(back.links)) == (20_000, len(plan.links))
 
 
+@pytest.mark.slow
 def test_surface_that_a_station_stands_in_the_plane_of_is_not_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Half a centimetre off a wall's face, neighbouring columns meet it metres apart: no patch of it holds beams."""
     wall = ("wall", (2.0, 4.0, 0.0), (6.0, 4.2, 3.0))

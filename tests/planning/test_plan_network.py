@@ -90,6 +90,7 @@ def test_loops_leave_no_link_that_all_hangs_on(small: PlanSettings, planned: Pla
     assert len(loops.stations) >= len(joined.stations)
 
 
+@pytest.mark.slow
 def test_no_network_asked_for_takes_no_more_stations_and_tells_no_gaps(small: PlanSettings, planned: Planned) -> None:
     free = planned("corridor-comb", replace(small, requirements=Requirements(coverage=0.9, network="none")))
     joined = planned("corridor-comb", small)

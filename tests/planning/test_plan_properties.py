@@ -111,6 +111,7 @@ def moved(scene: Scene, offset_m: tuple[float, float, float], *, quarter_turns: 
     )
 
 
+@pytest.mark.slow
 def test_a_quarter_turn_and_a_far_origin_change_no_figure() -> None:
     settings = replace(COARSE, max_patch_area_m2=0.3)
     scene = scenes_synthetic.build("two-rooms").scene
@@ -138,6 +139,7 @@ def test_the_order_of_given_stations_changes_no_figure_and_more_stations_see_mor
     assert all(np.diff(forward.coverage_curve) >= 0)
 
 
+@pytest.mark.slow
 def test_a_storey_without_slab_is_planned_on_its_elevation_with_a_warning() -> None:
     scene = scenes_synthetic.build("two-rooms").scene
     walls_only = np.array([e.kind != "IfcSlab" for e in scene.elements])[scene.element_of_triangle]

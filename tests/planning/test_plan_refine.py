@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from slow_cases import all_slow_but
 from stages import find_positions
 
 from planner_core.engine.open_engine import open_engine
@@ -42,7 +43,10 @@ def test_refinement_takes_no_more_stations_and_of_as_many_covers_no_less(
 
 @pytest.mark.parametrize(
     ("scene", "heights_m"),
-    [("l-room", (1.5,)), pytest.param("doors-open", (1.5,), marks=pytest.mark.slow), ("l-room", ())],
+    [
+        ("l-room", (1.5,)),
+        *(pytest.param(*case, marks=pytest.mark.slow) for case in (("doors-open", (1.5,)), ("l-room", ()))),
+    ],
 )
 def test_stations_off_the_grid_stand_where_any_tripod_may(
     scene: str, heights_m: tuple[float, ...], small: PlanSettings, planned: Planned
@@ -78,6 +82,7 @@ def test_stations_off_the_grid_stand_where_any_tripod_may(
         assert height_m.max() <= scanner.instrument_height_max_m + 1e-9
 
 
+@pytest.mark.slow
 def test_settled_stations_do_not_move(small: PlanSettings, planned: Planned) -> None:
     prior = (
         PriorStation("done", (2.0, 1.0, 1.5), "scanned"),

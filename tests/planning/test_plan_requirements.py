@@ -45,6 +45,7 @@ def floor_of_patches(plan: Plan) -> Any:
     return plan.survey.floor_of_triangle[plan.survey.patches.triangle_of_patch]
 
 
+@pytest.mark.slow
 def test_parts_with_figures_of_their_own_are_met_as_scans_recount_them(
     small: PlanSettings, planned: Planned, looks: Any
 ) -> None:

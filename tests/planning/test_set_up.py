@@ -230,6 +230,7 @@ def test_a_plan_that_holds_on_its_marks_alone_is_chosen_anew_until_it_holds_besi
     assert shares[0] - SET_UP_LOSS < result.as_set_up <= shares[1]
 
 
+@pytest.mark.slow
 def test_a_network_that_no_plan_can_hold_has_a_line(small: PlanSettings, planned: Planned) -> None:
     plan = planned(SCENE, replace(contract(small), set_up_tolerance_m=2.0))
     [line] = [line for line in plan.warnings if "falls apart" in line]

@@ -91,6 +91,7 @@ def test_what_is_odd_about_given_stations_is_said_line_by_line(
     assert "station far: stands over no floor; counted for 'Level 1'" in remarks
 
 
+@pytest.mark.slow
 def test_an_evaluation_says_what_can_not_be_had_as_a_plan_does(
     stairs: tuple[Survey, ScanEngine, AllowedPositions],
 ) -> None:

@@ -263,6 +263,7 @@ def test_a_flight_on_which_no_tripod_stands_has_no_places(
     assert find_flights(space, np.empty(0, np.int64), apart_m=0.5).size == 0
 
 
+@pytest.mark.slow
 def test_steps_as_wide_as_terrain_are_no_flight(boxes_scene: MAKES) -> None:
     slab = ((-8.0, -8.0, -0.2), (8.0, 8.0, 0.0))
     for half_m, is_flight in ((0.6, True), (3.0, False)):

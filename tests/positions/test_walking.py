@@ -123,6 +123,7 @@ def test_distances_are_a_metric() -> None:
     assert (found[:, None] <= found[:, :, None] + found[None] + 1e-9).all()
 
 
+@pytest.mark.slow
 def test_stairs_count_with_their_slope() -> None:
     """The flight has 14 treads of 0.26 m and 15 risers over 2.8 m; one walks from before it to behind it, above."""
     reach = reach_in("stairwell")

@@ -187,6 +187,7 @@ def test_sheets_are_indoors_on_one_side_and_outdoors_on_the_other() -> None:
     assert area_m2(survey, inner & outer) == pytest.approx(ROOM_M2 - 24, rel=0.02)
 
 
+@pytest.mark.slow
 def test_stations_of_the_interior_stand_indoors_and_those_of_the_exterior_outdoors() -> None:
     plinth = ((-4.0, -4.0, -0.2), (10.0, 8.0, 0.0))
     boxes = (plinth, ROOF, NORTH, EAST, WEST, *SOUTH_WITH_GAP)

@@ -119,6 +119,7 @@ def test_elements_know_their_files(together, trades):
     assert load_scene(trades[1]).file_of(0) == ""
 
 
+@pytest.mark.slow
 def test_files_in_any_order_give_the_same_floors_and_rooms(together, trades, whole):
     expected = [(f.name, f.elevation_m, round(f.ground_area_m2, 6)) for f in find_floors(whole).floors]
     for scene in (together, load_scene(trades[::-1])):

@@ -99,6 +99,7 @@ def test_level_ground_is_assumed_in_a_strip_around_the_house_and_one_line_report
     assert "level ground at 0.00 m is assumed" in line
 
 
+@pytest.mark.slow
 def test_terrain_of_the_model_is_the_ground_outdoors() -> None:
     scene = twin_house(terrain=True)
     (floor, *_), lines = with_outdoor_ground(scene, find_floors(scene).floors)

@@ -203,9 +203,8 @@ def test_beams_pass_every_door_of_a_real_file_that_is_open_and_none_that_is_shut
             assert on_door == stops, scene.elements[door].name
 
 
-@pytest.mark.parametrize(
-    ("name", "n_inner", "n_doors"), [("duplex", 10, 14), pytest.param("fzk-haus", 3, 5, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "n_inner", "n_doors"), [("duplex", 10, 14), ("fzk-haus", 3, 5)])
 def test_outer_doors_stay_shut_unless_all_are_to_be_open(
     name: str, n_inner: int, n_doors: int, real_scene: Callable[[str], Scene]
 ) -> None:

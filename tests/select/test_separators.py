@@ -92,6 +92,7 @@ def test_both_kinds_turn_up_in_such_checks():
     assert n_kept > 10
 
 
+@pytest.mark.slow
 def test_doors_raise_the_relaxation_of_rooms_on_a_corridor():
     problem, graph = rooms_on_a_corridor()
     separators = Separators(CutMaker(problem), network_of(graph))

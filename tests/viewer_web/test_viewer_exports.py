@@ -94,6 +94,7 @@ def test_only_what_is_offered_is_made(ask: Ask, name: str) -> None:
     assert "content-disposition" not in answer.headers
 
 
+@pytest.mark.slow
 def test_what_can_not_be_made_is_told_in_one_line(ask: Ask, plan_folder: Path) -> None:
     (plan_folder / "plan.json").write_text("{")
     answer = ask("/api/exports/csv")

@@ -19,6 +19,7 @@ def export(*words: str) -> dict[str, object]:
     return json.loads(done.stdout)  # type: ignore[no-any-return]
 
 
+@pytest.mark.slow
 def test_options_of_clouds_arrive_in_the_file(plan_folder: Path, tmp_path: Path) -> None:
     path = tmp_path / "one.laz"
     plan = str(plan_folder)

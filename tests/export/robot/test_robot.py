@@ -65,6 +65,7 @@ def test_clearance_is_the_way_to_the_nearest_box(house_plan: PlanSource, mission
     assert told == pytest.approx(expected, abs=0.071)  # cells of 5 cm
 
 
+@pytest.mark.slow
 def test_a_robot_on_wheels_has_no_stairs(house_plan: PlanSource, mission: Mission) -> None:
     site = {**house_plan.document["site"], "step_m": 0.03, "mover_radius_m": 0.2, "mover_height_m": 0.6}
     folder, remarks = mission(replace(house_plan, document={**house_plan.document, "site": site}))

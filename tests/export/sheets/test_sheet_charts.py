@@ -61,6 +61,7 @@ def test_unseen_surface_is_in_no_histogram() -> None:
     assert _of([np.nan], [1.0]) is None
 
 
+@pytest.mark.slow
 def test_limits_of_the_plan_are_marked_in_shown_units(site_plan: PlanSource) -> None:
     building = read_building(site_plan.folder)
     assert isinstance(building, Building)
@@ -90,6 +91,7 @@ def test_building_is_read_as_it_was_planned(site_plan: PlanSource, sheet_folder:
         assert triangles.size and np.allclose(heights_m, floor.elevation_m, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_figures_of_charts_have_units(site_sheets: Any) -> None:
     words = " ".join(" ".join(site_sheets.texts).split())
     for unit in (" m", "°", " mm"):

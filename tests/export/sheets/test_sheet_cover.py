@@ -19,6 +19,7 @@ from planner_core.plan_folder.plan_words import time_words, warnings_of
 ORIGIN_M = (691_000.0, 5_334_000.0, 512.0)
 
 
+@pytest.mark.slow
 def test_cover_tells_the_scale_of_the_grid(sheet_folder: Path, pdf_of: Callable[..., Any]) -> None:
     frame = FrameRequest(crs="EPSG:25832", origin_m=ORIGIN_M, scale=0.9996)
     words = " ".join(pdf_of(open_plan(sheet_folder, frame=frame)).texts[0].split())
@@ -33,6 +34,7 @@ def test_sheets_are_numbered_through_name_the_crs_and_stand_on_the_cover(site_sh
         assert f"{place}   {words}" in site_sheets.texts[0]
 
 
+@pytest.mark.slow
 def test_picture_that_is_none_is_left_out(sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any]) -> None:
     (tmp_path / "bare" / "report").mkdir(parents=True)
     (tmp_path / "bare" / "plan.json").write_bytes((sheet_folder / "plan.json").read_bytes())

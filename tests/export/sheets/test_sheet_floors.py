@@ -153,6 +153,7 @@ def test_walls_cut_lower_than_wanted_are_told(
     assert not [remark for remark in site_sheets.remarks if "cut lower" in remark]
 
 
+@pytest.mark.slow
 def test_floors_that_are_not_asked_for_are_left_out(site_plan: PlanSource, pdf_of: Callable[..., Any]) -> None:
     sheets = pdf_of(site_plan, floors=("Level 2",))
     assert len(sheets.pages_with("true to scale")) == 1
@@ -234,6 +235,7 @@ def test_scanned_station_is_told_from_those_to_do(
     assert shades[0] < 0.3 and shades[1] > 0.8
 
 
+@pytest.mark.slow
 def test_legs_without_a_path_and_links_to_other_floors_name_the_other_station(
     edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
 ) -> None:
@@ -277,6 +279,7 @@ def test_hundred_and_fifty_stations_are_all_there_and_apart(
     assert apart.min() > 4.5
 
 
+@pytest.mark.slow
 def test_plan_without_stations_has_sheets(edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]) -> None:
     def empty(document: dict[str, Any]) -> None:
         document.update(stations=[], route=None, why=None, coverage_curve=[])

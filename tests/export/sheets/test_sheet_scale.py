@@ -150,6 +150,7 @@ def test_every_line_of_the_grid_is_named_and_no_names_meet(
         assert sum(mark.text[0] == letter for mark in named) >= 2 * (len(lines) - 2)
 
 
+@pytest.mark.slow
 def test_sheets_in_scene_coordinates_say_so_and_claim_no_north(
     scene_plan: PlanSource, pdf_of: Callable[..., Any]
 ) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from shared_plans import SETTINGS, SharedPlan
+from slow_cases import all_slow_but
 
 from planner_core.errors import PlanFolderError
 from planner_core.model import REASONS, Plan, PlanSettings
@@ -77,14 +78,14 @@ def test_parts_of_patches_count_as_in_the_plan(planned: Planned, tmp_path: Path)
     assert live.figures(live.draft).plan.coverage.covered_area_m2 == pytest.approx(plan.coverage.covered_area_m2)
 
 
-@pytest.mark.parametrize("name", ["house", pytest.param("far_plan", marks=pytest.mark.slow), "asking_house"])
+@pytest.mark.parametrize("name", all_slow_but(["house"], ["house", "far_plan", "asking_house"]))
 def test_figures_of_the_unchanged_plan_are_those_of_plan_json(name: str, request: pytest.FixtureRequest) -> None:
     live: LivePlan = request.getfixturevalue(name)
     assert len(live.draft.stations) > 1
     assert_figures_are_of(live, live.document)
 
 
-@pytest.mark.parametrize("name", ["house", "far_plan"])
+@pytest.mark.parametrize("name", all_slow_but(["house"], ["house", "far_plan"]))
 def test_places_off_the_grid_have_the_figures_of_the_plan_to_the_last_bit(
     name: str, house_plan: SharedPlan, request: pytest.FixtureRequest
 ) -> None:

@@ -173,6 +173,7 @@ def test_walk_through_a_draft_leaves_out_what_is_scanned(house: LivePlan) -> Non
     assert nobody.field_time.total_s in (0.0, None)
 
 
+@pytest.mark.slow
 def test_walk_begins_at_the_entrance_of_the_review(house: LivePlan) -> None:
     ground_m = house.reach.space.position_m(np.flatnonzero(house.reach.reached_node))
     offset_m = house.survey.scene.offset_m
