@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from slow_cases import all_slow_but
 from stages import find_positions
 
 from planner_core.engine.open_engine import open_engine
