@@ -20,9 +20,17 @@ from pydantic import Field
 
 from planner_core.documents import Document, YesNo, document, read_as, words_of
 from planner_core.drawings.building import LEAST_SLAB_M, Building, Doubtful, Heights, levels_of, lifted
-from planner_core.drawings.floor_plan import FloorPlan, enclosed_by, slab_of
+from planner_core.drawings.floor_plan import FloorPlan
 from planner_core.drawings.openings import Opening, OpeningKind
-from planner_core.drawings.room_outlines import SEAL_M, TRACED_SEAL_M, PlacedText, rooms_of, sealed
+from planner_core.drawings.room_outlines import (
+    SEAL_M,
+    TRACED_SEAL_M,
+    PlacedText,
+    enclosed_by,
+    rooms_of,
+    sealed,
+    slab_of,
+)
 from planner_core.drawings.stairs import Treads
 from planner_core.drawings.walls import GRID_M, WallPiece, polygons_of
 from planner_core.errors import RequirementError

@@ -25,7 +25,16 @@ from planner_core.drawings.drawn_lines import NO_LINES, DrawnLines, drawn_lines
 from planner_core.drawings.layer_names import Kind, kind_of_name
 from planner_core.drawings.likely_walls import LikelyWalls, likely_layer, likely_walls, lines_side_by_side
 from planner_core.drawings.openings import Opening, OpeningKind, SymbolLines, is_in_opening, openings_of
-from planner_core.drawings.room_outlines import SEAL_M, TRACED_SEAL_M, PlacedText, RoomOutline, rooms_of, sealed
+from planner_core.drawings.room_outlines import (
+    SEAL_M,
+    TRACED_SEAL_M,
+    PlacedText,
+    RoomOutline,
+    enclosed_by,
+    rooms_of,
+    sealed,
+    slab_of,
+)
 from planner_core.drawings.stairs import Treads, treads_of, unclear_stairs
 from planner_core.drawings.units import DrawnSizes, drawn_sizes, unit_of
 from planner_core.drawings.walls import (
@@ -56,9 +65,6 @@ _PANE_M, _PANE_THICK_M = (0.35, 6.0), 0.08
 """Lengths of windows that are drawn as one line, and how thick such a line is."""
 _APART_M, _GROUP_SHARE = 2.0, 0.25
 """Groups of walls this far apart, each of a quarter of the largest's area, may be storeys."""
-_SPAN_M, _WIDE_SPAN_M, _ENCLOSED_SHARE, _SLAB_EDGE_M = 4.0, 12.0, 0.6, 0.1
-"""Walls twice as far apart are of one building; those that enclose less than a share of what they span are open, and
-have a floor between walls that are up to twice the wider span apart, with an edge about so straight."""
 _LEAST_WALLS_M2 = 0.2
 _THICKER, _THICKEST_OLD_M = 1.4, 1.6
 """Of the usual thickness of a drawing's walls: the thickest; and the limit of that, in old buildings."""
@@ -70,7 +76,7 @@ _LOST_SHARE, _LOST_SHARE_OF_WRONG_UNIT = 0.1, 0.25
 
 @dataclass(frozen=True)
 class FloorPlan:
-    """One storey as its drawing shows it. outline : shapely area of its floor, see `slab_of`."""
+    """One storey as its drawing shows it. outline : shapely area of its floor, see `room_outlines.slab_of`."""
 
     name: str
     walls: tuple[WallPiece, ...]
@@ -451,33 +457,6 @@ def _texts(drawing: Drawing, unit_m: float, height_m: float | None, patterns: Ma
         if kind_of_name(text.layer, patterns) != Kind.IGNORED
         and (height_m is None or abs(text.z * unit_m - height_m) < 0.5 * _STOREY_M[0])
     ]
-
-
-def enclosed_by(solid: Any, seal_m: float) -> Any:
-    """What walls and openings enclose, sealed, with courts; shapely area."""
-    whole = shapely.buffer(_without_holes(solid), -seal_m, join_style="mitre")
-    return shapely.simplify(whole, 1e-3)
-
-
-def slab_of(enclosed: Any) -> Any:
-    """The area of floor and ceiling: what walls enclose; where that is little of what they span, all of that.
-
-    Some drawings show walls alone, and fronts of glass as nothing: indoors is between the walls all the same.
-    """
-    if enclosed.area >= _ENCLOSED_SHARE * _closed(enclosed, _SPAN_M).area:
-        return enclosed
-    groups = shapely.get_parts(_closed(enclosed, _SPAN_M))
-    whole = [_closed(shapely.intersection(enclosed, group), _WIDE_SPAN_M) for group in groups]
-    return shapely.simplify(shapely.union_all([enclosed, *whole]), _SLAB_EDGE_M)
-
-
-def _closed(area: Any, reach_m: float) -> Any:
-    """Fill what lies between parts of an area up to twice that far apart, and holes."""
-    return _without_holes(shapely.union_all([area, shapely.buffer(shapely.buffer(area, reach_m), -reach_m)]))
-
-
-def _without_holes(area: Any) -> Any:
-    return shapely.union_all([shapely.Polygon(part.exterior) for part in shapely.get_parts(area)])
 
 
 def _groups(outline: Any) -> int:

@@ -1,4 +1,4 @@
-"""Rooms of a floor plan: what walls and their openings enclose, with names from the texts inside.
+"""Rooms of a floor plan, and its floor: what walls and their openings enclose; names from the texts inside.
 
 Plan coordinates, metres; outlines are shapely polygons.
 """
@@ -17,6 +17,9 @@ LEAST_ROOM_M2 = 0.8
 """Shafts are smaller."""
 SEAL_M, TRACED_SEAL_M = 0.02, 0.06
 """Walls and openings that miss each other by twice this are closed: of exact drawings, and of those that are traced."""
+_SPAN_M, _WIDE_SPAN_M, _ENCLOSED_SHARE, _SLAB_EDGE_M = 4.0, 12.0, 0.6, 0.1
+"""Walls twice as far apart are of one building; those that enclose less than a share of what they span are open, and
+have a floor between walls that are up to twice the wider span apart, with an edge about so straight."""
 _NUMBER = re.compile(r"^[A-Za-z]{0,3}[-. ]?\d[\w.\-/]{0,7}$")
 _NUMBERED = re.compile(r"^([A-Za-z]{0,3}[-. ]?\d[\w.\-/]{0,7})[ :]+([^\d\s].*)$")
 """A number and a name in one line."""
@@ -53,6 +56,35 @@ class PlacedText:
 def sealed(walls: Any, openings: Any, seal_m: float) -> Any:
     """Walls and openings (shapely areas) together, wider by `seal_m` on all sides, so that they close."""
     return shapely.buffer(shapely.union_all([walls, openings]), seal_m, join_style="mitre")
+
+
+def enclosed_by(solid: Any, seal_m: float) -> Any:
+    """What walls and openings enclose, sealed, with courts; shapely area."""
+    whole = shapely.buffer(_without_holes(solid), -seal_m, join_style="mitre")
+    return shapely.simplify(whole, 1e-3)
+
+
+def slab_of(enclosed: Any) -> Any:
+    """The area of floor and ceiling: what walls enclose; where that is little of what they span, all of that.
+
+    enclosed : as of `enclosed_by`, and returned itself where it is enough. Some drawings show walls alone, and fronts
+    of glass as nothing: indoors is between the walls all the same.
+    """
+    spanned = _closed(enclosed, _SPAN_M)
+    if enclosed.area >= _ENCLOSED_SHARE * spanned.area:
+        return enclosed
+    buildings = [shapely.intersection(enclosed, part) for part in shapely.get_parts(spanned)]
+    whole = [_closed(building, _WIDE_SPAN_M) for building in buildings]
+    return shapely.simplify(shapely.union_all([enclosed, *whole]), _SLAB_EDGE_M)
+
+
+def _closed(area: Any, reach_m: float) -> Any:
+    """Fill what lies between parts of an area up to twice that far apart, and holes."""
+    return _without_holes(shapely.union_all([area, shapely.buffer(shapely.buffer(area, reach_m), -reach_m)]))
+
+
+def _without_holes(area: Any) -> Any:
+    return shapely.union_all([shapely.Polygon(part.exterior) for part in shapely.get_parts(area)])
 
 
 def rooms_of(walls: Any, openings: Any, texts: Sequence[PlacedText], seal_m: float = SEAL_M) -> list[RoomOutline]:
