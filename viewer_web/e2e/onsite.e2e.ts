@@ -324,6 +324,24 @@ test('on paper the numbers stand where they do on the screen, and nothing is cut
   await expect.poll(() => viewer.page.locator('.print-picture').count()).toBe(0);
 });
 
+test.each([
+  ['a phone', { width: 390, height: 844, isMobile: true }],
+  ['a desk', { width: 1024, height: 768 }],
+])('on paper the picture of %s with a card keeps its form', async (name, look) => {
+  await open(`#floor=${floor.id}&station=${second.id}`, look);
+  await viewer.page.locator('.cards > .card').first().waitFor();
+  await viewer.settle();
+  const form = (of: string): Promise<number> =>
+    viewer.page.locator(of).evaluate((one) => one.getBoundingClientRect().width / one.getBoundingClientRect().height);
+  const onScreen = await form('.scene > canvas');
+  await viewer.page.evaluate(() => window.dispatchEvent(new Event('beforeprint')));
+  await viewer.page.emulateMedia({ media: 'print' });
+  await viewer.page.setViewportSize({ width: 718, height: 1046 });
+  await viewer.settle();
+  expect(await form('.print-picture')).toBeCloseTo(onScreen, 2);
+  await viewer.screenshot(`onsite-8-print-${name.slice(2)}`);
+});
+
 test('on paper the review has all stations, and the date of each verdict', async () => {
   await open('#tab=review');
   await viewer.changeAs('Ben', { kind: 'set_verdict', station: second.id, verdict: 'accepted' });

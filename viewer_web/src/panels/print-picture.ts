@@ -11,15 +11,20 @@ export function printPicture(target: Window, canvas: HTMLCanvasElement, view: Pl
   const freeze = (): void => {
     const scene = canvas.parentElement;
     if (scene === null) return;
-    const { clientWidth: width, clientHeight: height } = canvas;
+    const { clientWidth: width, clientHeight: height } = scene;
     view.copyPicture(copy);
+    // What a card has of the height below the picture, on narrow screens alone: paper is narrow, too.
+    scene.style.setProperty('--dock', `${height - canvas.clientHeight}px`);
     canvas.after(copy);
     // As large as on the screen, and the sheet's scale over all of it: numbers stay at their stations.
     scene.style.setProperty('--print-width', `${width}px`);
     scene.style.setProperty('--print-height', `${height}px`);
     scene.style.setProperty('--print-zoom', String(Math.min(1, SHEET_PX / width)));
   };
-  const end = (): void => copy.remove();
+  const end = (): void => {
+    copy.remove();
+    canvas.parentElement?.style.removeProperty('--dock');
+  };
   target.addEventListener('beforeprint', freeze);
   target.addEventListener('afterprint', end);
   return () => {
