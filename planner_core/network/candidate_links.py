@@ -118,7 +118,7 @@ class LinkJob:
         held = self._sums.held(pairs.first, pairs.second, self.position_m)
         holds = held.strength >= np.where(both, as_set_up.strength, on_mark.strength)
         if on_mark.probability > 0.0:
-            probability = probabilities(pairs.share, held.hold_m2, held.range_m, self.pre_alignment)
+            probability = probabilities(pairs.share, held, self.pre_alignment)
             holds &= probability >= np.where(both, as_set_up.probability, on_mark.probability)
         return pairs.take(holds), held.strength[holds]
 

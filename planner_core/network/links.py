@@ -38,6 +38,7 @@ from planner_core.model import (
 )
 from planner_core.model.registration import SET_UP_SHARE
 from planner_core.network.pair_overlap import (
+    HeldPairs,
     PairSums,
     SharedSurface,
     held_by,
@@ -50,42 +51,48 @@ from planner_core.scene.patches import patch_triangles
 
 # --------------------------------------------------------------------------------------------------------- probability
 # Probability that two scans register, of what is known before anybody scans.
-# Input pairs' overlap, the area that holds their weakest shift (m^2), the range of what they have in common (m) and
-# where registration starts; output probabilities in [0, 1].
+# Input pairs' overlap, what their common surface holds and where registration starts; output probabilities in [0, 1].
 # A logistic rule, made of the campaign of docs/benchmarks/registration.md, which has its derivation and how well it
 # does on scenes that it has not seen; a test makes it anew from the campaign's rows. Registered: by point-to-plane ICP
 # with normals compared, within 10 mm and 0.1 degrees.
 
-#: Of a constant and the three figures of `link_figures`, by where registration starts.
+#: Of a constant and the figures of `link_figures`, by where registration starts.
 WEIGHTS: Final = MappingProxyType(
     {
-        PreAlignment.TRACKED: (8.66, 1.82, 0.91, -1.73),
-        PreAlignment.MANUAL: (7.74, 1.58, 1.13, -1.93),
-        PreAlignment.LEVEL: (-0.71, 0.85, 0.76, -1.61),
-        PreAlignment.NONE: (-1.35, 0.74, 1.00, -1.74),
+        PreAlignment.TRACKED: (3.55, 0.59, 1.40, 0.89, -2.54, -21.20),
+        PreAlignment.MANUAL: (4.18, 0.73, 0.81, 1.05, -2.24, -17.09),
+        PreAlignment.LEVEL: (-1.64, 0.76, 0.61, 0.41, -2.14, -0.95),
+        PreAlignment.NONE: (-2.45, 0.66, 0.80, 0.52, -2.45, -0.17),
     }
 )
-_LEAST_SHARE, _LEAST_HOLD_M2, _LEAST_RANGE_M = 1e-3, 0.01, 0.1
+_LEAST_SHARE, _LEAST_AREA_M2, _LEAST_HOLD_M2, _LEAST_RANGE_M = 1e-3, 0.1, 0.01, 0.1
+FAR_M: Final = 20.0
+"""From farther surface on, half a degree at the start is more than registration makes up for."""
 
 
-def link_figures(share: FloatArray, hold_m2: FloatArray, range_m: FloatArray) -> FloatArray:
-    """(K, 3) what the rule takes of pairs.
-
-    share : (K,) overlap, the smaller of both shares. hold_m2 : (K,) smallest eigenvalue of sum a n n' over the common
-    surface. range_m : (K,) its root mean square range, from the station for which it is more.
-    """
+def link_figures(share: FloatArray, held: HeldPairs) -> FloatArray:
+    """(K, 5) what the rule takes of pairs. share : (K,) overlap, the smaller of both shares."""
     share = np.clip(share, _LEAST_SHARE, 1.0 - _LEAST_SHARE)
-    hold_m2, range_m = np.maximum(hold_m2, _LEAST_HOLD_M2), np.maximum(range_m, _LEAST_RANGE_M)
-    return np.column_stack([np.log(share / (1.0 - share)), np.log(hold_m2), np.log(range_m)])
+    log_range = np.log(np.maximum(held.range_m, _LEAST_RANGE_M))
+    return np.column_stack(
+        [
+            np.log(share / (1.0 - share)),
+            np.log(np.maximum(held.area_m2, _LEAST_AREA_M2)),
+            np.log(np.maximum(held.hold_m2, _LEAST_HOLD_M2)),
+            log_range,
+            np.maximum(log_range - np.log(FAR_M), 0.0),
+        ]
+    )
 
 
-def probabilities(share: FloatArray, hold_m2: FloatArray, range_m: FloatArray, start: PreAlignment) -> FloatArray:
-    """(K,) probability that each pair registers from `start`; figures as in `link_figures`."""
-    constant, *weight = WEIGHTS[start]
-    x = link_figures(share, hold_m2, range_m)
+def probabilities(share: FloatArray, held: HeldPairs, start: PreAlignment) -> FloatArray:
+    """(K,) probability that each pair registers from `start`; share as in `link_figures`."""
+    odds, *weights = WEIGHTS[start]
     # Summed one by one: a matrix product's order of sums may depend on the number of pairs.
-    odds = constant + weight[0] * x[:, 0] + weight[1] * x[:, 1] + weight[2] * x[:, 2]
-    return np.asarray(1.0 / (1.0 + np.exp(-odds)))
+    sums = np.full(share.shape, odds)
+    for weight, figure in zip(weights, link_figures(share, held).T, strict=True):
+        sums += weight * figure
+    return np.asarray(1.0 / (1.0 + np.exp(-sums)))
 
 
 # --------------------------------------------------------------------------------------------------------------- links
@@ -123,7 +130,7 @@ def overlap_links(
             else:
                 held = held_by(sums, matrix, position_m[pairs.first], position_m[pairs.second])
                 strength = held.strength
-                probability = probabilities(pairs.share, held.hold_m2, held.range_m, pre_alignment)
+                probability = probabilities(pairs.share, held, pre_alignment)
         links += [
             Link(station_ids[i], station_ids[j], overlap, held, motion, probability=registers)
             for i, j, overlap, held, registers, motion in zip(

@@ -36,6 +36,7 @@ from planner_core.model import (
 )
 from planner_core.network.network_report import WAY_OUT
 from planner_core.paper.pipeline import find_pool
+from planner_core.planning.between_parts import with_joining_candidates
 from planner_core.planning.choose import choose, choose_by_paper, choose_greedily, only_join, route_through
 from planner_core.planning.first_plan import as_needed, observe_few, tell_first_plan
 from planner_core.planning.independent_check import with_independent_check
@@ -46,7 +47,7 @@ from planner_core.planning.set_up import SET_UP_LOSS
 from planner_core.positions.admissibility import Tripods, refusals_in_words
 from planner_core.positions.allowed_positions import KINDS, AllowedPositions, find_positions, places_as_they_are
 from planner_core.positions.free_space import free_space
-from planner_core.positions.local_site import local_site
+from planner_core.positions.local_site import LocalSite, local_site
 from planner_core.progress import Progress, silent
 from planner_core.requirements.explain import explain
 from planner_core.requirements.goals import Goals, goals_of
@@ -135,6 +136,8 @@ def plan_survey(
             progress=progress,
         )
         _check_something_is_seen(pool)
+        if isinstance(method, Proven):
+            pool = with_joining_candidates(pool, places, scan_engine, progress=progress)
     # 5. Few spots that see enough, and how few are possible.
     with clock.stage("select"):
         if isinstance(method, Proven):
@@ -191,6 +194,7 @@ def _described(
             *choice.warnings,
             *_on_flights(places, rows, names),
             *_outdoors(pool.survey, pool.take(rows), names),
+            *_beside_the_survey(places.site, pool.take(rows), names),
             *_not_held(settings, choice, rows, names),
         ),
         progress=progress,
@@ -264,6 +268,22 @@ def _outdoors(survey: Survey, at: Candidates, names: list[str]) -> Iterator[str]
         )
     else:
         yield "no station stands outdoors (--join outside): none there joins more"
+
+
+def _beside_the_survey(site: LocalSite, at: Candidates, names: list[str]) -> Iterator[str]:
+    """A line about stations that stand where nothing is surveyed, for those around them to register."""
+    if site.scope is None or site.scope.outdoors_m:
+        return
+    ground_m = at.position_m - np.column_stack([np.zeros((len(names), 2)), at.instrument_height_m])
+    is_in = site.scope.admits(ground_m).tolist()
+    prior = {station.id for station in site.prior}
+    out = sorted(name for name, inside in zip(names, is_in, strict=True) if not inside and name not in prior)
+    if out:
+        one = len(out) == 1
+        yield (
+            f"{'station' if one else 'stations'} {', '.join(out)} {'stands' if one else 'stand'} out of scope, on the "
+            "way between parts of the survey, which do not register with each other without"
+        )
 
 
 def _not_held(settings: PlanSettings, choice: Choice, rows: Int64Array, names: list[str]) -> Iterator[str]:

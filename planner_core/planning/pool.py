@@ -33,7 +33,7 @@ from planner_core.network.links import surface_of_patches
 from planner_core.network.shut_doors import with_all_doors_shut
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.compliance import rows_of_overlap
-from planner_core.requirements.demand import Demand, KnownObservations, demand_of, rows_from
+from planner_core.requirements.demand import Demand, KnownObservations, demand_of
 from planner_core.requirements.goals import Goals
 from planner_core.requirements.observe_candidates import SeenPatches, stacked
 from planner_core.select.network import Network
@@ -205,10 +205,16 @@ def make_pool(
         excluded=np.zeros(candidates.floor.size, dtype=bool),
         scanned=tuple(scanned.tolist()),
     )
+    return _without_dispensable(pool)
+
+
+def _without_dispensable(pool: Pool) -> Pool:
+    """Exclude the candidates of parts of the network that a plan can do without."""
     if pool.links is None:
         return pool
+    whole = replace(pool, excluded=np.zeros(pool.n_candidates, dtype=bool))
     held = np.unique(pool.links.part[[*pool.given, *pool.kept]])
-    return replace(pool, excluded=_dispensable_components(pool.problem, pool.links.part, held))
+    return replace(pool, excluded=_dispensable_components(whole.problem, pool.links.part, held))
 
 
 def _dispensable_components(problem: CoverProblem, part: Int32Array, held: Int32Array) -> BoolArray:
@@ -250,23 +256,28 @@ def _without_candidates(problem: CoverProblem, which: BoolArray) -> CoverProblem
     )
 
 
-def extended(pool: Pool, more: Candidates, engine: ScanEngine, *, progress: Progress = silent) -> Pool:
-    """Add candidates behind those of the pool; no requirement changes."""
-    observed = rows_from(pool.survey, engine, more.position_m, pool.demand, progress=progress)
+def extended(
+    pool: Pool, more: Candidates, observed: SeenPatches, *, joins: bool = False, progress: Progress = silent
+) -> Pool:
+    """Add candidates, and what they see, behind those of the pool; no requirement changes.
+
+    joins : they may join parts of the network; else what hung together as far as it could still does so.
+    """
     rows = stacked(pool.rows, observed)
     del observed  # links take memory enough
     position_m = np.concatenate([pool.candidates.position_m, more.position_m])
     links = None
     if pool.links is not None:
         found = _links(pool.survey, pool.demand, position_m, rows, pool.scanned, progress)
-        links = None if found is None else _within_parts(found, pool.links.part, pool.excluded)
-    return replace(
+        links = found if found is None or joins else _within_parts(found, pool.links.part, pool.excluded)
+    larger = replace(
         pool,
         candidates=_both(pool.candidates, more),
         rows=rows,
         links=links,
         excluded=_excluded_later(pool, links, n=pool.n_candidates + int(more.floor.size)),
     )
+    return _without_dispensable(larger) if joins else larger
 
 
 def narrowed(pool: Pool, rows: Int64Array) -> Pool:

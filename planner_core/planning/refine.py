@@ -21,6 +21,7 @@ from planner_core.planning.pool import Pool, extended, narrowed
 from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.positions.candidates import places_nearby
 from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.requirements.demand import rows_from
 from planner_core.select.large import select_by_size
 from planner_core.select.polish import polish
 from planner_core.select.proven import INTERRUPTED
@@ -76,7 +77,9 @@ def refine(
             more = _around(pool, chosen, places, circles, rise, progress)
             if not more.floor.size:
                 continue
-            wide = extended(pool, more, engine, progress=progress)
+            at_m = more.position_m
+            observed = [rows_from(pool.survey, engine, at_m, pool.demand, progress=progress)]
+            wide = extended(pool, more, observed.pop(), progress=progress)  # which forgets it: links take memory
             best, interrupted = _better(wide, chosen, left, progress)
             pool, chosen = _without_unused(wide, best, n_first)
         except KeyboardInterrupt:

@@ -152,7 +152,7 @@ def _least_of_links(pool: Pool, places: _Places, key: Int64Array, n_places: Int6
     figures = [pairs.overlap, held.strength]
     if required.min_probability > 0.0:
         start = required.start_of(pool.survey.scanner)
-        figures.append(probabilities(pairs.share, held.hold_m2, held.range_m, start))
+        figures.append(probabilities(pairs.share, held, start))
     least = np.full((len(figures), key.size), np.inf)
     for of, figure in zip(least, figures, strict=True):
         np.minimum.at(of, link, figure)

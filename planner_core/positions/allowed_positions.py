@@ -72,9 +72,14 @@ class AllowedPositions:
     prior: tuple[PriorRow, ...]
     warnings: tuple[str, ...]
 
-    def allows(self, candidates: Candidates) -> BoolArray:
-        """(N,) bool: whether the site, and the walk to them, lets stations stand at other candidates."""
+    def allows(self, candidates: Candidates, *, out_of_scope: bool = False) -> BoolArray:
+        """(N,) bool: whether the site, and the walk to them, lets stations stand at other candidates.
+
+        out_of_scope : they may stand beside what is surveyed.
+        """
         bad = _ruled_out(self.site, self.reach, _of_grid(candidates))
+        if out_of_scope:
+            del bad[OUT_OF_SCOPE]
         return np.asarray(~np.any(list(bad.values()), axis=0))
 
     def refused_on(self, floor: int) -> dict[str, int]:

@@ -70,11 +70,11 @@ def without_door_leaves(
     elements = before.union(scene.element_of_triangle[leaf].tolist())
     # A leaf may be modelled ajar: where a door's frame is left, that is where it shuts.
     left = with_triangles(scene, ~leaf)
-    framed = {door.element: door for door in _placed_doors(left) if door.height_m >= _LEAST_FRAME_M}
+    framed = {door.element: door for door in placed_doors(left) if door.height_m >= _LEAST_FRAME_M}
     return replace(
         left,
         report=replace(scene.report, n_doors_open=len(elements)),
-        open_doors=tuple(framed.get(door.element, door) for door in _placed_doors(scene) if door.element in elements),
+        open_doors=tuple(framed.get(door.element, door) for door in placed_doors(scene) if door.element in elements),
     )
 
 
@@ -120,7 +120,7 @@ def exterior_doors(scene: Scene) -> list[PlacedDoor]:
     The file may say so (IFC: IsExternal). Where it does not but has rooms, a door with a room on one side alone does,
     unless its other side lies between walls and below a roof: stairwells and garages are no rooms in some files.
     """
-    doors = _placed_doors(scene)
+    doors = placed_doors(scene)
     flags = [scene.elements[door.element].is_external for door in doors]
     if not scene.rooms:
         return [door for door, flag in zip(doors, flags, strict=True) if flag]
@@ -136,7 +136,7 @@ def exterior_doors(scene: Scene) -> list[PlacedDoor]:
     return [door for door, outer in zip(doors, is_outer.tolist(), strict=True) if outer]
 
 
-def _placed_doors(scene: Scene) -> list[PlacedDoor]:
+def placed_doors(scene: Scene) -> list[PlacedDoor]:
     """All doors, by element; open ones as they are when shut."""
     is_door = np.array([element.kind == DOOR_KIND for element in scene.elements], dtype=bool)
     of_door = np.flatnonzero(is_door[scene.element_of_triangle])

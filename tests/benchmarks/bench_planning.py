@@ -40,6 +40,7 @@ from planner_core.planning.refine import WORK_SHARE, Refined, refine
 from planner_core.positions.admissibility import Tripods
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions
 from planner_core.positions.local_site import local_site
+from planner_core.requirements.demand import rows_from
 from planner_core.requirements.goals import goals_of
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
@@ -196,7 +197,8 @@ def paper_with_search(on: Ready) -> Found:
         both = searched(on.places.tripods, paper, distribution, pool.candidates)
         starts = set(map(tuple, pool.candidates.position_m.tolist()))
         new = [row for row, place in enumerate(both.position_m.tolist()) if tuple(place) not in starts]
-        wide = extended(pool, both.take(np.array(new, dtype=np.int64)), on.engine)
+        more = both.take(np.array(new, dtype=np.int64))
+        wide = extended(pool, more, rows_from(on.survey, on.engine, more.position_m, pool.demand))
         chosen = select_by_genes(whole_problem(wide), paper, on.engine).tolist()
         return wide, with_circles(on, paper, wide.candidates, chosen)
 

@@ -25,6 +25,7 @@ from planner_core.model import (
 from planner_core.network.candidate_links import CandidateLinks, held_in_both_states
 from planner_core.network.network_report import registration_report
 from planner_core.network.shut_doors import hidden_by, unknown_doors, with_doors
+from planner_core.planning import plan as plans
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
@@ -156,7 +157,10 @@ def test_a_network_that_holds_with_doors_shut_has_a_station_in_the_doorway() -> 
     assert not [link for link in plan.links if link.counts(plan.registration.limits) and link.only_open]
 
 
-def test_without_a_station_in_the_doorway_nothing_holds_with_the_door_shut_and_the_gap_names_it() -> None:
+def test_without_a_station_in_the_doorway_nothing_holds_with_the_door_shut_and_the_gap_names_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(plans, "with_joining_candidates", lambda pool, *_, **__: pool)
     opened = without_door_leaves(rooms())
     opened = replace(opened, source=replace(opened.source, doors=Doors.OPEN))
     beside_it = {"grid_step_m": 1.5, "special_places": False}

@@ -17,6 +17,7 @@ from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import FloatArray, Plan, PlanSettings, Proven, Requirements, Scope
 from planner_core.network.links import probabilities, surface_of_patches
+from planner_core.network.pair_overlap import HeldPairs
 from planner_core.plan_folder.stations_csv import read_station_list
 from planner_core.planning import choose
 from planner_core.planning.evaluate import evaluate_stations
@@ -33,9 +34,9 @@ from tests.reality_files import reality
 Planned = Callable[[str, PlanSettings], Plan]
 Pooled = tuple[Pool, ScanEngine, PlanSettings]
 SCENE, TOLERANCE_M = "corridor-comb", 0.1
-#: A contract's overlap besides; what is left of both where stations stand beside their marks.
-CONTRACT = 0.3
-LEAST_OVERLAP, LEAST_PROBABILITY = 0.25, 0.97
+#: A contract's overlap and probability; what is left of both where stations stand beside their marks.
+CONTRACT, PROBABILITY = 0.3, 0.97
+LEAST_OVERLAP, LEAST_PROBABILITY = 0.25, 0.91
 
 
 def pool_of(plan: Plan, every: int = 1) -> Pooled:
@@ -53,8 +54,9 @@ def pooled(small: PlanSettings, planned: Planned) -> Pooled:
 
 
 def contract(settings: PlanSettings) -> PlanSettings:
-    """With a contract's overlap besides."""
-    return replace(settings, requirements=replace(settings.requirements, overlap=CONTRACT))
+    """With a contract's overlap and probability."""
+    required = replace(settings.requirements, overlap=CONTRACT, min_probability=PROBABILITY)
+    return replace(settings, requirements=required)
 
 
 def seen_from(pooled: Pooled, position_m: FloatArray) -> np.ndarray:
@@ -92,8 +94,8 @@ class Figures:
         area_m2, normal, centroid_m = self._area_m2[both], self._surface.normal[both], self._surface.centroid_m[both]
         hold_m2 = np.linalg.eigvalsh((normal * area_m2[:, None]).T @ normal)[0]
         squared_m2 = max(np.average(((centroid_m - each) ** 2).sum(axis=1), weights=area_m2) for each in at_m)
-        figures = np.array([[self.overlap(one, other)], [hold_m2], [np.sqrt(squared_m2)]])
-        return float(probabilities(*figures, self._start)[0])
+        held = HeldPairs(*np.array([[np.nan], [area_m2.sum()], [hold_m2], [np.sqrt(squared_m2)]]))
+        return float(probabilities(np.array([self.overlap(one, other)]), held, self._start)[0])
 
     def holds(self, one: np.ndarray, other: np.ndarray, *at_m: FloatArray) -> bool:
         return self.overlap(one, other) >= LEAST_OVERLAP and self.probability(one, other, *at_m) >= LEAST_PROBABILITY

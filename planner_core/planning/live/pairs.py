@@ -125,7 +125,7 @@ class PairFinder:
         share = overlap
         if self._measure != OverlapMeasure.SMALLER_SHARE:
             share = overlap_by(OverlapMeasure.SMALLER_SHARE, ticks, self._ticks[mine].sum(), whole)
-        registers = probabilities(share[listed], of.hold_m2, of.range_m, self._pre_alignment)
+        registers = probabilities(share[listed], of, self._pre_alignment)
         found = zip(
             listed.tolist(),
             overlap[listed].tolist(),

@@ -17,13 +17,14 @@ from scipy.optimize import minimize
 
 from planner_core.model import BoolArray, FloatArray
 from planner_core.network.links import link_figures
+from planner_core.network.pair_overlap import HeldPairs
 
 NEAR_MM, NEAR_DEG = 10.0, 0.1
 """A pair is registered when it is as near to the truth."""
 _RIDGE = 1e-2
-FEATURES = ("logit overlap", "ln m2 that hold", "ln range in m")
-"""Tried beside these on scenes that a rule has not seen, and no better: common area, strength, and surface that may be
-mistaken for another."""
+FEATURES = ("logit overlap", "ln m2 in common", "ln m2 that hold", "ln range in m", "ln range / 20 m")
+"""Tried beside these on scenes that a rule has not seen, and no better: strength, and surface that may be mistaken for
+another."""
 
 
 @dataclass(frozen=True)
@@ -59,9 +60,15 @@ def read_rows(folder: Path, starts: Sequence[str], methods: Sequence[str]) -> Ro
     return Rows(np.array(scenes), number, errors)
 
 
+def held_of(known: dict[str, FloatArray]) -> HeldPairs:
+    """What the rows' common surfaces hold."""
+    hold_m2 = known["least_normal"] / 3.0 * known["common_m2"]
+    return HeldPairs(known["strength"], known["common_m2"], hold_m2, known["common_range_m"])
+
+
 def features(known: dict[str, FloatArray]) -> FloatArray:
     """(N, F) what the rule takes, see `FEATURES`."""
-    return link_figures(known["overlap"], known["least_normal"] / 3.0 * known["common_m2"], known["common_range_m"])
+    return link_figures(known["overlap"], held_of(known))
 
 
 @dataclass(frozen=True)

@@ -39,9 +39,9 @@ def test_coordinates_are_those_of_plan_json_on_site(site_sheets: Any, site_plan:
 
 def test_links_of_a_station_are_named_by_number(site_sheets: Any, site_plan: PlanSource) -> None:
     first = site_plan.document["registration"]["links"]
-    chance = next(link["probability"] for link in first if {link["a"], link["b"]} == {"S005", "S006"})
-    (page,) = [page for page in site_sheets.pages_with("Links: to number") if "S005" in site_sheets.texts[page]]
-    assert f"6 ({100 * min(chance, 0.999):.1f})" in site_sheets.texts[page]
+    chance = next(link["probability"] for link in first if {link["a"], link["b"]} == {"S001", "S002"})
+    (page,) = [page for page in site_sheets.pages_with("Links: to number") if "S001" in site_sheets.texts[page]]
+    assert f"2 ({100 * min(chance, 0.999):.1f})" in site_sheets.texts[page]
 
 
 @pytest.mark.slow

@@ -83,7 +83,7 @@ def test_stations_are_listed_in_feet(plan_in_feet: PlanSource, pdf_of: Sheets) -
 
 def test_no_metre_is_left_on_sheets_in_feet(plan_in_feet: PlanSource, pdf_of: Sheets) -> None:
     # Warnings are the plan's own words, in metres.
-    texts = [text for text in pdf_of(plan_in_feet).texts if "can't be scanned with" not in text]
+    texts = pdf_of(replace(plan_in_feet, document={**plan_in_feet.document, "warnings": []})).texts
     assert len(texts) > 5
     text = " ".join(texts)
     assert not re.findall(r"[\d.]+ m\b(?!in)|m²|\d mm\b", text)
