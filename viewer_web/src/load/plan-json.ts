@@ -17,6 +17,7 @@ export type RequirementResult = Pick<plan.ResultSection, 'name' | 'required' | '
 export type StationLoss = plan.LossSection;
 export type PlanLink = plan.Link;
 export type WeakMotion = plan.WeakMotion;
+export type NetworkJoin = plan.NetworkJoin;
 export type PlanNetwork = plan.NetworkSection;
 export type UnseenSurface = Frozen<plan.UnseenSurfaceSection>;
 export type PlanRoute = plan.RouteSection;

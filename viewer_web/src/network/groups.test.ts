@@ -4,7 +4,7 @@ import { joinPlaces } from '../ghost/join-places.ts';
 import { rgbOf } from '../heat/colors.ts';
 import type { PlanLink } from '../load/plan-json.ts';
 import { networkOf } from './graph.ts';
-import { GROUP_COLORS, groupColor, groupsOf, numberByStation, whyApart } from './groups.ts';
+import { GROUP_COLORS, groupColor, groupsOf, joinsInWords, numberByStation, whyApart } from './groups.ts';
 
 const COUNTING = { threshold: 0.3, minStrength: 0.001, minProbability: 0 };
 const link = (a: string, b: string, overlap: number, strength = 0.1): PlanLink =>
@@ -22,6 +22,15 @@ test('groups have members, colours, and the link that comes nearest to joining t
   ]);
   expect(numberByStation(groups).get('D')).toBe(3);
   expect(groupColor(1 + GROUP_COLORS.length)).toBe(groupColor(1));
+});
+
+test('stations that are there for the network alone have what they join in words', () => {
+  const joins = [
+    { stations: ['S003', 'S007'], n_groups: 2, floors: ['F0'] },
+    { stations: ['S009'], n_groups: 1, floors: ['F0'] },
+  ];
+  expect(joinsInWords(joins)).toBe('S003 S007: joins 2 groups\nS009: makes the network hold as set up');
+  expect(joinsInWords([])).toBe('');
 });
 
 test('white numbers are readable on the colour of every group', () => {

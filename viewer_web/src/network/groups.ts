@@ -1,6 +1,6 @@
 /** Groups of stations that do not register with each other: members, a colour each, and what comes nearest to joining them. */
 import { t } from '../language/language.ts';
-import type { PlanLink } from '../load/plan-json.ts';
+import type { NetworkJoin, PlanLink } from '../load/plan-json.ts';
 import { type Counting, linkPercent, type NetworkReport } from './graph.ts';
 import { lackInWords } from './link-groups.ts';
 
@@ -39,6 +39,16 @@ export function whyApart({ nearest }: Group, counting: Counting): string {
   const words = { a: nearest.a, b: nearest.b, percent: linkPercent(nearest, counting) };
   return t('nearest: {a} – {b}, {percent}, {lack}', { ...words, lack: lackInWords(nearest, counting) ?? '' });
 }
+
+/** What stations that no surface needs are there for, a line each cluster of them. */
+export const joinsInWords = (joins: readonly NetworkJoin[]): string =>
+  joins
+    .map(({ stations, n_groups: n }) =>
+      n > 1
+        ? t('{stations}: joins {n} groups', { stations: stations.join(' '), n })
+        : t('{stations}: makes the network hold as set up', { stations: stations.join(' ') }),
+    )
+    .join('\n');
 
 /** Number of the group of each station. */
 export function numberByStation(groups: readonly Group[]): ReadonlyMap<string, number> {

@@ -1,8 +1,9 @@
 /** The tab "Network": how the stations register with each other, what holds them together, and what is missing. */
 
 import { useState } from 'preact/hooks';
+import { hasEdits, stationsOf } from '../edit/review-stations.ts';
 import { plain, t } from '../language/language.ts';
-import type { PlanLink } from '../load/plan-json.ts';
+import type { NetworkJoin, PlanLink } from '../load/plan-json.ts';
 import { overlapNoun } from '../panels/figures.ts';
 import { Figure, Section } from '../panels/section.tsx';
 import { Badge } from '../panels/summary.tsx';
@@ -10,6 +11,7 @@ import type { Store } from '../store.ts';
 import { type Counting, countingOf, linkPercent, type NetworkReport, needsWords, networkOf } from './graph.ts';
 import { Graph } from './graph-view.tsx';
 import { GroupList } from './group-list.tsx';
+import { joinsInWords } from './groups.ts';
 import { LinkList } from './link-list.tsx';
 import { Matrix } from './matrix.tsx';
 import { strengthInWords } from './strength.ts';
@@ -35,6 +37,7 @@ export function NetworkTab({ store }: { store: Store }) {
           report={report}
           counting={counting}
           needs={needsWords(plan, overlapNoun(plan.requirements))}
+          joins={hasEdits(stationsOf(store)) ? [] : (plan.registration.joins ?? [])}
           store={store}
         />
       </Section>
@@ -115,9 +118,11 @@ interface FiguresProps {
   counting: Counting;
   /** What links need. */
   needs: string;
+  /** Of the plan as it was made: what stations are worth is another matter once some are edited. */
+  joins: readonly NetworkJoin[];
 }
 
-function Figures({ store, report, counting, needs }: FiguresProps) {
+function Figures({ store, report, counting, needs, joins }: FiguresProps) {
   const { components, bridges, articulations, weakest } = report;
   return (
     <dl class="figures" data-testid="network-figures">
@@ -154,6 +159,19 @@ function Figures({ store, report, counting, needs }: FiguresProps) {
           stations: [...articulations].join(' ') || t('none'),
         })}
       />
+      {joins.length > 0 && (
+        <Figure
+          name={t('Only for the network')}
+          hint={`${t('Stations that no required surface needs')}\n${joinsInWords(joins)}`}
+          value={joins
+            .flatMap(({ stations }) => stations)
+            .map((id) => (
+              <button key={id} type="button" class="link" onClick={() => store.chooseStation(id)}>
+                {id}
+              </button>
+            ))}
+        />
+      )}
       {weakest !== null && (
         <Figure
           name={t('Weakest link')}
