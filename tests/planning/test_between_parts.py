@@ -10,9 +10,10 @@ import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import BoolArray, FloatArray, PlacedDoor, PlanSettings, Proven
+from planner_core.model import BoolArray, FloatArray, PlacedDoor, PlanSettings, PriorStation, Proven, Role
 from planner_core.planning import between_parts
 from planner_core.planning.between_parts import with_joining_candidates
+from planner_core.planning.plan import _beside_the_survey
 from planner_core.planning.pool import Pool
 from planner_core.positions.allowed_positions import KINDS, AllowedPositions
 from planner_core.scanner.load_scanner import load_scanner
@@ -72,6 +73,17 @@ def test_they_may_be_out_of_scope_but_not_where_nobody_may_stand(
     assert n_parts(with_joining_candidates(pool, unsurveyed, engine)) == 1
     monkeypatch.setattr(type(places.site), "in_zone", lambda _, plan_m, __: np.ones(len(plan_m), dtype=bool))
     assert with_joining_candidates(pool, places, engine) is pool
+
+
+def test_stations_out_of_scope_are_named_but_not_those_that_somebody_gave(
+    two_rooms: tuple[Pool, AllowedPositions, ScanEngine],
+) -> None:
+    pool, places, _ = two_rooms
+    at, given = pool.take(np.arange(3)), PriorStation("G1", (0.0, 0.0, 1.6), Role.LOCKED)
+    unsurveyed = replace(places.site, scope=Nowhere(), prior=(given,))
+    (line,) = _beside_the_survey(unsurveyed, at, ["S002", "G1", "S001"])
+    assert line.startswith("stations S001, S002 stand out of scope, on the way between parts of the survey")
+    assert not list(_beside_the_survey(places.site, at, ["S001", "S002", "S003"]))
 
 
 def test_nothing_is_tried_in_a_shut_door(
