@@ -58,16 +58,21 @@ def with_joining_candidates(
 
 
 def _joining(pool: Pool, ways: list[tuple[FloatArray, float]], more: Candidates, observed: SeenPatches) -> BoolArray:
-    """(M,) bool: which of `more`, and what each sees, are linked, over others, too, to different parts around ways."""
+    """(M,) bool: which of `more`, and what each sees, are linked to candidates of different parts around the ways.
+
+    By themselves: a chain of several would be more stations than the join is worth.
+    """
     assert pool.links is not None
     middle_m = np.stack([middle_m for middle_m, _ in ways])
     around = is_near(_ground_m(pool.candidates), middle_m, _AROUND_M) & ~pool.excluded
     row = np.union1d(np.flatnonzero(around), np.array(pool.given, dtype=np.int64))
-    tried = extended(narrowed(pool, row), more, observed, joins=True)
-    assert tried.links is not None
-    pairs = np.unique(np.column_stack([tried.links.part[: row.size], pool.links.part[row]]), axis=0)
-    joined, n_parts = np.unique(pairs[:, 0], return_counts=True)
-    return np.isin(tried.links.part[row.size :], joined[n_parts > 1])
+    links = extended(narrowed(pool, row), more, observed, joins=True).links
+    assert links is not None
+    owner = np.repeat(np.arange(links.n_candidates), np.diff(links.starts))
+    out = (owner >= row.size) & (links.neighbour < row.size)
+    pairs = np.column_stack([owner[out] - row.size, pool.links.part[row[links.neighbour[out]]]])
+    number, n_parts = np.unique(np.unique(pairs, axis=0)[:, 0], return_counts=True)
+    return np.isin(np.arange(more.floor.size), number[n_parts > 1])
 
 
 def _ways(pool: Pool, places: AllowedPositions) -> Iterator[tuple[FloatArray, float]]:

@@ -102,12 +102,16 @@ def choose(
         on_grid = choice
         is_refined = not pool.kept and settings.refine and _goes_on(choice, budget)
         if pool.kept:
-            choice = _replanned(choice, budget, progress)
+            choice, with_all = _replanned(choice, budget, progress)
         elif is_refined:
             choice = _refined(choice, places, engine, budget, progress)
         may_change = not (pool.kept or pool.loops)  # a redundant network outlasts the failure of any link
         changes = budget if may_change else None
         choice = _as_set_up(choice, places, tolerance_m, engine, progress, budget=changes)
+        if pool.kept and _stations_that_hold(choice) > (False, len(choice.chosen)):
+            # What is not needed on the marks may be what makes the network hold beside them.
+            with_all = _as_set_up(with_all, places, tolerance_m, engine, progress)
+            choice = min(choice, with_all, key=_stations_that_hold)
         if is_refined and len(choice.chosen) > len(on_grid.chosen):
             # What holds of the grid alone may take fewer than what holds off it.
             held = _as_set_up(on_grid, places, tolerance_m, engine, progress, budget=changes)
@@ -182,8 +186,9 @@ def _select(
     return found
 
 
-def _replanned(choice: Choice, budget: _Budget, progress: Progress) -> Choice:
-    """Keep the earlier plan's stations, add the fewest that are missing, drop those that are not needed any more.
+def _replanned(choice: Choice, budget: _Budget, progress: Progress) -> tuple[Choice, Choice]:
+    """Keep the earlier plan's stations, add the fewest that are missing, drop those that are not needed any more; and
+    the same without dropping any.
 
     Of the plan from scratch only its bound and its number of stations are reported.
     """
@@ -194,13 +199,18 @@ def _replanned(choice: Choice, budget: _Budget, progress: Progress) -> Choice:
     filled = _select(pool, left, progress, given=stays)
     needed = drop_redundant(pool.problem, list(filled.chosen), given=pool.given, network=pool.network)
     chosen = polish(pool.problem, needed, network=pool.network, given=pool.given, keep=pool.kept)
+    why_stopped = INTERRUPTED if filled.why_stopped == INTERRUPTED else choice.why_stopped
+    return _instead(choice, chosen, why_stopped), _instead(choice, filled.chosen, why_stopped)
+
+
+def _instead(choice: Choice, chosen: tuple[int, ...], why_stopped: str) -> Choice:
+    """Stations chosen for the sake of earlier ones in place of those from scratch."""
     lines = []
     if len(choice.chosen) < len(chosen):
         lines.append(
             f"planning again with stations of the earlier plan takes {len(chosen)} stations; from scratch, "
             f"{len(choice.chosen)}"
         )
-    why_stopped = INTERRUPTED if filled.why_stopped == INTERRUPTED else choice.why_stopped
     if why_stopped == PROVEN and len(chosen) > choice.lower_bound:
         why_stopped = KEPT
     return replace(choice, chosen=chosen, why_stopped=why_stopped, warnings=(*choice.warnings, *lines))

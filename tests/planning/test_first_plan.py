@@ -201,15 +201,17 @@ def test_what_is_worth_a_look_is_thinned_where_memory_does_not_hold_it(
 @pytest.mark.slow
 @pytest.mark.parametrize("role", [Role.LOCKED, Role.KEPT])
 def test_a_large_site_is_planned_with_fewer_candidates_and_hardly_more_stations(
-    told: tuple[Plan, list[ProgressEvent]], comb: PlanSettings, role: Role, monkeypatch: pytest.MonkeyPatch
+    comb: PlanSettings, role: Role, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("planner_core.planning.first_plan._LARGE", 100)
     scene = scenes_synthetic.build("corridor-comb").scene
     prior = PriorStation("L1", tuple((np.array([0.8, 0.8, 1.5]) + scene.offset_m).tolist()), role)
-    plan = make_plan(scene, replace(comb, site=Site(prior=(prior,))))
+    settings = replace(comb, site=Site(prior=(prior,)))
+    whole = make_plan(scene, settings)
+    monkeypatch.setattr("planner_core.planning.first_plan._LARGE", 100)
+    plan = make_plan(scene, settings)
     (line,) = (line for line in plan.warnings if line.startswith("candidates:"))
     assert plan.n_candidates == int(line.split()[1]) < 150
     assert all(result.met for result in plan.requirements)
-    assert len(plan.stations) <= len(told[0].stations) + 1
-    assert plan.registration is not None
-    assert len(plan.registration.networks) == len(told[0].registration.networks)
+    assert len(plan.stations) <= len(whole.stations) + 1
+    assert plan.registration is not None and whole.registration is not None
+    assert len(plan.registration.networks) == len(whole.registration.networks)
