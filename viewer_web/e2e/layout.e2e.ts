@@ -10,6 +10,11 @@ const { plan, ground, stationsOf } = new PlanFiles(inject('planFolder'));
 const [first, second] = stationsOf(ground.id);
 const ids = plan.stations.map(({ id }) => id);
 const { components } = networkOf(ids, plan.registration.links, countingOf(plan));
+/** Of another group than the largest, and not looked at by itself. */
+const removed = components
+  .slice(1)
+  .flat()
+  .filter((id) => id !== first.id && id !== second.id)[0];
 const openPage = viewerPages();
 
 const FINGERS = { hasTouch: true, isMobile: true } as const;
@@ -59,7 +64,7 @@ const STATES: readonly [string, (viewer: ViewerPage) => Promise<unknown>][] = [
       const [x, y, z] = second.position;
       const to = { position_m: [x + 0.3, y, z], instrument_height_m: null, floor: ground.id } satisfies Pose;
       const moved = moveStation(second.id, to);
-      expect(await viewer.changeAs('Ada', moved, removeStation(components[1][0]))).toBe(200);
+      expect(await viewer.changeAs('Ada', moved, removeStation(removed))).toBe(200);
       await page.locator('.draft-bar .segments').waitFor();
       await viewer.marker(first.id).press('Enter');
       await page.getByTestId('live-note').waitFor({ state: 'detached' });
