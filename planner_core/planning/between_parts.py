@@ -36,7 +36,7 @@ _BEYOND_M, _STEP_M, _MOST_PLACES = 0.5, 0.3, 40
 _RISE_M = 1.5
 #: Ways whose middle is nearer than this to that of a shut door lead through it.
 _DOOR_M = 1.0
-#: Nearer to a candidate nothing new is seen; farther from the middle of a way candidates are not looked at.
+#: Nearer to a candidate there is nothing new; links to candidates farther from the middle of a way do not matter.
 _NEAR_M, _AROUND_M = 0.15, 8.0
 
 
