@@ -15,7 +15,7 @@ import numpy as np
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, Candidates, FloatArray, Int64Array, Scene
 from planner_core.planning.first_plan import far_apart
-from planner_core.planning.pool import Pool, extended, narrowed
+from planner_core.planning.pool import Pool, extended, narrowed, without_dispensable
 from planner_core.positions.admissibility import RefusalTally
 from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.positions.candidates import at_heights, candidates_of, is_near
@@ -54,7 +54,8 @@ def with_joining_candidates(
     joining = np.flatnonzero(_joining(pool, ways, more, observed))
     if not joining.size:
         return pool
-    return extended(pool, more.take(joining), observed.take(joining.tolist()), joins=True, progress=progress)
+    joined = extended(pool, more.take(joining), observed.take(joining.tolist()), joins=True, progress=progress)
+    return without_dispensable(joined)
 
 
 def _joining(pool: Pool, ways: list[tuple[FloatArray, float]], more: Candidates, observed: SeenPatches) -> BoolArray:

@@ -205,10 +205,10 @@ def make_pool(
         excluded=np.zeros(candidates.floor.size, dtype=bool),
         scanned=tuple(scanned.tolist()),
     )
-    return _without_dispensable(pool)
+    return without_dispensable(pool)
 
 
-def _without_dispensable(pool: Pool) -> Pool:
+def without_dispensable(pool: Pool) -> Pool:
     """Exclude the candidates of parts of the network that a plan can do without."""
     if pool.links is None:
         return pool
@@ -270,14 +270,13 @@ def extended(
     if pool.links is not None:
         found = _links(pool.survey, pool.demand, position_m, rows, pool.scanned, progress)
         links = found if found is None or joins else _within_parts(found, pool.links.part, pool.excluded)
-    larger = replace(
+    return replace(
         pool,
         candidates=_both(pool.candidates, more),
         rows=rows,
         links=links,
         excluded=_excluded_later(pool, links, n=pool.n_candidates + int(more.floor.size)),
     )
-    return _without_dispensable(larger) if joins else larger
 
 
 def narrowed(pool: Pool, rows: Int64Array) -> Pool:

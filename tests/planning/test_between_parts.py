@@ -61,6 +61,10 @@ def test_places_in_a_doorway_without_candidates_join_two_rooms(
     assert n_parts(joined) == 1
     more_m = joined.candidates.position_m[pool.n_candidates :, :2] + pool.survey.scene.offset_m[:2]
     assert (np.linalg.norm(more_m - DOOR_M, axis=1) < 2.2).all()
+    assert joined.links is not None and pool.links is not None
+    for row in range(pool.n_candidates, joined.n_candidates):
+        linked = joined.links.neighbour[joined.links.row(row)]
+        assert set(pool.links.part[linked[linked < pool.n_candidates]].tolist()) == {0, 1}, "each joins by itself"
     assert joined.constraints is pool.constraints, "places that come later change no requirement"
     assert with_joining_candidates(joined, places, engine) is joined, "one part has nothing to join"
 
