@@ -95,7 +95,8 @@ typecheck: $(DEV)
 imports: $(DEV)
 	$(BIN)/lint-imports
 
-PYTEST := $(BIN)/pytest -q -n 2 --dist loadgroup
+# Two workers at a time: threads of linear algebra would wait for each other.
+PYTEST := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -q -n 2 --dist loadgroup
 
 pytest: $(DEV) $(VIEWER) system-tests ## the Python tests but the slow ones
 	$(PYTEST) -m "not slow" $(PYTEST_ARGS)

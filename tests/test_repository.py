@@ -167,6 +167,7 @@ def test_wheel_puts_no_generic_name_into_site_packages(wheel: zipfile.ZipFile) -
     }
 
 
+@pytest.mark.slow
 def test_wheel_holds_kernels_scanners_and_the_built_viewer(wheel: zipfile.ZipFile) -> None:
     names = set(wheel.namelist())
     for folder, pattern, inside in [

@@ -64,6 +64,7 @@ def test_several_files_are_one_list(source: PlanSource, tmp_path: Path) -> None:
         read_actual([a, a], source)
 
 
+@pytest.mark.slow
 def test_a_folder_of_e57_files_is_one_list(source: PlanSource, tmp_path: Path) -> None:
     for each in source.stations[:2]:
         write_e57(tmp_path / f"{each.id}.e57", {each.id: each.site_m})

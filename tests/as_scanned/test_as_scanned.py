@@ -170,6 +170,7 @@ def crew_set_up(shared_plan: Callable[[str], SharedPlan]) -> tuple[LivePlan, Pla
     pytest.fail("no set-up breaks a link: this plan shows nothing")
 
 
+@pytest.mark.slow
 def test_a_crew_within_ten_centimetres_has_the_network_that_the_plan_promises(
     crew_set_up: tuple[LivePlan, PlanSource, list[GivenStation]],
 ) -> None:
@@ -272,6 +273,7 @@ def test_purposes_of_further_stations_are_those_of_evaluations(
         assert told == (apart if len(apart) > 1 else set())
 
 
+@pytest.mark.slow
 def test_one_floor_is_compared_with_the_others_as_planned(live: LivePlan, source: PlanSource, tmp_path: Path) -> None:
     here, there = (source.stations_of(floor.id) for floor in source.floors)
     assert len(here) > 1
@@ -320,6 +322,7 @@ def test_no_further_stations_are_planned_where_one_alone_suffices_not(live: Live
     assert len(plan_rescan(live, found).further) == 1
 
 
+@pytest.mark.slow
 def test_ground_points_take_the_planned_instrument_height(live: LivePlan, source: PlanSource, tmp_path: Path) -> None:
     lines = [f"{each.id},{','.join(f'{v:.4f}' for v in each.site_ground_m)}" for each in source.stations]
     (tmp_path / "ground.csv").write_text("\n".join(lines))

@@ -14,6 +14,7 @@ from planner_core.device import Device, list_devices
 pytestmark = pytest.mark.opencl
 
 
+@pytest.mark.slow
 def test_an_installation_is_healthy_unless_something_that_is_needed_is_not(
     tlsplan: Callable[..., "subprocess.CompletedProcess[str]"], monkeypatch: pytest.MonkeyPatch
 ) -> None:

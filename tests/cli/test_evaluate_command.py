@@ -33,6 +33,7 @@ def test_plans_are_verified_unless_by_the_papers_preset_or_told_not_to(
     assert (paper["judge"], paper["settings"]["scan_mode"]) == (None, "beams")
 
 
+@pytest.mark.slow
 def test_the_check_is_printed_beside_the_plan(tmp_path: Path, tlsplan: Callable[..., Any]) -> None:
     building, stations = tmp_path / "box.ifc", tmp_path / "mine.csv"
     scenes_synthetic.write(scenes_synthetic.build("box"), building)

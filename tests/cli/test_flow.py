@@ -276,6 +276,7 @@ def test_demo_keeps_a_file_of_the_name_its_building_would_get(tlsplan: Tlsplan, 
     assert list(tmp_path.iterdir()) == [mine]
 
 
+@pytest.mark.slow
 def test_demo_goes_on_where_an_interrupted_one_left_its_building(
     tlsplan: Tlsplan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -139,6 +139,7 @@ def test_a_name_that_is_no_utf8_is_refused_before_any_work(
         assert r"b\xff\xe9.obj, expected one in UTF-8" in done.stderr
 
 
+@pytest.mark.slow
 def test_a_locale_of_another_encoding_knows_names_all_the_same(box: Path, tmp_path: Path) -> None:
     named = box.rename(tmp_path / "Größe 日本.obj")
     done = run("floors", named, LC_ALL="C", PYTHONUTF8="0", PYTHONCOERCECLOCALE="0")

@@ -131,6 +131,7 @@ def test_a_run_of_another_server_is_told_to_go_on(view: View, tmp_path: Path) ->
     assert said.startswith("run R007 continues") and "start `tlsplan view` again" in said
 
 
+@pytest.mark.slow
 def test_a_drawing_is_recognised_and_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shown: list[Path] = []
     monkeypatch.setattr(serve, "serve", lambda plan, **_: shown.append(plan))

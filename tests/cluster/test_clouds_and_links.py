@@ -142,6 +142,7 @@ def test_a_full_disk_here_leaves_nothing(look: Look, tmp_path: Path, monkeypatch
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_slow_worker_does_not_hold_the_scans(look: Look, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     sound, held = each_station.StationClouds.do, list[Place]()
 

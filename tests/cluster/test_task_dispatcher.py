@@ -51,6 +51,7 @@ def test_what_workers_see_is_what_one_process_sees(look: Look, n_workers: int) -
     assert told == []
 
 
+@pytest.mark.slow
 def test_a_plan_over_workers_has_the_bytes_of_one_process() -> None:
     scene = scenes_synthetic.build("two-rooms").scene
     with cluster_of(2) as (cluster, told), spread_over(cluster):

@@ -85,6 +85,7 @@ def test_memory_that_suffices_for_fewer_candidates_at_a_time_gives_the_same_plan
     assert documents[0] == documents[1]
 
 
+@pytest.mark.slow
 def test_without_a_device_open3d_scans_and_a_warning_is_in_the_document_too(
     command: Command, scene_file: Path, tmp_path: Path, faults: SimpleNamespace
 ) -> None:

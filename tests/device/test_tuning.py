@@ -354,6 +354,7 @@ def test_doctor_shows_how_long_a_start_takes(monkeypatch: pytest.MonkeyPatch) ->
     assert "tlsplan.start_time" in failed.remedy
 
 
+@pytest.mark.slow
 def test_a_start_that_takes_too_long_is_told_as_one_that_failed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(start_time, "_TIME_LIMIT_S", 0.001)
     assert start_time.cached_s() is None

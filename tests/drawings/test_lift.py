@@ -158,6 +158,7 @@ def test_heights_that_fit_no_room_are_refused(heights, words):
         Heights(**heights)
 
 
+@pytest.mark.slow
 def test_drawing_that_takes_too_much_memory_in_child_is_one_line(drawn, monkeypatch):
     assert len(lift_drawings([drawn]).storeys[0].rooms) == 2
     monkeypatch.setenv("TLSPLAN_READ_MEMORY_GB", "0.01")

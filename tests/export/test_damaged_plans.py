@@ -60,6 +60,7 @@ def n_exported(name: str, folder: Path, damages: range, monkeypatch: pytest.Monk
     return n_written
 
 
+@pytest.mark.slow
 def test_damaged_plans_are_exported_or_refused_in_one_line(box_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Six damages of its own for each format."""
     n_written = [

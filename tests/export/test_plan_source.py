@@ -248,6 +248,7 @@ def test_a_planned_scene_brings_its_own_coordinates(box_folder: Path) -> None:
         assert np.abs(plan.frame.to_scene(station.site_m) - station.position_m).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_a_plan_of_an_earlier_version_is_in_scene_coordinates(box_folder: Path) -> None:
     file = box_folder / "plan" / "plan.json"
     document = json.loads(file.read_text())

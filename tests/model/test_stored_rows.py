@@ -132,6 +132,7 @@ def test_a_budget_that_is_no_size_is_told(said: str, monkeypatch: pytest.MonkeyP
         stored_rows.visibility_budget()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "mode"),
     [

@@ -187,6 +187,7 @@ def test_links_are_drawn_between_stations_of_a_floor_and_others_are_named(plan: 
     assert not bare.near(4.0, 2.1, LINKS[2].colour, within_m=0.1)
 
 
+@pytest.mark.slow
 def test_maps_show_the_walk_on_one_and_links_on_the_other(walked: Plan, engine: ScanEngine, tmp_path: Path) -> None:
     view = view_floor(walked, 0, engine=engine)
     share = {}

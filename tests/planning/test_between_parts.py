@@ -69,6 +69,7 @@ def test_places_in_a_doorway_without_candidates_join_two_rooms(
     assert with_joining_candidates(joined, places, engine) is joined, "one part has nothing to join"
 
 
+@pytest.mark.slow
 def test_they_may_be_out_of_scope_but_not_where_nobody_may_stand(
     two_rooms: tuple[Pool, AllowedPositions, ScanEngine], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -222,6 +222,7 @@ def test_too_few_points_are_refused(box_plan: SharedPlan) -> None:
         check_independently(plan, open_engine(plan.survey.scene, plan.survey.patches), n_points=10)
 
 
+@pytest.mark.slow
 def test_a_plan_that_says_too_much_is_told_so() -> None:
     """By beams whole patches count, which overlap the walls: some per cent too much. By samples nothing is off."""
     for scan_mode, n_lines in ((VisibilityMode.BEAMS, 1), (VisibilityMode.PATCHES, 0)):

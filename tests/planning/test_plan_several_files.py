@@ -72,6 +72,7 @@ def test_plan_on_parts_is_the_plan_on_the_whole(split: Split, tmp_path: Path) ->
     assert split.plan.coverage.covered_area_m2 == pytest.approx(whole.coverage.covered_area_m2, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_plan_json_lists_files_and_finds_them_again(split: Split, tmp_path: Path) -> None:
     folder, files = moved(split, tmp_path)
     document = read_plan_json(folder)

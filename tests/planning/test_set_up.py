@@ -101,6 +101,7 @@ class Figures:
         return self.overlap(one, other) >= LEAST_OVERLAP and self.probability(one, other, *at_m) >= LEAST_PROBABILITY
 
 
+@pytest.mark.slow
 def test_a_link_is_as_good_as_its_worst_pair_of_places(pooled: Pooled) -> None:
     pool, engine, _ = pooled
     assert pool.links is not None

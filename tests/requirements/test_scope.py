@@ -212,6 +212,7 @@ def test_positions_far_from_ground_are_on_neither_side() -> None:
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_plan_json_says_the_scope_and_planning_or_evaluating_again_agrees() -> None:
     boxes = (PLOT, FLOOR, ROOF, NORTH, EAST, WEST, *SOUTH_WITH_GAP, ((1.0, 1.0, 0.0), (1.8, 1.8, 0.7)))
     scene = scene_of(boxes)

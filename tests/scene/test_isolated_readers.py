@@ -164,6 +164,7 @@ def building_text(tmp_path_factory, write_building) -> str:
     return path.read_text()
 
 
+@pytest.mark.slow
 def test_element_that_hangs_is_found(tmp_path, building_text, monkeypatch):
     """Past the checks that would refuse the file: what IfcOpenShell does with an id that is no text."""
     monkeypatch.setattr(child_process, "ASLEEP_S", 2.0)

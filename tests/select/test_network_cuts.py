@@ -146,6 +146,7 @@ def test_joining_raises_the_bound_where_coverage_alone_is_cheap():
     assert (alone.lower_bound, joined.lower_bound) == (2, 7)
 
 
+@pytest.mark.slow
 def test_nonsense_of_the_solver_leaves_the_bound_with_network_valid(monkeypatch):
     rng = np.random.default_rng(0)
 

@@ -117,6 +117,7 @@ def test_several_looks_and_loops_are_refused():
         RuinRecreate(problem, range(8), network=network)
 
 
+@pytest.mark.slow
 def test_large_selection_takes_the_set_of_fewest_components_and_bounds_those():
     problem, network, graph = instance(9, n=40, r=400, linked=0.35, reach=0.08)
     found = select_large(problem, Proven(work_limit=0.4), network=network)

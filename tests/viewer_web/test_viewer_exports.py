@@ -123,6 +123,7 @@ def test_one_is_made_at_a_time(ask: Ask, monkeypatch: pytest.MonkeyPatch) -> Non
     assert (answers[0].status_code, answers[0].json()["message"]) == (422, "csv: enough")
 
 
+@pytest.mark.slow
 def test_what_takes_too_long_or_gets_too_large_is_ended_with_the_way_around(plan_folder: Path) -> None:
     session = Session(plan_folder)
     with pytest.raises(PlannerError, match=r"took more than 0 s.*tlsplan export --format csv"):

@@ -32,6 +32,7 @@ except KeyboardInterrupt:
 """
 
 
+@pytest.mark.slow
 def test_serve_announces_an_address_that_answers_and_an_interrupt_ends_it_while_pages_listen(
     plan_folder: Path, built_app: Path
 ) -> None:

@@ -136,6 +136,7 @@ def test_a_warning_is_said_once_a_command(tmp_path: Path, monkeypatch: pytest.Mo
     assert "**Not tested.**" in (tmp_path / "figB.md").read_text()
 
 
+@pytest.mark.slow
 def test_fig16_without_a_device_times_the_host_and_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def no_device(name: str | None = None) -> Device:
         raise DeviceError("there is none")

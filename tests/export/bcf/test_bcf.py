@@ -387,6 +387,7 @@ def pointed_at(topic: Topic, place_m: FloatArray) -> bool:
     return bool(np.allclose(towards / np.linalg.norm(towards), topic.vector("CameraDirection"), atol=1e-4))
 
 
+@pytest.mark.slow
 def test_comments_look_at_their_station_element_pin_or_building(
     room_folder: Path, triangles: dict[str, FloatArray]
 ) -> None:
@@ -484,6 +485,7 @@ def test_elements_of_other_formats_are_told_by_their_own_ids(rewritten: Callable
     assert remarks[2] == "cameras have z up, the scene file Y"
 
 
+@pytest.mark.slow
 def test_cameras_stay_in_the_coordinates_of_the_first_file_whatever_the_site_has(
     room_folder: Path, rewritten: Callable[..., Path]
 ) -> None:

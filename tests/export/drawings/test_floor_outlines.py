@@ -63,6 +63,7 @@ def test_outer_rings_run_counter_clockwise_and_openings_clockwise(house: PlanSou
     assert [shapely.is_ccw(ring) for ring in upper.interiors] == [False]
 
 
+@pytest.mark.slow
 def test_areas_on_earth_are_those_of_the_scene(house_in_munich: PlanSource, ground: list[Any], tmp_path: Path) -> None:
     import pyproj
 

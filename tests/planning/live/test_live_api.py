@@ -305,6 +305,7 @@ def test_names_that_are_not_there_are_not_found(desk: Desk, path: str) -> None:
     assert "expected" in answer.json()["message"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "mode", [GenerationMode.POSITIVE, pytest.param(GenerationMode.NEGATIVE, marks=pytest.mark.slow)]
 )

@@ -62,6 +62,7 @@ def assert_figures_are_of(live: LivePlan, document: dict[str, Any]) -> None:
     )
 
 
+@pytest.mark.slow
 def test_parts_of_patches_count_as_in_the_plan(planned: Planned, tmp_path: Path) -> None:
     """By samples, a patch counts as far as candidates see it, which the folder keeps."""
     without = replace(SETTINGS["house"].requirements, network="none")  # whose stations join may stand off the grid
@@ -105,6 +106,7 @@ def test_places_off_the_grid_have_the_figures_of_the_plan_to_the_last_bit(
     assert found.links == plan.links
 
 
+@pytest.mark.slow
 def test_what_is_left_unseen_is_what_the_plan_holds_not_worth_a_station(
     planned: Planned, asking: PlanSettings, asking_house: LivePlan
 ) -> None:

@@ -70,6 +70,7 @@ def test_losses_are_what_the_plan_evaluated_without_the_station_lacks(live: Live
     assert n_broken > 0, "no requirement hangs on one station: the test says little"
 
 
+@pytest.mark.slow
 def test_losses_are_those_of_a_list_evaluated_from_scratch(planned: Planned, asking: PlanSettings) -> None:
     _, plan = planned("two-rooms", asking)
     scene = plan.survey.scene
@@ -89,6 +90,7 @@ def test_losses_are_those_of_a_list_evaluated_from_scratch(planned: Planned, ask
     assert n_lost > 1
 
 
+@pytest.mark.slow
 def test_patches_are_lost_that_others_see_too_coarsely_or_too_noisily(
     planned: Planned, noisy: PlanSettings, noisy_rooms: LivePlan
 ) -> None:

@@ -161,6 +161,7 @@ def test_heights_that_the_tripod_does_not_have_are_refused(house: LivePlan) -> N
     assert house.snap(house.draft, house.draft.stations[0].floor, at, high_m).admissible
 
 
+@pytest.mark.slow
 def test_georeferenced_places_are_few_digits_and_come_back_the_same(far_plan: LivePlan) -> None:
     live = far_plan
     offset_m = live.survey.scene.offset_m

@@ -195,6 +195,7 @@ def test_who_may_only_read_sees_runs_and_begins_none(asking: Callable[..., Ask])
     assert runs.asked == [("get", "R001")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("answer", [RUN, RunBusyError("busy")])
 @pytest.mark.parametrize(
     "mode", [GenerationMode.POSITIVE, pytest.param(GenerationMode.NEGATIVE, marks=pytest.mark.slow)]

@@ -47,6 +47,7 @@ def make_run(hall: Path, folder: Path, request: RunRequest) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_run_writes_the_plan_that_was_asked_for_and_tells_its_figures(hall: Path, tmp_path: Path) -> None:
     request = RunRequest(requirements={"coverage": "70 %"}, time_limit_s=0.5)
     folder = make_run(hall, tmp_path / "R001", request)
