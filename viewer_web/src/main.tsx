@@ -7,7 +7,7 @@ import { UndoMemory } from './api/undo-memory.ts';
 import type { DrawingView } from './drawing/drawing-view.tsx';
 import { DEFAULT_CUT_M, extentsOf } from './floors/cut.ts';
 import { TIMES_SEEN } from './heat/layers.ts';
-import { language } from './language/language.ts';
+import { language, loadTexts } from './language/language.ts';
 import { fetchFieldPlan, fetchPlan } from './load/fetch-plan.ts';
 import { OWN_PLAN, planBaseOf } from './load/plan-base.ts';
 import type { PlanJson } from './load/plan-json.ts';
@@ -38,7 +38,7 @@ async function start(): Promise<void> {
   const drawing = signal<typeof DrawingView | null>(null);
   effect(() => {
     if (store.page.value !== 'drawing' && store.phase.value.kind !== 'drawing') return;
-    void import('./drawing/drawing-view.tsx').then((part) => {
+    void withTexts(() => import('./drawing/drawing-view.tsx')).then((part) => {
       drawing.value = part.DrawingView;
     });
   });
@@ -57,6 +57,12 @@ async function start(): Promise<void> {
     // What is not a damaged plan is a fault of ours: let the console have where it happened.
     if (!(error instanceof PlanLoadError)) throw error;
   }
+}
+
+/** Texts are looked up as the modules are loaded. */
+async function withTexts<Part>(load: () => Promise<Part>): Promise<Part> {
+  await loadTexts(language, 'rest');
+  return load();
 }
 
 const PAGES: readonly PageId[] = ['plan', 'field', 'drawing'];
@@ -93,7 +99,7 @@ async function openField(store: Store): Promise<void> {
 async function openPlan(store: Store, workspace: Signal<typeof Workspace | null>): Promise<void> {
   const [loaded, part] = await Promise.all([
     fetchPlan(store.planBase.value, onStepOf(store)),
-    import('./panels/workspace.tsx'),
+    withTexts(() => import('./panels/workspace.tsx')),
   ]);
   name(loaded.plan);
   const { page } = store;

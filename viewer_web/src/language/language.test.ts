@@ -1,8 +1,9 @@
 import { join } from 'node:path';
 import { IntlMessageFormat } from 'intl-messageformat';
 import { expect, test } from 'vitest';
-import { sourceTexts, textsOf } from '../testing/source-texts.ts';
+import { loadedWith, sourceTexts, textsOf } from '../testing/source-texts.ts';
 import { formatMessage } from './format-message.ts';
+import { FIRST } from './german/first.ts';
 import { GERMAN } from './german/index.ts';
 import { decimal, inSentence, languageOf, loadTexts, type Message, plain, t, translated } from './language.ts';
 
@@ -24,6 +25,17 @@ test('every text of the catalogue is said somewhere, and every text that is said
   const said = new Set(TEXTS.flatMap(({ messages }) => messages));
   expect(Object.keys(GERMAN).filter((message) => !said.has(message))).toEqual([]);
   expect([...said].filter((message) => !Object.hasOwn(GERMAN, message))).toEqual([]);
+});
+
+test.each([
+  ['main.tsx', 'field/field-view.tsx'],
+  ['load/stage-worker.ts', 'load/stage.ts'],
+])('what %s loads has its texts in the part that is loaded first', (file, one) => {
+  const sources = loadedWith(file, TEXTS);
+  expect(sources.map((source) => source.file)).toContain(one);
+  expect(sources.map((source) => source.file)).not.toContain('panels/workspace.tsx');
+  const said = sources.flatMap(({ messages }) => messages);
+  expect(said.filter((message) => !Object.hasOwn(FIRST, message))).toEqual([]);
 });
 
 test.each(Object.entries(GERMAN))('%s has the same placeholders in German', (english, german) => {
@@ -97,7 +109,8 @@ test('the language is the chosen one, then the first of the browser that there i
 });
 
 test('tests speak English, and German has its own plurals and numbers', async () => {
-  await loadTexts('de');
+  await loadTexts('de', 'first');
+  await loadTexts('de', 'rest');
   const stations: Message = '{n, plural, one {# station} other {# stations}}';
   expect(t('{n, plural, one {# station} other {# stations}}', { n: 12345 })).toBe('12,345 stations');
   expect(translated('de', stations, { n: 1 })).toBe('1 Standpunkt');

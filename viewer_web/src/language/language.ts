@@ -19,11 +19,16 @@ type Values<Text extends string> = [Placeholders<Text>] extends [never]
   ? []
   : [values: Readonly<Record<Placeholders<Text>, string | number>>];
 
-type Texts = Readonly<Record<Message, string>>;
+type Texts = Readonly<Partial<Record<Message, string>>>;
+/** What a page loads first, which is all that the field view runs, and what comes with the whole plan. */
+type Part = 'first' | 'rest';
 
 /** Each in a file of its own, fetched where it is needed. */
-const OTHERS: Readonly<Record<Exclude<Language, 'en'>, () => Promise<Texts>>> = {
-  de: async () => (await import('./german/index.ts')).GERMAN,
+const OTHERS: Readonly<Record<Exclude<Language, 'en'>, Readonly<Record<Part, () => Promise<Texts>>>>> = {
+  de: {
+    first: async () => (await import('./german/first.ts')).FIRST,
+    rest: async () => (await import('./german/rest.ts')).REST,
+  },
 };
 const loaded = new Map<Language, Texts>();
 const KEY = 'tlsplan-language';
@@ -40,12 +45,14 @@ export function languageOf(chosen: string | null, preferred: readonly string[]):
 export const language: Language =
   typeof document === 'undefined' ? 'en' : languageOf(window.localStorage.getItem(KEY), navigator.languages);
 
-/** Have the texts of a language at hand. */
-export async function loadTexts(to: Language): Promise<void> {
-  if (to !== 'en') loaded.set(to, await OTHERS[to]());
+/** Have a part of the texts of a language at hand. */
+export async function loadTexts(to: Language, part: Part): Promise<void> {
+  if (to === 'en') return;
+  const texts = await OTHERS[to][part]();
+  loaded.set(to, { ...loaded.get(to), ...texts });
 }
 // Modules that import this one wait for it: their texts are looked up as they are loaded.
-await loadTexts(language);
+await loadTexts(language, 'first');
 
 /** Keep it, and show the page in it. The address holds what is shown. */
 export function chooseLanguage(chosen: Language): void {

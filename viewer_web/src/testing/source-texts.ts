@@ -1,6 +1,6 @@
 /** What the sources say: the messages they ask the catalogue for, and the texts that bypass it. */
 import { readdirSync, readFileSync } from 'node:fs';
-import { join } from 'node:path';
+import { join, posix } from 'node:path';
 import { parseAst } from 'vite';
 
 interface Node {
@@ -14,6 +14,8 @@ export interface SourceTexts {
   readonly messages: readonly string[];
   /** Texts for people that are not asked of the catalogue. */
   readonly literals: readonly string[];
+  /** Sources that are loaded before this one. */
+  readonly imports: readonly string[];
 }
 
 /** Attributes that people read or hear, of elements and of our components. */
@@ -70,7 +72,29 @@ export function textsOf(file: string, source: string): SourceTexts {
     }
   };
   visit(ast, null, false);
-  return { file, messages, literals };
+  const imports = (ast.body as Node[]).filter(isLoaded).map(({ source: from }) => String((from as Node).value));
+  const here = imports.filter((path) => path.startsWith('.')).map((path) => posix.join(posix.dirname(file), path));
+  return { file, messages, literals, imports: here };
+}
+
+/** An import of more than types. */
+function isLoaded({ type, importKind, specifiers }: Node): boolean {
+  if (type !== 'ImportDeclaration' || importKind === 'type') return false;
+  const names = specifiers as Node[];
+  return names.length === 0 || names.some((name) => name.importKind !== 'type');
+}
+
+/** A source with all that it loads; not what it fetches later. */
+export function loadedWith(file: string, sources: readonly SourceTexts[]): SourceTexts[] {
+  const found = new Set<SourceTexts>();
+  const add = (name: string): void => {
+    const source = sources.find((one) => one.file === name);
+    if (source === undefined || found.has(source)) return;
+    found.add(source);
+    source.imports.forEach(add);
+  };
+  add(file);
+  return [...found];
 }
 
 /** What stands in these is seen where they are. */

@@ -62,9 +62,6 @@ export const EDIT = {
   'Nothing to redo': 'Nichts zu wiederholen',
   'Redo: {redo} (Ctrl-Shift-Z)': 'Wiederholen: {redo} (Strg-Umschalt-Z)',
   'best {n}': 'beste {n}',
-  '{n} moved': '{n} verschoben',
-  '{n} added': '{n} hinzugefügt',
-  '{n} removed': '{n} entfernt',
   'Preparing live editing': 'Live-Bearbeitung wird vorbereitet',
   'ground of {floor}: {n} cells, expected {expected}': 'Boden von {floor}: {n} Zellen, erwartet {expected}',
   'Already a walkable floor: nothing to mark.': 'Schon begehbarer Boden: nichts zu markieren.',
@@ -219,5 +216,4 @@ export const EDIT = {
     'In den beiden Plänen sind andere Türen offen: Verglichen werden die Zahlen, nicht was von jeder Fläche zu sehen ist.',
   'Live figures take doors as planned until you plan again.':
     'Live-Zahlen nehmen Türen wie geplant, bis Sie neu planen.',
-  entrance: 'Eingang',
 } as const;

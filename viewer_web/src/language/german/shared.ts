@@ -73,4 +73,8 @@ export const SHARED = {
   'Unseen surfaces': 'Nicht erfasste Flächen',
   'Stations were edited in the review: this is the route of the original plan.':
     'Standpunkte wurden in der Prüfung bearbeitet: Dies ist die Route des ursprünglichen Plans.',
+  '{n} moved': '{n} verschoben',
+  '{n} added': '{n} hinzugefügt',
+  '{n} removed': '{n} entfernt',
+  entrance: 'Eingang',
 } as const;
