@@ -32,6 +32,9 @@ test.each([
   await page.getByRole('button', { name: 'Panorama' }).click();
   await page.locator('.panorama canvas').waitFor();
   await check('panorama');
+  await page.getByRole('radio', { name: 'Look around' }).click();
+  await page.locator('.look-around canvas').waitFor();
+  await check('looking around');
   await page.keyboard.press('Escape');
   await page.locator('canvas').first().focus();
   await page.keyboard.press('ArrowDown');

@@ -78,3 +78,43 @@ test('a chosen station behind an upper floor is marked through it, says so, and 
   await expect.poll(() => mark.getAttribute('class')).not.toContain('marker-through');
   await expect.poll(() => viewer.hash()).toContain(`floor=${ground.id}&station=${hidden}`);
 });
+
+test('one looks around in the scan of a station, and steps to another that is in sight', async () => {
+  const [first] = stationsOf(ground.id);
+  await viewer.open(`#floor=${ground.id}&station=${first.id}`);
+  const { page } = viewer;
+  const pictureOf = (id: string) => page.getByLabel(`What station ${id} sees`);
+  /** Share of the picture that is drawn, and a number that another picture hardly has. */
+  const drawn = (id: string) =>
+    pictureOf(id).evaluate((canvas: HTMLCanvasElement) => {
+      const { data } = canvas.getContext('2d')!.getImageData(0, 0, canvas.width, canvas.height);
+      const share = data.filter((value, i) => i % 4 === 3 && value > 0).length / (data.length / 4);
+      return { share, sum: data.reduce((sum, value) => (31 * sum + value) % 1_000_003, 0) };
+    });
+  await page.getByRole('button', { name: 'Panorama' }).click();
+  await page.getByRole('radio', { name: 'Look around' }).click();
+  await expect.poll(async () => (await drawn(first.id)).share).toBeGreaterThan(0.5);
+  const before = await drawn(first.id);
+  const box = (await pictureOf(first.id).boundingBox())!;
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  await page.mouse.move(x, y);
+  const words = page.locator('.panorama p');
+  await expect.poll(() => words.textContent()).toMatch(/^(Range [\d.]+ m, incidence \d+°|No return)$/);
+  await page.mouse.down();
+  await page.mouse.move(x + 120, y + 10, { steps: 4 });
+  await page.mouse.up();
+  await expect.poll(async () => (await drawn(first.id)).sum).not.toBe(before.sum);
+  // All around by keys: of the stations of a floor that is joined some are in sight.
+  await pictureOf(first.id).focus();
+  const others = page.locator('.look-station');
+  for (let step = 0; step < 48 && (await others.count()) === 0; step++) await page.keyboard.press('ArrowRight');
+  expect(await viewer.hash()).toContain(`station=${first.id}`);
+  await viewer.screenshot('s-look-around');
+  const next = (await others.first().getAttribute('aria-label'))!.split(' ').pop()!;
+  await others.first().click();
+  await expect.poll(() => viewer.hash()).toContain(`station=${next}`);
+  await expect.poll(async () => (await drawn(next)).share).toBeGreaterThan(0.5);
+  await viewer.screenshot('s-look-around-next');
+  await page.getByRole('radio', { name: 'All around' }).click();
+  await page.getByRole('img', { name: `Panorama of station ${next}` }).waitFor();
+});

@@ -1,4 +1,4 @@
-/** What the chosen station sees, as a picture of all around; a click looks there from the station. */
+/** What the chosen station sees, all around at once or one way; a click looks there from the station. */
 
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { quantity } from '../heat/quantity.ts';
@@ -6,7 +6,9 @@ import { t } from '../language/language.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import { whyNoPicture } from '../scene/state.ts';
 import type { Store } from '../store.ts';
+import { LookAround } from './look-around.tsx';
 import { BeamFinder, type Direction, directionAt, frameOf, panoramaPixels } from './panorama-image.ts';
+import { firstLook } from './panorama-look.ts';
 import { rampRgb } from './range-ramp.ts';
 import type { CloudPaint } from './state.ts';
 import { stationColor } from './station-color.ts';
@@ -23,13 +25,17 @@ export function Panorama({ store, view }: { store: Store; view: PlanView | null 
   const order = store.shownStations.value.find(({ id }) => id === chosen?.stationId)?.order ?? 0;
   const frame = useMemo(() => (chosen === null ? null : frameOf(chosen.beams, WIDTH)), [chosen]);
   const finder = useMemo(() => (chosen === null ? null : new BeamFinder(chosen.beams)), [chosen]);
+  const pixels = useMemo(
+    () => chosen && frame && panoramaPixels(chosen, frame, colorBy(paint, farthestM, order)),
+    [chosen, frame, paint, farthestM, order],
+  );
+  const look = store.panoramaLook.value;
   useEffect(() => {
     const context = canvas.current?.getContext('2d');
-    if (!context || chosen === null || frame === null) return;
-    const pixels = panoramaPixels(chosen, frame, colorBy(paint, farthestM, order));
+    if (!context || pixels === null || frame === null) return;
     context.putImageData(new ImageData(pixels, frame.width, frame.height), 0, 0);
-  }, [chosen, frame, paint, farthestM, order]);
-  if (chosen === null || frame === null || finder === null) {
+  }, [pixels, frame, look === null]);
+  if (chosen === null || frame === null || finder === null || pixels === null) {
     return (
       <p class="muted">{store.cloud.value.kind === 'loading' ? t('Loading the cloud …') : t('No station selected.')}</p>
     );
@@ -41,33 +47,66 @@ export function Panorama({ store, view }: { store: Store; view: PlanView | null 
     const y = share(event.clientY - box.top, box.height) * frame.height;
     return directionAt(frame, x - 0.5, y - 0.5);
   };
+  const rangeOf = (beam: number): number => chosen.cloud.rangeSteps[beam] * chosen.beams.rangeStepM;
+  const rangeIn = (direction: Direction): number => {
+    const beam = finder.beamAt(direction);
+    return beam < 0 ? 0 : rangeOf(beam);
+  };
   const describe = (direction: Direction): string => {
     const beam = finder.beamAt(direction);
-    const steps = beam < 0 ? 0 : chosen.cloud.rangeSteps[beam];
-    if (steps === 0) return t('No return');
+    const rangeM = rangeIn(direction);
+    if (rangeM === 0) return t('No return');
     const incidence = (Math.acos(chosen.cloud.intensity[beam] / 255) * 180) / Math.PI;
     return t('Range {range}, incidence {incidence}', {
-      range: quantity(steps * chosen.beams.rangeStepM, 'm'),
+      range: quantity(rangeM, 'm'),
       incidence: quantity(incidence, 'deg'),
     });
   };
   return (
-    <div class="panorama">
-      <canvas
-        ref={canvas}
-        width={frame.width}
-        height={frame.height}
-        role="img"
-        aria-label={t('Panorama of station {id}', { id: chosen.stationId })}
-        onPointerMove={(event) => setWords(describe(at(event)))}
-        onPointerLeave={() => setWords('')}
-        onClick={(event) => {
-          if (off !== null) return;
-          view?.lookFrom(chosen.stationId, at(event));
-          store.sheet.value = null;
-        }}
-      />
-      <Compass leftRad={frame.leftRad} spanRad={frame.spanRad} />
+    <div class={look === null ? 'panorama' : 'panorama panorama-look'}>
+      <div class="segments segments-flat" role="radiogroup" aria-label={t('Picture of the panorama')}>
+        {[false, true].map((isLook) => (
+          // biome-ignore lint/a11y/useSemanticElements: drawn as one segment of a bar.
+          <button
+            key={String(isLook)}
+            type="button"
+            role="radio"
+            aria-checked={isLook === (look !== null)}
+            onClick={() => {
+              store.panoramaLook.value = isLook ? (look ?? firstLook(frame, rangeIn)) : null;
+            }}
+          >
+            {isLook ? t('Look around') : t('All around')}
+          </button>
+        ))}
+      </div>
+      {look === null ? (
+        <>
+          <canvas
+            ref={canvas}
+            width={frame.width}
+            height={frame.height}
+            role="img"
+            aria-label={t('Panorama of station {id}', { id: chosen.stationId })}
+            onPointerMove={(event) => setWords(describe(at(event)))}
+            onPointerLeave={() => setWords('')}
+            onClick={(event) => {
+              if (off !== null) return;
+              view?.lookFrom(chosen.stationId, at(event));
+              store.sheet.value = null;
+            }}
+          />
+          <Compass leftRad={frame.leftRad} spanRad={frame.spanRad} />
+        </>
+      ) : (
+        <LookAround
+          {...{ store, look, frame, rangeIn }}
+          stationId={chosen.stationId}
+          panorama={pixels}
+          onPoint={(direction) => setWords(direction === null ? '' : describe(direction))}
+          onChoose={(direction) => view?.lookFrom(chosen.stationId, direction)}
+        />
+      )}
       <p class="muted" aria-live="polite">
         {words ||
           (off === null

@@ -4,6 +4,7 @@ import type { ThinnedCloud } from '../load/cloud-rows.ts';
 import type { PlanLink } from '../load/plan-json.ts';
 import type { LoadState } from '../load/state.ts';
 import { type CoveredStations, NONE_COVERED } from './covered.ts';
+import type { Look } from './panorama-look.ts';
 import { type ShownStation, shownStationsOf } from './shown.ts';
 
 export type CloudPaint = 'range' | 'incidence' | 'intensity' | 'station';
@@ -71,6 +72,8 @@ export interface StationState {
   readonly hiddenClouds: Signal<ReadonlySet<string>>;
   /** End of the colours by range. */
   readonly cloudFarthestM: Signal<number>;
+  /** Which way one looks in the panorama, at whichever station; null: all around at once. */
+  readonly panoramaLook: Signal<Look | null>;
   /** The chosen station's, once it is there. */
   readonly chosenCloud: Signal<(ThinnedCloud & { readonly stationId: string }) | null>;
 }
@@ -96,6 +99,7 @@ export function createStationState({ loaded }: LoadState): StationState {
     showClouds,
     hiddenClouds: signal<ReadonlySet<string>>(new Set()),
     cloudFarthestM: signal(1),
+    panoramaLook: signal<Look | null>(null),
     chosenCloud: signal<(ThinnedCloud & { readonly stationId: string }) | null>(null),
   };
 }

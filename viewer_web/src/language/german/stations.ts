@@ -54,4 +54,10 @@ export const STATIONS = {
   'Select several (or Shift-click)': 'Mehrere wählen (oder Umschalt-Klick)',
   'Order of the stations': 'Reihenfolge der Standpunkte',
   'No stations on this floor.': 'Keine Standpunkte auf diesem Stockwerk.',
+  'Picture of the panorama': 'Bild des Panoramas',
+  'All around': 'Rundum',
+  'Look around': 'Umsehen',
+  'Look around at station {id}': 'Am Standpunkt {id} umsehen',
+  'What station {id} sees. Drag or use the arrow keys to turn, plus and minus to come closer.':
+    'Was Standpunkt {id} sieht. Ziehen oder Pfeiltasten drehen, Plus und Minus holen heran.',
 } as const;
