@@ -1,6 +1,7 @@
 """Topics for model checkers and authoring programs as BCF 2.1: comments of the review, and what stays unseen by room.
 
     plan.bcfzip  bcf.version  project.bcfp  <topic>/markup.bcf  <topic>/viewpoint.bcfv  <topic>/snapshot.png
+                 <topic>/photo.jpg
 
 Coordinates are those of the scene file, metres, z up, as BCF wants them. Ids follow from the model and what a topic is
 about (RFC 4122, version 5): a topic of a later plan of the same model replaces that of the plan before. Times are of
@@ -27,10 +28,12 @@ from planner_core.model import FloatArray
 from planner_core.plan_folder.pictures import Eye
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.progress import Progress, ProgressEvent
+from planner_core.review.photos import photo_file
 from planner_core.review.store import ReviewStore
 
 VERSION = "2.1"
 VIEWPOINT_FILE, SNAPSHOT_FILE = "viewpoint.bcfv", "snapshot.png"
+PHOTO_FILE = "photo.jpg"
 
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_OID, "tlsplan bcf")
 #: The first day that a zip can name.
@@ -109,6 +112,10 @@ def _put_topic(
     eye = views.eye(place)
     picture = views.picture(eye, place)
     markup = _markup(plan, topic, folder, view, _guid(model_id, f"said/{topic.key}"), index, picture is not None)
+    photo = photo_file(plan.folder, topic.photo)
+    if photo is not None:
+        _add_photo(markup, _guid(model_id, f"photo/{topic.key}"))
+        _put_bytes(archive, f"{folder}/{PHOTO_FILE}", photo.read_bytes())
     _put(archive, f"{folder}/markup.bcf", markup)
     _put(archive, f"{folder}/{VIEWPOINT_FILE}", _viewpoint(plan, topic, view, eye))
     if picture is not None:
@@ -166,6 +173,15 @@ def _markup(
     return root
 
 
+def _add_photo(markup: ElementTree.Element, photo_id: str) -> None:
+    """After the description of the topic, as the schema wants it."""
+    topic = markup.find("Topic")
+    assert topic is not None
+    document = _add(topic, "DocumentReference", Guid=photo_id, isExternal="false")
+    _add(document, "ReferencedDocument", PHOTO_FILE)
+    _add(document, "Description", "Photo")
+
+
 def _viewpoint(plan: PlanSource, topic: Topic, view_id: str, eye: Eye) -> ElementTree.Element:
     root = ElementTree.Element("VisualizationInfo", {"Guid": view_id})
     components = _add(root, "Components")
@@ -205,5 +221,5 @@ def _put(archive: zipfile.ZipFile, name: str, root: ElementTree.Element) -> None
 def _put_bytes(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
     entry = zipfile.ZipInfo(name, _ZIP_TIME)
     entry.create_system, entry.external_attr = 3, 0o644 << 16  # the same on every system
-    entry.compress_type = zipfile.ZIP_STORED if name.endswith(".png") else zipfile.ZIP_DEFLATED
+    entry.compress_type = zipfile.ZIP_STORED if name.endswith((".png", ".jpg")) else zipfile.ZIP_DEFLATED
     archive.writestr(entry, content)

@@ -48,6 +48,7 @@ class Topic:
 
     source_ids : of the elements it is about, IFC GlobalIds where the scene is IFC. is_comment : its description is
     what `author` wrote at `time`. assignee, due : who deals with it, and the day by which; empty: not known.
+    photo : its SHA-256; empty: none.
     places : where to look, best first.
     """
 
@@ -64,6 +65,7 @@ class Topic:
     is_comment: bool = False
     assignee: str = ""
     due: str = ""
+    photo: str = ""
 
 
 @dataclass(eq=False)
@@ -142,6 +144,7 @@ class Topics:
             is_comment=True,
             assignee=comment.assignee,
             due=comment.due,
+            photo=comment.photo,
         )
 
     def _source_id(self, element: int) -> str:

@@ -24,6 +24,7 @@ from planner_core.model.site import FARTHEST_M, NO_OTHER_KEYS, AnyFloor, GroundP
 
 ZONE_KINDS = ("keep_out", "priority")
 VERDICTS = ("accepted", "rejected")
+PROGRESS_STATES = ("done", "skipped")
 DOOR_STATES = ("open", "shut")
 
 MOST_OBJECTS = 10_000
@@ -62,15 +63,18 @@ Note = Annotated[str, Field(max_length=MOST_NOTE_BYTES, description="Plain text,
 Time = Annotated[str, Field(pattern=r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ$", description="UTC.")]
 Assignee = Annotated[str, Field(max_length=MOST_NAME_CHARACTERS, description="Who is to deal with it; empty: nobody.")]
 Due = Annotated[str, Field(pattern=r"^(\d{4}-\d\d-\d\d)?$", description="The day by which, 2026-12-01; empty: none.")]
+Photo = Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$", description="SHA-256 of a photo; empty: none.")]
 Target = Annotated[
     Annotated[str, Field(strict=True, min_length=1, max_length=200)] | Whole | None,
     Field(description="A station's id, an element's index in the scene, or null: the plan."),
 ]
 ZoneKind = Annotated[str, *_one_of(ZONE_KINDS)]
 VerdictWord = Annotated[str, *_one_of(VERDICTS)]
+ProgressState = Annotated[str, *_one_of(PROGRESS_STATES)]
 DoorState = Annotated[str, *_one_of(DOOR_STATES)]
 
 _ID = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,31}")
+_SHA256 = re.compile(r"[0-9a-f]{64}")
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 
@@ -174,6 +178,7 @@ class Comment:
     resolved: YesNo = False
     assignee: Assignee = ""
     due: Due = ""
+    photo: Photo = ""
 
     def __post_init__(self) -> None:
         check_id(self.id)
@@ -182,6 +187,8 @@ class Comment:
         check_time(self.time)
         check_line("assignee", self.assignee, empty=True)
         check_day("due", self.due)
+        if self.photo and not _SHA256.fullmatch(self.photo):
+            raise ReviewError(f"photo: got {self.photo[:40]!r}, expected 64 hexadecimal digits, or none; send it first")
         if self.position_m is not None:
             check_point("position", self.position_m)
 
@@ -206,6 +213,22 @@ class Verdict:
 
 @with_config(NO_OTHER_KEYS)
 @dataclass(frozen=True)
+class StationProgress:
+    """How far the crew came with a station: scanned, or skipped."""
+
+    state: ProgressState
+    by: Line
+    time: Time
+
+    def __post_init__(self) -> None:
+        if self.state not in PROGRESS_STATES:
+            raise ReviewError(f"progress: got {self.state!r}, expected one of {', '.join(PROGRESS_STATES)}")
+        check_line("name", self.by)
+        check_time(self.time)
+
+
+@with_config(NO_OTHER_KEYS)
+@dataclass(frozen=True)
 class SignOff:
     """Who signed off the plan, as reviewed; a later revision of the review changed something since.
 
@@ -222,7 +245,7 @@ class SignOff:
         check_line("name", self.name)
         check_time(self.time)
         check_text("note", self.note, MOST_NOTE_BYTES, empty=True)
-        if not re.fullmatch(r"[0-9a-f]{64}", self.plan_sha256):
+        if not _SHA256.fullmatch(self.plan_sha256):
             raise ReviewError("sign-off: plan_sha256 is not a SHA-256, expected 64 hexadecimal digits of plan.json's")
 
 
@@ -251,13 +274,14 @@ class Review:
     ] = field(default_factory=dict)
     comments: Mapping[str, Comment] = field(default_factory=dict)
     verdicts: Mapping[str, Verdict] = field(default_factory=dict)
+    progress: Mapping[str, StationProgress] = field(default_factory=dict)
     sign_off: SignOff | None = None
     touched: Annotated[
         Mapping[str, LastChange],
         Field(
             description="Last change of every object, also of removed ones: `station:S001`, `zone:Z001`, "
             "`forbidden:P001`, `pick:G001`, `entrance:E001`, `door:GLOBALID`, `comment:C001`, `verdict:S001`, "
-            "`sign_off`."
+            "`progress:S001`, `sign_off`."
         ),
     ] = field(default_factory=dict)
 
@@ -265,7 +289,7 @@ class Review:
     def n_objects(self) -> int:
         """How many things the review holds, of all kinds."""
         drawn = (self.forbidden, self.zones, self.ground_picks, self.entrances, self.doors)
-        return sum(len(kind) for kind in (self.stations, *drawn, self.comments, self.verdicts))
+        return sum(len(kind) for kind in (self.stations, *drawn, self.comments, self.verdicts, self.progress))
 
     @property
     def entrances_m(self) -> tuple[Point, ...]:

@@ -56,6 +56,7 @@ _APPLY: dict[type[Any], Callable[[Review, Any, Context], Applied]] = {
     changes.RemoveComment: apply_remarks.remove_comment,
     changes.SetVerdict: apply_remarks.set_verdict,
     changes.ClearVerdict: apply_remarks.clear_verdict,
+    changes.SetProgress: apply_remarks.set_progress,
     changes.Sign: apply_remarks.sign,
     changes.Unsign: apply_remarks.unsign,
 }

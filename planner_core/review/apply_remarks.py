@@ -1,11 +1,11 @@
-"""Changes of comments, verdicts and the signature: each returns the changed review, and what takes the change back."""
+"""Changes of comments, verdicts, progress and the signature: each returns the review after it, and what undoes it."""
 
 from __future__ import annotations
 
 import dataclasses
 
 from planner_core.errors import ReviewError
-from planner_core.model.review import Comment, Review, SignOff, Verdict
+from planner_core.model.review import Comment, Review, SignOff, StationProgress, Verdict
 from planner_core.review.apply_stations import existing_station
 from planner_core.review.changes import (
     AddComment,
@@ -17,6 +17,7 @@ from planner_core.review.changes import (
     EditComment,
     RemoveComment,
     ResolveComment,
+    SetProgress,
     SetVerdict,
     Sign,
     Unsign,
@@ -42,6 +43,7 @@ def add_comment(review: Review, change: AddComment, context: Context) -> Applied
         resolved=change.resolved,
         assignee=change.assignee,
         due=change.due,
+        photo=change.photo,
     )
     comments = with_new("comment", review.comments, comment.id, comment)
     return Applied(dataclasses.replace(review, comments=comments), RemoveComment(comment.id), f"comment:{comment.id}")
@@ -118,6 +120,23 @@ def clear_verdict(review: Review, change: ClearVerdict, context: Context) -> App
 
 def _verdict_again(station: str, verdict: Verdict) -> SetVerdict:
     return SetVerdict(station, verdict.verdict, verdict.note, verdict.by, verdict.time)
+
+
+def set_progress(review: Review, change: SetProgress, context: Context) -> Applied:
+    """See `changes.SetProgress`."""
+    before = review.progress.get(change.station)
+    progress = without(review.progress, change.station)
+    if change.state is not None:
+        if change.by is None:  # else it puts an earlier one back, also of a station that is gone
+            existing_station(review, change.station, context)
+        by, time = change.by or context.by.name, change.time or context.by.time
+        progress[change.station] = StationProgress(change.state, by, time)
+    elif before is None:
+        raise ReviewError(f"station {change.station[:40]}: is neither done nor skipped; reload the review")
+    back = SetProgress(change.station, None)
+    if before is not None:
+        back = SetProgress(change.station, before.state, before.by, before.time)
+    return Applied(dataclasses.replace(review, progress=progress), back, f"progress:{change.station}")
 
 
 def sign(review: Review, change: Sign, context: Context) -> Applied:

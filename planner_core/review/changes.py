@@ -24,7 +24,9 @@ from planner_core.model.review import (
     Id,
     Line,
     Note,
+    Photo,
     PlanUnderReview,
+    ProgressState,
     Review,
     SignOff,
     StationId,
@@ -250,6 +252,7 @@ class AddComment:
     resolved: YesNo = False
     assignee: Assignee = ""
     due: Due = ""
+    photo: Photo = ""
 
 
 @_change
@@ -316,6 +319,18 @@ class ClearVerdict:
 
 @_change
 @dataclass(frozen=True)
+class SetProgress:
+    """Mark a station as done or skipped on site; state null: neither. By and time null: whoever marks it, now."""
+
+    kind: Literal["set_progress"] = field(default="set_progress", kw_only=True)
+    station: StationId
+    state: ProgressState | None
+    by: Line | None = None
+    time: Time | None = None
+
+
+@_change
+@dataclass(frozen=True)
 class Sign:
     """Sign the plan off as it stands; `earlier` restores a sign-off that was withdrawn."""
 
@@ -337,7 +352,7 @@ Change = Annotated[
     | Forbid | Allow | AddZone | ChangeZone | RemoveZone | PickGround | UnpickGround
     | AddEntrance | RemoveEntrance | SetDoor
     | AddComment | AssignComment | EditComment | ResolveComment | RemoveComment
-    | SetVerdict | ClearVerdict | Sign | Unsign,
+    | SetVerdict | ClearVerdict | SetProgress | Sign | Unsign,
     Field(discriminator="kind"),
 ]  # fmt: skip
 """Any of them, by its `kind`."""
@@ -369,6 +384,8 @@ def objects_of(change: Change) -> tuple[str, ...]:
     match change:
         case SetVerdict() | ClearVerdict():  # nobody accepts a station that was moved meanwhile
             return f"verdict:{change.station}", f"station:{change.station}"
+        case SetProgress():  # nor marks as done what stands elsewhere by now
+            return f"progress:{change.station}", f"station:{change.station}"
         case AddStation():
             return () if change.station is None else (f"station:{change.station}",)
         case MoveStation() | SetHeight() | RemoveStation() | RestoreStation() | LockStation() | UnlockStation():

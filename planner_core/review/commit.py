@@ -117,6 +117,7 @@ def described(name: str) -> str:
         "pick": "ground pick",
         "sign_off": "the sign-off",
         "verdict": "the verdict on station",
+        "progress": "the progress of station",
     }
     return f"{words.get(kind, kind)} {rest}".strip()
 

@@ -13,6 +13,7 @@ priority zone          a requirement of its own: those of all, with the zone's c
 ground pick            surfaces that are ground, or are not
 entrance               before those of the plan; the route begins at the first
 door                   open or shut, whatever it was
+progress               nothing: scanned stations are in the settings
 =====================  ===============================================================================================
 
 Scanned stations stay as they are. What was locked or kept in the earlier plan is so as far as the review leaves it.

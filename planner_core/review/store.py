@@ -19,8 +19,9 @@ from planner_core.model.review import PlanUnderReview, Review
 from planner_core.operating_system import sync
 from planner_core.plan_folder.atomic import locked_folder, staged_file
 from planner_core.plan_folder.usd_stage import empty_review
-from planner_core.review.changes import Change, Signature
+from planner_core.review.changes import AddComment, Change, Signature
 from planner_core.review.commit import Committed, Conflict, commit
+from planner_core.review.photos import keep_photo, photo_file
 from planner_core.review.stations import plan_under_review
 from planner_core.review.usd import damaged
 from planner_core.review.usd_read import read_review
@@ -85,7 +86,8 @@ class ReviewStore:
         Raises
         ------
         ReviewError
-            A change can't be made: it makes no sense, or the review would get too large.
+            A change can't be made: it makes no sense, names a photo that is not there, or the review would get too
+            large.
         PlanFolderError
             The review can't be read, and is left as it is; or it can't be written, and nothing was changed.
         """
@@ -93,10 +95,19 @@ class ReviewStore:
             plan, review = self._look()
             if plan_sha256 is not None and plan_sha256 != plan.sha256:
                 return Conflict("the plan was replaced by another one since this page was loaded; reload", (), review)
+            for change in changes:
+                if isinstance(change, AddComment) and change.photo and photo_file(self._folder, change.photo) is None:
+                    raise ReviewError(
+                        f"photo {change.photo[:8]}...: is not there, expected one that was sent; send it first"
+                    )
             outcome = commit(review, base_revision, changes, plan, Signature(author, self._clock()))
             if isinstance(outcome, Committed):
                 self._write(outcome.review, plan)
             return outcome
+
+    def keep_photo(self, content: bytes) -> str:
+        """Keep a photo for a comment; return its SHA-256. Raises as `photos.keep_photo`."""
+        return keep_photo(self._folder, content, {comment.photo for comment in self.current().comments.values()})
 
     def _state(self) -> tuple[PlanUnderReview, Review]:
         with self._lock:

@@ -16,9 +16,19 @@ SCHEMA = "tlsplan/review/1"
 
 STATIONS = "/Plan/Stations"
 REVIEW = "/Plan/Review"
-COMMENTS, ZONES, FORBIDDEN, PICKS, ENTRANCES, DOORS, VERDICTS, SIGN_OFF = (
+COMMENTS, ZONES, FORBIDDEN, PICKS, ENTRANCES, DOORS, VERDICTS, PROGRESS, SIGN_OFF = (
     f"{REVIEW}/{name}"
-    for name in ("Comments", "Zones", "Forbidden", "GroundPicks", "Entrances", "Doors", "Verdicts", "SignOff")
+    for name in (
+        "Comments",
+        "Zones",
+        "Forbidden",
+        "GroundPicks",
+        "Entrances",
+        "Doors",
+        "Verdicts",
+        "Progress",
+        "SignOff",
+    )
 )
 
 PREFIX = "tlsplan:review:"

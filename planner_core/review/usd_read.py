@@ -22,6 +22,7 @@ from planner_core.model.review import (
     ReviewedStation,
     SignOff,
     StationEdit,
+    StationProgress,
     Verdict,
     Zone,
     check_door_state,
@@ -71,6 +72,7 @@ class _Reader:
             doors=dict(self._read(prim, self._door) for prim in self._ours(usd.DOORS)),
             comments=self._all_of(usd.COMMENTS, self._comment),
             verdicts=dict(self._read(prim, self._verdict) for prim in self._ours(usd.VERDICTS)),
+            progress=dict(self._read(prim, self._progress) for prim in self._ours(usd.PROGRESS)),
             sign_off=None if signed is None else self._read(signed, self._sign_off),
             touched={} if root is None else self._read(root, self._touched),
         )
@@ -207,6 +209,7 @@ class _Reader:
             resolved=bool(_yes(prim, "resolved", otherwise=False)),
             assignee=_text(prim, "assignee", otherwise=""),
             due=_text(prim, "due", otherwise=""),
+            photo=_text(prim, "photo", otherwise=""),
         )
 
     def _verdict(self, prim: Any) -> tuple[str, Verdict]:
@@ -216,6 +219,9 @@ class _Reader:
             time=_text(prim, "time"),
             note=_text(prim, "note", ""),
         )
+
+    def _progress(self, prim: Any) -> tuple[str, StationProgress]:
+        return _text(prim, "station"), StationProgress(_text(prim, "state"), _text(prim, "by"), _text(prim, "time"))
 
     def _sign_off(self, prim: Any) -> SignOff:
         return SignOff(

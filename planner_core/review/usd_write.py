@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from planner_core.model.review import (
     Review,
     SignOff,
     StationEdit,
+    StationProgress,
     Verdict,
     Zone,
 )
@@ -52,6 +53,8 @@ OUTLINE_RISE_M = 0.02
 """Above the floor, so that it is not hidden in it."""
 
 ENTRANCE_RADIUS_M = 0.3
+
+_Kept = TypeVar("_Kept")
 
 _COLOURS = {
     "keep_out": (0.80, 0.15, 0.15),
@@ -108,12 +111,9 @@ class _Writer:
         self._write_all(usd.FORBIDDEN, review.forbidden, self._place)
         self._write_all(usd.PICKS, review.ground_picks, self._pick)
         self._write_all(usd.ENTRANCES, review.entrances, self._entrance)
-        doors = sorted(review.doors.items())
-        names = prim_names_of_ids([door for door, _ in doors])
-        self._write_all(usd.DOORS, dict(zip(names, doors, strict=True)), self._door)
-        verdicts = sorted(review.verdicts.items())
-        names = prim_names_of_ids([station for station, _ in verdicts])
-        self._write_all(usd.VERDICTS, dict(zip(names, verdicts, strict=True)), self._verdict)
+        self._write_all(usd.DOORS, _by_prim_name(review.doors), self._door)
+        self._write_all(usd.VERDICTS, _by_prim_name(review.verdicts), self._verdict)
+        self._write_all(usd.PROGRESS, _by_prim_name(review.progress), self._progress)
         self._remove(usd.SIGN_OFF)
         if review.sign_off is not None:
             self._sign_off(define(self.layer, usd.SIGN_OFF, "Scope"), review.sign_off)
@@ -262,7 +262,7 @@ class _Writer:
         prim = define(self.layer, path, "Xform")
         self._put_texts(prim, text=comment.text, author=comment.author, time=comment.time)
         put(prim, f"{usd.PREFIX}resolved", TYPES.Bool, comment.resolved)
-        for name, text in (("assignee", comment.assignee), ("due", comment.due)):
+        for name, text in (("assignee", comment.assignee), ("due", comment.due), ("photo", comment.photo)):
             if text:
                 self._put_texts(prim, **{name: text})
         if isinstance(comment.target, str):
@@ -328,6 +328,11 @@ class _Writer:
             prim, station=station, verdict=verdict.verdict, by=verdict.by, time=verdict.time, note=verdict.note
         )
 
+    def _progress(self, path: str, of_station: tuple[str, StationProgress]) -> None:
+        station, progress = of_station
+        prim = define(self.layer, path, "Scope")
+        self._put_texts(prim, station=station, state=progress.state, by=progress.by, time=progress.time)
+
     def _sign_off(self, prim: Any, signed: SignOff) -> None:
         self._put_texts(prim, name=signed.name, time=signed.time, planSha256=signed.plan_sha256, note=signed.note)
         put(prim, f"{usd.PREFIX}revision", TYPES.Int64, signed.revision)
@@ -340,3 +345,9 @@ class _Writer:
         assert position_m is not None
         local_m: Iterable[float] = np.subtract(position_m, self.plan.offset_m).tolist()
         put_transform(prim, np.array([round(value, 6) for value in local_m]))
+
+
+def _by_prim_name(kept: Mapping[str, _Kept]) -> dict[str, tuple[str, _Kept]]:
+    """Entries whose ids are others' and may be no names of prims, with their ids, by such names."""
+    entries = sorted(kept.items())
+    return dict(zip(prim_names_of_ids([name for name, _ in entries]), entries, strict=True))

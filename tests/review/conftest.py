@@ -101,6 +101,7 @@ some_changes = st.one_of(
     st.builds(c.RemoveComment, ids),
     st.builds(c.SetVerdict, station_names, st.sampled_from(["accepted", "rejected"]), st.just("") | texts),
     st.builds(c.ClearVerdict, station_names),
+    st.builds(c.SetProgress, station_names, st.sampled_from(["done", "skipped", None])),
     st.builds(c.Sign, st.just("") | texts),
     st.just(c.Unsign()),
 )
@@ -110,5 +111,5 @@ def content(review: Review) -> tuple[object, ...]:
     """All of a review but its revisions."""
     return (
         review.stations, review.forbidden, review.zones, review.ground_picks, review.entrances, review.doors,
-        review.comments, review.verdicts, review.sign_off,
+        review.comments, review.verdicts, review.progress, review.sign_off,
     )  # fmt: skip

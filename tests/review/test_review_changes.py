@@ -155,6 +155,15 @@ def test_comments_and_verdicts_are_signed_by_whoever_makes_them() -> None:
     assert (review.sign_off.name, review.sign_off.plan_sha256, review.sign_off.revision) == ("Ben", "ab" * 32, 1)
 
 
+def test_a_station_is_done_or_skipped_and_neither_again() -> None:
+    review = after(c.SetProgress("S003", "skipped"), by=BEN)
+    assert (review.progress["S003"].state, review.progress["S003"].by) == ("skipped", "Ben")
+    done = apply(review, c.SetProgress("S003", "done"), context(ANA))
+    assert done.review.progress["S003"].by == "Ana"
+    assert done.inverse == c.SetProgress("S003", "skipped", "Ben", BEN.time)
+    assert after(c.SetProgress("S003", None), review=done.review).progress == {}
+
+
 def test_only_its_author_changes_or_removes_a_comment_and_anybody_settles_it() -> None:
     review = after(c.AddComment("Look"))
     for change in (c.EditComment("C001", "x"), c.RemoveComment("C001")):
@@ -209,6 +218,9 @@ ZONE = Zone("", "keep_out", SQUARE)
         (c.SetVerdict("S001", "perhaps"), "expected one of accepted, rejected"),
         (c.SetVerdict("S001", "accepted", by="x" * 101), "101 characters"),
         (c.ClearVerdict("S001"), "no verdict"),
+        (c.SetProgress("S001", "lost"), "expected one of done, skipped"),
+        (c.SetProgress("S001", None), "neither done nor skipped"),
+        (c.SetProgress("S009", "done"), "neither in the plan nor added"),
         (c.Unsign(), "none to withdraw"),
     ],
 )  # fmt: skip

@@ -63,6 +63,15 @@ def test_nobody_accepts_a_station_that_was_moved_meanwhile() -> None:
     assert "S003" in committed(review, 0, c.SetVerdict("S003", "accepted")).verdicts
 
 
+def test_nobody_marks_as_done_what_was_moved_or_marked_meanwhile() -> None:
+    review = committed(Review(), 0, c.MoveStation("S001", HERE))
+    review = committed(review, 1, c.SetProgress("S003", "skipped"), by=BEN)
+    assert refused(review, 0, c.SetProgress("S001", "done")).clashes[0].object == "station:S001"
+    clash = refused(review, 1, c.SetProgress("S003", "done"))
+    assert (clash.clashes[0].object, clash.clashes[0].by) == ("progress:S003", "Ben")
+    assert clash.message.startswith("the progress of station S003 was changed in the meantime")
+
+
 def test_whoever_signs_has_seen_everything() -> None:
     review = committed(Review(), 0, c.AddComment("wait"))
     assert refused(review, 0, c.Sign()).clashes[0].object == "comment:C001"

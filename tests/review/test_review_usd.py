@@ -39,6 +39,7 @@ ALL_KINDS = (
     c.AddComment('He said "no"', "S001", HERE),
     c.AddComment("This wall?", 3),
     c.SetVerdict("S 04", "rejected", "in the way"),
+    c.SetProgress("S 04", "skipped"),
     c.Sign("go"),
 )
 

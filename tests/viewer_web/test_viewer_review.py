@@ -341,6 +341,35 @@ def test_a_page_that_reads_too_slowly_is_cut_off() -> None:
     assert hub.n_streams == 0
 
 
+def test_pages_get_the_names_of_whoever_has_one_open_and_two_of_one_person_are_one() -> None:
+    async def names() -> list[list[str]]:
+        hub, heard = EventHub(), []
+        first = hub.open("a", "Ana")
+        assert first is not None
+        others = [hub.open("a", name) for name in ("Zoë", "Ana", "")]
+        for stream in reversed(others):
+            assert stream is not None
+            hub.leave(stream)
+            hub.leave(stream)
+        await asyncio.sleep(0)
+        while not first.queue.empty():
+            event, told = (first.queue.get_nowait() or b"").decode().split("\n", 1)
+            assert event == "event: people"
+            heard.append(json.loads(told.removeprefix("data: "))["names"])
+        return heard
+
+    heard = asyncio.run(names())
+    assert heard[:2] == [["Ana"], ["Ana", "Zoë"]]
+    assert heard[-2:] == [["Ana", "Zoë"], ["Ana"]]
+    assert len(heard) == 5  # nobody is told that a page without a name, or a second one of a person, has gone
+
+
+@pytest.mark.parametrize("name", ["x" * 101, "a%0Ab", "a%00b", "%E2%80%AEnaa"])
+def test_a_page_with_a_name_that_nobody_can_have_is_refused_in_one_line(app: Starlette, name: str) -> None:
+    answer = send(app, f"/api/events?name={name}")
+    assert (answer.status_code, "name" in answer.json()["message"]) == (422, True)
+
+
 def test_only_so_many_pages_may_listen(app: Starlette, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(events, "MOST_STREAMS", 0)
     answer = send(app, "/api/events")

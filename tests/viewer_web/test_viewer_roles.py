@@ -26,6 +26,7 @@ ALLOWED: list[dict[str, Any]] = [
     {"kind": "add_comment", "text": "Move it?", "target": "S001"},
     {"kind": "set_verdict", "station": "S001", "verdict": "rejected", "note": "in the way"},
     {"kind": "clear_verdict", "station": "S001"},
+    {"kind": "set_progress", "station": "S001", "state": "done"},
 ]
 REFUSED: list[dict[str, Any]] = [
     {"kind": "move_station", "station": "S001", "position_m": [500001.5, 4000002.0, 101.5]},
@@ -75,7 +76,7 @@ def test_a_commenter_comments_and_judges(comment: Ask) -> None:
     assert review["verdicts"]["S001"]["note"] == "in the way"
     undone = comment("/api/review/changes", "POST", body=_change(*answer.json()["undo"]) | {"base_revision": 1})
     assert undone.json()["review"]["verdicts"] == {}
-    again = _change(ALLOWED[1], ALLOWED[2]) | {"base_revision": 2}
+    again = _change(*ALLOWED[1:]) | {"base_revision": 2}
     assert comment("/api/review/changes", "POST", body=again).status_code == 200
 
 
@@ -96,7 +97,7 @@ def test_every_kind_of_change_but_those_of_comments_and_verdicts_is_refused() ->
     allowed = {kind for kind, of in KINDS.items() if may_commenter_make(object.__new__(of))}
     assert allowed == {
         "add_comment", "assign_comment", "edit_comment", "resolve_comment", "remove_comment", "set_verdict",
-        "clear_verdict",
+        "clear_verdict", "set_progress",
     }  # fmt: skip
 
 

@@ -53,7 +53,7 @@ test.each([
 /** Someone else's change, of which this page gets no event, and its own of the same station. */
 async function conflict(viewer: ViewerPage): Promise<void> {
   const { page } = viewer;
-  await page.route('**/api/events', (route) => route.abort());
+  await page.route('**/api/events*', (route) => route.abort());
   await page.reload();
   await page.getByTestId('trouble').waitFor();
   await viewer.changeAs('Ben', { kind: 'set_verdict', station: second.id, verdict: 'accepted' });

@@ -180,7 +180,7 @@ test('messages, bars, cards and a panorama each have a place of their own, on sm
   const { page } = viewer;
   const [x, y, z] = first.position;
   // Without events this page does not learn of the other's change, and is in its way.
-  await page.route('**/api/events', (route) => route.abort());
+  await page.route('**/api/events*', (route) => route.abort());
   await page.reload();
   await page.getByTestId('trouble').waitFor();
   await viewer.changeAs('Ben', { kind: 'move_station', station: first.id, position_m: [x + 0.1, y, z] });
@@ -204,7 +204,7 @@ test('messages, bars, cards and a panorama each have a place of their own, on sm
     await expect.poll(() => page.getByRole('button', { name: 'Keep theirs' }).isVisible()).toBe(true);
   }
   await page.getByRole('button', { name: 'Keep theirs' }).click();
-  await page.unroute('**/api/events');
+  await page.unroute('**/api/events*');
   await page.getByTestId('trouble').waitFor({ state: 'detached' });
   expect(viewer.faults.splice(0).filter((fault) => !/409|ERR_FAILED/.test(fault))).toEqual([]);
 });

@@ -34,7 +34,7 @@ def refusals(*statuses: int) -> dict[int | str, dict[str, Any]]:
         409: "Someone else changed this first, or a run is going on.",
         413: "The body is larger than 1 MiB (a drawing: 16 MiB), or there is one where none is expected.",
         414: "The path is too long.",
-        415: "The content type of the body is not JSON.",
+        415: "The content type of the body is not JSON (a photo: JPEG).",
         421: "This host name is not served.",
         422: "The request makes no sense; the message names what was expected.",
         500: "A fault of the server; its terminal has details.",

@@ -24,10 +24,11 @@ _END = None
 
 
 class Stream:
-    """What one page has not read yet. It lives in its event loop."""
+    """What one page has not read yet. It lives in its event loop. name : who has the page open; empty: not known."""
 
-    def __init__(self, client: str) -> None:
+    def __init__(self, client: str, name: str = "") -> None:
         self.client = client
+        self.name = name
         self.loop = asyncio.get_running_loop()
         self.queue: asyncio.Queue[bytes | None] = asyncio.Queue(MOST_WAITING)
         self.is_behind = False
@@ -64,8 +65,10 @@ class EventHub:
         self._is_closed = True
         self._hand_out(_END)
 
-    def open(self, client: str) -> Stream | None:
+    def open(self, client: str, name: str = "") -> Stream | None:
         """Take room for one more page of a client; None where there is none. Whoever takes it calls `leave`.
+
+        All pages get the names of who has one open, this one, too; once for all pages of a person.
 
         Counted and taken in one step: requests that come at once would all find room before one of them listens.
         """
@@ -73,14 +76,19 @@ class EventHub:
             of_client = sum(stream.client == client for stream in self._streams)
             if self._is_closed or len(self._streams) >= MOST_STREAMS or of_client >= MOST_OF_ONE_CLIENT:
                 return None
-            stream = Stream(client)
+            stream = Stream(client, name)
             self._streams.add(stream)
-            return stream
+        if self._names():
+            self._publish_names()
+        return stream
 
     def leave(self, stream: Stream) -> None:
         """Give the room of a page back; twice is once."""
         with self._lock:
+            was_there = stream in self._streams
             self._streams.discard(stream)
+        if was_there and stream.name and stream.name not in self._names():
+            self._publish_names()
 
     async def events(self, stream: Stream) -> AsyncIterator[bytes]:
         """Yield events as they come, until the page goes, the server stops, or the page falls too far behind."""
@@ -103,6 +111,13 @@ class EventHub:
                 idle_s = 0.0
         finally:
             self.leave(stream)
+
+    def _names(self) -> list[str]:
+        with self._lock:
+            return sorted({stream.name for stream in self._streams if stream.name})
+
+    def _publish_names(self) -> None:
+        self.publish("people", {"names": self._names()})
 
     def _hand_out(self, event: bytes | None) -> None:
         with self._lock:

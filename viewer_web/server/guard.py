@@ -4,8 +4,8 @@ The server has no users: it trusts whoever has the token that it printed when it
 that such a user has open must not be able to read the plan through their browser, or change its review. Besides the
 token, three checks see to that: the Host header must name us (else a name that was re-bound to 127.0.0.1 would pass as
 same-origin), Origin must be our own where it is sent, port and all, and Sec-Fetch-Site must not say that another site
-asks, except when the user follows a link to here. None of them may be there twice. Bodies must be JSON, which no other
-site's form can send.
+asks, except when the user follows a link to here. None of them may be there twice. Bodies must be JSON, or
+JPEG where a photo is expected: no other site's form can send either.
 
 Host names us where it is a loopback name, a name that was allowed, or the very address the connection came in at: an
 address, unlike a name, can't be re-bound. Its port does not matter: through a tunnel it is the other end's.
@@ -30,6 +30,7 @@ LONGEST_QUERY = 1024
 LARGEST_BODY_BYTES = 1024 * 1024
 LARGEST_OF_PATH = {"/api/drawing": 16 * 1024 * 1024}
 """Where more is needed: a drawing is sent as a whole, 50 000 walls and doors of which have 8 MB."""
+PHOTOS = "/api/review/photos"
 MOST_STRANGERS = 32
 """Requests without the token that are answered with a file at once. Each waits for threads, in one row with those that
 have it, and goes on waiting when its connection is gone."""
@@ -56,7 +57,7 @@ _ONCE = (
 )  # fmt: skip
 _REPORT = re.compile(r"/plan/(runs/[^/]+/plan/)?report/")
 #: What commenters may send: routes that come later are not theirs until they are named here.
-_OF_COMMENTERS = frozenset({"/api/review/changes"})
+_OF_COMMENTERS = frozenset({"/api/review/changes", PHOTOS})
 _BUSY = "too many ask without the token at once; ask again, or open the address that `tlsplan view` printed"
 _NO_TOKEN = "this browser has no token for this server; open the address that `tlsplan view` printed, with its token"
 
@@ -211,8 +212,9 @@ def _body_refusal(scope: Scope, headers: Headers) -> Response | None:
     most = LARGEST_OF_PATH.get(scope["path"], LARGEST_BODY_BYTES)
     if not (length.isascii() and length.isdecimal()) or int(length[:20]) > most:
         return _refuse(scope, 413, f"the body has {length[:20]} bytes, expected at most {most}")
-    if headers.get("content-type", "").partition(";")[0].strip().lower() != "application/json":
-        return _refuse(scope, 415, "content type of the body: expected application/json")
+    expected = "image/jpeg" if scope["path"] == PHOTOS else "application/json"
+    if headers.get("content-type", "").partition(";")[0].strip().lower() != expected:
+        return _refuse(scope, 415, f"content type of the body: expected {expected}")
     return None
 
 

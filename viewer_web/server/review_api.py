@@ -3,22 +3,28 @@
 from dataclasses import asdict
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Path, Query, Request
+from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import JSONResponse, Response, StreamingResponse
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.types import Receive, Scope, Send
 
-from planner_core.model.review import Line, Review, Whole
+from planner_core.model.review import MOST_NAME_CHARACTERS, Line, Review, Whole, check_line
 from planner_core.model.site import NO_OTHER_KEYS
 from planner_core.review.changes import Change
 from planner_core.review.commit import MOST_CHANGES, Conflict, EditConflict
+from planner_core.review.photos import photo_file
 from viewer_web.server.answers import PREFIX, UNCHANGED, json_answer, refusals, refuse
 from viewer_web.server.connections import client_of, note_stream
 from viewer_web.server.events import EventHub, Stream
+from viewer_web.server.files import send_file
 from viewer_web.server.roles import MAY_ONLY_COMMENT, is_commenter, may_commenter_make
 from viewer_web.server.session import Session
 
 SCHEMA = "tlsplan/api/1"
+_Name = Annotated[str, Query(max_length=MOST_NAME_CHARACTERS, description="Who has the page open; empty: not named.")]
+_JPEG: dict[str, Any] = {"image/jpeg": {"schema": {"type": "string", "format": "binary"}}}
+_READ_ONLY = "this plan is shown read-only; start `tlsplan view` without --read-only to change it"
 
 
 class LiveDocument(BaseModel):
@@ -84,6 +90,12 @@ class ConflictDocument(BaseModel):
     review: Review
 
 
+class PhotoDocument(BaseModel):
+    """A photo that was kept."""
+
+    sha256: Annotated[str, Field(description="What a comment names it by.")]
+
+
 class _EventResponse(StreamingResponse):
     """The events of a page, whose room is given back however it ends, even before the first one is sent."""
 
@@ -147,7 +159,7 @@ def review_router(session: Session) -> APIRouter:
         with 409, with who and when.
         """
         if session.read_only:
-            return refuse(403, "this plan is shown read-only; start `tlsplan view` without --read-only to change it")
+            return refuse(403, _READ_ONLY)
         if is_commenter(request.scope) and not all(may_commenter_make(change) for change in sent.changes):
             return refuse(403, MAY_ONLY_COMMENT)
         outcome = session.store.commit(sent.base_revision, sent.changes, sent.author, plan_sha256=sent.plan_sha256)
@@ -164,24 +176,52 @@ def review_router(session: Session) -> APIRouter:
             }
         )
 
+    @router.post(
+        "/review/photos",
+        response_model=PhotoDocument,
+        responses=refusals(400, 413, 415, 422, 503),
+        summary="Keep a photo",
+        openapi_extra={"requestBody": {"required": True, "content": _JPEG}},
+    )
+    async def post_photo(request: Request) -> Response:
+        """Keep a photo, which a comment may then name: JPEG, at most 1 MiB and 1600 pixels each way."""
+        if session.read_only:
+            return refuse(403, _READ_ONLY)
+        content = await request.body()
+        return JSONResponse({"sha256": await run_in_threadpool(session.store.keep_photo, content)})
+
+    @router.get(
+        "/review/photos/{sha256}",
+        response_class=Response,
+        responses={200: {"content": _JPEG, "description": "The photo."}, **refusals(404, 422), **UNCHANGED},
+        summary="A photo",
+    )
+    def get_photo(sha256: Annotated[str, Path(pattern="^[0-9a-f]{64}$")], request: Request) -> Response:
+        """A photo of a comment."""
+        file = photo_file(session.plan_folder, sha256)
+        if file is None:
+            return refuse(404, f"photo {sha256[:8]}... is not there; reload the review")
+        return send_file(file, request)
+
     @router.get(
         "/events",
         response_class=StreamingResponse,
         responses={
             200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}, "description": "Events, for ever."},
-            **refusals(503),
+            **refusals(422, 503),
         },
         summary="Events",
     )
-    async def get_events(request: Request) -> Response:
+    async def get_events(request: Request, name: _Name = "") -> Response:
         """Server-sent events, while the connection is open.
 
         `review` {revision, author, objects}: somebody changed the review. `live` {state, step, fraction, message}: how
         far the live side is. `run` {a document of /api/runs/...}: what became of a run. `run_deleted` {id}: somebody
-        deleted a run.
+        deleted a run. `people` {names}: who has a page open, as their pages name them, whenever that changes.
         """
+        check_line("name", name, empty=True)
         client = client_of(request.client.host) if request.client else ""
-        stream = session.events.open(client)
+        stream = session.events.open(client, name.strip())
         if stream is None:
             return refuse(503, "too many pages are open already; close some of them and reload")
         note_stream(request.scope)

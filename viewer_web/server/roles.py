@@ -1,4 +1,4 @@
-"""What the holder of a token may do: everything, or comment on the plan and judge stations, and no more."""
+"""What the holder of a token may do: everything, or comment on the plan, judge stations and mark them done, no more."""
 
 from starlette.types import Scope
 
@@ -10,6 +10,7 @@ from planner_core.review.changes import (
     EditComment,
     RemoveComment,
     ResolveComment,
+    SetProgress,
     SetVerdict,
 )
 
@@ -17,7 +18,9 @@ MAY_ONLY_COMMENT = (
     "this address is for comments and verdicts only; to edit stations, plan again or sign off, ask whoever started "
     "`tlsplan view` for the other address"
 )
-_OF_COMMENTERS = (AddComment, AssignComment, EditComment, ResolveComment, RemoveComment, SetVerdict, ClearVerdict)
+_OF_COMMENTERS = (
+    AddComment, AssignComment, EditComment, ResolveComment, RemoveComment, SetVerdict, ClearVerdict, SetProgress,
+)  # fmt: skip
 _COMMENTER = "is_commenter"
 
 
@@ -32,5 +35,5 @@ def is_commenter(scope: Scope) -> bool:
 
 
 def may_commenter_make(change: Change) -> bool:
-    """Whether commenters may make this change of a review: those of comments and verdicts."""
+    """Whether commenters may make this change of a review: those of comments, verdicts and progress."""
     return isinstance(change, _OF_COMMENTERS)

@@ -58,9 +58,11 @@ SCHEMA: dict[str, Rule] = {
             "DueDate",
             "AssignedTo",
             "Description",
+            "DocumentReference",
         ],
         ["Title", "CreationDate", "CreationAuthor"],
     ),
+    "DocumentReference": ({"Guid": GUID}, {"isExternal": "true|false"}, ["ReferencedDocument", "Description"], []),
     "Markup/Comment": ({"Guid": GUID}, {}, ["Date", "Author", "Comment", "Viewpoint"], ["Date", "Author", "Comment"]),
     "Comment/Viewpoint": ({"Guid": GUID}, {}, [], []),
     "Viewpoints": ({"Guid": GUID}, {}, ["Viewpoint", "Snapshot", "Index"], []),
@@ -113,6 +115,7 @@ class Topic:
     markup: ElementTree.Element
     view: ElementTree.Element
     snapshot: bytes | None
+    document: bytes | None = None
 
     def text(self, path: str) -> str:
         return self.markup.findtext(path) or ""
@@ -151,7 +154,9 @@ def read(path: Path) -> list[Topic]:
         assert view.get("Guid") == row.get("Guid")
         assert markup.find("Topic").attrib["Guid"] == folder  # type: ignore[union-attr]
         snapshot = row.findtext("Snapshot")
-        topics.append(Topic(folder, markup, view, files.pop(f"{folder}/{snapshot}") if snapshot else None))
+        named = markup.findtext("Topic/DocumentReference/ReferencedDocument")
+        pictures = [files.pop(f"{folder}/{name}") if name else None for name in (snapshot, named)]
+        topics.append(Topic(folder, markup, view, *pictures))
     assert not files
     assert [topic.text("Topic/Index") for topic in topics] == [str(number) for number in range(len(topics))]
     return topics
@@ -379,6 +384,16 @@ def test_comments_keep_their_words_author_time_and_status(room_folder: Path) -> 
         assert row is not None
         assert said is not None
         assert row.get("Guid") == said.get("Guid")
+
+
+def test_the_photo_of_a_comment_is_a_document_of_its_topic(room_folder: Path) -> None:
+    plan, out = room_folder / "plan", io.BytesIO()
+    Image.new("RGB", (40, 30), "teal").save(out, "JPEG")
+    sha256 = ReviewStore(plan).keep_photo(out.getvalue())
+    review(plan, AddComment("Door locked", photo=sha256), AddComment("No photo"))
+    assert [topic.document for topic in exported(plan, max_topics=0)[0]] == [out.getvalue(), None]
+    (plan / "review-photos" / f"{sha256}.jpg").unlink()  # the comment is there all the same
+    assert [topic.document for topic in exported(plan, max_topics=0)[0]] == [None, None]
 
 
 def pointed_at(topic: Topic, place_m: FloatArray) -> bool:

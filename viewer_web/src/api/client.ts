@@ -1,7 +1,7 @@
 /** Asks the server: one method a route of docs/viewer-api.md; what it refuses comes as `ApiError` with the server's own words. */
 import { t } from '../language/language.ts';
 import { ApiError, NO_ANSWER, NO_TOKEN } from './api-error.ts';
-import type { Change, Committed, ConflictAnswer, Review, Session } from './documents.ts';
+import type { Change, Committed, ConflictAnswer, PhotoAnswer, Review, Session } from './documents.ts';
 import { type Framed, readFramed } from './framing.ts';
 
 export type Fetcher = (address: string, options?: RequestInit) => Promise<Response>;
@@ -48,6 +48,12 @@ export class ApiClient {
     return parsed<T>(await answered(await this.ask(path, { method: 'POST', body, ...(signal ? { signal } : {}) })));
   }
 
+  /** Keep a photo for a comment; returns its SHA-256. */
+  async keepPhoto(photo: Blob): Promise<string> {
+    const response = await answered(await this.ask('review/photos', { method: 'POST', body: photo }));
+    return (await parsed<PhotoAnswer>(response)).sha256;
+  }
+
   async delete(path: string): Promise<void> {
     await answered(await this.ask(path, { method: 'DELETE' }));
   }
@@ -83,8 +89,9 @@ export class ApiClient {
     const options: RequestInit = { method, credentials: 'same-origin' };
     if (signal !== undefined) options.signal = signal;
     if (body !== undefined) {
-      options.body = JSON.stringify(body);
-      options.headers = { 'content-type': 'application/json' };
+      const isPhoto = body instanceof Blob;
+      options.body = isPhoto ? body : JSON.stringify(body);
+      options.headers = { 'content-type': isPhoto ? 'image/jpeg' : 'application/json' };
     }
     try {
       return await this.fetcher(this.base + path, options);

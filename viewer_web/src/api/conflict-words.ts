@@ -5,6 +5,7 @@ import type { ConflictAnswer } from './documents.ts';
 const KINDS: Readonly<Record<string, string>> = {
   station: t('station'),
   verdict: t('the verdict on station'),
+  progress: t('the progress of station'),
   comment: t('comment'),
   zone: t('zone'),
   forbidden: t('forbidden position'),

@@ -17,6 +17,8 @@ export type Comment = Frozen<Sent<schema.Comment>>;
 export type LastChange = Frozen<schema.LastChange>;
 export type ZoneKind = schema.Zone['kind'];
 
+export type PhotoAnswer = Frozen<schema.PhotoDocument>;
+
 /** One change of the review. */
 export type Change = Frozen<schema.Changes['changes'][number]>;
 export type Committed = Frozen<Omit<schema.CommittedDocument, 'review'>> & { readonly review: Review };

@@ -1,10 +1,12 @@
-/** What the server tells by itself: changes of the review, the state of the live side, runs. Asks again when the line breaks. */
+/** What the server tells by itself: changes of the review, the state of the live side, runs, who is there. Asks again when the line breaks. */
 
 export interface Events {
   readonly review: { readonly revision: number; readonly author: string; readonly objects: readonly string[] };
   readonly live: import('./documents.ts').LiveState;
   readonly run: import('./documents.ts').Run;
   readonly run_deleted: { readonly id: string };
+  /** Who has a page of the plan open; those without a name are not among them. */
+  readonly people: { readonly names: readonly string[] };
 }
 
 type Handlers = { readonly [Name in keyof Events]?: (event: Events[Name]) => void };

@@ -1,4 +1,4 @@
-import { expect, test } from 'vitest';
+import { expect, test, vi } from 'vitest';
 import { FakeReviewServer } from '../testing/fake-review-server.ts';
 import { ApiClient } from './client.ts';
 import type { Change, LiveState, Point, Run } from './documents.ts';
@@ -311,4 +311,31 @@ test('more steps than a tab keeps are kept from the last on', () => {
   );
   memory.keep('plan', 5, { done: steps(1, 'x'.repeat(2_000_000)), undone: [] });
   expect(memory.recall('plan', 5)).toMatchObject({ revision: 5, done: [] });
+});
+
+test('the others are listed, and the own name is told once it is typed', async () => {
+  vi.useFakeTimers();
+  try {
+    const addresses: string[] = [];
+    const heard: { people?: (event: { names: readonly string[] }) => void } = {};
+    let nStopped = 0;
+    const listen = ((address: string, handlers: typeof heard) => {
+      addresses.push(address);
+      Object.assign(heard, handlers);
+      return () => nStopped++;
+    }) as unknown as typeof listenToEvents;
+    const reviewClient = new ReviewClient(new ApiClient(new FakeReviewServer().fetch), { listen });
+    reviewClient.setAuthor('A');
+    await reviewClient.open();
+    for (const name of ['Ad', 'Ada', 'Ada \u202eL']) reviewClient.setAuthor(name);
+    vi.runAllTimers();
+    expect(addresses).toEqual(['api/events?name=A', 'api/events?name=Ada%20L']);
+    expect(nStopped).toBe(1);
+    heard.people?.({ names: ['Ada L', 'Grace'] });
+    expect(reviewClient.others.value).toEqual(['Grace']);
+    reviewClient.close();
+    expect(nStopped).toBe(2);
+  } finally {
+    vi.useRealTimers();
+  }
 });

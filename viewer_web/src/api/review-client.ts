@@ -58,6 +58,8 @@ type Direction = 'do' | 'undo' | 'redo';
 
 const LIVE_OFF: LiveState = { state: 'off', step: null, fraction: null, message: null };
 const MOST_ACTIVITIES = 200;
+/** Of typing: a name is not told letter by letter. */
+const NAMED_AFTER_MS = 1000;
 /** A run may tell more often than a busy server answers. */
 const MOST_QUESTIONS_IN_A_ROW = 3;
 const AUTHOR_KEY = 'tlsplan-author';
@@ -90,6 +92,12 @@ export class ReviewClient {
   readonly conflict: Signal<PendingConflict | null> = signal(null);
   readonly activities: Signal<readonly Activity[]> = signal([]);
   readonly author: Signal<string>;
+  /** Who has a page of the plan open. */
+  private readonly people: Signal<readonly string[]> = signal([]);
+  readonly others: ReadonlySignal<readonly string[]> = computed(() => {
+    const own = nameInAddress(this.author.value);
+    return this.people.value.filter((name) => name !== own);
+  });
   readonly isBusy: Signal<boolean> = signal(false);
   /** Comments and verdicts are taken. */
   readonly canComment: ReadonlySignal<boolean> = computed(
@@ -109,7 +117,8 @@ export class ReviewClient {
   private queue: Promise<unknown> = Promise.resolve();
   /** Revisions that were made here. */
   private readonly ownRevisions = new Set<number>();
-  private stopListening: () => void = () => undefined;
+  private stopListening: (() => void) | null = null;
+  private naming: ReturnType<typeof setTimeout> | undefined;
   private readonly listen: typeof listenToEvents;
   private readonly storage: ReviewClientOptions['storage'];
   private readonly undoMemory: UndoMemory | null;
@@ -138,8 +147,12 @@ export class ReviewClient {
       this.line.value = lineAfter(error);
       this.fault.value = (error as Error).message;
     }
+    this.startListening();
+  }
+
+  private startListening(): void {
     this.stopListening = this.listen(
-      'api/events',
+      `api/events?name=${encodeURIComponent(nameInAddress(this.author.peek()))}`,
       {
         review: (event) => this.hear(event),
         live: (state) => {
@@ -149,6 +162,9 @@ export class ReviewClient {
         },
         run: (run) => this.hearOfRuns((known) => [...known.filter(({ id }) => id !== run.id), run]),
         run_deleted: ({ id }) => this.hearOfRuns((known) => known.filter((run) => run.id !== id)),
+        people: ({ names }) => {
+          this.people.value = names;
+        },
       },
       {
         // The first time too: what happened between the session's answer and this line was told to nobody.
@@ -157,6 +173,7 @@ export class ReviewClient {
           void this.inTurn(() => this.askAgain());
         },
         onBreak: () => {
+          this.people.value = [];
           // A break does not say why: a server that was started again answers, and knows us no longer.
           if (this.line.peek() === 'open') this.line.value = 'broken';
           void this.inTurn(() => this.findOut());
@@ -166,12 +183,19 @@ export class ReviewClient {
   }
 
   close(): void {
-    this.stopListening();
+    clearTimeout(this.naming);
+    this.stopListening?.();
   }
 
   setAuthor(name: string): void {
     this.author.value = name;
     this.storage?.setItem(AUTHOR_KEY, name);
+    clearTimeout(this.naming);
+    if (this.stopListening === null) return;
+    this.naming = setTimeout(() => {
+      this.stopListening?.();
+      this.startListening();
+    }, NAMED_AFTER_MS);
   }
 
   warn(text: string): void {
@@ -392,6 +416,11 @@ export class ReviewClient {
     for (const news of this.runNews) news.push(inOrder);
     this.runs.value = inOrder(this.runs.peek());
   }
+}
+
+/** Without what the server takes for no name, such as signs that turn the direction of writing: pages without a name are let in. */
+function nameInAddress(author: string): string {
+  return author.replace(/[\p{C}\p{Zl}\p{Zp}]/gu, '').trim();
 }
 
 function lineAfter(error: unknown): Line {

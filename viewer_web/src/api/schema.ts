@@ -80,6 +80,7 @@ export interface Documents {
   NetworkJoin: NetworkJoin;
   NetworkSection: NetworkSection;
   OfferedExport: OfferedExport;
+  PhotoDocument: PhotoDocument;
   PickGround: PickGround;
   PieceSection: PieceSection;
   PointLimits: PointLimits;
@@ -107,11 +108,13 @@ export interface Documents {
   SessionDocument: SessionDocument;
   SetDoor: SetDoor;
   SetHeight: SetHeight;
+  SetProgress: SetProgress;
   SetVerdict: SetVerdict;
   Sign: Sign;
   SignOff: SignOff;
   StationAreas: StationAreas;
   StationEdit: StationEdit;
+  StationProgress: StationProgress;
   StationSection: StationSection;
   UnlockStation: UnlockStation;
   UnpickGround: UnpickGround;
@@ -147,6 +150,10 @@ export interface AddComment {
    * The day by which, 2026-12-01; empty: none.
    */
   due?: string;
+  /**
+   * SHA-256 of a photo; empty: none.
+   */
+  photo?: string;
   kind: 'add_comment';
 }
 /**
@@ -289,6 +296,7 @@ export interface Changes {
     | RemoveComment
     | SetVerdict
     | ClearVerdict
+    | SetProgress
     | Sign
     | Unsign
   )[];
@@ -512,6 +520,19 @@ export interface ClearVerdict {
   kind: 'clear_verdict';
 }
 /**
+ * Mark a station as done or skipped on site; state null: neither. By and time null: whoever marks it, now.
+ */
+export interface SetProgress {
+  /**
+   * Id of a station.
+   */
+  station: string;
+  state: ('done' | 'skipped') | null;
+  by?: string | null;
+  time?: string | null;
+  kind: 'set_progress';
+}
+/**
  * Sign the plan off as it stands; `earlier` restores a sign-off that was withdrawn.
  */
 export interface Sign {
@@ -597,6 +618,10 @@ export interface Comment {
    * The day by which, 2026-12-01; empty: none.
    */
   due?: string;
+  /**
+   * SHA-256 of a photo; empty: none.
+   */
+  photo?: string;
 }
 /**
  * What was kept. undo : changes that take it back, in the order to send them.
@@ -628,6 +653,7 @@ export interface CommittedDocument {
     | RemoveComment
     | SetVerdict
     | ClearVerdict
+    | SetProgress
     | Sign
     | Unsign
   )[];
@@ -668,9 +694,12 @@ export interface Review {
   verdicts?: {
     [k: string]: Verdict;
   };
+  progress?: {
+    [k: string]: StationProgress;
+  };
   sign_off?: SignOff | null;
   /**
-   * Last change of every object, also of removed ones: `station:S001`, `zone:Z001`, `forbidden:P001`, `pick:G001`, `entrance:E001`, `door:GLOBALID`, `comment:C001`, `verdict:S001`, `sign_off`.
+   * Last change of every object, also of removed ones: `station:S001`, `zone:Z001`, `forbidden:P001`, `pick:G001`, `entrance:E001`, `door:GLOBALID`, `comment:C001`, `verdict:S001`, `progress:S001`, `sign_off`.
    */
   touched?: {
     [k: string]: LastChange;
@@ -703,6 +732,17 @@ export interface Verdict {
    * Plain text, 2 000 bytes of UTF-8.
    */
   note?: string;
+}
+/**
+ * How far the crew came with a station: scanned, or skipped.
+ */
+export interface StationProgress {
+  state: 'done' | 'skipped';
+  by: string;
+  /**
+   * UTC.
+   */
+  time: string;
 }
 /**
  * When an object was last changed, and by whom.
@@ -1082,6 +1122,15 @@ export interface LiveDocument {
    * Why it failed or is off, and what helps.
    */
   message: string | null;
+}
+/**
+ * A photo that was kept.
+ */
+export interface PhotoDocument {
+  /**
+   * What a comment names it by.
+   */
+  sha256: string;
 }
 /**
  * The head of a preview. Three arrays follow, an entry a patch that differs from the draft: uint32 patches, rising;

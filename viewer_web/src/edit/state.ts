@@ -81,6 +81,8 @@ export interface Editing {
   readonly commentText: Signal<string>;
   /** Whom it is for. */
   readonly commentAssignment: Signal<Assignment>;
+  /** What it shows, as it will be sent; null: no photo. */
+  readonly commentPhoto: Signal<Blob | null>;
   /** From the movement of the pointer until the server's answer was there, and until it was drawn. */
   readonly answerTimes: Latencies;
   readonly drawTimes: Latencies;
@@ -108,6 +110,7 @@ export function createEditing(): Editing {
     commentSpot: signal<CommentSpot | null>(null),
     commentText: signal(''),
     commentAssignment: signal(UNASSIGNED),
+    commentPhoto: signal<Blob | null>(null),
     answerTimes: new Latencies(),
     drawTimes: new Latencies(),
     nDrags: signal(0),

@@ -5,6 +5,7 @@ import { hasEdits, stationsOfPlan } from '../edit/review-stations.ts';
 import { t } from '../language/language.ts';
 import type { FieldPlan } from '../load/fetch-plan.ts';
 import { alongWays, coordinatesWords, counted, heightWords, lengthWords, unitName } from '../panels/figures.ts';
+import { type Progress, progressOf } from '../review/progress.ts';
 import type { Store } from '../store.ts';
 import { FloorMap } from './floor-map.tsx';
 import './field.css';
@@ -20,15 +21,18 @@ export function FieldView({ store, loaded }: FieldViewProps) {
   const stations = stationsOfPlan(store, loaded.plan);
   const stops = useMemo(() => routeStops(loaded.plan, stations), [loaded, store.reviewClient?.review.value]);
   const key = useMemo(() => tickKey(loaded.plan, window.location.pathname), [loaded]);
-  const [done, setDone] = useState(() => readTicks(window.localStorage, key));
+  const [ticked, setTicked] = useState(() => readTicks(window.localStorage, key));
+  const progress = progressOf(store);
+  const inReview = stops.map(({ stationId }) => stationId).filter((id) => progress[id]?.state === 'done');
+  const done = new Set([...ticked, ...inReview]);
   const [picked, setPicked] = useState<string | null>(null);
   const next = stops.find(({ stationId }) => stationId === picked) ?? nextStop(stops, done);
   const tick = (stop: Stop, isDone: boolean): void => {
-    const ticked = new Set(done);
-    if (isDone) ticked.add(stop.stationId);
-    else ticked.delete(stop.stationId);
-    writeTicks(window.localStorage, key, ticked);
-    setDone(ticked);
+    const next = new Set(ticked);
+    if (isDone) next.add(stop.stationId);
+    else next.delete(stop.stationId);
+    writeTicks(window.localStorage, key, next);
+    setTicked(next);
     setPicked(null);
   };
   const left = wayLeft(loaded.plan, stops, done);
@@ -59,7 +63,11 @@ export function FieldView({ store, loaded }: FieldViewProps) {
       {hasEdits(stations) && (
         <p class="field-note">{t('Stations as edited in the review; ways to and from these are not known.')}</p>
       )}
-      {next === null ? <AllDone n={stops.length} /> : <NextStop stop={next} stops={stops} done={done} onTick={tick} />}
+      {next === null ? (
+        <AllDone n={stops.length} />
+      ) : (
+        <NextStop {...{ stop: next, stops, done, progress }} onTick={tick} />
+      )}
       <FloorMap
         loaded={loaded}
         floorId={(next ?? stops.at(-1))?.floorId ?? ''}
@@ -68,7 +76,7 @@ export function FieldView({ store, loaded }: FieldViewProps) {
         done={done}
         onPick={({ stationId }) => setPicked(stationId)}
       />
-      <StopList stops={stops} done={done} next={next} onTick={tick} onPick={setPicked} />
+      <StopList {...{ stops, done, progress, next }} onTick={tick} onPick={setPicked} />
     </main>
   );
 }
@@ -91,10 +99,11 @@ interface NextStopProps {
   readonly stop: Stop;
   readonly stops: readonly Stop[];
   readonly done: ReadonlySet<string>;
+  readonly progress: Progress;
   readonly onTick: (stop: Stop, isDone: boolean) => void;
 }
 
-function NextStop({ stop, stops, done, onTick }: NextStopProps) {
+function NextStop({ stop, stops, done, progress, onTick }: NextStopProps) {
   const wayM = wayTo(stop, stops, done);
   const isDone = done.has(stop.stationId);
   return (
@@ -116,7 +125,7 @@ function NextStop({ stop, stops, done, onTick }: NextStopProps) {
           })}
         </p>
       </div>
-      <button type="button" class="field-done" onClick={() => onTick(stop, !isDone)}>
+      <button type="button" class="field-done" {...inReviewOf(progress, stop)} onClick={() => onTick(stop, !isDone)}>
         {isDone ? t('Mark as not done') : t('Done')}
       </button>
     </section>
@@ -126,12 +135,13 @@ function NextStop({ stop, stops, done, onTick }: NextStopProps) {
 interface StopListProps {
   readonly stops: readonly Stop[];
   readonly done: ReadonlySet<string>;
+  readonly progress: Progress;
   readonly next: Stop | null;
   readonly onTick: (stop: Stop, isDone: boolean) => void;
   readonly onPick: (stationId: string) => void;
 }
 
-function StopList({ stops, done, next, onTick, onPick }: StopListProps) {
+function StopList({ stops, done, progress, next, onTick, onPick }: StopListProps) {
   return (
     <ol class="field-stops" aria-label={t('Stations in route order')}>
       {stops.map((stop) => (
@@ -141,6 +151,7 @@ function StopList({ stops, done, next, onTick, onPick }: StopListProps) {
               type="checkbox"
               aria-label={t('{id} done', { id: stop.stationId })}
               checked={done.has(stop.stationId)}
+              {...inReviewOf(progress, stop)}
               onChange={(event) => onTick(stop, event.currentTarget.checked)}
             />
           </label>
@@ -150,7 +161,9 @@ function StopList({ stops, done, next, onTick, onPick }: StopListProps) {
             </span>
             <span class="field-stop-name">
               {stop.stationId}
-              <small>{stop.floorName}</small>
+              <small>
+                {progress[stop.stationId]?.state === 'skipped' ? `${stop.floorName} · ${t('skipped')}` : stop.floorName}
+              </small>
             </span>
             <span class="muted">{stop.wayM === null ? '' : lengthWords(stop.wayM, 1)}</span>
           </button>
@@ -158,4 +171,9 @@ function StopList({ stops, done, next, onTick, onPick }: StopListProps) {
       ))}
     </ol>
   );
+}
+
+/** What the review has as done is taken back there, not on this device. */
+function inReviewOf(progress: Progress, { stationId }: Stop): { disabled?: boolean; title?: string } {
+  return progress[stationId]?.state === 'done' ? { disabled: true, title: t('Done in the review') } : {};
 }

@@ -18,6 +18,7 @@ import { MeasureLayer } from '../measure/measure-layer.tsx';
 import { PlanScale } from '../measure/plan-grid.tsx';
 import { SiteTools } from '../measure/site-tools.tsx';
 import { PairCard } from '../network/pair-card.tsx';
+import { People } from '../review/people.tsx';
 import { RoomNames } from '../rooms/room-names.tsx';
 import { RunBanner } from '../runs/run-banner.tsx';
 import { FlatPicture } from '../scene/flat-picture.tsx';
@@ -62,6 +63,7 @@ export function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan 
               {loaded.plan.scene.file.split(/[\\/]/).pop()}
             </p>
           </div>
+          {store.reviewClient !== null && <People reviewClient={store.reviewClient} />}
           <LanguageSelect />
           <FieldButton store={store} />
         </header>

@@ -31,6 +31,7 @@ test('what is left of nothing was taken away', () => {
   const words = [
     'station:S001',
     'verdict:S001',
+    'progress:S001',
     'comment:C001',
     'zone:Z001',
     'forbidden:P001',
@@ -42,6 +43,7 @@ test('what is left of nothing was taken away', () => {
   expect(words).toEqual([
     'Station S001 back as planned',
     'Station S001 no longer has a verdict',
+    'Station S001 neither done nor skipped',
     'Comment removed',
     'Zone removed',
     'Position allowed again',
@@ -68,6 +70,7 @@ test('verdicts, comments, zones and the signature are told by what they say', ()
         resolved: true,
         assignee: '',
         due: '',
+        photo: '',
       },
     },
     zones: {
@@ -76,6 +79,8 @@ test('verdicts, comments, zones and the signature are told by what they say', ()
     sign_off: { name: 'Ada', time, plan_sha256: '0', revision: 4, note: '' },
   };
   expect(changeInWords('verdict:S002', review)).toBe('Station S002 rejected');
+  const progress = { S002: { state: 'skipped', by: 'Ada', time } } as const;
+  expect(changeInWords('progress:S002', { ...review, progress })).toBe('Station S002 skipped');
   expect(changeInWords('comment:C001', review)).toBe('Comment resolved: “The door here stays shut until Friday, s…”');
   expect(changeInWords('zone:Z001', review)).toBe('Keep-out zone “Lab” drawn');
   expect(changeInWords('sign_off', review)).toBe('Signed off');

@@ -15,6 +15,8 @@ export function changeInWords(object: string, review: Review): string {
       return t('Station {id} {change}', { id, change: editInWords(review.stations[id]) });
     case 'verdict':
       return verdictInWords(id, review.verdicts[id]?.verdict);
+    case 'progress':
+      return progressInWords(id, review.progress[id]?.state);
     case 'comment':
       return commentInWords(review.comments[id]);
     case 'zone':
@@ -45,6 +47,11 @@ export function changeInWords(object: string, review: Review): string {
 function verdictInWords(id: string, verdict: string | undefined): string {
   if (verdict === undefined) return t('Station {id} no longer has a verdict', { id });
   return verdict === 'accepted' ? t('Station {id} accepted', { id }) : t('Station {id} rejected', { id });
+}
+
+function progressInWords(id: string, state: string | undefined): string {
+  if (state === undefined) return t('Station {id} neither done nor skipped', { id });
+  return state === 'done' ? t('Station {id} done', { id }) : t('Station {id} skipped', { id });
 }
 
 function editInWords(edit: StationEdit | undefined): string {

@@ -13,6 +13,7 @@ import { Section } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 import { AssignmentFields, AssignmentWords } from './assignment.tsx';
+import { Photo, PhotoChoice } from './photo.tsx';
 import {
   addComment,
   assignComment,
@@ -56,18 +57,29 @@ interface NewCommentProps {
 function NewComment({ store, reviewClient, people }: NewCommentProps) {
   const text = store.editing.commentText.value;
   const assignment = store.editing.commentAssignment.value;
+  const photo = store.editing.commentPhoto.value;
   const [isSending, setIsSending] = useState(false);
   const spot = store.editing.commentSpot.value;
   const isPinning = store.editing.tool.value === 'comment';
   const stationId = store.stationId.value;
+  const send = async (): Promise<boolean> => {
+    try {
+      const sha256 = photo === null ? '' : await reviewClient.client.keepPhoto(photo);
+      const change = addComment(text.trim(), spot?.target ?? null, spot?.positionM ?? null, assignment, sha256);
+      return await reviewClient.commit('comment', [change]);
+    } catch (error) {
+      reviewClient.warn((error as Error).message);
+      return false;
+    }
+  };
   const post = async (): Promise<void> => {
-    const change = addComment(text.trim(), spot?.target ?? null, spot?.positionM ?? null, assignment);
     setIsSending(true);
-    const isDone = await reviewClient.commit('comment', [change]).finally(() => setIsSending(false));
+    const isDone = await send().finally(() => setIsSending(false));
     if (!isDone) return;
     // Where the next one was begun meanwhile, it stays.
     if (store.editing.commentText.peek() === text) store.editing.commentText.value = '';
     if (store.editing.commentAssignment.peek() === assignment) store.editing.commentAssignment.value = UNASSIGNED;
+    if (store.editing.commentPhoto.peek() === photo) store.editing.commentPhoto.value = null;
     if (store.editing.commentSpot.peek() === spot) store.editing.commentSpot.value = null;
   };
   return (
@@ -100,6 +112,13 @@ function NewComment({ store, reviewClient, people }: NewCommentProps) {
         />
       )}
       <div class="buttons">
+        <PhotoChoice
+          reviewClient={reviewClient}
+          photo={photo}
+          onChange={(next) => {
+            store.editing.commentPhoto.value = next;
+          }}
+        />
         <button type="submit" class="button button-primary button-small" disabled={text.trim() === '' || isSending}>
           {t('Comment')}
         </button>
@@ -169,6 +188,7 @@ function CommentEntry({ store, reviewClient, comment, view, people }: CommentEnt
           onInput={(event) => setEdited(event.currentTarget.value)}
         />
       )}
+      {comment.photo !== '' && <Photo sha256={comment.photo} />}
       {assigned === null ? (
         <AssignmentWords comment={comment} />
       ) : (

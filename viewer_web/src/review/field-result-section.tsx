@@ -17,7 +17,7 @@ export function FieldResultSection({ store, reviewClient }: { store: Store; revi
     setPending(null);
     try {
       // Who changed a station since the file was made is told of, not overwritten.
-      const changes = changesOfField(result, stationsOf(store), rejected);
+      const changes = changesOfField(result, stationsOf(store), rejected, reviewClient.review.peek()?.progress);
       await reviewClient.commit(t('take in a field result'), changes, result.revision);
     } catch (error) {
       reviewClient.warn((error as Error).message);

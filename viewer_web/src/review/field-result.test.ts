@@ -35,6 +35,9 @@ test('moved stations are moved at their height, what was said is a comment, and 
     floor: b.floorId,
   });
   expect(changes.slice(1)).toMatchObject([
+    { kind: 'set_progress', station: a.id, state: 'done' },
+    { kind: 'set_progress', station: b.id, state: 'done' },
+    { kind: 'set_progress', station: c.id, state: 'skipped' },
     { kind: 'add_comment', target: b.id, text: 'On site (Ada): set up 0.50 m away; photo taken' },
     { kind: 'add_comment', target: c.id, text: 'On site (Ada): skipped; Door locked' },
     { kind: 'add_comment', target: null },
@@ -51,6 +54,16 @@ test('the same file makes comments of the same ids, which a review takes once', 
     );
   expect(ids()).toEqual(ids());
   for (const id of ids()) expect(id).toMatch(/^[A-Za-z][A-Za-z0-9_]{0,31}$/);
+});
+
+test('what the review has already is not marked again, and what the crew did not come to stays as it is', () => {
+  const result = readFieldResult(
+    file({ ...nothing, id: a.id, state: 'done' }, { ...nothing, id: b.id, state: 'done' }, { ...nothing, id: c.id }),
+  );
+  const [by, time] = ['Ben', '2026-11-22T10:00:00Z'];
+  const progress = { [a.id]: { state: 'done', by, time }, [c.id]: { state: 'done', by, time } } as const;
+  const changes = changesOfField(result, stations, new Set(), progress);
+  expect(changes).toMatchObject([{ kind: 'set_progress', station: b.id, state: 'done' }, { kind: 'add_comment' }]);
 });
 
 test('a move that is rejected is a comment alone', () => {

@@ -4,10 +4,11 @@ import type { Change, Point } from '../api/documents.ts';
 import type { DraftStation } from '../edit/draft.ts';
 import { decimal, t } from '../language/language.ts';
 import { counted, lengthWords } from '../panels/figures.ts';
+import { type Progress, type ProgressState, setProgress } from './progress.ts';
 
 export interface FieldStation {
   readonly id: string;
-  readonly state: 'done' | 'skipped' | null;
+  readonly state: ProgressState | null;
   /** Where it stood on site, (x, y), scene frame; null: where it was planned. */
   readonly movedTo: readonly [number, number] | null;
   readonly note: string;
@@ -91,13 +92,14 @@ const awayOf = ([x, y]: readonly [number, number], { positionM }: DraftStation):
   Math.hypot(x - positionM[0], y - positionM[1]);
 
 /**
- * The changes that take a result into the review: moved stations are moved, what was said of a station is a comment on it, and how far the
- * crew came is a comment on the plan. Ids of the comments follow from the file: taken in twice, it is a conflict and not two of each.
+ * The changes that take a result into the review: moved stations are moved, what is done or skipped is marked so, what was said of a station
+ * is a comment on it, and how far the crew came is a comment on the plan. Ids of the comments follow from the file: taken in twice, it is a conflict and not two of each.
  */
 export function changesOfField(
   result: FieldResult,
   stations: readonly DraftStation[],
   rejected: ReadonlySet<string> = new Set(),
+  progress: Progress = {},
 ): Change[] {
   const byId = new Map(stations.map((station) => [station.id, station]));
   const unknown = result.stations.filter(({ id }) => !byId.has(id)).map(({ id }) => id);
@@ -117,6 +119,10 @@ export function changesOfField(
       const position_m: Point = [x, y, positionM[2]];
       return { kind: 'move_station', station: id, position_m, instrument_height_m: instrumentHeightM, floor: floorId };
     }),
+    // Those that this crew did not come to may be another crew's.
+    ...result.stations.flatMap(({ id, state }): Change[] =>
+      state === null || state === progress[id]?.state || byId.get(id)!.isRemoved ? [] : [setProgress(id, state)],
+    ),
     ...told,
     { kind: 'add_comment', id: `F${stamp}_0`, text: summaryOf(result, stations), target: null },
   ];

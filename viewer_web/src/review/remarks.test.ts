@@ -13,6 +13,7 @@ const comment = (id: string, time: string, resolved = false): Comment => ({
   resolved,
   assignee: '',
   due: '',
+  photo: '',
 });
 const touch = (revision: number, by = 'Ada') => ({ revision, by, at: '2026-11-21T16:30:00Z' });
 
@@ -39,7 +40,13 @@ test('a signature says what was changed since', () => {
     ...EMPTY_REVIEW,
     revision: 6,
     sign_off: { name: 'Ada', time: '2026-11-21T16:30:00Z', plan_sha256: '0', revision: 4, note: '' },
-    touched: { 'zone:Z001': touch(2), sign_off: touch(4), 'station:S001': touch(5), 'comment:C001': touch(6) },
+    touched: {
+      'zone:Z001': touch(2),
+      sign_off: touch(4),
+      'station:S001': touch(5),
+      'comment:C001': touch(6),
+      'progress:S001': touch(7),
+    },
   };
   expect(changesSinceSignature(signed)).toBe(2);
   expect(changesSinceSignature({ ...signed, touched: { sign_off: touch(4), 'zone:Z001': touch(4) } })).toBe(0);

@@ -7,8 +7,9 @@ export function addComment(
   target: string | number | null,
   positionM: Point | null,
   { assignee, due }: Assignment,
+  photo = '',
 ): Change {
-  return { kind: 'add_comment', text, target, position_m: positionM, assignee: assignee.trim(), due };
+  return { kind: 'add_comment', text, target, position_m: positionM, assignee: assignee.trim(), due, photo };
 }
 export const assignComment = (id: string, { assignee, due }: Assignment): Change => ({
   kind: 'assign_comment',
@@ -63,8 +64,10 @@ export function lastChanges(review: Review, most: number): (LastChange & { reado
 export function changesSinceSignature(review: Review): number {
   const { sign_off, touched } = review;
   if (sign_off === null) return 0;
+  // A crew that carries the plan out changes nothing of it.
   return Object.entries(touched).filter(
-    ([object, { revision }]) => object !== 'sign_off' && revision > sign_off.revision,
+    ([object, { revision }]) =>
+      object !== 'sign_off' && !object.startsWith('progress:') && revision > sign_off.revision,
   ).length;
 }
 

@@ -3,6 +3,8 @@
 import { useEffect, useRef } from 'preact/hooks';
 import { t } from '../language/language.ts';
 import { groupColor } from '../network/groups.ts';
+import { type ProgressState, progressOf, stateInWords } from '../review/progress.ts';
+import { ProgressSign } from '../review/progress-sign.tsx';
 import type { MarkerPlace } from '../scene/marker-place.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -39,6 +41,7 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
     };
   }, [view]);
   const stations = store.shownStations.value;
+  const progress = progressOf(store);
   const isChosen = (id: string): boolean => store.stationId.value === id || store.selection.value.has(id);
   /** On the tab of the network, that of its group. */
   const colorOf = (id: string): { background?: string } => {
@@ -68,7 +71,7 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
             .join(' ')
             .trim()}
           style={colorOf(station.id)}
-          aria-label={nameOf(station, store.showRoute.value)}
+          aria-label={nameOf(station, store.showRoute.value, progress[station.id]?.state)}
           aria-pressed={isChosen(station.id)}
           data-station={station.id}
           ref={(button) => keep(buttons.current, station.id, button)}
@@ -77,6 +80,7 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
         >
           {station.number}
           {store.showRoute.value && <i class="marker-order">{station.order}</i>}
+          {progress[station.id] !== undefined && <ProgressSign state={progress[station.id].state} />}
         </button>
       ))}
     </div>
@@ -84,9 +88,10 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
 }
 
 /** With what is written on it: who speaks to the page reads it from there. */
-function nameOf({ number, id, order }: ShownStation, hasOrder: boolean): string {
+function nameOf({ number, id, order }: ShownStation, hasOrder: boolean, state: ProgressState | undefined): string {
   const name = t('{number}, station {id}', { number, id });
-  return hasOrder ? t('{station}, {order} on the route', { station: name, order }) : name;
+  const onRoute = hasOrder ? t('{station}, {order} on the route', { station: name, order }) : name;
+  return state === undefined ? onRoute : `${onRoute}, ${stateInWords(state)}`;
 }
 
 function tellCovered(

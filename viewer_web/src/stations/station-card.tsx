@@ -11,6 +11,7 @@ import { lackInWords } from '../network/link-groups.ts';
 import { Card } from '../panels/card.tsx';
 import { areaWords, coordinateWords, counted, duration, heightWords, overlapNoun } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
+import { ProgressButtons } from '../review/progress-sign.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import { whyNoPicture } from '../scene/state.ts';
 import type { Store } from '../store.ts';
@@ -52,6 +53,7 @@ export function StationCard({ store, view }: { store: Store; view: PlanView | nu
       <Pose plan={plan} station={station} store={store} />
       <OwnSurface store={store} plan={plan} station={station} />
       <Links store={store} plan={plan} station={station} />
+      <ProgressButtons store={store} stationId={station.id} />
       <div class="chips">
         <button
           type="button"

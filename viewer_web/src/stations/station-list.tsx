@@ -7,6 +7,8 @@ import { countingOf } from '../network/graph.ts';
 import { areaWords } from '../panels/figures.ts';
 import { reveal } from '../panels/reveal.ts';
 import { Section } from '../panels/section.tsx';
+import { progressOf } from '../review/progress.ts';
+import { ProgressSign } from '../review/progress-sign.tsx';
 import type { Store } from '../store.ts';
 import { lossWords } from './losses.ts';
 import { clickStation, selectNone } from './select.ts';
@@ -68,6 +70,7 @@ function Row({ store, row: { station, seenM2, lostM2, nLinks } }: { store: Store
   useEffect(() => {
     if (isChosen) reveal(row.current);
   }, [isChosen]);
+  const progress = progressOf(store)[station.id];
   const area = (m2: number | null): string => (m2 === null ? '–' : areaWords(m2));
   return (
     <li>
@@ -82,7 +85,9 @@ function Row({ store, row: { station, seenM2, lostM2, nLinks } }: { store: Store
         <span class="dot" aria-hidden="true">
           {station.number}
         </span>
-        <span class="row-name">{station.id}</span>
+        <span class="row-name">
+          {station.id} {progress !== undefined && <ProgressSign state={progress.state} isNamed />}
+        </span>
         <span>{area(seenM2)}</span>
         <span>{area(lostM2)}</span>
         <span>{nLinks}</span>

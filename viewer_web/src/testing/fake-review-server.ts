@@ -11,6 +11,7 @@ export const EMPTY_REVIEW: Review = {
   doors: {},
   comments: {},
   verdicts: {},
+  progress: {},
   sign_off: null,
   touched: {},
 };
@@ -135,6 +136,7 @@ export class FakeReviewServer {
         resolved: false,
         assignee: '',
         due: '',
+        photo: '',
       };
       this.review = { ...this.review, comments: { ...comments, [id]: comment } };
       return { kind: 'remove_comment', id };

@@ -8,6 +8,7 @@ export const API = {
   "The server's answer can't be read. Reload the page; the server may be of another version.":
     'Die Antwort des Servers ist nicht lesbar. Laden Sie die Seite neu; der Server hat vielleicht eine andere Version.',
   'the verdict on station': 'das Urteil über Standpunkt',
+  'the progress of station': 'der Fortschritt von Standpunkt',
   comment: 'Kommentar',
   zone: 'Zone',
   'forbidden position': 'gesperrte Position',

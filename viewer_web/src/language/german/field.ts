@@ -4,6 +4,8 @@ export const FIELD = {
     'Nächster Standpunkt, Entfernung und Fortschritt: für ein Tablet vor Ort',
   'Field view': 'Feldansicht',
   done: 'erledigt',
+  skipped: 'ausgelassen',
+  'Done in the review': 'In der Prüfung erledigt',
   '· {length} to walk': '· zu gehen: {length}',
   'Full plan': 'Ganzer Plan',
   'Stations done': 'Erledigte Standpunkte',

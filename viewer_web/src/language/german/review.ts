@@ -1,6 +1,7 @@
 /** German of the texts in src/review. */
 export const REVIEW = {
   'Your name, for changes and comments': 'Ihr Name, für Änderungen und Kommentare',
+  'Also here: {names}': 'Auch hier: {names}',
   'Station {id} {change}': 'Standpunkt {id} {change}',
   'Position allowed again': 'Position wieder zugelassen',
   'Position forbidden': 'Position gesperrt',
@@ -12,6 +13,15 @@ export const REVIEW = {
   'Station {id} no longer has a verdict': 'Standpunkt {id} ohne Urteil',
   'Station {id} accepted': 'Standpunkt {id} angenommen',
   'Station {id} rejected': 'Standpunkt {id} abgelehnt',
+  'Station {id} done': 'Standpunkt {id} erledigt',
+  'Station {id} skipped': 'Standpunkt {id} ausgelassen',
+  'Station {id} neither done nor skipped': 'Standpunkt {id} weder erledigt noch ausgelassen',
+  'On site': 'Vor Ort',
+  Skipped: 'Ausgelassen',
+  'mark {id} as {state}': '{id} als {state} markieren',
+  'take back how far {id} is': 'den Stand von {id} zurücknehmen',
+  'done by {by} {time}': 'erledigt von {by} {time}',
+  'skipped by {by} {time}': 'ausgelassen von {by} {time}',
   'back as planned': 'wieder wie geplant',
   unlocked: 'gelöst',
   and: 'und',
@@ -31,6 +41,14 @@ export const REVIEW = {
   'Pin to a surface': 'An Fläche heften',
   'Pin to {id}': 'An {id} heften',
   Unpin: 'Ablösen',
+  'Take a photo': 'Foto aufnehmen',
+  'Add a photo': 'Foto hinzufügen',
+  'Remove photo': 'Foto entfernen',
+  'Photo of the comment': 'Foto zum Kommentar',
+  'Open the photo': 'Foto öffnen',
+  'The file is no picture that this browser can read. Choose another one.':
+    'Die Datei ist kein Bild, das dieser Browser lesen kann. Wählen Sie ein anderes.',
+  'The photo stays too large. Choose another one.': 'Das Foto bleibt zu groß. Wählen Sie ein anderes.',
   resolved: 'erledigt',
   'Edited comment': 'Bearbeiteter Kommentar',
   Reopen: 'Wieder öffnen',
@@ -78,7 +96,6 @@ export const REVIEW = {
     'Das Feldergebnis ist beschädigt bei {where}. Speichern Sie es noch einmal vom Telefon.',
   'The field result names {stations}, which the review does not have.':
     'Das Feldergebnis nennt {stations}; die Prüfung kennt sie nicht.',
-  skipped: 'ausgelassen',
   'set up {length} away': '{length} entfernt aufgestellt',
   'set up {length} away to x {x}, y {y}, and not moved here':
     '{length} entfernt aufgestellt bei x {x}, y {y}, und hier nicht verschoben',
