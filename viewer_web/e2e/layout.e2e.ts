@@ -30,6 +30,7 @@ const WINDOWS: readonly [string, Look][] = [
 /** What leads from one state to the next. Names of tabs, not words: the page is in German, too. */
 const STATES: readonly [string, (viewer: ViewerPage) => Promise<unknown>][] = [
   ['overview', async () => undefined],
+  ['walk', ({ page }) => page.keyboard.press('w')],
   ['room', ({ page }) => page.locator('[data-room]').first().click()],
   [
     'station',

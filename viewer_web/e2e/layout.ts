@@ -10,7 +10,7 @@ export function layoutFaults(page: Page): Promise<string[]> {
   return page.evaluate(() => {
     const SLACK = 1.5;
     const PANELS =
-      '.tool-group, .card, .legend, .plan-scale, .covered-note, .walk, .draft-bar, .messages, .tip, .sheet, .toolbar-below';
+      '.tool-group, .card, .legend, .plan-scale, .covered-note, .walk, .walk-map, .view-cube, .draft-bar, .messages, .tip, .sheet, .toolbar-below';
     const CONTROLS = 'button, a[href], input, select, textarea, summary';
     interface Box {
       left: number;

@@ -11,6 +11,8 @@ import './rooms/rooms.css';
 import './runs/runs.css';
 import './shortfalls/shortfalls.css';
 import './scene/flat-picture.css';
+import './views/view-cube.css';
+import './walk/walk-map.css';
 import './stations/covered-note.css';
 import './stations/losses.css';
 import './panels/key-cursor.css';

@@ -48,10 +48,10 @@ test('grid north is where the northing grows and the easting does not', () => {
 
 test('without a map conversion true north counts where it is told, and there are no site coordinates', () => {
   expect(siteOf({ georeference: null })).toBeNull();
-  expect(northOf({ georeference: null })).toEqual({ rad: 0, name: '+y; north not given' });
+  expect(northOf({ georeference: null })).toEqual({ rad: 0, name: '+y; north not given', isGiven: false });
   const turned = told({ true_north: [Math.SQRT1_2, Math.SQRT1_2] });
   expect(siteOf(turned)).toBeNull();
-  expect(northOf(turned)).toEqual({ rad: expect.closeTo(Math.PI / 4), name: 'True north' });
+  expect(northOf(turned)).toEqual({ rad: expect.closeTo(Math.PI / 4), name: 'True north', isGiven: true });
 });
 
 test('site coordinates are read in the map’s own foot', () => {

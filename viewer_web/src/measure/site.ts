@@ -39,12 +39,16 @@ export function siteOf({ georeference }: Georeferenced): Site | null {
 }
 
 /** Which way north is in the plan of the scene, clockwise from its +y, and which north that is. */
-export function northOf(scene: Georeferenced): { readonly rad: number; readonly name: string } {
+export function northOf(scene: Georeferenced): {
+  readonly rad: number;
+  readonly name: string;
+  readonly isGiven: boolean;
+} {
   const site = siteOf(scene);
-  if (site !== null) return { rad: site.northRad, name: t('Grid north') };
+  if (site !== null) return { rad: site.northRad, name: t('Grid north'), isGiven: true };
   const told = scene.georeference?.true_north;
-  if (told) return { rad: Math.atan2(told[0], told[1]), name: t('True north') };
-  return { rad: 0, name: t('+y; north not given') };
+  if (told) return { rad: Math.atan2(told[0], told[1]), name: t('True north'), isGiven: true };
+  return { rad: 0, name: t('+y; north not given'), isGiven: false };
 }
 
 /** How many metres the unit is that site coordinates are read and written in. */

@@ -27,6 +27,8 @@ import { CoveredNote } from '../stations/covered-note.tsx';
 import { Markers } from '../stations/markers.tsx';
 import { StationCard } from '../stations/station-card.tsx';
 import type { Store } from '../store.ts';
+import { ViewCube } from '../views/view-cube.tsx';
+import { WalkMap } from '../walk/walk-map.tsx';
 import { WalkPanel } from '../walk/walk-panel.tsx';
 import { KeyCursor } from './key-cursor.tsx';
 import { listenToKeys } from './keys.ts';
@@ -103,6 +105,8 @@ export function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan 
           {view !== null && <Toolbar store={store} view={view} />}
           {view !== null && <EditLayer store={store} loaded={loaded} view={view} />}
           {view !== null && <SiteTools store={store} view={view} />}
+          {view !== null && <WalkMap store={store} loaded={loaded} view={view} />}
+          {view !== null && <ViewCube store={store} scene={loaded.plan.scene} view={view} />}
           <div class="corner">
             {view !== null && <PlanScale store={store} view={view} />}
             {view !== null && <CoveredNote store={store} view={view} />}

@@ -1,7 +1,7 @@
 import { PerspectiveCamera, Vector3 } from 'three';
 import { expect, test } from 'vitest';
 import type { Extent } from '../floors/cut.ts';
-import { flightAt, homeView, orbited } from './camera.ts';
+import { flightAt, homeView, orbited, type Whence } from './camera.ts';
 
 const BOXES: Extent[] = [
   { minM: [0, 0, 0], maxM: [10, 8, 6] },
@@ -9,7 +9,9 @@ const BOXES: Extent[] = [
   { minM: [0, 0, 0], maxM: [2, 2, 60] },
 ];
 
-test.each(['side', 'top'] as const)('the view from the %s has the whole box in the picture', (from) => {
+const WHENCE: readonly Whence[] = ['side', 'top', '+x', '-x', '+y', '-y'];
+
+test.each(WHENCE)('the view from the %s has the whole box in the picture', (from) => {
   for (const aspect of [0.5, 1, 2.2]) {
     for (const box of BOXES) {
       const view = homeView(box, from, { fieldOfViewDeg: 34, aspect });
@@ -61,6 +63,13 @@ test('a flight begins where it was, ends where it goes, and says so', () => {
   expect(flightAt(flight, 200).view.position.x).toBeCloseTo(5);
   expect(flightAt(flight, 200).isOver).toBe(false);
   expect(flightAt(flight, 300)).toMatchObject({ isOver: true, view: { target: { y: 10 } } });
+});
+
+test('a flight to the other side goes round what is looked at, the shorter way', () => {
+  const from = { position: new Vector3(-1, -10, 0), target: new Vector3() };
+  const to = { position: new Vector3(-1, 10, 0), target: new Vector3() };
+  const half = flightAt({ from, to, start: 0, durationMs: 2 }, 1).view.position;
+  expect(half.toArray()).toEqual([expect.closeTo(-Math.hypot(1, 10)), expect.closeTo(0), expect.closeTo(0)]);
 });
 
 test('the camera goes round what it looks at, keeps its distance, and stops short of straight above', () => {

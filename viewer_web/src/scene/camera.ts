@@ -1,5 +1,5 @@
 /** Where the camera stands: the view that fits a box, and the way from one view to another. */
-import { Matrix4, Spherical, Vector3 } from 'three';
+import { MathUtils, Matrix4, Spherical, Vector3 } from 'three';
 import type { Extent } from '../floors/cut.ts';
 
 export interface View {
@@ -14,11 +14,21 @@ export interface Flight {
   readonly durationMs: number;
 }
 
-/** From the south-south-west, steep enough to look into rooms. `top` is not quite vertical: there, north would be lost. */
-const DIRECTIONS = {
+/** Sides of what is shown, by the axis of the scene that points to them. */
+export type PlanSide = '+x' | '-x' | '+y' | '-y';
+export type Whence = 'side' | 'top' | PlanSide;
+
+/** Somewhat from above: level, an opened floor is the outside of its walls. */
+const ABOVE = 0.4;
+/** `side`: from the south-south-west, steep enough to look into rooms. `top` is not quite vertical: there, north would be lost. */
+const DIRECTIONS: Readonly<Record<Whence, Vector3>> = {
   side: new Vector3(-0.42, -0.78, 0.88).normalize(),
   top: new Vector3(0, -0.0005, 1).normalize(),
-} as const;
+  '+x': new Vector3(1, 0, ABOVE).normalize(),
+  '-x': new Vector3(-1, 0, ABOVE).normalize(),
+  '+y': new Vector3(0, 1, ABOVE).normalize(),
+  '-y': new Vector3(0, -1, ABOVE).normalize(),
+};
 /** Room left around the box, for the markers at its rim and the controls above it. */
 const MARGIN = 1.15;
 
@@ -36,7 +46,7 @@ const MOST_COVERED = 0.5;
 /** The nearest view along a fixed direction that has all of the box in what panels leave of the picture. */
 export function homeView(
   extent: Extent,
-  from: 'side' | 'top',
+  from: Whence,
   lens: { readonly fieldOfViewDeg: number; readonly aspect: number },
   covered: Covered = NOTHING_COVERED,
 ): View {
@@ -79,24 +89,39 @@ const NEAREST_TO_UP_RAD = 0.0005;
 
 /** Where the camera stands after a turn about what it looks at, counterclockwise, tilted away from straight above. */
 export function orbited({ position, target }: View, turnRad: number, tiltRad: number, closer: number): number[] {
-  const from = position.clone().sub(target);
-  const around = new Spherical().setFromCartesianCoords(from.x, from.z, -from.y);
+  const around = aroundOf(position.clone().sub(target));
   around.theta += turnRad;
   around.phi = Math.min(Math.PI - NEAREST_TO_UP_RAD, Math.max(NEAREST_TO_UP_RAD, around.phi + tiltRad));
   around.radius *= closer;
+  return awayOf(around).add(target).toArray();
+}
+
+/** Of the way from what is looked at to the camera; three.js has the second axis up. */
+const aroundOf = ({ x, y, z }: Vector3): Spherical => new Spherical().setFromCartesianCoords(x, z, -y);
+
+function awayOf(around: Spherical): Vector3 {
   const { x, y, z } = new Vector3().setFromSpherical(around);
-  return [target.x + x, target.y - z, target.z + y];
+  return new Vector3(x, -z, y);
+}
+
+/** Between two ways from what is looked at to the camera: round it, since the straight line could lead through it. */
+function roundBetween(from: Vector3, to: Vector3, share: number): Vector3 {
+  const [a, b] = [aroundOf(from), aroundOf(to)];
+  if (a.radius === 0 || b.radius === 0) return from.clone().lerp(to, share);
+  const turn = MathUtils.euclideanModulo(b.theta - a.theta + Math.PI, 2 * Math.PI) - Math.PI;
+  const between = (x: number, y: number): number => x + share * (y - x);
+  return awayOf(new Spherical(between(a.radius, b.radius), between(a.phi, b.phi), a.theta + share * turn));
 }
 
 /** Where a flight is at time `now`, slow at both ends. */
 export function flightAt(flight: Flight, now: number): { view: View; isOver: boolean } {
   const share = flight.durationMs > 0 ? Math.max(0, Math.min(1, (now - flight.start) / flight.durationMs)) : 1;
   const eased = share * share * (3 - 2 * share);
+  const { from, to } = flight;
+  const target = from.target.clone().lerp(to.target, eased);
+  const away = roundBetween(from.position.clone().sub(from.target), to.position.clone().sub(to.target), eased);
   return {
-    view: {
-      position: flight.from.position.clone().lerp(flight.to.position, eased),
-      target: flight.from.target.clone().lerp(flight.to.target, eased),
-    },
+    view: { position: target.clone().add(away), target },
     isOver: share >= 1,
   };
 }

@@ -9,7 +9,7 @@ import type { Direction } from '../stations/panorama-image.ts';
 import type { ShownStation } from '../stations/shown.ts';
 import type { Store } from '../store.ts';
 import type { UnseenFocus } from '../unseen/state.ts';
-import { type Covered, NOTHING_COVERED } from './camera.ts';
+import { type Covered, NOTHING_COVERED, type Whence } from './camera.ts';
 import type { PatchPlaces } from './patch-places.ts';
 import type { IsPassed, SurfacePicker } from './pick.ts';
 import { partsOf } from './piece-parts.ts';
@@ -58,7 +58,7 @@ export class Flights {
   }
 
   /** Show everything that is drawn. */
-  showAll(from: 'side' | 'top', isInstant = false): void {
+  showAll(from: Whence, isInstant = false): void {
     const { slices, extents } = this.deck.store;
     const boxes = extents.peek();
     if (boxes === null) return;

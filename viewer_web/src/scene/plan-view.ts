@@ -25,6 +25,7 @@ import { WalkMode } from '../walk/walk-mode.ts';
 import { walkWorld } from '../walk/walk-world.ts';
 import { DEFAULT_EYE_HEIGHT_M } from '../walk/walker.ts';
 import { Building } from './building.ts';
+import type { Whence } from './camera.ts';
 import { DrawnSurfaces } from './drawn-surfaces.ts';
 import { drawnPlace, Flights } from './flights.ts';
 import type { MarkerPlace } from './marker-place.ts';
@@ -151,7 +152,7 @@ export class PlanView {
   }
 
   /** Show everything that is drawn, with perspective. */
-  showAll(from: 'side' | 'top'): void {
+  showAll(from: Whence): void {
     batch(() => {
       this.store.isPlanView.value = false;
       this.store.isFacing.value = false;

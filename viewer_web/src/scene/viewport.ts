@@ -15,7 +15,16 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Extent } from '../floors/cut.ts';
-import { type Covered, type Flight, flightAt, homeView, orbited, straightAbove, type View } from './camera.ts';
+import {
+  type Covered,
+  type Flight,
+  flightAt,
+  homeView,
+  orbited,
+  straightAbove,
+  type View,
+  type Whence,
+} from './camera.ts';
 import type { Palette } from './palette.ts';
 
 const FIELD_OF_VIEW_DEG = 34;
@@ -181,8 +190,8 @@ export class Viewport {
     });
   }
 
-  /** Show all of `extent` in what panels leave of the picture, from the side or straight from above. */
-  showAll(extent: Extent, from: 'side' | 'top', covered: Covered, isInstant = false): void {
+  /** Show all of `extent` in what panels leave of the picture. */
+  showAll(extent: Extent, from: Whence, covered: Covered, isInstant = false): void {
     const lens = { fieldOfViewDeg: FIELD_OF_VIEW_DEG, aspect: this.camera.aspect };
     this.flyTo(homeView(extent, from, lens, covered), isInstant);
     const size = Math.hypot(...extent.maxM.map((max, i) => max - extent.minM[i]));

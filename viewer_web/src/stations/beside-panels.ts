@@ -9,7 +9,7 @@ export interface Box {
 }
 
 /** What covers numbers: buttons, panels and cards, not the empty room between them. */
-const PANELS = '.toolbar > :not(.tip), .site-tools > *, .corner > *, .cards';
+const PANELS = '.toolbar > :not(.tip), .site-tools > *, .corner > *, .cards, .view-cube, .walk-map';
 /** From the middle of a number to what lies over the picture, CSS pixels. */
 export const ROOM_X = 16;
 export const ROOM_Y = 13;

@@ -25,7 +25,11 @@ beforeEach(() => {
     },
   } as unknown as Pointer;
   walk = new WalkMode(store, {
-    world: { groundBelow: (_x, _y, z, depthM) => (z >= 0 && z <= depthM ? 0 : null), freeAhead: () => 99 },
+    world: {
+      groundBelow: (_x, _y, z, depthM) => (z >= 0 && z <= depthM ? 0 : null),
+      floorBelow: (x) => (x < 50 ? { heightM: 0, floorId: 'F0' } : null),
+      freeAhead: () => 99,
+    },
     pointer,
     groundAt: (x) => (x > 100 ? [7, 8, 0] : null),
     place: (pose) => placed.push(pose),
@@ -98,6 +102,18 @@ test('a drag looks around, a click on ground goes there, a click on a wall tells
   consumer.onUp?.(place(50), true);
   expect(picks).toBe(1);
   expect(consumer.onDown?.({ ...place(10), stationId: 'S001' })).toBe(false);
+});
+
+test('a place of the map is gone to, looking the same way, and one where nobody stands is not', () => {
+  walk.enter([0, 0, 1.65], 1);
+  expect(walk.goOnMap(3, 4, 0)).toBe(true);
+  expect(last().slice(0, 3)).toEqual([3, 4, 1.65]);
+  expect(walk.where.value?.headingRad).toBe(1);
+  expect(walk.floorBelow(walk.where.value!)).toBe('F0');
+  expect(walk.goOnMap(60, 4, 0)).toBe(false);
+  expect(last().slice(0, 2)).toEqual([3, 4]);
+  walk.end();
+  expect(walk.where.value).toBeNull();
 });
 
 test('a walk begins from a camera, at its height above the ground and looking its way', () => {

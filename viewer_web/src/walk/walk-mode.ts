@@ -1,11 +1,12 @@
 /** Walk-through: while it is on, keys and drags move a person through the building in place of the camera around it. */
-import { signal } from '@preact/signals';
+import { type ReadonlySignal, signal } from '@preact/signals';
 import { isKeyOn } from '../panels/character-keys.ts';
 import type { Pointer } from '../scene/pointer.ts';
 import type { Store } from '../store.ts';
 import {
   DEFAULT_EYE_HEIGHT_M,
   standing,
+  standingOnMap,
   step,
   targetOf,
   turned,
@@ -18,6 +19,8 @@ import {
 const RAD_A_PIXEL = 0.004;
 /** No eye is higher above the ground. */
 const TALLEST_M = 5;
+/** Feet are so near to what they stand on. */
+const FEET_M = 0.1;
 /** After a pause of the page nobody has gone far. */
 const LONGEST_STEP_S = 0.1;
 
@@ -115,6 +118,24 @@ export class WalkMode {
     if (isHeld) this.pressed.add(move);
     else this.pressed.delete(move);
     if (this.pressed.size > 0 && this.last === null) this.run();
+  }
+
+  /** Where one stands and how one looks; null: nobody walks. */
+  get where(): ReadonlySignal<WalkPose | null> {
+    return this.pose;
+  }
+
+  /** The floor whose ground is below one's feet; null: none's is. */
+  floorBelow({ eyeM: [x, y, z], eyeHeightM }: WalkPose): string | null {
+    return this.stage.world.floorBelow(x, y, z, eyeHeightM + FEET_M)?.floorId ?? null;
+  }
+
+  /** Stand at a place of the map of a floor whose ground is `floorM` high; false: nobody can. */
+  goOnMap(x: number, y: number, floorM: number): boolean {
+    const pose = this.pose.peek();
+    const there = pose && standingOnMap(pose, x, y, floorM, this.stage.world);
+    if (there) this.show(there);
+    return there !== null;
   }
 
   /** Height of the eye above the ground. */

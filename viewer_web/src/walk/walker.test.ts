@@ -1,5 +1,14 @@
 import { expect, test } from 'vitest';
-import { standing, step, targetOf, turned, type WalkInput, type WalkPose, type WalkWorld } from './walker.ts';
+import {
+  standing,
+  standingOnMap,
+  step,
+  targetOf,
+  turned,
+  type WalkInput,
+  type WalkPose,
+  type WalkWorld,
+} from './walker.ts';
 
 const POSE: WalkPose = { eyeM: [0, 0, 1.65], headingRad: 0, pitchRad: 0, eyeHeightM: 1.65 };
 const FORWARD: WalkInput = { forward: 1, right: 0, turn: 0, isFast: false };
@@ -10,6 +19,10 @@ function world(ground: (x: number, y: number) => number | null, wallX = 1e9, wal
     groundBelow: (x, y, z, depthM) => {
       const height = ground(x, y);
       return height !== null && height <= z && height >= z - depthM ? height : null;
+    },
+    floorBelow: (x, y, z, depthM) => {
+      const heightM = ground(x, y);
+      return heightM !== null && heightM <= z && heightM >= z - depthM ? { heightM, floorId: 'F0' } : null;
     },
     freeAhead: ([x, , z], [dx]) => (dx > 0 && z < wallTop && wallX > x ? (wallX - x) / dx : Number.POSITIVE_INFINITY),
   };
@@ -103,4 +116,12 @@ test('one looks where one is turned, and not beyond straight up', () => {
   expect(targetOf(turned(POSE, Math.PI / 2, 0))[1]).toBeCloseTo(1);
   expect(targetOf(turned(POSE, 0, 9))[2]).toBeGreaterThan(2.5);
   expect(turned(POSE, 0, 9).pitchRad).toBeLessThan(Math.PI / 2);
+});
+
+test('on a map one goes to ground of its floor, but not where a wall leaves no room', () => {
+  const stairs = world((x) => (x < 5 ? 0 : x < 6 ? 0.4 : null), 3);
+  expect(standingOnMap(POSE, 2, 7, 0, stairs)?.eyeM).toEqual([2, 7, 1.65]);
+  expect(standingOnMap(POSE, 2.9, 7, 0, stairs)).toBeNull();
+  expect(standingOnMap(POSE, 5.5, 0, 0, stairs)?.eyeM[2]).toBeCloseTo(2.05);
+  expect(standingOnMap(POSE, 8, 0, 0, stairs)).toBeNull();
 });

@@ -19,10 +19,18 @@ export interface WalkInput {
   readonly isFast: boolean;
 }
 
+/** Ground of a floor. */
+export interface WalkGround {
+  readonly heightM: number;
+  readonly floorId: string;
+}
+
 export interface WalkWorld {
   /** Height of the highest surface at or below a point; null: none within `depthM`. */
   groundBelow(x: number, y: number, z: number, depthM: number): number | null;
   /** How far one gets from a point in a level direction before something is met. */
+  /** The ground of a floor below a point; null: something else comes first, or nothing within `depthM`. */
+  floorBelow(x: number, y: number, z: number, depthM: number): WalkGround | null;
   freeAhead(from: readonly [number, number, number], direction: readonly [number, number]): number;
 }
 
@@ -39,6 +47,11 @@ const STEEPEST_PITCH_RAD = 1.4;
 
 /** What hits the body: at the knee above what can be stepped on, and at the chest. */
 const BODY_SHARES = [0.35, 0.8];
+/** All around a body. */
+const DIRECTIONS = [...Array(8).keys()].map((i): [number, number] => [
+  Math.cos((i * Math.PI) / 4),
+  Math.sin((i * Math.PI) / 4),
+]);
 
 export function turned(pose: WalkPose, headingBy: number, pitchBy: number): WalkPose {
   const pitchRad = Math.max(-STEEPEST_PITCH_RAD, Math.min(STEEPEST_PITCH_RAD, pose.pitchRad + pitchBy));
@@ -77,14 +90,29 @@ export function standing(pose: WalkPose, x: number, y: number, world: WalkWorld)
   return ground === null ? null : { ...pose, eyeM: [x, y, ground + pose.eyeHeightM] };
 }
 
+/** The pose at a place of a floor's map, where a person has room: on its ground, and in no wall; null: nobody stands there. */
+export function standingOnMap(pose: WalkPose, x: number, y: number, floorM: number, world: WalkWorld): WalkPose | null {
+  const { eyeHeightM } = pose;
+  const ground = world.floorBelow(x, y, floorM + eyeHeightM, eyeHeightM + STEP_DOWN_M);
+  if (ground === null) return null;
+  const there: WalkPose = { ...pose, eyeM: [x, y, ground.heightM + eyeHeightM] };
+  const isFree = DIRECTIONS.every((direction) =>
+    bodyHeights(there).every((z) => world.freeAhead([x, y, z], direction) >= RADIUS_M),
+  );
+  return isFree ? there : null;
+}
+
+/** At which heights something hits the body. */
+function bodyHeights({ eyeM, eyeHeightM }: WalkPose): number[] {
+  return BODY_SHARES.map((share) => eyeM[2] - eyeHeightM + Math.max(STEP_UP_M + 0.05, share * eyeHeightM));
+}
+
 function movedBy(pose: WalkPose, dx: number, dy: number, world: WalkWorld): WalkPose | null {
   const far = Math.hypot(dx, dy);
   if (far < 1e-6) return null;
-  const [x, y, z] = pose.eyeM;
+  const [x, y] = pose.eyeM;
   const direction: [number, number] = [dx / far, dy / far];
-  const feet = z - pose.eyeHeightM;
-  for (const share of BODY_SHARES) {
-    const height = feet + Math.max(STEP_UP_M + 0.05, share * pose.eyeHeightM);
+  for (const height of bodyHeights(pose)) {
     if (world.freeAhead([x, y, height], direction) < far + RADIUS_M) return null;
   }
   return standing(pose, x + dx, y + dy, world);

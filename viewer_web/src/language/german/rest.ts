@@ -14,6 +14,7 @@ import { SHARE } from './share.ts';
 import { SHORTFALLS } from './shortfalls.ts';
 import { STATIONS } from './stations.ts';
 import { UNSEEN } from './unseen.ts';
+import { VIEWS } from './views.ts';
 import { WALK } from './walk.ts';
 
 export const REST = {
@@ -32,5 +33,6 @@ export const REST = {
   ...SHORTFALLS,
   ...STATIONS,
   ...UNSEEN,
+  ...VIEWS,
   ...WALK,
 } as const;

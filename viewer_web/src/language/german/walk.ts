@@ -12,4 +12,5 @@ export const WALK = {
   'Eye height': 'Augenhöhe',
   'Eye height above the floor': 'Augenhöhe über dem Boden',
   'Leave walk-through': 'Rundgang beenden',
+  'Nobody can stand there.': 'Dort kann niemand stehen.',
 } as const;
