@@ -236,7 +236,7 @@ export class ViewerPage {
     const style = await this.page.evaluateHandle(() => {
       const sheet = new CSSStyleSheet();
       sheet.replaceSync(
-        '.toolbar, .site-tools, .markers, .measure-layer, .corner, .corner *, .card { visibility: hidden }',
+        '.toolbar, .site-tools, .view-cube, .walk-map, .markers, .measure-layer, .corner, .corner *, .card { visibility: hidden }',
       );
       document.adoptedStyleSheets = [sheet];
       return sheet;

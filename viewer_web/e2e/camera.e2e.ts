@@ -83,3 +83,82 @@ test.each([
     await expect.poll(() => map.count()).toBe(0);
   },
 );
+
+test('a view is saved with a name, opened again with floor, colour, section and camera, renamed, and deleted', async () => {
+  const viewer = await openPage();
+  const { page } = viewer;
+  await viewer.open(`#floor=${ground.id}&layer=range`);
+  const views = page.getByRole('region', { name: 'Saved views' });
+  const open = async (): Promise<void> => {
+    await page.getByRole('button', { name: 'Views', exact: true }).click();
+    await views.waitFor();
+  };
+  await page.locator('.cube-face[data-face="-x"] rect').click();
+  await open();
+  await views.getByRole('button', { name: 'Save this view' }).click();
+  const first = views.locator('.views-name').first();
+  await expect.poll(() => first.textContent()).toMatch(new RegExp(`^${ground.name}, `));
+  expect(await violations(page)).toEqual([]);
+  await views.getByRole('button', { name: /^Rename / }).click();
+  await views.getByLabel('New name').fill('Hall from the west');
+  await page.keyboard.press('Enter');
+  await page.keyboard.press('Escape');
+  const shown = await viewer.canvasPixels();
+
+  // Another one, of a section.
+  await page.locator('#site-tool-section').click();
+  await page.getByRole('button', { name: 'Box', exact: true }).click();
+  await page.locator('#site-tool-section').click();
+  await open();
+  await views.getByLabel('Name of the view').fill('Cut');
+  await page.keyboard.press('Enter');
+  await expect.poll(() => views.locator('.views-name').allTextContents()).toEqual(['Hall from the west', 'Cut']);
+
+  // From a walk, and from another layer, back to the first.
+  await page.keyboard.press('Escape');
+  await page.getByLabel('Colour of the building').selectOption('incidence');
+  await viewer.press('w');
+  await page.locator('.walk-map').waitFor();
+  await open();
+  await first.click();
+  await expect.poll(() => page.locator('.walk-map').count()).toBe(0);
+  await page.locator('[data-testid=legend][data-state=shown]').waitFor();
+  await viewer.settle();
+  expect(await viewer.hash()).toMatch(new RegExp(`floor=${ground.id}&layer=range&camera=`));
+  expect(await viewer.hash()).not.toContain('box=');
+  expect(shown.shareChanged(await viewer.canvasPixels())).toBeLessThan(0.02);
+  await open();
+  await views.locator('.views-name').last().click();
+  await expect.poll(() => viewer.hash()).toContain('box=');
+  await viewer.screenshot('views');
+
+  // Other pages of this browser have them too.
+  await page.reload();
+  await viewer.settle();
+  await expect.poll(() => viewer.hash()).toContain('box=');
+  await open();
+  await views.getByRole('button', { name: 'Delete Cut' }).click();
+  await expect.poll(() => views.locator('.views-name').allTextContents()).toEqual(['Hall from the west']);
+});
+
+test('what the browser keeps of views may be nonsense, or refused: one message, and the page goes on', async () => {
+  const viewer = await openPage();
+  const { page } = viewer;
+  await page.addInitScript(() => {
+    const { getItem, setItem } = Storage.prototype;
+    Storage.prototype.getItem = function (key) {
+      return key.startsWith('tlsplan-views') ? '{"nonsense"' : getItem.call(this, key);
+    };
+    Storage.prototype.setItem = function (key, value) {
+      if (key.startsWith('tlsplan-views')) throw new DOMException('full', 'QuotaExceededError');
+      setItem.call(this, key, value);
+    };
+  });
+  await viewer.open(`#floor=${ground.id}`);
+  await page.getByRole('button', { name: 'Views', exact: true }).click();
+  const views = page.getByRole('region', { name: 'Saved views' });
+  await views.getByText('The views that this browser keeps cannot be read.').waitFor();
+  await views.getByRole('button', { name: 'Save this view' }).click();
+  await views.getByText('The browser has no room for it, or keeps nothing.').waitFor();
+  expect(await views.locator('.views-name').count()).toBe(0);
+});

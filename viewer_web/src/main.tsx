@@ -137,12 +137,21 @@ function applyAddress(store: Store): void {
     store.tab.value = TAB_IDS.find((id) => id === state.tab) ?? 'plan';
     store.cutM.value = state.cutM ?? DEFAULT_CUT_M;
     for (const one of SHOWN) showing(store)[one].value = state.shows.includes(one) === SHOWN_AT[one];
+    applySection(store, state);
     store.hiddenFiles.value = new Set(state.hiddenFiles.filter((file) => file < nFiles));
     store.compareBase.value = state.compareBase === null ? null : planBaseOf(state.compareBase);
   });
   // After the choices: each sends the camera to a place of its own.
   store.startsWalking.value = state.isWalking;
   store.camera.value = state.camera;
+}
+
+function applySection(store: Store, { sectionBox, sectionLine }: UrlState): void {
+  store.sectionBox.value = sectionBox;
+  store.sectionLine.value = sectionLine;
+  if (sectionLine === null) store.isFacing.value = false;
+  const isAny = sectionBox !== null || sectionLine !== null;
+  store.shownBefore.value = isAny ? (store.shownBefore.peek() ?? { floorId: null, isSpread: true }) : null;
 }
 
 /** The switches that an address names, and at what they stand where it does. */
@@ -153,6 +162,7 @@ const SHOWN_AT: Readonly<Record<Shown, boolean>> = {
   whole: false,
   open: true,
   flat: true,
+  square: true,
 };
 
 function showing(store: Store): Readonly<Record<Shown, Signal<boolean>>> {
@@ -163,6 +173,7 @@ function showing(store: Store): Readonly<Record<Shown, Signal<boolean>>> {
     whole: store.isSpread,
     open: store.hidesCeilings,
     flat: store.isPlanView,
+    square: store.isFacing,
   };
 }
 
@@ -179,6 +190,8 @@ function stateOf(store: Store): UrlState {
     camera: store.camera.value,
     isWalking: store.isWalking.value,
     cutM: store.cutM.value === DEFAULT_CUT_M ? null : store.cutM.value,
+    sectionBox: store.sectionBox.value,
+    sectionLine: store.sectionLine.value,
     shows: SHOWN.filter((one) => showing(store)[one].value === SHOWN_AT[one]),
     hiddenFiles: [...store.hiddenFiles.value].sort((a, b) => a - b),
   };

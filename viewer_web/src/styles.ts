@@ -24,6 +24,7 @@ import './review/review.css';
 import './compare/compare.css';
 import './panels/toolbar.css';
 import './share/share.css';
+import './views/views.css';
 import './style.css';
 // After it: what is said of paper goes over what is said of narrow windows.
 import './panels/print.css';

@@ -1,4 +1,5 @@
 import { expect, test } from 'vitest';
+import { facingOf } from './section/planes.ts';
 import { formatUrlState, NO_STATE, parseUrlState } from './url-state.ts';
 
 test.each([
@@ -11,6 +12,8 @@ test.each([
   { camera: [1.25, -2, 3, 0, 0.5, 1e4] },
   { camera: [1, 2, 3, 2, 2, 3], isWalking: true },
   { hiddenFiles: [0, 12] },
+  { sectionBox: { minM: [-1, 0, 0.5], maxM: [4, 5, 2.25] } as const },
+  { sectionLine: { fromM: [0, 1], toM: [5, 1], isFlipped: false } as const, shows: ['square'] as const },
   { cutM: 2.35, shows: ['links', 'route', 'open'] as const },
 ])('a view written to the address is read back: %o', (part) => {
   const state = { ...NO_STATE, ...part };
@@ -31,6 +34,9 @@ test('an address that says nothing or nonsense is the default view', () => {
     '#cut=-1',
     '#show=all',
     '#without=x,-1',
+    '#box=1,2,3,4,5',
+    '#box=1,2,3,1,2,3',
+    '#line=1,2,1,2',
   ]) {
     expect(parseUrlState(hash), hash).toEqual(NO_STATE);
   }
@@ -38,4 +44,10 @@ test('an address that says nothing or nonsense is the default view', () => {
 
 test('folders in the address are legible', () => {
   expect(formatUrlState({ ...NO_STATE, planBase: 'runs/R001/plan' })).toBe('#plan=runs/R001/plan');
+});
+
+test('a line that is flipped keeps the same side when it is read', () => {
+  const flipped = { fromM: [0, 1], toM: [5, 3], isFlipped: true } as const;
+  const { sectionLine } = parseUrlState(formatUrlState({ ...NO_STATE, sectionLine: flipped }));
+  expect(facingOf(sectionLine!)).toEqual(facingOf(flipped));
 });

@@ -12,6 +12,7 @@ import type { PlanView } from '../scene/plan-view.ts';
 import { whyNoPicture } from '../scene/state.ts';
 import { ShareMenu } from '../share/share-menu.tsx';
 import type { Store } from '../store.ts';
+import { SavedViews } from '../views/views-menu.tsx';
 import { Icon, type IconName } from './icons.tsx';
 import { Popover } from './popover.tsx';
 import { useRoving } from './roving.ts';
@@ -42,13 +43,27 @@ export function Toolbar({ store, view }: Props) {
           <div class="tool-group">
             <ToolButton {...panelAction(store)} />
           </div>
-          {groups.map(({ id, name, choice, actions }) => (
+          {groups.map(({ id, name, choice, actions, more }) => (
             // biome-ignore lint/a11y/useSemanticElements: no fieldset: it holds no fields of a form.
             <div key={id} class="tool-group" role="group" aria-label={name}>
               {choice}
               {actions.map((action) => (
                 <ToolButton key={action.id} {...action} />
               ))}
+              {more !== undefined && (
+                <Popover
+                  {...{
+                    id: 'views-menu',
+                    name: t('Views'),
+                    icon: 'views',
+                    className: 'views-menu',
+                    title: t('Saved views'),
+                  }}
+                  hint={t('Views: save this one, come back to another')}
+                >
+                  {more}
+                </Popover>
+              )}
             </div>
           ))}
         </>
@@ -60,7 +75,7 @@ export function Toolbar({ store, view }: Props) {
 }
 
 /** With the panel's button among those of the view: there is no room for one more. */
-function GroupMenu({ id, name, hint, icon, choice, actions, panel }: Group & { readonly panel: Action }) {
+function GroupMenu({ id, name, hint, icon, choice, actions, more, panel }: Group & { readonly panel: Action }) {
   return (
     <Popover id={`${id}-menu`} name={name} hint={hint} icon={icon} title={hint} className="group-menu">
       {(close) => (
@@ -69,6 +84,7 @@ function GroupMenu({ id, name, hint, icon, choice, actions, panel }: Group & { r
           {[...actions, ...(id === 'view' ? [panel] : [])].map((action) => (
             <ToolButton key={action.id} {...action} onDone={close} />
           ))}
+          {more?.(close)}
         </>
       )}
     </Popover>
@@ -112,6 +128,8 @@ interface Group {
   readonly icon: IconName;
   readonly choice: ComponentChildren;
   readonly actions: readonly Action[];
+  /** In narrow windows below them, else what the button behind them opens. */
+  readonly more?: (close: () => void) => ComponentChildren;
 }
 
 function groupsOf({ store, view }: Props): readonly Group[] {
@@ -125,6 +143,7 @@ function groupsOf({ store, view }: Props): readonly Group[] {
       icon: 'view',
       choice: <FloorSelect store={store} />,
       actions: viewActions({ store, view }, off),
+      more: (close) => <SavedViews store={store} view={view} close={close} />,
     },
     {
       id: 'colour',
