@@ -97,7 +97,7 @@ test('who else has the plan open is in the head of the page, under the name of n
   const again = await openAs('Grace', '#tab=plan');
   await expect.poll(() => others.getAttribute('aria-label')).toBe('Also here: Grace');
   const there = grace.page.getByRole('img', { name: 'Also here: Ada Lovelace' });
-  await expect.poll(() => there.textContent()).toBe('AL');
+  await expect.poll(() => there.textContent()).toBe('Also hereAL');
   await again.page.close();
   await grace.page.getByLabel('Your name, for changes and comments').fill('Grace Hopper');
   await expect.poll(() => others.getAttribute('aria-label')).toBe('Also here: Grace Hopper');

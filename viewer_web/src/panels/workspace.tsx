@@ -65,10 +65,10 @@ export function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan 
               {loaded.plan.scene.file.split(/[\\/]/).pop()}
             </p>
           </div>
-          {store.reviewClient !== null && <People reviewClient={store.reviewClient} />}
           <LanguageSelect />
           <FieldButton store={store} />
         </header>
+        {store.reviewClient !== null && <People reviewClient={store.reviewClient} />}
         <DrawingButton store={store} />
         <Tabs store={store} view={view} />
       </nav>

@@ -13,7 +13,7 @@ import { Section } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 import { AssignmentFields, AssignmentWords } from './assignment.tsx';
-import { Photo, PhotoChoice } from './photo.tsx';
+import { ChosenPhoto, Photo, PhotoChoice } from './photo.tsx';
 import {
   addComment,
   assignComment,
@@ -62,6 +62,9 @@ function NewComment({ store, reviewClient, people }: NewCommentProps) {
   const spot = store.editing.commentSpot.value;
   const isPinning = store.editing.tool.value === 'comment';
   const stationId = store.stationId.value;
+  const setPhoto = (next: Blob | null): void => {
+    store.editing.commentPhoto.value = next;
+  };
   const send = async (): Promise<boolean> => {
     try {
       const sha256 = photo === null ? '' : await reviewClient.client.keepPhoto(photo);
@@ -111,14 +114,8 @@ function NewComment({ store, reviewClient, people }: NewCommentProps) {
           }}
         />
       )}
+      {photo !== null && <ChosenPhoto photo={photo} onRemove={() => setPhoto(null)} />}
       <div class="buttons">
-        <PhotoChoice
-          reviewClient={reviewClient}
-          photo={photo}
-          onChange={(next) => {
-            store.editing.commentPhoto.value = next;
-          }}
-        />
         <button type="submit" class="button button-primary button-small" disabled={text.trim() === '' || isSending}>
           {t('Comment')}
         </button>
@@ -148,6 +145,7 @@ function NewComment({ store, reviewClient, people }: NewCommentProps) {
             {t('Unpin')}
           </button>
         )}
+        {photo === null && <PhotoChoice reviewClient={reviewClient} onChange={setPhoto} />}
       </div>
     </form>
   );

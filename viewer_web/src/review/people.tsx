@@ -4,7 +4,7 @@ import { t } from '../language/language.ts';
 import './people.css';
 
 /** Of more their number is told. */
-const MOST_SHOWN = 4;
+const MOST_SHOWN = 7;
 
 export function People({ reviewClient }: { reviewClient: ReviewClient }) {
   const others = reviewClient.others.value;
@@ -13,6 +13,7 @@ export function People({ reviewClient }: { reviewClient: ReviewClient }) {
   const left = others.slice(shown.length);
   return (
     <div class="people" role="img" aria-label={t('Also here: {names}', { names: others.join(', ') })}>
+      <p class="muted">{t('Also here')}</p>
       {shown.map((name) => (
         <span key={name} title={name}>
           {initials(name)}

@@ -39,11 +39,10 @@ export async function smallPhoto(file: Blob): Promise<Blob> {
 
 interface PhotoChoiceProps {
   readonly reviewClient: ReviewClient;
-  readonly photo: Blob | null;
-  readonly onChange: (photo: Blob | null) => void;
+  readonly onChange: (photo: Blob) => void;
 }
 
-export function PhotoChoice({ reviewClient, photo, onChange }: PhotoChoiceProps) {
+export function PhotoChoice({ reviewClient, onChange }: PhotoChoiceProps) {
   const take = async (file: File): Promise<void> => {
     try {
       onChange(await smallPhoto(file));
@@ -66,7 +65,6 @@ export function PhotoChoice({ reviewClient, photo, onChange }: PhotoChoiceProps)
       />
     </label>
   );
-  if (photo !== null) return <ChosenPhoto photo={photo} onRemove={() => onChange(null)} />;
   return (
     <>
       {/* Some phones offer only their pictures, and some only the camera where it is asked for. */}
@@ -76,7 +74,7 @@ export function PhotoChoice({ reviewClient, photo, onChange }: PhotoChoiceProps)
   );
 }
 
-function ChosenPhoto({ photo, onRemove }: { photo: Blob; onRemove: () => void }) {
+export function ChosenPhoto({ photo, onRemove }: { photo: Blob; onRemove: () => void }) {
   const [address, setAddress] = useState('');
   useEffect(() => {
     const made = URL.createObjectURL(photo);
@@ -84,12 +82,12 @@ function ChosenPhoto({ photo, onRemove }: { photo: Blob; onRemove: () => void })
     return () => URL.revokeObjectURL(made);
   }, [photo]);
   return (
-    <span class="photo-chosen">
+    <div class="photo-chosen">
       {address !== '' && <img class="photo" src={address} alt={t('Photo of the comment')} />}
       <button type="button" class="button button-small" onClick={onRemove}>
         {t('Remove photo')}
       </button>
-    </span>
+    </div>
   );
 }
 

@@ -32,9 +32,9 @@ export function ProgressButtons({ store, stationId }: { store: Store; stationId:
   };
   return (
     <div class="station-progress">
-      <h3>{t('On site')}</h3>
       {mayChange && (
         <div class="chips">
+          <h3>{t('On site')}</h3>
           {(['done', 'skipped'] as const).map((state) => (
             <button
               key={state}

@@ -50,10 +50,10 @@ export function StationCard({ store, view }: { store: Store; view: PlanView | nu
       name={t('Chosen station')}
       onClose={() => store.chooseStation(null)}
     >
+      <ProgressButtons store={store} stationId={station.id} />
       <Pose plan={plan} station={station} store={store} />
       <OwnSurface store={store} plan={plan} station={station} />
       <Links store={store} plan={plan} station={station} />
-      <ProgressButtons store={store} stationId={station.id} />
       <div class="chips">
         <button
           type="button"

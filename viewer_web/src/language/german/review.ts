@@ -1,6 +1,7 @@
 /** German of the texts in src/review. */
 export const REVIEW = {
   'Your name, for changes and comments': 'Ihr Name, für Änderungen und Kommentare',
+  'Also here': 'Auch hier',
   'Also here: {names}': 'Auch hier: {names}',
   'Station {id} {change}': 'Standpunkt {id} {change}',
   'Position allowed again': 'Position wieder zugelassen',
