@@ -80,7 +80,7 @@ export function SavedViews({ store, view, close }: MenuProps) {
             ) : (
               <li key={saved.name}>
                 <button type="button" class="views-name" title={saved.name} onClick={() => go(saved)}>
-                  {saved.name}
+                  <span>{saved.name}</span>
                 </button>
                 <SmallButton
                   icon="link"
