@@ -135,12 +135,14 @@ test('done, moved, skipped, notes and photos stay over a reload, and go into the
   await expect.poll(() => accept.isChecked()).toBe(true);
   await viewer.page.getByRole('button', { name: 'Take in the result' }).click();
   await expect.poll(async () => Object.keys((await viewer.review()).comments)).toHaveLength(3);
-  const { stations, comments } = await viewer.review();
+  const { stations, comments, progress } = await viewer.review();
   const [x, y] = stations[second.id].position_m!;
   expect([x, y]).toEqual(moved);
   const texts = Object.values(comments).map(({ target, text }) => [target, text]);
   expect(texts).toContainEqual([third.id, 'On site (Ada): skipped; Door locked, no key']);
   expect(texts).toContainEqual([null, expect.stringContaining(`2 of ${plan.stations.length} stations done`)]);
+  const states = [first, second, third].map(({ id }) => progress[id].state);
+  expect(states).toEqual(['done', 'done', 'skipped']);
   await viewer.screenshot('field-file-4-taken-in');
   // The same file again would overwrite what was done since, and says so.
   await chooser.setInputFiles(saved);

@@ -57,7 +57,7 @@ test('comments are pinned to stations and surfaces, shown as text, and resolved'
     await page.mouse.click(x, y);
     break;
   }
-  await page.getByText(/^On (?!the plan)/).waitFor();
+  await page.getByText(/^On (?!the plan|site)/).waitFor();
   await text.fill('Is this wall still there?');
   await post.click();
   await expect.poll(() => page.locator('[data-comment]').count()).toBe(2);
