@@ -22,7 +22,7 @@ test('of a large floor the map shows what is around one, up to its ends', () => 
   expect(mapWindow(hall, [199, 10, 2]).x).toBeCloseTo(164.8);
 });
 
-test('where nothing else tells, one is on the highest floor that is not above the feet', () => {
+test('where no ground is below, one is on the highest floor that is not above the feet', () => {
   const floors = [-3, 0, 2.8].map((elevationM) => ({ elevationM }) as StageFloor);
   expect([-9, -3, -0.5, 0, 1, 2.5, 7].map((feetM) => floorAt(feetM, floors)?.elevationM)).toEqual([
     -3, -3, -3, 0, 0, 2.8, 2.8,
