@@ -59,25 +59,25 @@ from planner_core.scene.patches import patch_triangles
 #: Of a constant and the figures of `link_figures`, by where registration starts.
 WEIGHTS: Final = MappingProxyType(
     {
-        PreAlignment.TRACKED: (3.55, 0.59, 1.40, 0.89, -2.54, -21.20),
-        PreAlignment.MANUAL: (4.18, 0.73, 0.81, 1.05, -2.24, -17.09),
-        PreAlignment.LEVEL: (-1.64, 0.76, 0.61, 0.41, -2.14, -0.95),
-        PreAlignment.NONE: (-2.45, 0.66, 0.80, 0.52, -2.45, -0.17),
+        PreAlignment.TRACKED: (5.26, 0.73, 2.03, -1.36, -6.35),
+        PreAlignment.MANUAL: (4.15, 0.78, 1.95, -1.00, -7.17),
+        PreAlignment.LEVEL: (-0.91, 0.94, 0.75, -1.45, -0.41),
+        PreAlignment.NONE: (-1.58, 0.84, 0.97, -1.49, -0.83),
     }
 )
-_LEAST_SHARE, _LEAST_AREA_M2, _LEAST_HOLD_M2, _LEAST_RANGE_M = 1e-3, 0.1, 0.01, 0.1
-FAR_M: Final = 20.0
-"""From farther surface on, half a degree at the start is more than registration makes up for."""
+_LEAST_SHARE, _LEAST_HOLD_M2, _LEAST_RANGE_M = 1e-3, 0.01, 0.1
+FAR_M: Final = 10.5
+"""From some such range on a start's turn moves surface by more than points are matched over: half a degree by 0.1 m at
+11.5 m, 3 degrees by 0.5 m at 9.5 m."""
 
 
 def link_figures(share: FloatArray, held: HeldPairs) -> FloatArray:
-    """(K, 5) what the rule takes of pairs. share : (K,) overlap, the smaller of both shares."""
+    """(K, 4) what the rule takes of pairs. share : (K,) overlap, the smaller of both shares."""
     share = np.clip(share, _LEAST_SHARE, 1.0 - _LEAST_SHARE)
     log_range = np.log(np.maximum(held.range_m, _LEAST_RANGE_M))
     return np.column_stack(
         [
             np.log(share / (1.0 - share)),
-            np.log(np.maximum(held.area_m2, _LEAST_AREA_M2)),
             np.log(np.maximum(held.hold_m2, _LEAST_HOLD_M2)),
             log_range,
             np.maximum(log_range - np.log(FAR_M), 0.0),

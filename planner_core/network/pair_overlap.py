@@ -74,14 +74,13 @@ class Pairs:
 
 @dataclass(frozen=True)
 class HeldPairs:
-    """What pairs' common surfaces hold, (K,) each. strength : as of a link. area_m2 : of the common surface.
+    """What pairs' common surfaces hold, (K,) each. strength : as of a link.
 
     hold_m2 : smallest eigenvalue of sum a n n' over it. range_m : its root mean square range, from the station for
     which it is more.
     """
 
     strength: FloatArray
-    area_m2: FloatArray
     hold_m2: FloatArray
     range_m: FloatArray
 
@@ -236,7 +235,7 @@ class PairSums:
 
     def held(self, first: Int32Array, second: Int32Array, position_m: FloatArray) -> HeldPairs:
         """What pairs (K,), in any order, hold; position_m : (N, 3) where the rows look from, local."""
-        held = HeldPairs(*np.empty((4, first.size)))
+        held = HeldPairs(*np.empty((3, first.size)))
 
         def keep(pairs: Int64Array, sums: FloatArray) -> None:
             of = held_by(sums, matrices_of(sums), position_m[first[pairs]], position_m[second[pairs]])
@@ -286,7 +285,7 @@ def strengths_of(matrix: FloatArray) -> FloatArray:
 def held_by(sums: FloatArray, matrix: FloatArray, one_m: FloatArray, other_m: FloatArray) -> HeldPairs:
     """What surfaces hold, of their sums (K, 24), their matrices and both stations' positions, (K, 3) each, local."""
     if sums.shape[0] == 0:
-        return HeldPairs(*np.empty((4, 0)))
+        return HeldPairs(*np.empty((3, 0)))
     nn = _squares_of_normals(sums)
     hold_m2 = np.maximum(np.linalg.eigvalsh(nn)[:, 0], 0.0)
     area_m2 = np.maximum(np.trace(nn, axis1=1, axis2=2), AREA_TICK_M2)
@@ -296,7 +295,7 @@ def held_by(sums: FloatArray, matrix: FloatArray, one_m: FloatArray, other_m: Fl
         along = (at_m * sums[:, 20:23]).sum(axis=1)
         squared = (sums[:, 23] - 2.0 * along) / area_m2 + (at_m * at_m).sum(axis=1)
         squared_m2 = np.maximum(squared_m2, squared)
-    return HeldPairs(strengths_of(matrix), area_m2, hold_m2, np.sqrt(squared_m2))
+    return HeldPairs(strengths_of(matrix), hold_m2, np.sqrt(squared_m2))
 
 
 def _squares_of_normals(sums: FloatArray) -> FloatArray:

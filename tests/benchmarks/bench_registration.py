@@ -28,7 +28,7 @@ from tests.benchmarks.bench_real_buildings import put
 from tests.benchmarks.registration.clouds import moved, scan
 from tests.benchmarks.registration.methods import METHODS, Prepared, prepare, without_start
 from tests.benchmarks.registration.pairs import COLUMNS, Pair, Stations, stations_of
-from tests.benchmarks.registration.rule import read_rows, reliability_table, rules_table, shares_table
+from tests.benchmarks.registration.rule import later_table, read_rows, reliability_table, rules_table, shares_table
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT.parent / "shared" / "data"
@@ -185,6 +185,7 @@ def write_page(page: Path) -> None:
         return
     put(page, "rules", rules_table(rows, list(STARTS), list(METHODS)))
     put(page, "reliability", reliability_table(rows, list(STARTS), "open3d"))
+    put(page, "reliability of later rows", later_table(rows, list(STARTS), "open3d"))
 
 
 if __name__ == "__main__":

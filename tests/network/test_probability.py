@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from planner_core.model import PreAlignment, Requirements
 from planner_core.network.links import WEIGHTS, probabilities
 from planner_core.network.pair_overlap import HeldPairs
-from tests.benchmarks.registration.rule import features, fitted, held_of, read_rows
+from tests.benchmarks.registration.rule import held_of, read_rows
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -19,10 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.mark.parametrize("start", list(PreAlignment))
 def test_weights_are_those_that_the_campaign_makes(start: PreAlignment) -> None:
     rows = read_rows(ROOT / "docs/benchmarks/registration", [start], ["open3d"])
-    registered = rows.registered(start, "open3d")
-    tried = ~np.isnan(registered)
-    rule = fitted(features(rows.known)[tried], registered[tried])
-    assert WEIGHTS[start] == pytest.approx(rule.weight, abs=0.0051)
+    assert WEIGHTS[start] == pytest.approx(rows.rule(start, "open3d").weight, abs=0.0051)
 
 
 def test_pairs_that_rarely_register_do_not_count_and_those_that_always_do_count() -> None:
@@ -50,25 +47,23 @@ def test_what_counts_registers_in_each_scene(start: PreAlignment) -> None:
 
 @settings(max_examples=25, deadline=None)
 @given(
-    share=st.floats(0.0, 1.0), area_m2=st.floats(0.0, 1e4), held=st.floats(0.0, 1.0), range_m=st.floats(0.0, 200.0),
-    more=st.floats(1.0, 10.0), start=st.sampled_from(list(PreAlignment)),
+    share=st.floats(0.0, 1.0), hold_m2=st.floats(0.0, 1e3), range_m=st.floats(0.0, 200.0), more=st.floats(1.0, 10.0),
+    start=st.sampled_from(list(PreAlignment)),
 )  # fmt: skip
 def test_more_in_common_never_lowers_the_probability(
-    share: float, area_m2: float, held: float, range_m: float, more: float, start: PreAlignment
+    share: float, hold_m2: float, range_m: float, more: float, start: PreAlignment
 ) -> None:
-    def of(share: float, area_m2: float, hold_m2: float, range_m: float, start: PreAlignment = start) -> float:
-        held = HeldPairs(*np.array([[np.nan], [area_m2], [hold_m2], [range_m]]))
+    def of(share: float, hold_m2: float, range_m: float, start: PreAlignment = start) -> float:
+        held = HeldPairs(*np.array([[np.nan], [hold_m2], [range_m]]))
         return float(probabilities(np.array([share]), held, start)[0])
 
-    hold_m2 = held * area_m2 / 3.0
-    least = of(share, area_m2, hold_m2, range_m)
+    least = of(share, hold_m2, range_m)
     assert 0.0 <= least <= 1.0
-    assert of(min(1.0, more * share), area_m2, hold_m2, range_m) >= least
-    assert of(share, more * area_m2, hold_m2, range_m) >= least
-    assert of(share, area_m2, more * hold_m2, range_m) >= least
-    assert of(share, area_m2, hold_m2, range_m / more) >= least
+    assert of(min(1.0, more * share), hold_m2, range_m) >= least
+    assert of(share, more * hold_m2, range_m) >= least
+    assert of(share, hold_m2, range_m / more) >= least
     # The better it is known where registration starts, the more registers; this is no part of the rule's form.
     if share >= 0.1 and hold_m2 > 0.1 and 1.0 < range_m < 20.0:
-        by_start = [of(share, area_m2, hold_m2, range_m, each) for each in PreAlignment]
+        by_start = [of(share, hold_m2, range_m, each) for each in PreAlignment]
         assert by_start[0] >= by_start[1] - 0.02
         assert by_start[1] >= by_start[2]

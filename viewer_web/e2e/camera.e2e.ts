@@ -124,8 +124,8 @@ test('a view is saved with a name, opened again with floor, colour, section and 
   await expect.poll(() => page.locator('.walk-map').count()).toBe(0);
   await page.locator('[data-testid=legend][data-state=shown]').waitFor();
   await viewer.settle();
-  expect(await viewer.hash()).toMatch(new RegExp(`floor=${ground.id}&layer=range&camera=`));
-  expect(await viewer.hash()).not.toContain('box=');
+  await expect.poll(() => viewer.hash()).toMatch(new RegExp(`floor=${ground.id}&layer=range&camera=`));
+  await expect.poll(() => viewer.hash()).not.toContain('box=');
   expect(shown.shareChanged(await viewer.canvasPixels())).toBeLessThan(0.02);
   await open();
   await views.locator('.views-name').last().click();
@@ -160,5 +160,5 @@ test('what the browser keeps of views may be nonsense, or refused: one message, 
   await views.getByText('The views that this browser keeps cannot be read.').waitFor();
   await views.getByRole('button', { name: 'Save this view' }).click();
   await views.getByText('The browser has no room for it, or keeps nothing.').waitFor();
-  expect(await views.locator('.views-name').count()).toBe(0);
+  await expect.poll(() => views.locator('.views-name').count()).toBe(0);
 });

@@ -108,7 +108,7 @@ test('one looks around in the scan of a station, and steps to another that is in
   await pictureOf(first.id).focus();
   const others = page.locator('.look-station');
   for (let step = 0; step < 48 && (await others.count()) === 0; step++) await page.keyboard.press('ArrowRight');
-  expect(await viewer.hash()).toContain(`station=${first.id}`);
+  await expect.poll(() => viewer.hash()).toContain(`station=${first.id}`);
   await viewer.screenshot('s-look-around');
   const next = (await others.first().getAttribute('aria-label'))!.split(' ').pop()!;
   await others.first().click();

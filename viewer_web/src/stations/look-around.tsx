@@ -98,7 +98,7 @@ export function LookAround(props: LookAroundProps) {
         }}
         onPointerLeave={() => onPoint(null)}
       />
-      {inSight(props).map(({ id, number, x, y }) => (
+      {inSight(props).map(({ id, x, y }) => (
         <button
           key={id}
           type="button"
@@ -107,7 +107,7 @@ export function LookAround(props: LookAroundProps) {
           aria-label={t('Look around at station {id}', { id })}
           onClick={() => store.chooseStation(id)}
         >
-          {number}
+          {id}
         </button>
       ))}
     </div>
@@ -119,12 +119,12 @@ function inSight({ store, look, stationId, rangeIn }: LookAroundProps) {
   const stations = store.shownStations.value;
   const here = stations.find(({ id }) => id === stationId);
   if (here === undefined) return [];
-  return stations.flatMap(({ id, number, positionM }) => {
+  return stations.flatMap(({ id, positionM }) => {
     if (id === stationId) return [];
     const [dx, dy, dz] = ([0, 1, 2] as const).map((k) => positionM[k] - here.positionM[k]);
     const place = placeIn(look, SIZE, [dx, dy, dz]);
     if (place === null) return [];
     const rangeM = rangeIn({ azimuthRad: Math.atan2(dy, dx), elevationRad: Math.atan2(dz, Math.hypot(dx, dy)) });
-    return rangeM === 0 || rangeM > Math.hypot(dx, dy, dz) - IN_FRONT_M ? [{ id, number, ...place }] : [];
+    return rangeM === 0 || rangeM > Math.hypot(dx, dy, dz) - IN_FRONT_M ? [{ id, ...place }] : [];
   });
 }
