@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner_core.model import PreAlignment, Requirements
+from planner_core.model import PreAlignment
 from planner_core.network.links import WEIGHTS, probabilities
 from planner_core.network.pair_overlap import HeldPairs
 from tests.benchmarks.registration.rule import held_of, read_rows
@@ -27,7 +27,7 @@ def test_pairs_that_rarely_register_do_not_count_and_those_that_always_do_count(
     known = rows.known
     for start in (PreAlignment.TRACKED, PreAlignment.MANUAL):
         found = probabilities(known["overlap"], held_of(known), start)
-        counts, registered = found >= 0.99, rows.registered(start, "open3d")
+        counts, registered = (found >= 0.99) & rows.is_strong, rows.registered(start, "open3d")
         assert registered[counts].mean() > 0.998
         assert registered[counts & (known["overlap"] < 0.3)].mean() > 0.98
         assert counts[registered == 1].mean() > 0.7
@@ -38,7 +38,7 @@ def test_what_counts_registers_in_each_scene(start: PreAlignment) -> None:
     """A rule made of rooms took nearly all pairs of a tunnel for links, of which a third register."""
     rows = read_rows(ROOT / "docs/benchmarks/registration", [start], ["open3d"])
     counts = probabilities(rows.known["overlap"], held_of(rows.known), start) >= 0.99
-    counts &= rows.known["strength"] >= Requirements().min_strength
+    counts &= rows.is_strong
     failed = counts & (rows.registered(start, "open3d") == 0)
     for scene in np.unique(rows.scene):
         here = rows.scene == scene

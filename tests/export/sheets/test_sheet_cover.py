@@ -166,8 +166,8 @@ def test_cover_says_grid_north_where_there_is_a_grid(site_sheets: Any) -> None:
 
 def test_links_are_counted_by_the_overlap_that_the_plan_names(scene_plan: PlanSource) -> None:
     assert re.search(
-        r"\d links of at least 99 % probability of registering \(manual\) and 20 % overlap; 4 unconnected groups, "
-        "of 2, 2, 1, 1 stations; weakest: ",
+        r"\d links of at least 99 % probability of registering \(manual\) and 20 % overlap; 3 unconnected groups, "
+        "of 2, 2, 2 stations; weakest: ",
         dict(cover_figures(scene_plan))["Registration"],
     )
     asked = scene_plan.document["requirements"] | {"overlap_measure": "jaccard", "overlap_of": "seen-as-required"}
