@@ -16,7 +16,8 @@ from planner_core.scanner.load_scanner import load_scanner
 
 SMALL = PlanSettings(
     scanner=replace(load_scanner("hdl-64e"), n_azimuths=360),
-    requirements=Requirements(coverage=0.9),
+    # A scanner that sees neither floor nor ceiling near by: rooms hardly hold its scans upright.
+    requirements=Requirements(coverage=0.9, min_strength=0.01),
     grid_step_m=1.0,
     instrument_heights_m=(1.5,),
     max_patch_area_m2=0.4,

@@ -28,7 +28,7 @@ WAYS = [(measure, of) for measure in ("smaller-share", "jaccard") for of in ("al
 
 def asking(small: PlanSettings, measure: str, of: str) -> PlanSettings:
     required: dict[str, Any] = {"overlap": 0.3, "min_probability": 0.0, "overlap_measure": measure, "overlap_of": of}
-    requirements = Requirements(coverage=0.9, limits=LIMITS, **required)
+    requirements = Requirements(coverage=0.9, limits=LIMITS, min_strength=0.01, **required)
     return replace(small, requirements=requirements, method=Proven(work_limit=0.05))
 
 
