@@ -64,7 +64,8 @@ SCENES: dict[str, Path | None] = {
     "angel-house": CORPUS / "obj-angelhouse-telaviv-rhino.obj",
     "schependomlaan": CORPUS / "ifc-schependomlaan-kalkzandsteen-archicad18.ifc",
 }
-PAIRS_A_SCENE, PAIRS_A_ROUND = 1000, 60
+PAIRS_A_SCENE, PAIRS_A_ROUND = 1000, 400
+"""Each round scans a scene's stations anew, which takes as long as some 400 pairs."""
 #: Fewer rows make no rule that could be tested on scenes it has not seen.
 ENOUGH_FOR_RULES = 5000
 #: Starts that are off by at most so much: metres, degrees. Tracked: the instrument follows itself between set-ups.

@@ -54,7 +54,7 @@ def test_what_a_station_adds_is_what_scans_of_the_others_lack(
     for row, told in enumerate(plan.why.stations):
         assert told.station == plan.stations[row].id
         own = seen[row] & ~np.delete(seen, row, axis=0).any(axis=0)
-        assert told.own_area_m2 == pytest.approx(area_m2[own].sum(), abs=0.025 * area_m2[seen[row]].sum())
+        assert told.own_area_m2 == pytest.approx(area_m2[own].sum(), abs=0.02 * area_m2[seen[row]].sum())
         assert told.own_area_m2 == pytest.approx(plan.stations[row].own_area_m2)
     for curve in (plan.coverage_curve, tuple(step.fraction_of_achievable for step in plan.why.curve)):
         assert len(curve) == len(plan.stations)

@@ -139,14 +139,16 @@ def shares_table(rows: Rows, starts: Sequence[str], methods: Sequence[str]) -> l
     """Shares that registered, by overlap and strength."""
     heads = [f"{start}, {method}" for start in starts for method in methods]
     lines = ["| overlap, strength | pairs | " + " | ".join(heads) + " |", "|---" * (len(heads) + 2) + "|"]
+    least = Requirements().min_strength
     edges = (0.02, 0.05, 0.12, 0.2, 0.25, 0.3, 0.4, 1.01)
     for low, high in itertools.pairwise(edges):
         for strong in (True, False):
-            overlap, strength = rows.known["overlap"], rows.known["strength"]
-            here = (overlap >= low) & (overlap < high) & ((strength >= 0.03) == strong)
+            overlap = rows.known["overlap"]
+            here = (overlap >= low) & (overlap < high) & (rows.is_strong == strong)
             if not here.any():
                 continue
-            words = f"{100 * low:.0f} to {100 * min(high, 1.0):.0f} %, {'0.03 and more' if strong else 'below 0.03'}"
+            strength = f"{least:g} and more" if strong else f"below {least:g}"
+            words = f"{100 * low:.0f} to {100 * min(high, 1.0):.0f} %, {strength}"
             cells = [_share(rows.registered(start, method)[here]) for start in starts for method in methods]
             lines.append(f"| {words} | {int(here.sum())} | " + " | ".join(cells) + " |")
     return lines

@@ -11,6 +11,7 @@ import { whyNoPicture } from '../scene/state.ts';
 import type { Store } from '../store.ts';
 import { type Download, heldDownloads, madeDownloads, make, saveFile } from './downloads.ts';
 import { copied, linkTo } from './link.ts';
+import { LinkField } from './link-field.tsx';
 import { pictureName, takePicture } from './picture.ts';
 import './share.css';
 
@@ -59,16 +60,7 @@ function ViewItems({ store, view }: { store: Store; view: PlanView }) {
         <Item name={t('Copy link')} kind="" obstacle={null} onClick={copy} />
         <Item name={t('Picture')} kind="PNG" obstacle={whyNoPicture(store)} onClick={picture} />
       </ul>
-      {link !== null && (
-        <input
-          type="text"
-          class="share-link"
-          aria-label={t('Link to this view')}
-          readOnly
-          value={link}
-          onFocus={(event) => event.currentTarget.select()}
-        />
-      )}
+      {link !== null && <LinkField link={link} />}
       {said !== null && (
         <p class="note" role="status">
           {said}

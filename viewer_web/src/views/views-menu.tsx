@@ -1,10 +1,12 @@
 /** Views with names: to save the one that is shown, and to come back to it. */
+
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { t } from '../language/language.ts';
 import { closeOnEscape } from '../panels/escape.ts';
 import { Icon, type IconName } from '../panels/icons.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import { copied, linkOf } from '../share/link.ts';
+import { LinkField } from '../share/link-field.tsx';
 import type { Store } from '../store.ts';
 import { formatUrlState } from '../url-state.ts';
 import {
@@ -102,16 +104,7 @@ export function SavedViews({ store, view, close }: MenuProps) {
           )}
         </ul>
       )}
-      {link !== null && (
-        <input
-          type="text"
-          class="share-link"
-          aria-label={t('Link to this view')}
-          readOnly
-          value={link}
-          onFocus={(event) => event.currentTarget.select()}
-        />
-      )}
+      {link !== null && <LinkField link={link} />}
       <p class="note" role="status">
         {note ?? (views.length === 0 && t('Floor, camera, colours, sections and what is shown, kept by this browser.'))}
       </p>
