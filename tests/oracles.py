@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import zlib
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -129,10 +130,12 @@ def enough_of(
 
 
 def read_cloud(content: bytes, template: BeamTemplate) -> tuple[FloatArray, UInt8Array]:
-    """Range (R, C) float64 in metres, NaN where there is no return, and intensity (R, C) uint8, of `cloud_bytes`."""
+    """Range (R, C) float64 in metres, NaN where there is no return, and intensity (R, C) uint8: of viewer/clouds."""
     n_rows, n_columns = template.shape
-    steps = np.frombuffer(content, dtype="<u2", count=n_rows * n_columns).reshape(template.shape)
-    intensity = np.frombuffer(content, dtype=np.uint8, offset=2 * n_rows * n_columns).reshape(template.shape)
+    unpacked = zlib.decompress(content)
+    steps = np.frombuffer(unpacked, dtype="<u2", count=n_rows * n_columns).reshape(template.shape)
+    intensity = np.frombuffer(unpacked, dtype=np.uint8, offset=2 * n_rows * n_columns).reshape(template.shape)
+    steps, intensity = (np.cumsum(each, axis=1, dtype=each.dtype) for each in (steps, intensity))
     return np.where(steps > 0, steps * range_step_m(template), np.nan), intensity
 
 

@@ -62,10 +62,11 @@ _FOLDERS = frozenset(
 )
 _OF_A_STATION = (
     "stage/clouds/{}.usdc",
-    "viewer/clouds/{}.u16",
+    "viewer/clouds/{}.cloud",
+    "viewer/clouds/{}.u16",  # of older versions, as are the two of scans: they go with the plan that they are of
     "viewer/seen/{}.bits",
     "viewer/lost/{}.u32",
-    "scans/{}.exr",  # these two of older versions: they go with the plan that they are of
+    "scans/{}.exr",
     "scans/{}.png",
 )
 _OF_A_FLOOR = re.compile(r"report/(map|links|picture)_F[0-9]+\.png")

@@ -25,10 +25,10 @@ from planner_core.plan_folder.usd_names import station_prim_names
 from planner_core.plan_folder.usd_stage import cloud_layer, empty_review, write_heatmaps, write_layer, write_stage
 from planner_core.plan_folder.viewer_layers import (
     LayerFigures,
-    cloud_bytes,
     layer_file_names,
     layer_files,
     layers_of,
+    packed_cloud,
     patches_bytes,
 )
 from planner_core.progress import Progress, ProgressEvent, silent
@@ -186,7 +186,7 @@ class _Writer:
         for name, station in zip(station_prim_names(plan.stations), plan.stations, strict=True):
             scans = self._engine.scan(template, station.position_m[None, :])
             range_m = scans.range_m[0]
-            self._put(f"viewer/clouds/{name}.u16", cloud_bytes(range_m, scans.cos_incidence[0], template))
+            self._put(f"viewer/clouds/{name}.cloud", packed_cloud(range_m, scans.cos_incidence[0], template))
             write_layer(cloud_layer(range_m, template), self._folder / f"stage/clouds/{name}.usdc")
             self._step(f"stage/clouds/{name}.usdc")
 

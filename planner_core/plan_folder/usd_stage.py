@@ -55,7 +55,7 @@ from planner_core.scanner.template import directions
 # ---------------------------------------------------------------------------------------------------------- usd clouds
 # The stage's cloud layers: each station's scan, thinned, as UsdGeomPoints relative to the sensor.
 
-MAX_POINTS = 20_000
+MAX_POINTS = 16_000
 """A usdview-class viewer draws some hundred stations of these at once."""
 
 POINT_WIDTH_M = 0.015

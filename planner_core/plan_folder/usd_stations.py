@@ -72,7 +72,7 @@ def _author_station(layer: Layer, plan: Plan, name: str, station: Station) -> No
     put(prim, "tlsplan:instrumentHeight", TYPES.Double, station.instrument_height_m)
     put(prim, "tlsplan:coveredArea", TYPES.Double, station.covered_area_m2)
     put(prim, "tlsplan:ownArea", TYPES.Double, station.own_area_m2)
-    put(prim, "tlsplan:cloudUri", TYPES.String, f"clouds/{name}.u16")
+    put(prim, "tlsplan:cloudUri", TYPES.String, f"clouds/{name}.cloud")
     put(prim, "tlsplan:cloudRows", TYPES.Int, n_rows)
     put(prim, "tlsplan:cloudColumns", TYPES.Int, n_columns)
     put(prim, "tlsplan:rangeStep", TYPES.Double, range_step_m(template))

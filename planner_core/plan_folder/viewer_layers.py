@@ -7,6 +7,7 @@ once more, as their candidates were when the plan was made: by beams or by sampl
 from __future__ import annotations
 
 import json
+import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -35,7 +36,7 @@ from planner_core.model.unseen import OUT_OF_SCOPE
 from planner_core.plan_folder.usd_names import station_prim_names
 
 # -------------------------------------------------------------------------------------------------------- viewer files
-# The browser's binary files: clouds as quantised range images (.u16) and the plan's patches (.u8).
+# The browser's binary files: clouds as quantised range images (.cloud) and the plan's patches (.u8).
 # Layouts: docs/formats/stage.md. The browser rebuilds a point from the station, the beam template and the range.
 
 MAX_TIMES_SEEN = 254
@@ -60,6 +61,19 @@ def cloud_bytes(range_m: Float32Array, cos_incidence: Float32Array, template: Be
     quantised = np.where(hit, np.clip(steps, 1, _STEPS), 0).astype("<u2")
     intensity = np.rint(255 * np.abs(np.where(hit, cos_incidence, 0))).astype(np.uint8)
     return bytes(quantised.tobytes() + intensity.tobytes())
+
+
+def packed_cloud(range_m: Float32Array, cos_incidence: Float32Array, template: BeamTemplate) -> bytes:
+    """`cloud_bytes` in a twelfth of the space: each value less the one before it in its row, deflated (RFC 1950).
+
+    Without noise neighbours hardly differ. Arguments are those of `cloud_bytes`.
+    """
+    content = cloud_bytes(range_m, cos_incidence, template)
+    n_rows, n_columns = template.shape
+    n_ranges = 2 * n_rows * n_columns
+    values = np.frombuffer(content, "<u2", n_rows * n_columns), np.frombuffer(content, np.uint8, offset=n_ranges)
+    differences = (np.diff(each.reshape(template.shape), axis=1, prepend=each.dtype.type(0)) for each in values)
+    return zlib.compress(b"".join(each.tobytes() for each in differences))
 
 
 def patches_bytes(times_seen: Int32Array, achievable: BoolArray) -> bytes:

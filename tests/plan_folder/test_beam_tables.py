@@ -12,7 +12,7 @@ from planner_core.model import FloatArray, Plan
 from planner_core.plan_folder.plan_json import plan_document
 from planner_core.plan_folder.sdf_authoring import new_layer
 from planner_core.plan_folder.usd_stations import author_stations
-from planner_core.plan_folder.viewer_layers import cloud_bytes
+from planner_core.plan_folder.viewer_layers import packed_cloud
 from planner_core.scanner.template import azimuth_step_rad, directions, first_azimuths_rad, make_template
 
 
@@ -55,7 +55,7 @@ def test_points_rebuilt_from_the_stage_and_a_cloud_are_the_scans(odd_plan: Plan,
         for key in ("elevations", "azimuths", "azimuthStep")
     }
     scan = engine.scan(template, station.position_m[None])
-    range_m, _ = read_cloud(cloud_bytes(scan.range_m[0], scan.cos_incidence[0], template), template)
+    range_m, _ = read_cloud(packed_cloud(scan.range_m[0], scan.cos_incidence[0], template), template)
     truth = directions(template) * scan.range_m[0][..., None]
     found = rebuilt(range_m, said["elevations"], said["azimuths"], float(said["azimuthStep"]))
     # Half a step of the range, and float32 angles.

@@ -141,10 +141,10 @@ def test_other_folder_that_takes_the_name_while_the_export_runs_is_not_replaced(
 
 def test_file_whose_name_the_new_plan_needs_is_not_replaced(plan: Plan, engine: ScanEngine, folder: Path) -> None:
     (folder / "viewer" / "clouds").mkdir(parents=True, exist_ok=True)
-    (folder / "viewer" / "clouds" / "S002.u16").write_text("my own cloud")
-    with pytest.raises(OutputExistsError, match=r"S002\.u16.*move yours"):
+    (folder / "viewer" / "clouds" / "S002.cloud").write_text("my own cloud")
+    with pytest.raises(OutputExistsError, match=r"S002\.cloud.*move yours"):
         write_plan_folder(plan, folder, engine=engine, overwrite=True, pictures=False)
-    assert (folder / "viewer" / "clouds" / "S002.u16").read_text() == "my own cloud"
+    assert (folder / "viewer" / "clouds" / "S002.cloud").read_text() == "my own cloud"
     assert read_plan_json(folder)["stations"] == []
 
 

@@ -35,7 +35,7 @@ def test_plan_folder_holds_the_files_of_the_contract_and_no_others(plan_folder: 
         "report/map_F0.png", "report/map_F1.png", "report/overview.png", "report/coverage_curve.png",
         "report/links_F0.png", "report/links_F1.png",
         "report/picture_F0.png", "report/picture_F1.png", "report/unseen.csv", "report/index.html",
-        *(f"stage/clouds/{name}.usdc" for name in names), *(f"viewer/clouds/{name}.u16" for name in names),
+        *(f"stage/clouds/{name}.usdc" for name in names), *(f"viewer/clouds/{name}.cloud" for name in names),
         "viewer/layers.json", *(f"viewer/layers/{name}.u16" for name in ("range", "incidence", "spacing")),
         *(f"viewer/seen/{name}.bits" for name in names),
     }  # fmt: skip
@@ -236,7 +236,7 @@ def test_station_of_odd_id_unknown_height_and_no_floor_is_written(
         (station,) = read_station_list(tmp_path / "plan" / name)
         assert (station.id, station.instrument_height_m, station.floor) == ("Punkt 1/a", None, None)
         np.testing.assert_allclose(station.position_m, plan.survey.scene.offset_m + odd.position_m)
-    assert (tmp_path / "plan" / "viewer" / "clouds" / "Punkt_1_a_0.u16").is_file()
+    assert (tmp_path / "plan" / "viewer" / "clouds" / "Punkt_1_a_0.cloud").is_file()
 
 
 @pytest.mark.usefixtures("thumbnails")

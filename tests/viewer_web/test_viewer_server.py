@@ -340,7 +340,7 @@ def test_scripts_are_compressed_where_the_browser_takes_it(ask, built_app: Path)
         ("patches.u8", True),
         ("pieces.i32", True),
         ("seen/S001.bits", True),
-        ("clouds/S002.u16", False),
+        ("clouds/S002.cloud", False),
     ],
 )
 def test_what_a_page_reads_whole_is_compressed_and_clouds_are_not(

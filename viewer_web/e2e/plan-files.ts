@@ -1,8 +1,10 @@
 /** The plan folder that the browser tests show, read directly: the viewer's figures are compared with it. */
 import { readFileSync, rmSync } from 'node:fs';
 import { join } from 'node:path';
+import { inflateSync } from 'node:zlib';
 import { type LayersJson, parseLayers } from '../src/load/layers.ts';
 import { type PlanJson, type PlanStation, parsePlan } from '../src/load/plan-json.ts';
+import { readStage } from '../src/load/stage.ts';
 
 /** A map conversion as IFC has it: the scene's x axis points 30 degrees north of east. */
 const [COS, SIN] = [Math.sqrt(3) / 2, 0.5];
@@ -70,6 +72,19 @@ export class PlanFiles {
   values(file: string): Uint16Array {
     const bytes = readFileSync(join(this.folder, 'viewer', file));
     return new Uint16Array(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length));
+  }
+
+  /** Returns of a station's cloud: ranges are differences along each row, two bytes a beam of three in all. */
+  cloud(stationId: string): { nBeams: number; nReturns: number } {
+    const bytes = inflateSync(this.bytes(`clouds/${stationId}.cloud`));
+    const { cloudRows, cloudColumns } = readStage(Uint8Array.from(this.bytes('stage.usdc')).buffer).stations[0];
+    const nBeams = cloudRows * cloudColumns;
+    let [nReturns, range] = [0, 0];
+    for (let beam = 0; beam < nBeams; beam++) {
+      range = ((beam % cloudColumns === 0 ? 0 : range) + bytes.readUInt16LE(2 * beam)) % 65536;
+      if (range > 0) nReturns++;
+    }
+    return { nBeams, nReturns };
   }
 
   bytes(file: string): Uint8Array {

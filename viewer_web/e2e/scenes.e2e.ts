@@ -340,7 +340,7 @@ describe.each(names)('%s', (name) => {
   test('the server gives nothing to who has not its address, and parts of clouds to who has', async () => {
     await viewer.open();
     const { page } = viewer;
-    const cloud = `plan/viewer/clouds/${plan.stations[0].id}.u16`;
+    const cloud = `plan/viewer/clouds/${plan.stations[0].id}.cloud`;
     const asked = await page.evaluate(async (url) => {
       const part = await fetch(url, { headers: { range: 'bytes=0-99' } });
       const outside = await fetch('plan/%2e%2e%2f%2e%2e%2fetc%2fpasswd');

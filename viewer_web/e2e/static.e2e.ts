@@ -45,7 +45,7 @@ test('an export that was opened once opens without network: clouds, downloads an
   await viewer.open('#floor=F0');
   const sizes = await page.evaluate(
     async (ids) =>
-      Promise.all(ids.map(async (id) => (await (await fetch(`plan/viewer/clouds/${id}.u16`)).blob()).size)),
+      Promise.all(ids.map(async (id) => (await (await fetch(`plan/viewer/clouds/${id}.cloud`)).blob()).size)),
     plan.stations.map(({ id }) => id),
   );
   expect(sizes.every((size) => size > 0)).toBe(true);

@@ -23,7 +23,7 @@ MEDIA_TYPES = {
     ".svg": "image/svg+xml",
     ".woff2": "font/woff2",
 }
-# Clouds stay as they are: noise does not compress, and they are read piece by piece.
+# Clouds are packed in their files.
 COMPRESSED_SUFFIXES = frozenset(
     {".bits", ".css", ".csv", ".html", ".i32", ".js", ".json", ".svg", ".u32", ".u8", ".usdc"}
 )

@@ -187,7 +187,7 @@ def _add_files(router: APIRouter, drafts: _DraftAnswers) -> None:
         summary="Point cloud of a station",
     )
     def cloud(request: Request, station: str) -> Response:
-        """As viewer/clouds: uint16 ranges, then uint8 intensities."""
+        """As viewer/clouds: ranges, then intensities, deflated."""
         return drafts.cached(
             request,
             f"cloud {station}",

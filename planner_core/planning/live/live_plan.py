@@ -19,7 +19,14 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import BeamTemplate, CurveStep, FieldTime, Plan, PlanSettings, Route, Survey, UInt8Array
 from planner_core.network.links import least_listed_overlap
-from planner_core.plan_folder.viewer_layers import UInt16Array, cloud_bytes, layers_of, lost_bytes, seen_bytes
+from planner_core.plan_folder.viewer_layers import (
+    UInt16Array,
+    cloud_bytes,
+    layers_of,
+    lost_bytes,
+    packed_cloud,
+    seen_bytes,
+)
 from planner_core.planning.live.draft import Draft, DraftStation, Place, local_place
 from planner_core.planning.live.figures import (
     TIMES_SEEN,
@@ -77,7 +84,7 @@ class RouteResult:
 
 @dataclass(frozen=True)
 class CloudWindow:
-    """A part of a scan. template : of its beams. n_beams : that the scanner has in it. content : as viewer/clouds."""
+    """A part of a scan. template : of its beams. n_beams : that the scanner has in it. content : `cloud_bytes`."""
 
     template: BeamTemplate
     n_beams: int
@@ -284,7 +291,7 @@ class LivePlan:
         """Return the scan of a station, as viewer/clouds holds it; raises as `seen`."""
         template = preview_template(self.survey.template)
         scans = self._engine.scan(template, draft.station(station).at_m[None])
-        return cloud_bytes(scans.range_m[0], scans.cos_incidence[0], template)
+        return packed_cloud(scans.range_m[0], scans.cos_incidence[0], template)
 
     def cloud_window(
         self, draft: Draft, station: str, azimuth_rad: float, width_rad: float, elevation_rad: tuple[float, float]

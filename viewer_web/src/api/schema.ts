@@ -568,9 +568,10 @@ export interface Unsign {
   kind: 'unsign';
 }
 /**
- * The head of a part of a cloud. rows x columns uint16 ranges follow, then uint8 intensities, as in viewer/clouds.
+ * The head of a part of a cloud. rows x columns uint16 ranges follow, then uint8 intensities.
  *
- * The angles are those of the stage's stations: see docs/formats/stage.md.
+ * They are those of viewer/clouds once these are unpacked, the angles those of the stage's stations: see
+ * docs/formats/stage.md.
  */
 export interface CloudHead {
   rows: number;

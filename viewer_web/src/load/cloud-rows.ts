@@ -40,7 +40,28 @@ export function thinningFor({ cloudRows, cloudColumns }: StageStation, nClouds: 
   return { everyRow, everyColumn };
 }
 
-/** Takes the bytes of a cloud's file in pieces of any length. */
+/** The cloud in a file's body, packed or as older plans have it. */
+export async function readCloud(
+  body: ReadableStream<Uint8Array<ArrayBuffer>>,
+  station: StageStation,
+  thinning: Thinning,
+  isPacked: boolean,
+): Promise<ThinnedCloud> {
+  const rows = new CloudRows(station, thinning, isPacked);
+  const reader = (isPacked ? body.pipeThrough(new DecompressionStream('deflate')) : body).getReader();
+  try {
+    for (let step = await reader.read(); !step.done; step = await reader.read()) rows.push(step.value);
+  } catch (error) {
+    if ((error as Error).name === 'AbortError') throw error;
+    const file = `viewer/${station.cloudUri}`;
+    throw new PlanLoadError(
+      t('{file}: damaged, or the connection broke. Load the page again, or write the plan again.', { file }),
+    );
+  }
+  return rows.finish();
+}
+
+/** Takes the bytes of a cloud in pieces of any length. `isDifferences`: of each row the first value, and how much the others change. */
 export class CloudRows {
   private readonly beams: Beams;
   private readonly rangeSteps: Uint16Array<ArrayBuffer>;
@@ -54,6 +75,7 @@ export class CloudRows {
   constructor(
     private readonly station: StageStation,
     private readonly thinning: Thinning,
+    private readonly isDifferences = false,
   ) {
     this.beams = thinnedBeams(station, thinning);
     const n = this.beams.rows * this.beams.columns;
@@ -113,6 +135,8 @@ export class CloudRows {
       // Little endian, as every machine that runs a browser.
       const values = isRanges ? new Uint16Array(this.row.buffer) : this.row;
       const to = isRanges ? this.rangeSteps : this.intensity;
+      if (this.isDifferences)
+        for (let column = 1; column < station.cloudColumns; column++) values[column] += values[column - 1];
       for (let column = 0; column < beams.columns; column++) to[first + column] = values[column * everyColumn];
     }
     this.nRows++;

@@ -1,6 +1,14 @@
 import { expect, test } from 'vitest';
 import { cloudPoint } from './cloud.ts';
-import { ALL_BEAMS, CloudRows, type ThinnedCloud, type Thinning, thinnedBeams, thinningFor } from './cloud-rows.ts';
+import {
+  ALL_BEAMS,
+  CloudRows,
+  readCloud,
+  type ThinnedCloud,
+  type Thinning,
+  thinnedBeams,
+  thinningFor,
+} from './cloud-rows.ts';
 import { PlanLoadError } from './plan-load-error.ts';
 import type { StageStation } from './stage.ts';
 
@@ -96,6 +104,21 @@ test.each([
     expect([...cloud.rangeSteps]).toEqual(expected.map(([range]) => range));
     expect([...cloud.intensity]).toEqual(expected.map(([, intensity]) => intensity));
   }
+});
+
+test('a packed cloud is the one that older plans have as it is', async () => {
+  const all = new Uint8Array(bytes());
+  const ranges = new Uint16Array(all.slice(0, 16).buffer);
+  const less = (_: number, i: number, from: ArrayLike<number>): number => (i % 4 ? from[i] - from[i - 1] : from[i]);
+  const differences = [Uint16Array.from(ranges, (v, i) => less(v, i, ranges)), all.subarray(16).map(less)];
+  const packed = await new Response(
+    new Blob(differences).stream().pipeThrough(new CompressionStream('deflate')),
+  ).blob();
+  const station = { ...STATION, cloudUri: 'clouds/S001.cloud' };
+  expect(await readCloud(packed.stream(), station, ALL_BEAMS, true)).toEqual(read(bytes(), STATION));
+  expect(await readCloud(new Blob([bytes()]).stream(), STATION, ALL_BEAMS, false)).toEqual(read(bytes(), STATION));
+  for (const wrong of [packed.slice(0, 12), new Blob(['nothing deflated']), new Blob()])
+    await expect(readCloud(wrong.stream(), station, ALL_BEAMS, true)).rejects.toThrow(/S001\.cloud: damaged/);
 });
 
 test('a thinned cloud keeps its directions', () => {

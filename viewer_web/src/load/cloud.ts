@@ -1,4 +1,4 @@
-/** The cloud of one station, viewer/clouds/*.u16: ranges and intensities of all beams, as docs/formats/stage.md has them. */
+/** The cloud of one station, viewer/clouds: ranges and intensities of all beams, as docs/formats/stage.md has them. */
 
 /** The angles of a cloud's beams. */
 export interface Beams {

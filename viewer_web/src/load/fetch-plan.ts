@@ -5,7 +5,7 @@ import { NO_TOKEN } from '../api/api-error.ts';
 import { OUT_OF_SCOPE, REASON } from '../heat/layers.ts';
 import { withinScope } from '../heat/scope.ts';
 import { t } from '../language/language.ts';
-import { CloudRows, type ThinnedCloud, type Thinning } from './cloud-rows.ts';
+import { readCloud, type ThinnedCloud, type Thinning } from './cloud-rows.ts';
 import type { StageEdges } from './edges.ts';
 import { decodeValues, type LayersJson, parseLayers } from './layers.ts';
 import { planUrl } from './plan-base.ts';
@@ -95,10 +95,7 @@ export async function fetchCloud(
   signal: AbortSignal,
 ): Promise<ThinnedCloud> {
   const { body } = await request(base, `viewer/${station.cloudUri}`, { signal });
-  const rows = new CloudRows(station, thinning);
-  const reader = body.getReader();
-  for (let step = await reader.read(); !step.done; step = await reader.read()) rows.push(step.value);
-  return rows.finish();
+  return readCloud(body, station, thinning, !station.cloudUri.endsWith('.u16'));
 }
 
 /** What a station sees, one bit a patch; where limits are required, once more within them. */
@@ -130,12 +127,15 @@ export async function fetchSeenBit({ base }: LoadedPlan, station: StageStation, 
   return ((value >> (bit & 7)) & 1) === 1;
 }
 
-const seenFile = ({ cloudUri }: StageStation): string =>
-  cloudUri.replace(/^clouds\//, 'seen/').replace(/\.u16$/, '.bits');
+/** Name of another file of a station. */
+const fileOf = (cloudUri: string, folder: string, suffix: string): string =>
+  cloudUri.replace(/^clouds\/(.*)\.\w+$/, `${folder}/$1.${suffix}`);
+
+const seenFile = ({ cloudUri }: StageStation): string => fileOf(cloudUri, 'seen', 'bits');
 
 /** What each requirement would lose without a station, see `parseLost`. */
 export async function fetchLost({ base }: LoadedPlan, station: StageStation): Promise<ArrayBuffer> {
-  const file = station.cloudUri.replace(/^clouds\//, 'lost/').replace(/\.u16$/, '.u32');
+  const file = fileOf(station.cloudUri, 'lost', 'u32');
   return fetchBytes(base, `viewer/${file}`);
 }
 

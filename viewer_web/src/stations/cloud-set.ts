@@ -7,7 +7,7 @@
 import { computed, effect, signal, untracked } from '@preact/signals';
 import { Group } from 'three';
 import { roundUp } from '../heat/statistics.ts';
-import { CloudRows, type ThinnedCloud, type Thinning, thinningFor } from '../load/cloud-rows.ts';
+import { readCloud, type ThinnedCloud, type Thinning, thinningFor } from '../load/cloud-rows.ts';
 import { fetchCloud, type LoadedPlan } from '../load/fetch-plan.ts';
 import type { StageStation } from '../load/stage.ts';
 import type { Store } from '../store.ts';
@@ -90,7 +90,7 @@ export class CloudSet {
   private beamsOf({ id, positionM }: ShownStation): StageStation | undefined {
     const { stations } = this.loaded.stage;
     const own = stations.find((station) => station.id === id);
-    return own ?? (stations[0] && { ...stations[0], id, positionM, cloudUri: `clouds/${id}.u16` });
+    return own ?? (stations[0] && { ...stations[0], id, positionM, cloudUri: `clouds/${id}.cloud` });
   }
 
   private reconcile(wanted: readonly Wanted[]): void {
@@ -134,9 +134,7 @@ export class CloudSet {
     const beams = this.beamsOf(station) as StageStation;
     const live = await this.store.stationSource.peek()?.cloud(station.id);
     if (!live) return fetchCloud(this.loaded.base, beams, thinning, signal);
-    const rows = new CloudRows(beams, thinning);
-    rows.push(new Uint8Array(live));
-    return rows.finish();
+    return readCloud(new Blob([live]).stream(), beams, thinning, true);
   }
 
   private stop(key: string): void {

@@ -23,6 +23,8 @@ export const LOAD = {
   'the whole file': 'die ganze Datei',
   '{file}: {n} bytes, expected {expected} for {rows} x {columns} beams. Write the plan again with `tlsplan plan`.':
     '{file}: {n} Bytes, erwartet {expected} für {rows} x {columns} Strahlen. Schreiben Sie den Plan mit `tlsplan plan` neu.',
+  '{file}: damaged, or the connection broke. Load the page again, or write the plan again.':
+    '{file}: beschädigt, oder die Verbindung riss ab. Laden Sie die Seite neu, oder schreiben Sie den Plan neu.',
   'Write the plan again with this version of tlsplan.': 'Schreiben Sie den Plan mit dieser Version von tlsplan neu.',
   'Write the plan again with `tlsplan plan`.': 'Schreiben Sie den Plan mit `tlsplan plan` neu.',
   '{file}: {n} bytes, expected {expected} for {patches} patches. Write the plan again with `tlsplan plan`.':
