@@ -191,8 +191,8 @@ bench-drawings: $(DEV) ## floor plans as DXF, PDF and pictures, read back, and p
 bench-stages: $(DEV) ## processor time of quick plans of buildings by stage; writes docs/benchmarks
 	$(BIN)/python -m tests.benchmarks.bench_stages --write docs/benchmarks/where-time-goes.md
 
-bench-crew: $(DEV) ## how long somebody waits for a plan of duplex, first, again and by default; writes docs/benchmarks
-	$(BIN)/python -m tests.benchmarks.bench_stages --crew --write docs/benchmarks/where-time-goes.md
+bench-crew: $(DEV) ## how long somebody waits for a plan of duplex, first, again and by default; BESIDE=another checkout; writes docs/benchmarks
+	$(BIN)/python -m tests.benchmarks.bench_stages --crew $(if $(BESIDE),--beside "$(BESIDE)") --write docs/benchmarks/where-time-goes.md
 
 bench-truth: $(DEV) ## plans' figures beside those of random points; writes docs/benchmarks
 	$(BIN)/python -m tests.benchmarks.bench_truth --write docs/benchmarks/truth.md

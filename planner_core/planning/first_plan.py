@@ -37,8 +37,9 @@ _MOST_ENTRIES = 60_000_000
 _IN_DOOR_M = 0.6
 #: A pool that is not much larger, or of so few, is observed as soon.
 _WORTH, _FEW = 3, 100
-#: Sites of more candidates are large: docs/benchmarks/where-time-goes.md has what is saved there.
-_LARGE = 2000
+#: Sites of more candidates are large, and of more candidates times triangles: observing takes as long among furniture.
+#: docs/benchmarks/where-time-goes.md has what is saved there.
+_LARGE, _LARGE_AMONG_TRIANGLES = 2000, 1e9
 #: Of large sites: how near to what is worth a closer look the grid is taken, in steps of it: the eight around.
 _NEAR_STEPS = 1.5
 #: Share of a candidate in a solution of the relaxation from which on its surroundings are worth a closer look.
@@ -57,9 +58,11 @@ def observe_few(
     n_candidates = places.candidates.floor.size
     if n_candidates <= _FEW:
         return None
-    rows = np.union1d(far_apart(places.candidates, _APART_M, most=_MOST), np.flatnonzero(places.kind > 0))
-    if _WORTH * rows.size > n_candidates:
+    special = np.flatnonzero(places.kind > 0)
+    most = min(_MOST, n_candidates // _WORTH - special.size)
+    if most < 1:
         return None
+    rows = np.union1d(far_apart(places.candidates, _APART_M, most=most), special)
     at_m = places.candidates.position_m[rows]
     return KnownObservations(rows, observe_candidates(survey, engine, at_m, goals, progress=_as_one_stage(progress)))
 
@@ -82,7 +85,8 @@ def tell_first_plan(
     Of a large site (K,) rows of candidates that are worth a closer look: those stations, and what the relaxation of the
     same problem takes. None elsewhere, and where the few candidates can't meet the requirements.
     """
-    is_large, is_first = places.candidates.floor.size > _LARGE, not places.rows_of(Role.KEPT, Role.BEGUN).size
+    n_candidates, is_first = places.candidates.floor.size, not places.rows_of(Role.KEPT, Role.BEGUN).size
+    is_large = n_candidates > _LARGE or n_candidates * survey.scene.n_triangles > _LARGE_AMONG_TRIANGLES
     if not (is_large or is_first):
         return None
     few, all_of_them = places.candidates.take(known.row), np.arange(known.row.size)

@@ -1,11 +1,12 @@
 """Where the time of a plan goes, stage by stage, from the command to the finished folder.
 
-    python -m tests.benchmarks.bench_stages [--buildings demo,duplex] [--crew] [--write PAGE]
+    python -m tests.benchmarks.bench_stages [--buildings demo,duplex] [--crew [--beside CHECKOUT]] [--write PAGE]
 
 Each plan is `tlsplan plan` in a process of its own, which counts what passes between two events of progress to the
 stage of the later one: by the clock, and processor time of the process and its children. Each building is planned
 twice: with nothing kept, and again with one requirement changed (`--coverage`), by what the first plan has kept.
-`--crew` instead: how long somebody waits for what, on duplex, beside what is aimed at. Not a test: nothing here fails.
+`--crew` instead: how long somebody waits for what, on duplex, beside what is aimed at; with `--beside` another checkout
+runs each command right before, with its own `.venv`. Not a test: nothing here fails.
 """
 
 from __future__ import annotations
@@ -35,11 +36,12 @@ BUILDINGS: dict[str, Path | str] = {
     "duplex": DATA / "ifc" / "duplex.ifc",
     "fzk-haus": DATA / "ifc" / "fzk-haus.ifc",
     "office": DATA / "corpus" / "ifc-tested-sample-revit2021-esp.ifc",
+    "furnished storey": "office",
     "school": "school",
     "storey of the school": "school",
 }
 #: Further options of `plan`.
-OPTIONS = {"storey of the school": ["--floor", "F1"]}
+OPTIONS = {"furnished storey": ["--floor", "F0"], "storey of the school": ["--floor", "F1"]}
 #: Stages as people think of them, by the first words of events.
 GROUPS = {
     "read": ("load", "survey"),
@@ -131,11 +133,12 @@ def own_cache(folder: Path) -> dict[str, str]:
     return {**os.environ, **numba, "TLSPLAN_CACHE": str(folder)}
 
 
-def run_plan(arguments: list[str], environment: dict[str, str]) -> Run:
+def run_plan(arguments: list[str], environment: dict[str, str], checkout: Path = ROOT) -> Run:
     """Run `tlsplan plan` in a process of its own."""
+    python = sys.executable if checkout == ROOT else str(checkout / ".venv" / "bin" / "python")
     ran = subprocess.run(
-        [sys.executable, "-m", "tests.benchmarks.bench_stages", "--one", "plan", *arguments, "--quiet"],
-        cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True, env=environment,
+        [python, "-m", "tests.benchmarks.bench_stages", "--one", "plan", *arguments, "--quiet"],
+        cwd=checkout, stdout=subprocess.PIPE, text=True, check=True, env=environment,
     )  # fmt: skip
     return Run(**json.loads(ran.stdout.splitlines()[-1]))
 
@@ -156,38 +159,79 @@ def measured(name: str, effort: str) -> tuple[dict[str, list[float]], dict[str, 
     return first.spent, again.spent
 
 
-def crew() -> list[str]:
-    """How long somebody waits for what, on duplex, and how far that is from what is aimed at."""
-    scene = str(BUILDINGS["duplex"])
+@dataclasses.dataclass
+class Waits:
+    """What a crew waits for on duplex. runs : quick, again with another requirement, by default."""
+
+    runs: tuple[Run, Run, Run]
+    n_quick: int
+    usual: dict[str, int]
+    n_bytes: int
+
+    @property
+    def rows(self) -> list[tuple[str, list[float], float]]:
+        """What, seconds by the clock and of processors, and seconds aimed at."""
+        quick, again, usual = self.runs
+        n_stations = self.usual["stations"]
+        return [
+            (f"quick plan of {self.n_quick} stations, from the command to the folder", quick.all_s, 10.0),
+            ("first plan on the screen", quick.curve[0][:2], 3.0),
+            ("again with `--coverage 92`, quick", again.all_s, 3.0),
+            (f"default effort: a plan within one of its {n_stations} stations", usual.within_one_s(n_stations), 60.0),
+            (f"default effort, to the end, with the bound {self.usual['lower_bound']}", usual.all_s, 60.0),
+        ]
+
+
+def waits(checkouts: list[Path]) -> list[Waits]:
+    """Run each command by all checkouts in turn."""
+    scene, changed = str(BUILDINGS["duplex"]), ["--coverage", CHANGED_COVERAGE]
+    asked = (["--effort", "quick"], ["--effort", "quick", *changed], [])
+    runs: list[list[Run]] = [[] for _ in checkouts]
     with tempfile.TemporaryDirectory() as name:
-        folder, environment = Path(name), own_cache(Path(name) / "cache")
-        quick = run_plan([scene, "--effort", "quick", "-o", f"{folder}/quick"], environment)
-        again = run_plan([scene, "--effort", "quick", "-o", f"{folder}/b", "--coverage", CHANGED_COVERAGE], environment)
-        shutil.rmtree(folder / "cache" / "results")
-        usual = run_plan([scene, "-o", f"{folder}/usual"], environment)
-        optimality = json.loads((folder / "usual" / "plan.json").read_text())["optimality"]
-        n_quick = len(json.loads((folder / "quick" / "plan.json").read_text())["stations"])
-        n_bytes = sum(file.stat().st_size for file in (folder / "quick").rglob("*") if file.is_file())
-    n_stations = optimality["stations"]
-    rows = [
-        (f"quick plan of {n_quick} stations, from the command to the folder", quick.all_s, 10.0),
-        ("first plan on the screen", quick.curve[0][:2], 3.0),
-        ("again with `--coverage 92`, quick", again.all_s, 3.0),
-        (f"default effort: a plan within one of its {n_stations} stations", usual.within_one_s(n_stations), 60.0),
-        (f"default effort, to the end, with the bound {optimality['lower_bound']}", usual.all_s, 60.0),
-    ]
+        folders = [Path(name) / str(number) for number in range(len(checkouts))]
+        environments = [own_cache(folder / "cache") for folder in folders]
+        for number, options in enumerate(asked):
+            for checkout, folder, environment, done in zip(checkouts, folders, environments, runs, strict=True):
+                if not options:  # by default nothing is kept either
+                    shutil.rmtree(folder / "cache" / "results")
+                done.append(run_plan([scene, *options, "-o", f"{folder}/{number}"], environment, checkout))
+        found = []
+        for folder, (quick, again, usual) in zip(folders, runs, strict=True):
+            files = [file for file in (folder / "0").rglob("*") if file.is_file()]
+            found.append(
+                Waits(
+                    (quick, again, usual),
+                    len(json.loads((folder / "0" / "plan.json").read_text())["stations"]),
+                    json.loads((folder / "2" / "plan.json").read_text())["optimality"],
+                    sum(file.stat().st_size for file in files),
+                )
+            )
+    return found
+
+
+def crew(beside: Path | None) -> list[str]:
+    """How long somebody waits for what, on duplex, how far that is from what is aimed at, and what it was before."""
+    *before, now = waits([ROOT] if beside is None else [beside.resolve(), ROOT])
+    old = "| before " if before else ""
     lines = [
-        "| duplex, 300 m² | processor time | by the clock | aim | processor time missed by |",
-        "|---|---|---|---|---|",
+        f"| duplex, 300 m² | processor time {old}| by the clock {old}| aim | processor time missed by |",
+        "|---|---|---|---|---|" + ("---|---|" if before else ""),
     ]
-    for what, (clock, cpu), aim in rows:
+    for number, (what, (clock, cpu), aim) in enumerate(now.rows):
+        (old_clock, old_cpu), *_ = [each.rows[number][1] for each in before] or [(0.0, 0.0)]
         missed = f"{cpu - aim:.0f} s" if cpu > aim else "met"
-        lines.append(f"| {what} | {cpu:.0f} s | {clock:.0f} s | {aim:.0f} s | {missed} |")
-    mb = n_bytes / 1e6
+        lines.append(
+            f"| {what} | {cpu:.0f} s {f'| {old_cpu:.0f} s ' if before else ''}| {clock:.0f} s "
+            f"{f'| {old_clock:.0f} s ' if before else ''}| {aim:.0f} s | {missed} |"
+        )
+    gap = "| | " if before else "| "
+    mb, old_mb = now.n_bytes / 1e6, "".join(f"| {each.n_bytes / 1e6:.1f} MB " for each in before)
     lines.append(
-        f"| folder of {n_quick} stations | {mb:.0f} MB | | 15 MB | {f'{mb - 15:.0f} MB' if mb > 15 else 'met'} |"
+        f"| folder of {now.n_quick} stations | {mb:.1f} MB {old_mb}{gap}| 15 MB | "
+        f"{f'{mb - 15:.0f} MB' if mb > 15 else 'met'} |"
     )
-    lines.append(f"| memory of the quick plan, at most | {quick.peak_bytes / 1e9:.1f} GB | | | |")
+    gb, old_gb = now.runs[0].peak_bytes / 1e9, "".join(f"| {each.runs[0].peak_bytes / 1e9:.1f} GB " for each in before)
+    lines.append(f"| memory of the quick plan, at most | {gb:.1f} GB {old_gb}{gap}| | |")
     return lines
 
 
@@ -210,10 +254,11 @@ def main() -> None:
     parser.add_argument("--buildings", default=",".join(BUILDINGS))
     parser.add_argument("--effort", default="quick")
     parser.add_argument("--crew", action="store_true")
+    parser.add_argument("--beside", type=Path, help="another checkout, with what `make setup` makes")
     parser.add_argument("--write", type=Path)
     asked = parser.parse_args()
     if asked.crew:
-        lines = crew()
+        lines = crew(asked.beside)
         print("\n".join(lines))
         if asked.write:
             put(asked.write, "crew", lines)

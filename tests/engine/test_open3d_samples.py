@@ -44,7 +44,9 @@ def marks_of_every_sample(
 
 
 @pytest.mark.parametrize("area_m2", [0.5, *FINE])
-@pytest.mark.parametrize("angles", [(-60.0, 60.0, 360.0, 90.0), (-20.0, 35.0, 100.0, 70.0)])
+@pytest.mark.parametrize(
+    "angles", [(-60.0, 60.0, 360.0, 90.0), pytest.param((-20.0, 35.0, 100.0, 70.0), marks=pytest.mark.campaign)]
+)
 def test_triangles_that_hide_whole_patches_change_no_mark(
     shapes: SimpleNamespace, area_m2: float, angles: tuple[float, ...]
 ) -> None:

@@ -12,10 +12,10 @@ from planner_core.model import Candidates, Greedy, Plan, PlanSettings, PriorStat
 from planner_core.model.stored_rows import VISIBILITY_VARIABLE
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
-from planner_core.planning.first_plan import STAGE, as_needed, far_apart
+from planner_core.planning.first_plan import STAGE, as_needed, far_apart, observe_few
 from planner_core.planning.plan import make_plan
 from planner_core.positions.allowed_positions import AllowedPositions
-from planner_core.progress import ProgressEvent
+from planner_core.progress import ProgressEvent, silent
 from planner_core.requirements.demand import KnownObservations
 
 Planned = Callable[[str, PlanSettings], Plan]
@@ -163,6 +163,21 @@ def field() -> tuple[AllowedPositions, KnownObservations]:
     return places, KnownObservations(known, observations)
 
 
+def test_where_candidates_are_far_apart_a_third_of_them_is_observed_from_first(
+    field: tuple[AllowedPositions, KnownObservations], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    places, known = field
+    wide = replace(places, candidates=replace(places.candidates, position_m=2.5 * places.candidates.position_m))
+    monkeypatch.setattr("planner_core.planning.first_plan.observe_candidates", lambda *_, **__: known.observations)
+    monkeypatch.setattr("planner_core.planning.first_plan._MOST", 1600)
+    first = observe_few(None, None, None, wide, silent)
+    assert first is not None
+    assert 77 in first.row
+    assert 1600 // 6 < first.row.size <= 1600 // 3
+    crowded = replace(wide, kind=np.where(np.arange(1600) < 534, 1, 0).astype(np.int8))
+    assert observe_few(None, None, None, crowded, silent) is None
+
+
 def test_of_a_large_site_the_first_few_stay_and_the_grid_around_what_is_worth_a_look(
     field: tuple[AllowedPositions, KnownObservations],
 ) -> None:
@@ -199,16 +214,18 @@ def test_what_is_worth_a_look_is_thinned_where_memory_does_not_hold_it(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("role", [Role.LOCKED, Role.KEPT])
+@pytest.mark.parametrize(
+    ("role", "limit"), [(Role.LOCKED, "_LARGE"), (Role.KEPT, "_LARGE"), (Role.LOCKED, "_LARGE_AMONG_TRIANGLES")]
+)
 def test_a_large_site_is_planned_with_fewer_candidates_and_hardly_more_stations(
-    comb: PlanSettings, role: Role, monkeypatch: pytest.MonkeyPatch
+    comb: PlanSettings, role: Role, limit: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = scenes_synthetic.build("corridor-comb").scene
     prior = PriorStation("L1", tuple((np.array([0.8, 0.8, 1.5]) + scene.offset_m).tolist()), role)
     asked = replace(comb.requirements, min_probability=0.95)
     settings = replace(comb, site=Site(prior=(prior,)), requirements=asked)
     whole = make_plan(scene, settings)
-    monkeypatch.setattr("planner_core.planning.first_plan._LARGE", 100)
+    monkeypatch.setattr(f"planner_core.planning.first_plan.{limit}", 100)
     plan = make_plan(scene, settings)
     (line,) = (line for line in plan.warnings if line.startswith("candidates:"))
     assert plan.n_candidates == int(line.split()[1]) < 150
