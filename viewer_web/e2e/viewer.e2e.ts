@@ -172,6 +172,27 @@ test('plain painting takes the coverage colours away', async () => {
   await viewer.screenshot('6-plain');
 });
 
+test('what no station sees is hatched on demand, in legend and building, and the browser keeps that', async () => {
+  await viewer.open(`#floor=${floorsLowestFirst[0].id}`);
+  const { page } = viewer;
+  const before = await viewer.canvasPixels();
+  const isUnseen = ([r, g, b]: readonly number[]): boolean => r > 190 && g > 90 && g < 150 && b < 90;
+  await page.getByRole('button', { name: 'Hatch' }).click();
+  await viewer.settle();
+  const hatched = await viewer.canvasPixels();
+  await viewer.screenshot('hatch');
+  // Lines take about a third of what is unseen, and nothing else changes.
+  expect(hatched.share(isUnseen) / before.share(isUnseen)).toBeLessThan(0.85);
+  expect(before.shareChanged(hatched)).toBeLessThan(1.2 * before.share(isUnseen));
+  await page.reload();
+  await expect.poll(() => page.getByRole('button', { name: 'Hatch' }).getAttribute('aria-pressed')).toBe('true');
+  await expect.poll(() => page.locator('.legend .swatch path').count()).toBe(1);
+  await page.getByRole('button', { name: 'Hatch' }).click();
+  await expect.poll(() => page.locator('.legend .swatch path').count()).toBe(0);
+  await viewer.settle();
+  expect(before.shareChanged(await viewer.canvasPixels())).toBeLessThan(0.005);
+});
+
 test('a view in the address is restored', async () => {
   const station = stationsOf(floorsLowestFirst[1].id)[0];
   await viewer.open(`#floor=${station.floor}&station=${station.id}`);

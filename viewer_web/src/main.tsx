@@ -6,6 +6,7 @@ import { ReviewClient } from './api/review-client.ts';
 import { UndoMemory } from './api/undo-memory.ts';
 import type { DrawingView } from './drawing/drawing-view.tsx';
 import { DEFAULT_CUT_M, extentsOf } from './floors/cut.ts';
+import { restoreHatching } from './heat/hatching.ts';
 import { TIMES_SEEN } from './heat/layers.ts';
 import { language, loadTexts } from './language/language.ts';
 import { fetchFieldPlan, fetchPlan } from './load/fetch-plan.ts';
@@ -27,6 +28,7 @@ async function start(): Promise<void> {
   document.documentElement.lang = language;
   restoreUnits(window.localStorage);
   restoreCharacterKeys(window.localStorage);
+  restoreHatching(window.localStorage);
   const undoMemory = new UndoMemory(window.sessionStorage);
   const reviewClient = isStatic
     ? null

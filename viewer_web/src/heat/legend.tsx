@@ -12,6 +12,7 @@ import type { ShownStation } from '../stations/shown.ts';
 import { cssColor, stationColor } from '../stations/station-color.ts';
 import type { Store } from '../store.ts';
 import { layerColors, themed } from './colors.ts';
+import { isHatched } from './hatching.ts';
 import {
   type ClassLayer,
   type HeatLayer,
@@ -19,6 +20,7 @@ import {
   NOT_ASKED_CLASS,
   type RampLayer,
   reasonInWords,
+  TIMES_SEEN,
 } from './layers.ts';
 import { quantity } from './quantity.ts';
 import type { LayerState } from './state.ts';
@@ -108,7 +110,10 @@ function Classes({ layer, isDark, hasNotAsked }: ClassesProps) {
     <ul class={classes.length > 7 ? 'legend-classes legend-columns' : 'legend-classes'}>
       {classes.map(({ value, label, color }) => (
         <li key={value}>
-          <Swatch color={themed(color, isDark)} />
+          <Swatch
+            color={themed(color, isDark)}
+            hatch={layer.id === TIMES_SEEN && value === 0 ? hatchOf(isDark) : null}
+          />
           {label}
         </li>
       ))}
@@ -117,6 +122,9 @@ function Classes({ layer, isDark, hasNotAsked }: ClassesProps) {
 }
 
 const UNSEEN = '#e8833a';
+
+/** The lines over what no station sees, where it is hatched. */
+const hatchOf = (isDark: boolean): string | null => (isHatched.value ? (isDark ? DARK : LIGHT).section : null);
 
 interface RampProps {
   readonly layer: RampLayer;
@@ -147,7 +155,7 @@ function Ramp({ layer, spread, isDark, hasNotAsked }: RampProps) {
       )}
       <ul class="legend-classes">
         <li>
-          <Swatch color={UNSEEN} />
+          <Swatch color={UNSEEN} hatch={hatchOf(isDark)} />
           {t('unseen')}
         </li>
         <li>
@@ -183,10 +191,11 @@ export function RampBar({ colors }: { colors: Uint8Array }) {
   );
 }
 
-export function Swatch({ color }: { color: string }) {
+export function Swatch({ color, hatch = null }: { color: string; hatch?: string | null }) {
   return (
     <svg class="swatch" viewBox="0 0 14 14" aria-hidden="true">
       <rect width="14" height="14" fill={color} />
+      {hatch !== null && <path d="M0 6 6 0M0 13 13 0M7 14l7-7" stroke={hatch} stroke-width="1.8" />}
     </svg>
   );
 }

@@ -5,6 +5,7 @@
 import { useSignal } from '@preact/signals';
 import type { ComponentChildren } from 'preact';
 import { useEffect, useRef } from 'preact/hooks';
+import { chooseHatching, isHatched } from '../heat/hatching.ts';
 import { PLAIN } from '../heat/layers.ts';
 import { t } from '../language/language.ts';
 import { hasSection, togglePanel } from '../measure/panel.ts';
@@ -151,7 +152,15 @@ function groupsOf({ store, view }: Props): readonly Group[] {
       hint: t('Colour of the building'),
       icon: 'colour',
       choice: <LayerSelect store={store} />,
-      actions: [],
+      actions: [
+        {
+          ...{ id: 'tool-hatch', name: t('Hatch'), icon: 'hatch' },
+          hint: t('Hatch what no station sees, to tell it without its colour'),
+          off,
+          isOn: isHatched.value,
+          run: () => chooseHatching(window.localStorage, !isHatched.value),
+        },
+      ],
     },
     {
       id: 'show',

@@ -1,5 +1,16 @@
 /** Shaders and materials of the building: of its surfaces, of what shows through them, and of its lines. */
-import { BackSide, DoubleSide, FrontSide, GLSL3, GreaterDepth, type IUniform, ShaderMaterial } from 'three';
+import {
+  BackSide,
+  CustomBlending,
+  DoubleSide,
+  FrontSide,
+  GLSL3,
+  GreaterDepth,
+  type IUniform,
+  OneFactor,
+  ShaderMaterial,
+  ZeroFactor,
+} from 'three';
 import { FLAT_COS, type Slice } from '../floors/cut.ts';
 import { NOT_ASKED } from '../heat/layers.ts';
 import { PATCH_CODE_GLSL } from '../load/patch-rule.ts';
@@ -10,6 +21,9 @@ import { TEXTURE_WIDTH } from './patch-values.ts';
 const BARE_SHADING = 0.36;
 /** Hardly: lines show the form there, and shaded as bare ones are, walls seen by two stations look like seen by three. */
 export const CLASS_SHADING = 0.06;
+
+/** From line to line of a hatching, pixels of the picture; a third of it is line. */
+const HATCH_PIXELS = 10;
 
 const SURFACE_VERTEX = /* glsl */ `
 uniform highp sampler2D triangleShape;   // squared edges 01, 12, 20; depth + 64 * (is ground) + 128 * (body side + 1)
@@ -44,6 +58,7 @@ ${CUT_GLSL}
 uniform int paintMode; // 0 plain, 1 classes, 2 ramp
 uniform bool hasMarks;
 uniform bool hasChanges; // patchMarks has what a change loses (1) and wins (2), painted over the layer
+uniform bool isHatched; // what no station sees
 uniform bool isGhost; // the pass that draws nothing but marked patches, through whatever hides them
 uniform float rampLow, rampHigh, rampNone;
 uniform bool isBack; // not gl_FrontFacing: three turns it round where it draws back faces
@@ -65,6 +80,10 @@ vec3 rampColor(float value, ivec2 texel) {
   float t = clamp((value - rampLow) / (rampHigh - rampLow), 0.0, 1.0);
   return classColor(int(t * 255.0 + 0.5));
 }
+vec3 hatched(vec3 color) {
+  float across = fract((gl_FragCoord.x + gl_FragCoord.y) / ${HATCH_PIXELS.toFixed(1)});
+  return mix(color, sectionColor, 0.7 * (1.0 - smoothstep(0.12, 0.22, abs(across - 0.5))));
+}
 bool isBare() { return !hasMarks && (paintMode == 0 || fade > 0.0); }
 vec3 surfaceColor() {
   vec3 bare = (vNumbers.w & 1) == 1 ? groundColor : plainColor;
@@ -78,7 +97,8 @@ vec3 surfaceColor() {
     if (isBare()) return bare;
   }
   int value = int(texelFetch(patchValues, texel, 0).r);
-  return paintMode == 1 ? classColor(value) : rampColor(float(value), texel);
+  vec3 color = paintMode == 1 ? classColor(value) : rampColor(float(value), texel);
+  return isHatched && texelFetch(patchSeen, texel, 0).r == 0u ? hatched(color) : color;
 }
 bool isMarked() {
   int patchId = vNumbers.x + int(patchCode(vWeights, vEdges, vNumbers.z));
@@ -87,10 +107,14 @@ bool isMarked() {
 void main() {
   // Flat shading from the geometry itself; sign-free, since a surface's two sides look alike.
   vec3 normal = abs(normalize(cross(dFdx(vLocal), dFdy(vLocal))));
-  if (isCutAway(vLocal) || vLocal.z < slice.x || vLocal.z > slice.y || (vLocal.z > slice.z && normal.z > ${FLAT_COS})) discard;
+  // Along a cut a pixel is covered in part. What ends there reaches half a pixel over it: two slices that meet leave no gap.
+  float kept = min(keptM(vLocal), min(vLocal.z - slice.x, slice.y - vLocal.z));
+  float covered = clamp(kept / max(fwidth(kept), 1e-6) + 1.0, 0.0, 1.0);
+  if (covered == 0.0 || (vLocal.z > slice.z && normal.z > ${FLAT_COS})) discard;
   if (isolatedElement >= 0 && vNumbers.y != isolatedElement) discard;
   if (isGhost) {
     if (!isMarked()) discard;
+    if (kept < 0.0) discard;
     fragColor = vec4(markColor, 0.3);
     return;
   }
@@ -105,7 +129,7 @@ void main() {
     if (vNumbers.y == pickedElement) color = mix(color, pickedColor, 0.45);
     color *= 1.0 - shade * (isBare() || hasMarks ? ${BARE_SHADING} : ${CLASS_SHADING});
   }
-  fragColor = vec4(mix(color, backgroundColor, fade), 1.0);
+  fragColor = vec4(mix(color, backgroundColor, fade), covered);
 }
 `;
 
@@ -162,6 +186,13 @@ export function sliceMaterials(slice: Slice, building: Uniforms, lines: Uniforms
   const surfaces = [FrontSide, BackSide].map((side, i) =>
     Object.assign(surface(side === BackSide, false), {
       side,
+      alphaToCoverage: true,
+      // The coverage of a pixel is none of the picture's own.
+      blending: CustomBlending,
+      blendSrc: OneFactor,
+      blendDst: ZeroFactor,
+      blendSrcAlpha: ZeroFactor,
+      blendDstAlpha: OneFactor,
       polygonOffset: true,
       polygonOffsetFactor: 1,
       polygonOffsetUnits: 3 - 2 * i,

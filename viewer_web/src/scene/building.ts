@@ -116,6 +116,7 @@ export class Building {
       fade: { value: 0 },
       pickedElement: { value: -1 },
       isolatedElement: { value: -1 },
+      isHatched: { value: false },
       plainColor: { value: new Color() },
       groundColor: { value: new Color() },
       sectionColor: { value: new Color() },
@@ -165,6 +166,11 @@ export class Building {
   setIsolated(elementIndex: number | null, isXray: boolean): void {
     this.uniforms.isolatedElement.value = elementIndex ?? -1;
     this.lineUniforms.share.value = elementIndex === null || isXray ? 1 : 0;
+  }
+
+  /** Hatch what no station sees. */
+  setHatched(isHatched: boolean): void {
+    this.uniforms.isHatched.value = isHatched;
   }
 
   /** Step back behind a cloud. */

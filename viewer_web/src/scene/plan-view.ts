@@ -5,6 +5,7 @@ import { boxOfElement } from '../elements/search.ts';
 import { hiddenTriangles } from '../files/state.ts';
 import { sliceOfFloor, WHOLE_BUILDING } from '../floors/cut.ts';
 import { coverageOf, type ElementCoverage } from '../heat/element-coverage.ts';
+import { isHatched } from '../heat/hatching.ts';
 import { type PatchValues, TIMES_SEEN, valuesOf } from '../heat/layers.ts';
 import { MarkFollower } from '../heat/mark-follower.ts';
 import { PatchPaint } from '../heat/patch-paint.ts';
@@ -454,6 +455,7 @@ export class PlanView {
     this.endings.push(
       effect(() => {
         this.building.setPicked(pickedElement.value);
+        this.building.setHatched(isHatched.value);
         const alone = store.isolation.value === 'none' ? null : (store.picked.value?.elementIndex ?? null);
         this.building.setIsolated(alone, store.isolation.value === 'xray');
         this.clouds.group.visible = store.marking.value.kind !== 'shown';

@@ -10,14 +10,16 @@ export interface CutUniforms {
   readonly nCutPlanes: { value: number };
 }
 
-/** `bool isCutAway(vec3 local)`, local frame, metres. */
+/** `bool isCutAway(vec3 local)` and how deep it is in what is kept, `float keptM(vec3 local)`: local frame, metres. */
 export const CUT_GLSL = /* glsl */ `
 uniform vec4 cutPlanes[${MOST_PLANES}]; // normal and offset: kept is where normal * point + offset >= 0
 uniform int nCutPlanes;
-bool isCutAway(vec3 local) {
-  for (int i = 0; i < nCutPlanes; i++) if (dot(cutPlanes[i].xyz, local) + cutPlanes[i].w < 0.0) return true;
-  return false;
+float keptM(vec3 local) {
+  float depth = 1e9;
+  for (int i = 0; i < nCutPlanes; i++) depth = min(depth, dot(cutPlanes[i].xyz, local) + cutPlanes[i].w);
+  return depth;
 }
+bool isCutAway(vec3 local) { return keptM(local) < 0.0; }
 `;
 
 export function cutUniforms(): CutUniforms {

@@ -111,6 +111,9 @@ export const PANELS = {
     'Linien zwischen Standpunkten, deren Überdeckung zum Registrieren reicht',
   Clouds: 'Wolken',
   'Point clouds of all stations on the shown floors': 'Punktwolken aller Standpunkte der gezeigten Stockwerke',
+  Hatch: 'Schraffur',
+  'Hatch what no station sees, to tell it without its colour':
+    'Was kein Standpunkt sieht, schraffieren: ohne Farbe zu erkennen',
   Feet: 'Fuß',
   'Lengths, areas and coordinates in feet and inches': 'Längen, Flächen und Koordinaten in Fuß und Zoll',
   Walk: 'Rundgang',
