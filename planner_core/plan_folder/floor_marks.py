@@ -287,6 +287,11 @@ def unreachable_on(plan: PlanSource, floor: FloorSection) -> list[Mark]:
     ]
 
 
+def rooms_on(plan: PlanSource, floor: FloorSection) -> list[Mark]:
+    """Return the names of a floor's rooms, where these are roomiest."""
+    return [Mark(room.at_m, room.name) for room in plan.rooms if room.floor_id == floor.id]
+
+
 def zones_on(plan: PlanSource, floor: FloorSection) -> list[DrawnZone]:
     """Return keep-outs, access areas and forbidden positions of a floor, scene frame."""
     site = plan.document.get("site", {})
@@ -427,9 +432,10 @@ def draw_floor_words(
     targets: Iterable[Mark],
     unreachable: Iterable[Mark],
     zones: Iterable[DrawnZone],
+    rooms: Iterable[Mark],
 ) -> None:
-    """Write where the route changes floors, begins, ends and breaks off, where targets help and nobody gets in, and
-    what zones are.
+    """Write where the route changes floors, begins, ends and breaks off, where targets help and nobody gets in, what
+    zones are, and names of rooms where there is space.
 
     zones : on paper.
     """
@@ -450,3 +456,5 @@ def draw_floor_words(
         labels.put(on_paper(mark.at_m), mark.words, apart=0.0)
     for zone in zones:
         labels.put(zone.outline[:-1].mean(axis=0), zone.words, apart=0.0)
+    for mark in rooms:
+        labels.put_where_free(on_paper(mark.at_m), mark.words)

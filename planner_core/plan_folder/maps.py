@@ -37,6 +37,7 @@ from planner_core.plan_folder.floor_marks import (
     draw_zone_borders,
     ends_on,
     floor_links,
+    rooms_on,
     stairs_on,
     targets_on,
     unreachable_hatch_m,
@@ -174,6 +175,7 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: ShadedVie
         targets=targets_on(source, of),
         unreachable=unreachable_on(source, of),
         zones=zones,
+        rooms=rooms_on(source, of),
     )
     walked = () if plan.route is None else ((f"{sum(way.length_m for way in ways):.0f} m", "route"),)
     figures = (*walked, *floor_figures(source, floor.id))

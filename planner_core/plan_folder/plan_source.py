@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -67,6 +68,15 @@ class FieldStation:
 
 
 @dataclass(frozen=True, eq=False)
+class RoomName:
+    """A room that has a name, and its roomiest place on the ground. at_m : (2,) in plan, scene frame."""
+
+    name: str
+    floor_id: str
+    at_m: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class PlanSource:
     """What formats are written from.
 
@@ -82,6 +92,7 @@ class PlanSource:
     links: tuple[Link, ...]
     title: str
     given_scene: ScenePaths = None
+    rooms: tuple[RoomName, ...] = ()
     planned: PlanSource | None = None
     """What this is a reviewed state of: formats that hold the review themselves are written from it."""
     _made: dict[str, Any] = field(default_factory=dict, repr=False)
@@ -187,15 +198,36 @@ def open_plan(folder: Path, *, scene: ScenePaths = None, frame: FrameRequest | N
     CoordinatesError
         The coordinates given can't be used.
     """
-    return _source(read_plan(folder), folder if folder.is_dir() else folder.parent, frame or FrameRequest(), scene)
+    there = folder if folder.is_dir() else folder.parent
+    return _source(read_plan(folder), there, frame or FrameRequest(), scene, _rooms_in(there))
 
 
 def source_of(plan: Plan) -> PlanSource:
     """Return a plan in memory as its folder will be read; what is wrong with its coordinates is a warning."""
-    return _source(PlanDocument.model_validate(plan_document(plan)), Path(), None, None)
+    found = () if plan.rooms is None else plan.rooms.rooms
+    rooms = [(room.name, room.floor, room.label_m) for room in found]
+    return _source(PlanDocument.model_validate(plan_document(plan)), Path(), None, None, rooms)
 
 
-def _source(plan: PlanDocument, folder: Path, request: FrameRequest | None, given_scene: ScenePaths) -> PlanSource:
+def _rooms_in(folder: Path) -> list[tuple[str, str, FloatArray]]:
+    """Name, floor and place, in the local frame, of the rooms in a plan folder; none of an older plan."""
+    path = folder / "viewer" / "layers.json"
+    if not path.is_file():
+        return []
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))["rooms"] or {"list": []}
+        return [(str(row["name"]), str(row["floor"]), np.array(row["label"], dtype=float)) for row in found["list"]]
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise PlanFolderError(f"{path}: got no list of rooms, expected that of the plan; plan again") from error
+
+
+def _source(
+    plan: PlanDocument,
+    folder: Path,
+    request: FrameRequest | None,
+    given_scene: ScenePaths,
+    rooms: Iterable[tuple[str, str, FloatArray]],
+) -> PlanSource:
     document = plan.model_dump(mode="json", by_alias=True)
     frame = site_frame(document, request)
     floors = tuple(floor.model_copy(update={"name": one_line(floor.name)}) for floor in plan.floors)
@@ -209,7 +241,9 @@ def _source(plan: PlanDocument, folder: Path, request: FrameRequest | None, give
     # Without its folder; plans of Windows may name that, with backslashes.
     name = plan.scene.file.replace("\\", "/").rpartition("/")[2] or folder.name
     title = scene_title(one_line(name), len(plan.scene.other_files))
-    return PlanSource(folder, document, frame, stations, floors, plan.registration.links, title, given_scene)
+    offset_m = np.array(plan.scene.offset[:2])
+    named = tuple(RoomName(one_line(name), floor, at_m[:2] + offset_m) for name, floor, at_m in rooms if name)
+    return PlanSource(folder, document, frame, stations, floors, plan.registration.links, title, given_scene, named)
 
 
 def links_of(registration: Mapping[str, Any]) -> tuple[Link, ...]:

@@ -63,3 +63,20 @@ def test_words_of_a_dot_stand_behind_its_number() -> None:
         "1  ground +2.80 m",
         "2",
     ]
+
+
+def test_names_of_rooms_go_above_or_below_what_is_there_and_are_left_out_where_all_is_taken() -> None:
+    canvas = Recorder()
+    disc = Box(97, 57, 6, 6)
+    labels = Labels(canvas, Box(0, 0, 200, 120), [disc])  # type: ignore[arg-type]
+    labels.put_where_free(np.array([40.0, 60.0]), "Kitchen")
+    labels.put_where_free(np.array([100.0, 60.0]), "Hall")
+    labels.put_where_free(np.array([199.0, 60.0]), "beside the drawing")
+    middles = [ring.mean(axis=0) for ring in canvas.areas]
+    assert canvas.words == ["Kitchen", "Hall"]
+    np.testing.assert_allclose(middles[0], [40.0, 60.0])
+    assert middles[1][0] == pytest.approx(100.0)
+    assert middles[1][1] > disc.bottom + disc.height
+    labels.taken.append(Box(20, 40, 40, 40))
+    labels.put_where_free(np.array([40.0, 60.0]), "Larder")
+    assert "Larder" not in canvas.words

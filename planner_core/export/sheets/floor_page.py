@@ -82,6 +82,7 @@ def draw_floor(
             targets=view.targets,
             unreachable=view.unreachable,
             zones=zones,
+            rooms=view.rooms,
         )
     for edge, words in others:
         _draw_neighbour(canvas, edge, words)

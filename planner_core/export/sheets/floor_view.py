@@ -22,6 +22,7 @@ from planner_core.plan_folder.floor_marks import (
     breaks_on,
     ends_on,
     floor_links,
+    rooms_on,
     targets_on,
     unreachable_on,
     ways_on,
@@ -78,6 +79,8 @@ class FloorView:
     """Above the ground."""
     zones: tuple[DrawnZone, ...] = ()
     """Keep-outs and forbidden positions."""
+    rooms: tuple[Mark, ...] = ()
+    """Their names."""
 
 
 def view_floor(
@@ -106,6 +109,7 @@ def view_floor(
         elsewhere=elsewhere,
         scanned=plan.scanned_before & {station.id for station in stations},
         zones=tuple(zones_on(plan, floor)),
+        rooms=tuple(rooms_on(plan, floor)),
     )
     if building is None:
         return view

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.model import METRE, FloatArray, LengthUnit, Link, LinkLimits
-from planner_core.plan_folder.drawing.canvas import INK, PAPER, Box, Canvas, Colour, Pen
+from planner_core.plan_folder.drawing.canvas import INK, PAPER, QUIET, Box, Canvas, Colour, Pen
 from planner_core.plan_folder.drawing.fonts import width_mm
 
 WALL_FILL: Colour = (0.40, 0.42, 0.44)
@@ -125,6 +125,8 @@ _ASIDE = (
     *((1, 0), (1, 1), (1, -1), (-1, 0), (-1, 1), (-1, -1), (0, 1), (0, -1)),
     *((1.8, 1.8), (-1.8, 1.8), (1.8, -1.8), (-1.8, -1.8), (0, 2.2), (0, -2.2)),
 )
+#: How many lines above its place the name of a room may be.
+_ROWS_OFF = (0.0, 1.2, -1.2, 2.4, -2.4, 3.6, -3.6)
 #: The same above and below first.
 _ABOVE = (*((dy, dx) for dx, dy in _ASIDE[:8]), *_ASIDE[12:], *_ASIDE[8:12])
 
@@ -152,6 +154,18 @@ class Labels:
         self.canvas.area([corners(box)], PAPER)
         self.canvas.lines([corners(box)], Pen(0.12), closed=True)
         self.canvas.text((box.left + 0.6, box.bottom + 0.11 * size_pt), words, size_pt)
+
+    def put_where_free(self, at: FloatArray, words: str, *, size_pt: float = 5.6) -> None:
+        """Write without a border across `at` (2,), or above or below it; not at all where something is covered."""
+        width, height = width_mm(words, size_pt) + 0.8, 0.42 * size_pt + 0.2
+        x, y = float(at[0]), float(at[1])
+        places = [Box(x - width / 2, y + (rows - 0.5) * height, width, height) for rows in _ROWS_OFF]
+        box = next((box for box in places if self._covered(box) == 0.0), None)
+        if box is None:
+            return
+        self.taken.append(box)
+        self.canvas.area([corners(box)], PAPER)
+        self.canvas.text((x, box.bottom + 0.1 * size_pt), words, size_pt, colour=QUIET, align="middle")
 
     def _covered(self, box: Box) -> float:
         """Area that a box covers of others, and far more for what sticks out of the drawing."""

@@ -1,6 +1,8 @@
 """Drawings of floors: walls, unseen surface, the walk, stations however many."""
 
+import json
 import re
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from html import unescape
@@ -10,12 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from planner_core.errors import PlanFolderError
 from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.floor_view import view_floor
 from planner_core.model import FOOT
 from planner_core.plan_folder.drawing.marks import rise_words
 from planner_core.plan_folder.floor_marks import zones_on
-from planner_core.plan_folder.plan_source import PlanSource
+from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.scene.patches import patch_triangles
 
 
@@ -34,6 +37,27 @@ def test_walls_are_dark_where_they_stand_and_rooms_are_not(site_sheets: Any, sit
         assert 0.25 < shade(x, y) < 0.6, (x, y)
     for x, y in ((2.0, 4.2), (4.1, 2.8), (8.0, 3.0), (1.5, 1.5), (-0.5, 2.0)):
         assert shade(x, y) > 0.9, (x, y)
+
+
+def test_rooms_have_their_names_on_their_floor_and_damaged_lists_of_them_are_refused(
+    site_plan: PlanSource, sheet_folder: Path, tmp_path: Path
+) -> None:
+    copy = shutil.copytree(sheet_folder, tmp_path / "copy")
+    layers = copy / "viewer" / "layers.json"
+    first, second = site_plan.floors[0].id, site_plan.floors[-1].id
+    rooms = [("Kitchen", first, [1.0, 2.0, 0.0]), ("", first, [3.0, 2.0, 0.0]), ("Bath\n2", second, [4.0, 1.0, 3.0])]
+    listed = [{"name": name, "floor": floor, "label": label} for name, floor, label in rooms]
+    layers.write_text(json.dumps({**json.loads(layers.read_text()), "rooms": {"list": listed}}))
+    plan = open_plan(copy)
+    x, y, _ = plan.document["scene"]["offset"]
+    marks = [[(mark.words, *mark.at_m) for mark in view_floor(plan, floor, None).rooms] for floor in plan.floors]
+    assert marks[0] == [("Kitchen", 1.0 + x, 2.0 + y)]
+    assert marks[-1] == [("Bath 2", 4.0 + x, 1.0 + y)]
+    layers.write_text('{"rooms": {"list": [{"name": "Hall"}]}}')
+    with pytest.raises(PlanFolderError, match=r"layers\.json: got no list of rooms.*plan again"):
+        open_plan(copy)
+    layers.unlink()
+    assert open_plan(copy).rooms == ()
 
 
 def test_floor_is_hatched_where_no_station_sees_it(site_sheets: Any, site_plan: PlanSource, sheet_folder: Path) -> None:
