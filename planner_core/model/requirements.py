@@ -115,7 +115,7 @@ class Requirements:
     """Of the surfaces, for range noise."""
     network: NetworkWord = NetworkKind.CONNECTED
     """How links that count must connect the stations, as far as candidates can be linked at all."""
-    min_strength: Number = 0.04
+    min_strength: Number = 0.01
     """Least strength of a link that counts: all six motions are held, the worst of them ten times as badly as if all
     were held alike. See docs/method/registration.md."""
     min_probability: Number = 0.99

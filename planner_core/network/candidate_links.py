@@ -106,7 +106,7 @@ class LinkJob:
 
     @cached_property
     def _sums(self) -> PairSums:
-        return PairSums(self.visibility, self.patch_area_m2, self.surface, seen=self._overlaps.seen)
+        return PairSums(self.visibility, self.patch_area_m2, self.surface, self.position_m, seen=self._overlaps.seen)
 
     def links_of_rows(self, begin: int, end: int) -> tuple[Pairs, FloatArray]:
         """Pairs that are links, first rows begin .. end - 1, and their strengths."""
@@ -115,7 +115,7 @@ class LinkJob:
         both = self.scanned[pairs.first] & self.scanned[pairs.second]
         likely = pairs.overlap >= np.where(both, as_set_up.overlap, on_mark.overlap)
         pairs, both = pairs.take(likely), both[likely]
-        held = self._sums.held(pairs.first, pairs.second, self.position_m)
+        held = self._sums.held(pairs.first, pairs.second)
         holds = held.strength >= np.where(both, as_set_up.strength, on_mark.strength)
         if on_mark.probability > 0.0:
             probability = probabilities(pairs.share, held, self.pre_alignment)

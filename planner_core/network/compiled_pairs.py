@@ -16,6 +16,9 @@ UInt64Array = NDArray[np.uint64]
 
 #: Patches that are summed up together: the bits of a word.
 BLOCK = 64
+NEAR_M = 7.5
+"""Up to some such range a start moves surface by no more than points are matched over: half a degree and 0.03 m, 0.1 m;
+3 degrees and 0.15 m, 0.54 m. Beyond, what surface holds counts by the square of it, from both stations."""
 _ONE = np.uint64(1)
 
 
@@ -133,6 +136,35 @@ def add_block(
 
 
 @compiled
+def add_sums(sums: FloatArray, one_m: FloatArray, other_m: FloatArray, total: FloatArray) -> None:
+    """Add a block's sums (24,) to a pair's (30,), whose last six are a n n' again, by how near the block is to both."""
+    total[:24] += sums
+    area = sums[0] + sums[3] + sums[5]  # normals are unit vectors
+    if area <= 0.0:
+        return
+    weight = 1.0
+    for at_m in (one_m, other_m):
+        # Sum of a |p - s|^2 = sum of a |p|^2 - 2 s . sum of a p + |s|^2 sum of a.
+        along = at_m[0] * sums[20] + at_m[1] * sums[21] + at_m[2] * sums[22]
+        squared_m2 = (sums[23] - 2.0 * along) / area + (at_m[0] * at_m[0] + at_m[1] * at_m[1] + at_m[2] * at_m[2])
+        if squared_m2 > NEAR_M * NEAR_M:
+            weight *= NEAR_M * NEAR_M / squared_m2
+    for column in range(6):
+        total[24 + column] += weight * sums[column]
+
+
+@compiled
+def add_rows_of_sums(
+    starts: Int64Array, sums: FloatArray, one_m: FloatArray, other_m: FloatArray, total: FloatArray
+) -> None:
+    """Total (K, 30) of pairs, of the sums (B, 24) of blocks, those of pair k from starts[k]; (K, 3) their positions."""
+    for pair in range(starts.size - 1):
+        total[pair] = 0.0
+        for at in range(starts[pair], starts[pair + 1]):
+            add_sums(sums[at], one_m[pair], other_m[pair], total[pair])
+
+
+@compiled
 def add_over_common(
     starts: Int64Array,
     block: Int32Array,
@@ -141,9 +173,10 @@ def add_over_common(
     first: Int32Array,
     second: Int32Array,
     surface: FloatArray,
+    position_m: FloatArray,
     total: FloatArray,
 ) -> None:
-    """Total (K, 24) of `pair_overlap.patch_sums` over the patches that pairs of rows (K,), sorted by first, share.
+    """Total (K, 30) of `pair_overlap.patch_sums` over the patches that pairs of rows (K,), sorted by first, share.
 
     A block's patches are added up in rising order, then blocks in theirs. Positions see nearly the same from near by:
     what the first shares of a block with others is mostly all that it sees of it, or what it shared with the one
@@ -151,7 +184,7 @@ def add_over_common(
     memory than all else about links.
 
     starts, block, seen : of `find_blocks`, those of row i from starts[i]. place : (P,) where in `surface`, (S, 7)
-    centroid, normal and area, each patch is.
+    centroid, normal and area, each patch is. position_m : (N, 3) of the rows.
     """
     n_blocks = place.size // BLOCK + 1
     mine, own_at = np.zeros(n_blocks, dtype=np.uint64), np.zeros(n_blocks, dtype=np.int64)
@@ -171,6 +204,7 @@ def add_over_common(
                 mine[block[at]], own_at[block[at]] = seen[at], at - begin
             kept[: end - begin] = 0
         total[pair] = 0.0
+        one_m, other_m = position_m[first[pair]], position_m[second[pair]]
         for at in range(starts[second[pair]], starts[second[pair] + 1]):
             number = block[at]
             common = mine[number] & seen[at]
@@ -180,4 +214,4 @@ def add_over_common(
             if kept[k, one] != common:
                 add_block(number, common, place, surface, turn, sums[k, one])
                 kept[k, one] = common
-            total[pair] += sums[k, one]
+            add_sums(sums[k, one], one_m, other_m, total[pair])

@@ -44,7 +44,6 @@ from planner_core.network.pair_overlap import (
     held_by,
     matrices_of,
     overlapping_pairs,
-    strengths_of,
 )
 from planner_core.network.weak_motion import weak_motion
 from planner_core.scene.patches import patch_triangles
@@ -59,30 +58,22 @@ from planner_core.scene.patches import patch_triangles
 #: Of a constant and the figures of `link_figures`, by where registration starts.
 WEIGHTS: Final = MappingProxyType(
     {
-        PreAlignment.TRACKED: (5.26, 0.73, 2.03, -1.36, -6.35),
-        PreAlignment.MANUAL: (4.15, 0.78, 1.95, -1.00, -7.17),
-        PreAlignment.LEVEL: (-0.91, 0.94, 0.75, -1.45, -0.41),
-        PreAlignment.NONE: (-1.58, 0.84, 0.97, -1.49, -0.83),
+        PreAlignment.TRACKED: (0.92, 2.98, 4.57),
+        PreAlignment.MANUAL: (0.16, 3.13, 4.23),
+        PreAlignment.LEVEL: (-4.44, 1.34, 0.71),
+        PreAlignment.NONE: (-4.54, 1.32, 0.65),
     }
 )
-_LEAST_SHARE, _LEAST_HOLD_M2, _LEAST_RANGE_M = 1e-3, 0.01, 0.1
-FAR_M: Final = 10.5
-"""From some such range on a start's turn moves surface by more than points are matched over: half a degree by 0.1 m at
-11.5 m, 3 degrees by 0.5 m at 9.5 m."""
+LEAST_HOLD_M2: Final = 1.3
+"""The rule is made of pairs that hold as much. Others may slide however much of them overlaps, as in a tunnel."""
+_LEAST_SHARE, _NOTHING_M2 = 1e-3, 0.01
 
 
 def link_figures(share: FloatArray, held: HeldPairs) -> FloatArray:
-    """(K, 4) what the rule takes of pairs. share : (K,) overlap, the smaller of both shares."""
-    share = np.clip(share, _LEAST_SHARE, 1.0 - _LEAST_SHARE)
-    log_range = np.log(np.maximum(held.range_m, _LEAST_RANGE_M))
-    return np.column_stack(
-        [
-            np.log(share / (1.0 - share)),
-            np.log(np.maximum(held.hold_m2, _LEAST_HOLD_M2)),
-            log_range,
-            np.maximum(log_range - np.log(FAR_M), 0.0),
-        ]
-    )
+    """(K, 2) what the rule takes of pairs. share : (K,) overlap, the smaller of both shares."""
+    share = np.clip(share, 0.5, 1.0 - _LEAST_SHARE)
+    overlap = np.where(held.hold_m2 >= LEAST_HOLD_M2, np.log(share / (1.0 - share)), 0.0)
+    return np.column_stack([np.log(np.maximum(held.hold_m2, _NOTHING_M2)), overlap])
 
 
 def probabilities(share: FloatArray, held: HeldPairs, start: PreAlignment) -> FloatArray:
@@ -113,10 +104,12 @@ def overlap_links(
 ) -> tuple[Link, ...]:
     """List the pairs of stations (rows of `visibility`) whose overlap is at least `min_overlap`, by station number.
 
-    position_m : (S, 3) of the stations, local. Without `surface` strengths are NaN and weak motions None, and without
-    either probabilities are NaN. The figures are those of `candidate_links`, bit by bit.
+    position_m : (S, 3) of the stations, local. Without it and `surface` strengths and probabilities are NaN and weak
+    motions None. The figures are those of `candidate_links`, bit by bit.
     """
-    of_pairs = PairSums(visibility, patch_area_m2, surface) if surface is not None else None
+    of_pairs = None
+    if surface is not None and position_m is not None:
+        of_pairs = PairSums(visibility, patch_area_m2, surface, position_m)
     links = []
     for pairs in overlapping_pairs(visibility, patch_area_m2, min_overlap=min_overlap, measure=measure):
         strength, probability = np.full((2, pairs.first.size), np.nan)
@@ -125,12 +118,9 @@ def overlap_links(
             sums = of_pairs.of(pairs.first, pairs.second)
             matrix = matrices_of(sums)
             motions = [weak_motion(one) for one in matrix]
-            if position_m is None:
-                strength = strengths_of(matrix)
-            else:
-                held = held_by(sums, matrix, position_m[pairs.first], position_m[pairs.second])
-                strength = held.strength
-                probability = probabilities(pairs.share, held, pre_alignment)
+            held = held_by(sums, matrix)
+            strength = held.strength
+            probability = probabilities(pairs.share, held, pre_alignment)
         links += [
             Link(station_ids[i], station_ids[j], overlap, held, motion, probability=registers)
             for i, j, overlap, held, registers, motion in zip(

@@ -5,10 +5,10 @@ overlap, and (K, 6, 6) float64 matrices. What they mean: `planner_core.network.l
 
 Overlaps of all pairs are sums over the rows that hold each patch, in blocks of rows. Normal matrices are only made for
 the pairs that are given: 24 sums over the common patches, each taken about the origin, from which those about the
-common surface's own centroid follow.
+common surface's own centroid follow, and six more of surface near both positions.
 
 A pair's figures are the same to the last bit whatever other positions there are and however they are numbered: areas
-are whole ticks, whose sums are exact, and the 24 sums run through the common patches in rising order.
+are whole ticks, whose sums are exact, and the others run through the common patches in rising order.
 """
 
 from __future__ import annotations
@@ -45,6 +45,8 @@ _UPPER = tuple((row, column) for row in range(3) for column in range(row, 3))
 #: The ninth, (2, 2), follows: n . (p x n) is zero.
 _CROSS = tuple((row, column) for row in range(3) for column in range(3))[:8]
 N_SUMS = 24
+"""Of a patch, see `patch_sums`. Of a pair there are six more, see `compiled_pairs.add_sums`."""
+_OF_PAIR = N_SUMS + 6
 
 
 @dataclass(frozen=True)
@@ -76,13 +78,12 @@ class Pairs:
 class HeldPairs:
     """What pairs' common surfaces hold, (K,) each. strength : as of a link.
 
-    hold_m2 : smallest eigenvalue of sum a n n' over it. range_m : its root mean square range, from the station for
-    which it is more.
+    hold_m2 : smallest eigenvalue of sum a w n n' over it; w is 1 of surface near both stations, and falls with
+    the square of its range from each.
     """
 
     strength: FloatArray
     hold_m2: FloatArray
-    range_m: FloatArray
 
 
 _NO_PAIRS = Pairs(np.empty(0, dtype=np.int32), np.empty(0, dtype=np.int32), np.empty(0), np.empty(0))
@@ -200,7 +201,7 @@ def seen_ticks(visibility: Visibility, patch_area_m2: FloatArray) -> FloatArray:
 class PairSums:
     """Sums over the surface that pairs of rows of a `Visibility` have in common.
 
-    seen : as of `PairOverlaps`; found where it is not given.
+    position_m : (N, 3) where the rows look from, local. seen : as of `PairOverlaps`; found where it is not given.
     """
 
     def __init__(
@@ -208,6 +209,7 @@ class PairSums:
         visibility: Visibility,
         patch_area_m2: FloatArray,
         surface: SharedSurface,
+        position_m: FloatArray,
         *,
         seen: tuple[Int64Array, Int32Array] | None = None,
     ) -> None:
@@ -222,10 +224,11 @@ class PairSums:
         find_blocks(*rows, block, words)
         self._rows = starts, block, words, place
         self._surface = np.column_stack([surface.centroid_m[at], surface.normal[at], patch_area_m2[at]])
+        self._position_m = np.ascontiguousarray(position_m, dtype=np.float64)
 
     def of(self, first: Int32Array, second: Int32Array) -> FloatArray:
-        """(K, 24) sums for pairs (K,) in any order, see `patch_sums`; zero where nothing is common."""
-        found = np.empty((first.size, N_SUMS))
+        """(K, 30) sums for pairs (K,) in any order, see `patch_sums`; zero where nothing is common."""
+        found = np.empty((first.size, _OF_PAIR))
 
         def keep(pairs: Int64Array, sums: FloatArray) -> None:
             found[pairs] = sums
@@ -233,12 +236,12 @@ class PairSums:
         self._each(first, second, keep)
         return found
 
-    def held(self, first: Int32Array, second: Int32Array, position_m: FloatArray) -> HeldPairs:
-        """What pairs (K,), in any order, hold; position_m : (N, 3) where the rows look from, local."""
-        held = HeldPairs(*np.empty((3, first.size)))
+    def held(self, first: Int32Array, second: Int32Array) -> HeldPairs:
+        """What pairs (K,), in any order, hold."""
+        held = HeldPairs(*np.empty((2, first.size)))
 
         def keep(pairs: Int64Array, sums: FloatArray) -> None:
-            of = held_by(sums, matrices_of(sums), position_m[first[pairs]], position_m[second[pairs]])
+            of = held_by(sums, matrices_of(sums))
             for all_of_them, some in zip(vars(held).values(), vars(of).values(), strict=True):
                 all_of_them[pairs] = some
 
@@ -246,7 +249,7 @@ class PairSums:
         return held
 
     def _each(self, first: Int32Array, second: Int32Array, keep: Callable[[Int64Array, FloatArray], None]) -> None:
-        """Have `keep` take the sums (k, 24) of some pairs, (k,) places among all, after the other, in threads."""
+        """Have `keep` take the sums (k, 30) of some pairs, (k,) places among all, after the other, in threads."""
         from planner_core.compiled import in_threads
         from planner_core.network.compiled_pairs import add_over_common
 
@@ -254,27 +257,28 @@ class PairSums:
 
         def work(number: int) -> None:
             pairs = order[number * _PAIRS_A_CHUNK : (number + 1) * _PAIRS_A_CHUNK]
-            sums = np.empty((pairs.size, N_SUMS))
-            add_over_common(*self._rows, first[pairs], second[pairs], self._surface, sums)
+            sums = np.empty((pairs.size, _OF_PAIR))
+            add_over_common(*self._rows, first[pairs], second[pairs], self._surface, self._position_m, sums)
             keep(pairs, sums)
 
         in_threads(work, -(-first.size // _PAIRS_A_CHUNK))
 
 
-def common_sums(common: Sequence[Int32Array], sums: FloatArray) -> FloatArray:
-    """(K, 24) of K surfaces, each its patches in rising order, as `PairSums` has them to the last bit.
+def common_sums(common: Sequence[Int32Array], sums: FloatArray, one_m: FloatArray, other_m: FloatArray) -> FloatArray:
+    """(K, 30) of K pairs' surfaces, each its patches in rising order, as `PairSums` has them to the last bit.
 
-    sums : (P, 24), of each patch, see `patch_sums`.
+    sums : (P, 24), of each patch, see `patch_sums`. one_m, other_m : (K, 3) where they are seen from, local.
     """
-    from planner_core.network.compiled_pairs import BLOCK
+    from planner_core.network.compiled_pairs import BLOCK, add_rows_of_sums
 
     row = np.repeat(np.arange(len(common)), [patch.size for patch in common])
     patch = np.concatenate([np.zeros(0, dtype=np.int32), *common])
     begins = np.flatnonzero((np.diff(row, prepend=-1) != 0) | (np.diff(patch // BLOCK, prepend=-1) != 0))
     of_block = _csr(np.ones(patch.size), patch, np.append(begins, patch.size), (begins.size, sums.shape[0])) @ sums
     starts = np.searchsorted(row[begins], np.arange(len(common) + 1))
-    rows = _csr(np.ones(begins.size), np.arange(begins.size), starts, (len(common), begins.size))
-    return np.asarray(rows @ of_block)
+    of_pair = np.empty((len(common), _OF_PAIR))
+    add_rows_of_sums(starts, np.asarray(of_block), one_m, other_m, of_pair)
+    return of_pair
 
 
 def strengths_of(matrix: FloatArray) -> FloatArray:
@@ -282,24 +286,16 @@ def strengths_of(matrix: FloatArray) -> FloatArray:
     return np.clip(3.0 * np.linalg.eigvalsh(matrix)[:, 0], 0.0, 1.0) if matrix.shape[0] else np.empty(0)
 
 
-def held_by(sums: FloatArray, matrix: FloatArray, one_m: FloatArray, other_m: FloatArray) -> HeldPairs:
-    """What surfaces hold, of their sums (K, 24), their matrices and both stations' positions, (K, 3) each, local."""
+def held_by(sums: FloatArray, matrix: FloatArray) -> HeldPairs:
+    """What pairs hold, of their sums (K, 30) and their matrices."""
     if sums.shape[0] == 0:
-        return HeldPairs(*np.empty((3, 0)))
-    nn = _squares_of_normals(sums)
-    hold_m2 = np.maximum(np.linalg.eigvalsh(nn)[:, 0], 0.0)
-    area_m2 = np.maximum(np.trace(nn, axis1=1, axis2=2), AREA_TICK_M2)
-    squared_m2 = np.zeros(sums.shape[0])
-    for at_m in (one_m, other_m):
-        # Sum of a |p - s|^2 = sum of a |p|^2 - 2 s . sum of a p + |s|^2 sum of a.
-        along = (at_m * sums[:, 20:23]).sum(axis=1)
-        squared = (sums[:, 23] - 2.0 * along) / area_m2 + (at_m * at_m).sum(axis=1)
-        squared_m2 = np.maximum(squared_m2, squared)
-    return HeldPairs(strengths_of(matrix), hold_m2, np.sqrt(squared_m2))
+        return HeldPairs(*np.empty((2, 0)))
+    hold_m2 = np.linalg.eigvalsh(_squares_of_normals(sums[:, N_SUMS:]))[:, 0]
+    return HeldPairs(strengths_of(matrix), np.maximum(hold_m2, 0.0))
 
 
 def _squares_of_normals(sums: FloatArray) -> FloatArray:
-    """(K, 3, 3) sum of a n n' of (K, 24) sums."""
+    """(K, 3, 3) sum of a n n' of (K, 6 and more) sums."""
     nn = np.empty((sums.shape[0], 3, 3))
     for at, (i, j) in enumerate(_UPPER):
         nn[:, i, j] = nn[:, j, i] = sums[:, at]
@@ -342,7 +338,7 @@ def patch_sums(area_m2: FloatArray, centroid_m: FloatArray, normal: FloatArray) 
 
 
 def matrices_of(sums: FloatArray) -> FloatArray:
-    """(k, 6, 6) normal matrices about the centroids, scaled by area and length, from (k, 24) sums about the origin.
+    """(k, 6, 6) normal matrices about the centroids, scaled by area and length, from sums, (k, 24 and more).
 
     With K v = c x v: (p - c) x n = p x n - K n, so that the blocks are shifted by products with K alone.
     """

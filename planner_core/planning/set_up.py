@@ -147,8 +147,8 @@ def _least_of_links(pool: Pool, places: _Places, key: Int64Array, n_places: Int6
     counts = (key[link] == of_pair) & stands[pairs.first] & stands[pairs.second]
     link, pairs = link[counts], pairs.take(counts)
     surface = surface_of_patches(pool.survey.scene, pool.survey.patches, times_seen(counted) > 0)
-    sums = PairSums(counted, area_m2, surface, seen=overlaps.seen)
-    held = sums.held(pairs.first, pairs.second, places.at_m)
+    sums = PairSums(counted, area_m2, surface, places.at_m, seen=overlaps.seen)
+    held = sums.held(pairs.first, pairs.second)
     figures = [pairs.overlap, held.strength]
     if required.min_probability > 0.0:
         start = required.start_of(pool.survey.scanner)

@@ -26,7 +26,7 @@ from planner_core.engine.open3d import import_open3d
 from planner_core.engine.open_engine import open_engine
 from planner_core.engine.patch_mode import mode_that_counts_parts
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import Doors, FloatArray, Plan, PlanSettings, Proven, Scope, VisibilityMode
+from planner_core.model import Doors, FloatArray, Optics, Plan, PlanSettings, Proven, Scope, VisibilityMode
 from planner_core.network.links import overlap_links, surface_of_patches
 from planner_core.network.network_report import registration_report
 from planner_core.planning.plan import make_plan
@@ -43,24 +43,27 @@ from tests.benchmarks.registration.rule import NEAR_DEG, NEAR_MM
 
 BUILDINGS = (
     "house", "basement", "school", "corridor-comb", "stairwell", "duplex", "fzk-haus", "sample-house", "renga-house",
-    "openhouse", "duplex outside", "renga-house outside",
+    "openhouse", "duplex-outside", "renga-house-outside",
 )  # fmt: skip
-#: Behind the name of a building whose dwellings are joined by stations outdoors.
-_OUTSIDE = " outside"
 SCANNERS = {"tracked": "rtc360", "manual": "focus-premium-70"}
 o3d = import_open3d()
 _graph = o3d.pipelines.registration
 
 
 def planned(name: str, scanner: str) -> Plan:
-    """Plan a building as the command does, quickly."""
+    """Plan a building as the command does, quickly: doors open, and beams end at glass."""
     used = load_scanner(scanner)
     requirements, _ = requirements_from({}, deliverable="survey", scope=Scope.AUTO, no_cover=NO_COVER)
     settings = PlanSettings(used, requirements, method=Proven(work_limit=3.0, prove=False), refine=False)
     settings = replace(settings, scan_mode=mode_that_counts_parts(VisibilityMode.AUTO, used))
-    doors = Doors.OUTSIDE if name.endswith(_OUTSIDE) else Doors.OPEN
-    scene = without_door_leaves(scene_of(name.removesuffix(_OUTSIDE)), doors)
-    return make_plan(replace(scene, source=replace(scene.source, doors=doors)), settings)
+    scene = scene_of(name)
+    if scene.source.doors != Doors.OUTSIDE:
+        scene = without_door_leaves(scene, Doors.OPEN)
+        scene = replace(scene, source=replace(scene.source, doors=Doors.OPEN))
+    if (optics := scene.optics_of_triangle) is not None:
+        stops = np.where(optics == Optics.PASSES, np.uint8(Optics.STOPS), optics)
+        scene = replace(scene, optics_of_triangle=stops)
+    return make_plan(scene, settings)
 
 
 def set_up_m(plan: Plan, random: np.random.Generator) -> FloatArray:

@@ -36,7 +36,7 @@ def strength_of_surface(points, normals):
     """Of the link of two stations that both see all patches, of one size."""
     n = points.shape[0]
     both = Visibility(np.array([0, n, 2 * n]), np.tile(np.arange(n, dtype=np.int32), 2), n)
-    (link,) = overlap_links(both, np.full(n, 0.04), ("A", "B"), SharedSurface(points, normals))
+    (link,) = overlap_links(both, np.full(n, 0.04), ("A", "B"), SharedSurface(points, normals), np.zeros((2, 3)))
     return link.strength
 
 

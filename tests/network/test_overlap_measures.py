@@ -142,7 +142,9 @@ def test_links_of_a_plan_are_those_of_its_candidates(make_view: Callable[[int], 
     links = candidate_links(
         view.visibility, view.area_m2, view.surface, view.position_m, limits=LinkLimits(0.2), measure=measure
     )
-    listed = overlap_links(view.visibility, view.area_m2, ids, view.surface, min_overlap=0.2, measure=measure)
+    listed = overlap_links(
+        view.visibility, view.area_m2, ids, view.surface, view.position_m, min_overlap=0.2, measure=measure
+    )
     owner = np.repeat(np.arange(links.n_candidates), np.diff(links.starts)).tolist()
     found = {
         (i, j): figures

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import binom
 
 from planner_core.model import PreAlignment
 from planner_core.network.links import WEIGHTS, probabilities
@@ -35,35 +36,40 @@ def test_pairs_that_rarely_register_do_not_count_and_those_that_always_do_count(
 
 @pytest.mark.parametrize("start", [PreAlignment.TRACKED, PreAlignment.MANUAL])
 def test_what_counts_registers_in_each_scene(start: PreAlignment) -> None:
-    """A rule made of rooms took nearly all pairs of a tunnel for links, of which a third register."""
+    """A rule made of rooms took nearly all pairs of a tunnel for links, of which a third register.
+
+    No scene's failures are more than chance leaves of pairs of which 99 % register: of one scene in a thousand.
+    """
     rows = read_rows(ROOT / "docs/benchmarks/registration", [start], ["open3d"])
     counts = probabilities(rows.known["overlap"], held_of(rows.known), start) >= 0.99
     counts &= rows.is_strong
     failed = counts & (rows.registered(start, "open3d") == 0)
     for scene in np.unique(rows.scene):
         here = rows.scene == scene
-        assert failed[here].sum() <= max(1, 0.01 * counts[here].sum()), scene
+        assert failed[here].sum() <= binom.ppf(0.999, counts[here].sum(), 0.01), scene
 
 
 @settings(max_examples=25, deadline=None)
 @given(
-    share=st.floats(0.0, 1.0), hold_m2=st.floats(0.0, 1e3), range_m=st.floats(0.0, 200.0), more=st.floats(1.0, 10.0),
+    share=st.floats(0.0, 1.0),
+    hold_m2=st.floats(0.0, 1e3),
+    more=st.floats(1.0, 10.0),
     start=st.sampled_from(list(PreAlignment)),
-)  # fmt: skip
+)
 def test_more_in_common_never_lowers_the_probability(
-    share: float, hold_m2: float, range_m: float, more: float, start: PreAlignment
+    share: float, hold_m2: float, more: float, start: PreAlignment
 ) -> None:
-    def of(share: float, hold_m2: float, range_m: float, start: PreAlignment = start) -> float:
-        held = HeldPairs(*np.array([[np.nan], [hold_m2], [range_m]]))
+    def of(share: float, hold_m2: float, start: PreAlignment = start) -> float:
+        held = HeldPairs(*np.array([[np.nan], [hold_m2]]))
         return float(probabilities(np.array([share]), held, start)[0])
 
-    least = of(share, hold_m2, range_m)
+    least = of(share, hold_m2)
     assert 0.0 <= least <= 1.0
-    assert of(min(1.0, more * share), hold_m2, range_m) >= least
-    assert of(share, more * hold_m2, range_m) >= least
-    assert of(share, hold_m2, range_m / more) >= least
+    assert of(min(1.0, more * share), hold_m2) >= least
+    assert of(share, more * hold_m2) >= least
     # The better it is known where registration starts, the more registers; this is no part of the rule's form.
-    if share >= 0.1 and hold_m2 > 0.1 and 1.0 < range_m < 20.0:
-        by_start = [of(share, hold_m2, range_m, each) for each in PreAlignment]
+    if share >= 0.1 and hold_m2 > 0.1:
+        by_start = [of(share, hold_m2, each) for each in PreAlignment]
         assert by_start[0] >= by_start[1] - 0.02
         assert by_start[1] >= by_start[2]
+        assert by_start[2] >= by_start[3] - 0.02

@@ -102,7 +102,8 @@ def matrix_of(shape):
     patch = np.arange(points.shape[0], dtype=np.int32)
     visibility = Visibility(np.array([0, patch.size, 2 * patch.size]), np.tile(patch, 2), patch.size)
     pair = np.array([0], dtype=np.int32), np.array([1], dtype=np.int32)
-    return matrices_of(PairSums(visibility, np.full(patch.size, 0.04), SharedSurface(points, normals)).of(*pair))[0]
+    surface = SharedSurface(points, normals)
+    return matrices_of(PairSums(visibility, np.full(patch.size, 0.04), surface, np.zeros((2, 3))).of(*pair))[0]
 
 
 def corridor(long=0):
@@ -176,11 +177,13 @@ def _links(synthetic, positions_m):
     scanner = replace(load_scanner("hdl-64e"), range_max_m=10.0)
     survey = make_survey(synthetic, settings := PlanSettings(scanner=scanner, max_patch_area_m2=0.1))
     engine = open_engine(synthetic, survey.patches)
-    visibility = visible_from(survey, settings, engine, np.array(positions_m) - synthetic.offset_m)
+    at_m = np.array(positions_m) - synthetic.offset_m
+    visibility = visible_from(survey, settings, engine, at_m)
     seen = np.zeros(survey.patches.n_patches, dtype=bool)
     seen[visibility.patch] = True
     ids = tuple("ABCDEF"[: len(positions_m)])
-    return overlap_links(visibility, survey.patches.area_m2, ids, surface_of_patches(synthetic, survey.patches, seen))
+    surface = surface_of_patches(synthetic, survey.patches, seen)
+    return overlap_links(visibility, survey.patches.area_m2, ids, surface, at_m)
 
 
 def test_scans_in_the_middle_of_a_tunnel_slide_along_it_and_those_at_its_end_are_held():

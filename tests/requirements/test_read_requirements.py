@@ -355,9 +355,9 @@ def test_options_name_the_overlap_in_place_of_the_file(tmp_path: Path) -> None:
 
 def test_what_links_need_is_read_and_follows_the_scanner_where_nobody_says_it() -> None:
     found, _ = requirements_from({"link_probability": "98 %", "pre_alignment": "Manual", "overlap": "30 %"})
-    assert (found.link_limits, found.pre_alignment) == (LinkLimits(0.3, 0.04, 0.98), PreAlignment.MANUAL)
+    assert (found.link_limits, found.pre_alignment) == (LinkLimits(0.3, 0.01, 0.98), PreAlignment.MANUAL)
     usual, tracked = Requirements(), load_scanner("rtc360")
-    assert (usual.link_limits, usual.start_of(tracked)) == (LinkLimits(0.0, 0.04, 0.99), PreAlignment.TRACKED)
+    assert (usual.link_limits, usual.start_of(tracked)) == (LinkLimits(0.0, 0.01, 0.99), PreAlignment.TRACKED)
     assert found.start_of(tracked) == PreAlignment.MANUAL
     assert usual.start_of(load_scanner("focus-premium-70")) == PreAlignment.MANUAL
     for wrong in ({"link_probability": "100 %"}, {"link_probability": "120 %"}, {"pre_alignment": "hand"}):

@@ -118,10 +118,11 @@ class PairFinder:
         if not listed.size:
             return held
         self._learn(mine)
-        sums = common_sums([common[index] for index in listed], self._sums)
         theirs_m = np.array([others[index].position_m for index in listed])
+        mine_m = np.tile(np.array(look.position_m), (listed.size, 1))
+        sums = common_sums([common[index] for index in listed], self._sums, mine_m, theirs_m)
         matrix = matrices_of(sums)
-        of = held_by(sums, matrix, np.broadcast_to(np.array(look.position_m), theirs_m.shape), theirs_m)
+        of = held_by(sums, matrix)
         share = overlap
         if self._measure != OverlapMeasure.SMALLER_SHARE:
             share = overlap_by(OverlapMeasure.SMALLER_SHARE, ticks, self._ticks[mine].sum(), whole)

@@ -16,7 +16,7 @@ from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, FloatArray, PlanSettings, Requirements, Scene, VisibilityMode
 from planner_core.network.links import overlap_links, surface_of_patches
-from planner_core.network.pair_overlap import SharedSurface
+from planner_core.network.pair_overlap import PairSums, SharedSurface
 from planner_core.positions.admissibility import Tripods
 from planner_core.positions.allowed_positions import find_positions
 from planner_core.positions.free_space import free_space
@@ -40,7 +40,7 @@ class Pair:
     overlap, strength : as links have them. least_normal : the smallest eigenvalue of sum a n n' / sum a, times 3.
     common_range_m : root mean square range of the common surface, from the station for which it is more.
     opposed_m2, parallel_m2 : what only one of the two sees, and beside it, within 0.3 m, a parallel face that only the
-    other sees: facing the other way (the two sides of a wall), or the same.
+    other sees: facing the other way (the two sides of a wall), or the same. hold_m2 : as the rule has it.
     """
 
     a: int
@@ -55,6 +55,7 @@ class Pair:
     common_range_m: float
     opposed_m2: float
     parallel_m2: float
+    hold_m2: float
 
     def written(self) -> list[str]:
         """For a row of a table."""
@@ -96,17 +97,27 @@ def stations_of(scene: Scene, *, n_pairs: int, seed: int) -> Stations:
         seen[station, rows.row(station)] = True
     surface = surface_of_patches(survey.scene, survey.patches, seen.any(axis=0))
     names = tuple(str(number) for number in range(len(positions_m)))
-    links = overlap_links(rows, survey.patches.area_m2, names, surface, min_overlap=LEAST_OVERLAP)
-    found_pairs = _pairs(links, positions_m, seen, survey.patches.area_m2, surface)
+    links = overlap_links(rows, survey.patches.area_m2, names, surface, positions_m, min_overlap=LEAST_OVERLAP)
+    one, other = (
+        np.array([int(name) for name in ends], dtype=np.int32)
+        for ends in zip(*((x.a, x.b) for x in links), strict=True)
+    )
+    held = PairSums(rows, survey.patches.area_m2, surface, positions_m).held(one, other)
+    found_pairs = _pairs(links, held.hold_m2, positions_m, seen, survey.patches.area_m2, surface)
     return Stations(survey.scene, engine, positions_m, _drawn(found_pairs, n_pairs, random))
 
 
 def _pairs(
-    links: tuple, positions_m: FloatArray, seen: BoolArray, area_m2: FloatArray, surface: SharedSurface
+    links: tuple,
+    hold_m2: FloatArray,
+    positions_m: FloatArray,
+    seen: BoolArray,
+    area_m2: FloatArray,
+    surface: SharedSurface,
 ) -> list[Pair]:
     opposed, parallel = (_beside(each, seen) for each in _mistaken(surface, seen.any(axis=0)))
     pairs = []
-    for link in links:
+    for link, holds_m2 in zip(links, hold_m2.tolist(), strict=True):
         a, b = int(link.a), int(link.b)
         common = seen[a] & seen[b]
         common_m2 = float(area_m2[common].sum())
@@ -134,6 +145,7 @@ def _pairs(
                 float(3.0 * held[0]),
                 float(np.sqrt(max(np.average(each, weights=weight) for each in squares_m2))),
                 *mistaken,
+                holds_m2,
             )
         )
     return pairs

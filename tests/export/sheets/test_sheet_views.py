@@ -23,14 +23,14 @@ SCALES = sheet_scales(METRE)
 @pytest.mark.parametrize(
     ("overlap", "strength", "expected"),
     [
-        (0.2, 0.04, COUNTS), (0.19999, 0.5, WEAK), (0.1, 0.5, WEAK), (0.09999, 0.5, None),
-        (0.9, 0.03999, WEAK), (0.9, 0.15999, COUNTS), (0.9, 0.16, STRONG), (0.9, math.nan, COUNTS),
+        (0.2, 0.01, COUNTS), (0.19999, 0.5, WEAK), (0.1, 0.5, WEAK), (0.09999, 0.5, None),
+        (0.9, 0.00999, WEAK), (0.9, 0.03999, COUNTS), (0.9, 0.04, STRONG), (0.9, math.nan, COUNTS),
     ],
 )  # fmt: skip
 def test_links_are_classed_by_what_was_asked(
     site_plan: PlanSource, overlap: float, strength: float, expected: int | None
 ) -> None:
-    assert (site_plan.limits.overlap, site_plan.limits.strength) == (0.2, 0.04)
+    assert (site_plan.limits.overlap, site_plan.limits.strength) == (0.2, 0.01)
     assert link_class(Link("S001", "S002", overlap, strength), site_plan.limits) == expected
 
 
