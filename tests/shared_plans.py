@@ -47,7 +47,7 @@ SETTINGS = {
     "corridor-comb": replace(
         _HOUSE,
         scanner=load_scanner("rtc360"),
-        requirements=Requirements(coverage=0.9),
+        requirements=Requirements(coverage=0.9, min_probability=0.995),
         refine=False,
     ),
     "box": replace(

@@ -156,7 +156,7 @@ def crew_set_up(shared_plan: Callable[[str], SharedPlan]) -> tuple[LivePlan, Pla
     folder = shared_plan("corridor-comb").folder
     live, source = open_live(folder, with_ground=False), open_plan(folder)
     draw = np.random.default_rng(1)
-    for _ in range(20):
+    for _ in range(40):
         listed = listed_of(source)
         for number, each in enumerate(listed):
             turn, rise_m = 2 * np.pi * draw.random(), 0.05 * (2 * draw.random() - 1)
@@ -164,7 +164,7 @@ def crew_set_up(shared_plan: Callable[[str], SharedPlan]) -> tuple[LivePlan, Pla
             listed[number] = replace(each, position_m=each.position_m + shift_m)
         found = compare_as_scanned(live, matched(source.stations, listed))
         links = [replace(link, as_set_up=False) for link in found.actual.plan.links]
-        floors, limits = ["F0"] * len(found.draft.ids), live.settings.requirements.link_limits
+        floors, limits = [each.floor for each in found.actual.plan.stations], live.settings.requirements.link_limits
         if len(registration_report(links, found.draft.ids, floors, limits=limits).networks) > 1:
             return live, source, listed
     pytest.fail("no set-up breaks a link: this plan shows nothing")
@@ -182,7 +182,7 @@ def test_a_crew_within_ten_centimetres_has_the_network_that_the_plan_promises(
     document = as_scanned_document(live, source.frame, "scene", found, None)["network"]
     low = document["links_as_set_up"]
     assert low
-    assert all(0.97 <= link["probability"] < 0.99 == document["min_probability"] for link in low)
+    assert all(0.985 <= link["probability"] < 0.995 == document["min_probability"] for link in low)
 
 
 @pytest.mark.slow
@@ -190,7 +190,9 @@ def test_with_one_station_missing_such_a_crew_scans_that_one(
     crew_set_up: tuple[LivePlan, PlanSource, list[GivenStation]], tmp_path: Path
 ) -> None:
     live, source, listed = crew_set_up
-    worst = max(live.document["stations"], key=lambda row: row["own_area_m2"])["id"]
+    low = {end for x in compared(live, source, listed).actual.plan.links if x.as_set_up for end in (x.a, x.b)}
+    rest = [row for row in live.document["stations"] if row["id"] not in low]
+    worst = max(rest, key=lambda row: row["own_area_m2"])["id"]
     found = compared(live, source, [each for each in listed if each.id != worst])
     assert not found.met
     rescan = plan_rescan(live, found)
