@@ -18,7 +18,7 @@ UInt64Array = NDArray[np.uint64]
 BLOCK = 64
 NEAR_M = 7.5
 """Up to some such range a start moves surface by no more than points are matched over: half a degree and 0.03 m, 0.1 m;
-3 degrees and 0.15 m, 0.54 m. Beyond, what surface holds counts by the square of it, from both stations."""
+3 degrees and 0.15 m, 0.54 m. Beyond, what surface holds counts less, by the square of its range from each station."""
 _ONE = np.uint64(1)
 
 

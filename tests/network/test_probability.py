@@ -38,7 +38,8 @@ def test_pairs_that_rarely_register_do_not_count_and_those_that_always_do_count(
 def test_what_counts_registers_in_each_scene(start: PreAlignment) -> None:
     """A rule made of rooms took nearly all pairs of a tunnel for links, of which a third register.
 
-    No scene's failures are more than chance leaves of pairs of which 99 % register: of one scene in a thousand.
+    Of the Angel house the failures are no more than chance leaves, in one of a thousand such scenes, of pairs of which
+    99 % register: its far walls are beyond the kernel of the method, see docs/benchmarks/registration.md.
     """
     rows = read_rows(ROOT / "docs/benchmarks/registration", [start], ["open3d"])
     counts = probabilities(rows.known["overlap"], held_of(rows.known), start) >= 0.99
@@ -46,7 +47,9 @@ def test_what_counts_registers_in_each_scene(start: PreAlignment) -> None:
     failed = counts & (rows.registered(start, "open3d") == 0)
     for scene in np.unique(rows.scene):
         here = rows.scene == scene
-        assert failed[here].sum() <= binom.ppf(0.999, counts[here].sum(), 0.01), scene
+        n = counts[here].sum()
+        most = binom.ppf(0.999, n, 0.01) if scene == "angel-house" else max(1, 0.01 * n)
+        assert failed[here].sum() <= most, scene
 
 
 @settings(max_examples=25, deadline=None)
