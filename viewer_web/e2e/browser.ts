@@ -9,6 +9,9 @@ import { discardReview } from './plan-files.ts';
 
 const SCREENSHOTS = fileURLToPath(new URL('../test-results/', import.meta.url));
 
+/** As on a screen where people look at the pictures. */
+const PIXEL_RATIO = process.env.TLSPLAN_E2E_PICTURES ? 1 : 0.5;
+
 export type PagePoint = [x: number, y: number];
 
 export interface Look {
@@ -19,6 +22,8 @@ export interface Look {
   readonly isMobile?: boolean;
   /** Of the browser; by default English. */
   readonly locale?: string;
+  /** Pixels of the picture, not of the page, to a CSS pixel: software draws few of them in less time. */
+  readonly pixelRatio?: number;
 }
 
 /**
@@ -54,8 +59,9 @@ export function viewerPages(usual: Look = {}): (look?: Look, address?: string) =
   };
 }
 
-/** One sample a pixel instead of four: in software a third of the time of a picture goes into smooth edges. */
-function drawWithoutSmoothing(): void {
+/** Few pixels, and one sample a pixel instead of four: in software most of the time of a picture goes into these. */
+function drawCheaply(pixelRatio: number): void {
+  Object.defineProperty(window, 'devicePixelRatio', { get: () => pixelRatio });
   const { getContext } = HTMLCanvasElement.prototype as unknown as { getContext: (...args: unknown[]) => unknown };
   Object.assign(HTMLCanvasElement.prototype, {
     getContext(this: HTMLCanvasElement, kind: string, options?: object) {
@@ -86,10 +92,14 @@ export class ViewerPage {
   }
 
   /** A page that has not gone anywhere yet. Flights of the camera are off, so that a click ends where it shows. */
-  static async create(browser: Browser, address: string, { width = 1000, height = 680, ...look }: Look = {}) {
+  static async create(
+    browser: Browser,
+    address: string,
+    { width = 1000, height = 680, pixelRatio = PIXEL_RATIO, ...look }: Look = {},
+  ) {
     const page = await browser.newPage({ viewport: { width, height }, reducedMotion: 'reduce', ...look });
     page.setDefaultTimeout(PATIENCE_MS);
-    await page.addInitScript(drawWithoutSmoothing);
+    await page.addInitScript(drawCheaply, pixelRatio);
     return new ViewerPage(page, address);
   }
 
