@@ -204,6 +204,7 @@ def requirements_and_site(
         "link_probability": None if asking.link_probability is None else f"{asking.link_probability!r} %",
         "pre_alignment": asking.pre_alignment,
         "doors_change": asking.doors_change,
+        "targets": asking.targets,
         "overlap_measure": asking.overlap_measure,
         "overlap_of": asking.overlap_of,
         "network": asking.network,

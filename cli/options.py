@@ -317,6 +317,11 @@ doors_change_option = click.option(
     help="Doors may be opened and shut from scan to scan: links have to hold with open doors shut, too, during the "
     "scan of either station or of both. Stations in a doorway keep it open.",
 )  # fmt: skip
+targets_option = click.option(
+    "--targets/--no-targets", default=None,
+    help="Join what no common surface joins by three targets that both stations see; the plan states where. "
+    "[default: with --join outside alone]",
+)  # fmt: skip
 overlap_measure_option = click.option(
     "--overlap-measure", type=click.Choice(["smaller-share", "jaccard"]), default=None,
     help="Measure of overlap. smaller-share: what both stations see, as a share of what the one sees that sees more; "
@@ -518,6 +523,7 @@ class RequirementOptions:
     pre_alignment: str | None = None
     link_probability: float | None = None
     doors_change: bool | None = None
+    targets: bool | None = None
     overlap_measure: str | None = None
     overlap_of: str | None = None
     network: str | None = None
@@ -596,7 +602,7 @@ drawing_options = _gathered(
 requirement_options = _gathered(
     "asking", RequirementOptions, requirements_option, deliverable_option, scope_option, no_cover_option,
     coverage_option, overlap_option, pre_alignment_option, link_probability_option, doors_change_option,
-    overlap_measure_option, overlap_of_option, network_option, spacing_option, max_range_option,
+    targets_option, overlap_measure_option, overlap_of_option, network_option, spacing_option, max_range_option,
     max_incidence_option, max_noise_option, seen_from_option, floor_option, entrance_option,
 )  # fmt: skip
 prior_options = _gathered("prior_stations", PriorStations, scanned_option, locked_option, keep_option, forbid_option)

@@ -16,6 +16,9 @@ from planner_core.model.values import Count, ProbabilityIfKnown, Share, Strength
 SET_UP_SHARE, SET_UP_RISK = 5.0 / 6.0, 3.0
 
 
+Place = tuple[Number, Number, Number]
+
+
 def _to_micro(direction: tuple[float, float, float]) -> tuple[float, ...]:
     return tuple(round(part, 6) + 0.0 for part in direction)
 
@@ -100,6 +103,9 @@ class Link:
     """Ids (GlobalId) of open doors that it needs open during both scans: where one is shut it does not count."""
     only_shut: Annotated[tuple[str, ...], Field(exclude_if=lambda value: not value)] = ()
     """Of a pair that does not count: ids of open doors; it counts where these are shut during both scans."""
+    targets_m: Annotated[tuple[Place, ...], Field(alias="targets", exclude_if=lambda value: not value)] = ()
+    """Places for three targets that both stations see and that register them: it counts, whatever they have in common.
+    Local frame; in documents the scene's."""
 
     @computed_field(json_schema_extra={"default": ""})  # type: ignore[prop-decorator]
     @property
@@ -109,7 +115,7 @@ class Link:
 
     def counts(self, limits: LinkLimits) -> bool:
         """Whether it is good enough to register the scans; figures that were not computed decide nothing."""
-        return self.as_set_up or self.reaches(limits)
+        return self.as_set_up or bool(self.targets_m) or self.reaches(limits)
 
     def reaches(self, limits: LinkLimits) -> bool:
         """Whether all that was computed of it reaches the limits."""
@@ -121,8 +127,8 @@ class Link:
         )
 
     def margin(self, limits: LinkLimits) -> float:
-        """See `LinkLimits.margin`."""
-        return limits.margin(self.overlap, self.strength, self.probability)
+        """See `LinkLimits.margin`; infinity of two that targets register."""
+        return math.inf if self.targets_m else limits.margin(self.overlap, self.strength, self.probability)
 
 
 @dataclass(frozen=True)
@@ -163,7 +169,7 @@ class NetworkGap:
 
     networks: tuple[int, int]
     best: Link
-    targets_m: tuple[tuple[float, float, float], ...] = ()
+    targets_m: tuple[Place, ...] = ()
 
 
 @document

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from planner_core.documents import Number, YesNo, document
 from planner_core.errors import RequirementError
-from planner_core.model.choices import NetworkKind, OverlapMeasure, OverlapOf, PreAlignment, Scope, one_of
+from planner_core.model.choices import Doors, NetworkKind, OverlapMeasure, OverlapOf, PreAlignment, Scope, one_of
 from planner_core.model.registration import LinkLimits
 from planner_core.model.scans import Scanner
 from planner_core.model.values import (
@@ -124,6 +124,9 @@ class Requirements:
     """Where registration starts; None: as the scanner has it."""
     doors_change: YesNo = False
     """Whether links have to hold with open doors shut, too, during the scan of either station or of both."""
+    targets: YesNo | None = None
+    """Whether three targets that both stations see join what no common surface does; None: where `--join outside` has
+    stations outdoors, along whose facades scans slide."""
     scope: ScopeWord = Scope.ALL
     """What of the building counts, and where stations stand."""
     deliverable: Text | None = None
@@ -164,6 +167,10 @@ class Requirements:
     def link_limits(self) -> LinkLimits:
         """What a link needs in order to count."""
         return LinkLimits(self.overlap, self.min_strength, self.min_probability, self.doors_change)
+
+    def joins_by_targets(self, doors: str) -> bool:
+        """Whether targets join groups; doors : as the scene is loaded."""
+        return doors == Doors.OUTSIDE if self.targets is None else self.targets
 
     def start_of(self, scanner: Scanner) -> PreAlignment:
         """Where registration of a scanner's scans starts."""

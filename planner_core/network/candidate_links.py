@@ -52,8 +52,8 @@ _N_STATES = 4
 class CandidateLinks:
     """Links between N candidates.
 
-    starts, neighbour : (N + 1,) int64, (L,) int32, CSR rows, sorted and symmetric. overlap, strength : (L,) float64.
-    part : (N,) int32, which candidates links join; parts are numbered by their first candidate.
+    starts, neighbour : (N + 1,) int64, (L,) int32, CSR rows, sorted and symmetric. overlap, strength : (L,) float64,
+    0 of pairs that targets join. part : (N,) int32, which candidates links join; parts are numbered by their first one.
     """
 
     starts: Int64Array
@@ -146,6 +146,24 @@ def held_in_both_states(links: CandidateLinks) -> CandidateLinks:
     first, second = pairs[keep] // n, (pairs[keep] % n).astype(np.int32)
     starts = np.concatenate([[0], np.cumsum(np.bincount(first, minlength=n))]).astype(np.int64)
     return CandidateLinks(starts, second, overlap[keep], strength[keep], parts_of(starts, second))
+
+
+def with_targets(links: CandidateLinks, pairs: Int64Array) -> CandidateLinks:
+    """Links of candidates and pairs (K, 2) of them that targets join, which no link does."""
+    n = links.n_candidates
+    owner = np.repeat(np.arange(n, dtype=np.int64), np.diff(links.starts))
+    owner = np.concatenate([owner, pairs[:, 0], pairs[:, 1]])
+    neighbour = np.concatenate([links.neighbour, pairs[:, 1], pairs[:, 0]]).astype(np.int32)
+    order = np.lexsort((neighbour, owner))
+    starts = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=n))]).astype(np.int64)
+    none = np.zeros(2 * pairs.shape[0])
+    return CandidateLinks(
+        starts,
+        neighbour[order],
+        np.concatenate([links.overlap, none])[order],
+        np.concatenate([links.strength, none])[order],
+        parts_of(starts, neighbour[order]),
+    )
 
 
 def _unpacked(answer: bytes) -> tuple[Pairs, FloatArray]:

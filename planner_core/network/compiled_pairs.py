@@ -215,3 +215,74 @@ def add_over_common(
                 add_block(number, common, place, surface, turn, sums[k, one])
                 kept[k, one] = common
             add_sums(sums[k, one], one_m, other_m, total[pair])
+
+
+@compiled
+def hold_targets(
+    row: int,
+    starts: Int64Array,
+    patch: Int32Array,
+    centroid_m: FloatArray,
+    part: Int32Array,
+    position_m: FloatArray,
+    limits: tuple[float, float, float],
+    found: NDArray[np.bool_],
+) -> None:
+    """Whether a row and each later one, found (N,), of another part have patches in common that hold three targets.
+
+    limits : metres that positions are apart at most, that two targets are, and that the third is off their line. Rules
+    of `planner_core.network.targets.target_places`.
+    """
+    farthest, apart, off_line = limits
+    common = np.empty(starts[row + 1] - starts[row], dtype=np.int32)
+    found[: row + 1] = False
+    for other in range(row + 1, part.size):
+        found[other] = False
+        if part[other] == part[row] or _square(position_m[row], position_m[other]) > farthest * farthest:
+            continue
+        n, one, two = 0, starts[row], starts[other]
+        while one < starts[row + 1] and two < starts[other + 1]:
+            if patch[one] == patch[two]:
+                common[n] = patch[one]
+                n += 1
+            if patch[one] <= patch[two]:
+                one += 1
+            else:
+                two += 1
+        found[other] = n >= 3 and _hold(common[:n], centroid_m, apart, off_line)
+
+
+@compiled
+def _square(one: FloatArray, other: FloatArray) -> float:
+    x, y, z = one[0] - other[0], one[1] - other[1], one[2] - other[2]
+    return float(x * x + y * y + z * z)
+
+
+@compiled
+def _farthest_of(patches: Int32Array, at_m: FloatArray, from_m: FloatArray) -> int:
+    """Which of the patches is farthest from a place, the first of equals."""
+    best, most = 0, -1.0
+    for place in range(patches.size):
+        away = _square(at_m[patches[place]], from_m)
+        if away > most:
+            best, most = place, away
+    return int(patches[best])
+
+
+@compiled
+def _hold(patches: Int32Array, at_m: FloatArray, apart: float, off_line: float) -> bool:
+    middle = np.zeros(3)
+    for place in patches:
+        middle += at_m[place]
+    first = at_m[_farthest_of(patches, at_m, middle / patches.size)]
+    second = at_m[_farthest_of(patches, at_m, first)]
+    length2 = _square(first, second)
+    if length2 < apart * apart:
+        return False
+    for place in patches:
+        along = 0.0
+        for axis in range(3):
+            along += (at_m[place, axis] - first[axis]) * (second[axis] - first[axis])
+        if _square(at_m[place], first) - along * along / length2 >= off_line * off_line:
+            return True
+    return False

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import platform
+from collections.abc import Sequence
 from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
@@ -39,6 +40,7 @@ from planner_core.model import (
 )
 from planner_core.model.options import options_of
 from planner_core.model.planning import PlanParameters, fields_of
+from planner_core.model.registration import Link, Place, RegistrationNetwork
 from planner_core.plan_folder.plan_model.document import SCHEMA, PlanDocument
 from planner_core.plan_folder.plan_model.given import PlannedParameters, PlannedRequirements, ResultSection
 from planner_core.plan_folder.plan_model.results import (
@@ -266,13 +268,13 @@ def _registration(plan: Plan) -> dict[str, Any]:
         "pre_alignment": str(plan.settings.pre_alignment),
         "doors_change": required.doors_change,
         "connected": plan.connected,
-        "links": [to_document(link) for link in plan.links],
+        "links": [to_document(_link_in_scene(link, plan.survey.scene)) for link in plan.links],
     }
     if found is None:
         return links
     return {
         **links,
-        "networks": [NetworkSection.of(network) for network in found.networks],
+        "networks": [NetworkSection.of(_network_in_scene(network, plan.survey.scene)) for network in found.networks],
         "floor_joins": [[link.a, link.b] for link in found.floor_joins],
         "gaps": [GapSection.of(_in_scene(gap, plan.survey.scene)) for gap in found.gaps],
         "doors_needed": list(found.doors_needed),
@@ -281,9 +283,21 @@ def _registration(plan: Plan) -> dict[str, Any]:
 
 
 def _in_scene(gap: NetworkGap, scene: Scene) -> NetworkGap:
+    return replace(gap, targets_m=_places_in_scene(gap.targets_m, scene))
+
+
+def _network_in_scene(network: RegistrationNetwork, scene: Scene) -> RegistrationNetwork:
+    weakest = network.bottleneck
+    return replace(network, bottleneck=None if weakest is None else _link_in_scene(weakest, scene))
+
+
+def _link_in_scene(link: Link, scene: Scene) -> Link:
+    return replace(link, targets_m=_places_in_scene(link.targets_m, scene))
+
+
+def _places_in_scene(places_m: Sequence[Place], scene: Scene) -> tuple[Place, ...]:
     dx, dy, dz = scene.offset_m.tolist()
-    places_m = tuple((round(x + dx, 6), round(y + dy, 6), round(z + dz, 6)) for x, y, z in gap.targets_m)
-    return replace(gap, targets_m=places_m)
+    return tuple((round(x + dx, 6), round(y + dy, 6), round(z + dz, 6)) for x, y, z in places_m)
 
 
 def _floor(floor: Floor, plan: Plan) -> dict[str, Any]:

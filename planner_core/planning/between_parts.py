@@ -51,14 +51,16 @@ def with_joining_candidates(
     if not more.floor.size:
         return pool
     observed = rows_from(pool.survey, engine, more.position_m, pool.demand, progress=progress)
-    joining = np.flatnonzero(_joining(pool, ways, more, observed))
+    joining = np.flatnonzero(_joining(pool, ways, more, observed, engine))
     if not joining.size:
         return pool
-    joined = extended(pool, more.take(joining), observed.take(joining.tolist()), joins=True, progress=progress)
+    joined = extended(pool, more.take(joining), observed.take(joining.tolist()), engine, joins=True, progress=progress)
     return without_dispensable(joined)
 
 
-def _joining(pool: Pool, ways: list[tuple[FloatArray, float]], more: Candidates, observed: SeenPatches) -> BoolArray:
+def _joining(
+    pool: Pool, ways: list[tuple[FloatArray, float]], more: Candidates, observed: SeenPatches, engine: ScanEngine
+) -> BoolArray:
     """(M,) bool: which of `more`, and what each sees, are linked to candidates of different parts around the ways.
 
     By themselves: a chain of several would be more stations than the join is worth.
@@ -67,7 +69,7 @@ def _joining(pool: Pool, ways: list[tuple[FloatArray, float]], more: Candidates,
     middle_m = np.stack([middle_m for middle_m, _ in ways])
     around = is_near(_ground_m(pool.candidates), middle_m, _AROUND_M) & ~pool.excluded
     row = np.union1d(np.flatnonzero(around), np.array(pool.given, dtype=np.int64))
-    links = extended(narrowed(pool, row), more, observed, joins=True).links
+    links = extended(narrowed(pool, row), more, observed, engine, joins=True).links
     assert links is not None
     owner = np.repeat(np.arange(links.n_candidates), np.diff(links.starts))
     out = (owner >= row.size) & (links.neighbour < row.size)

@@ -28,9 +28,11 @@ from planner_core.network.candidate_links import (
     held_in_both_states,
     network_of,
     parts_of,
+    with_targets,
 )
 from planner_core.network.links import surface_of_patches
 from planner_core.network.shut_doors import with_all_doors_shut
+from planner_core.network.targets import target_pairs
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.compliance import rows_of_overlap
 from planner_core.requirements.demand import Demand, KnownObservations, demand_of
@@ -191,7 +193,7 @@ def make_pool(
     constraints = tuple(replace(t, part=t.part & (n_met >= t.seen_from)) for t in demand.constraints)
     links = None
     if linked:
-        links = _links(survey, demand, candidates.position_m, demand.rows, scanned.tolist(), progress)
+        links = _links(survey, demand, engine, candidates.position_m, demand.rows, scanned.tolist(), progress)
     pool = Pool(
         survey=survey,
         candidates=candidates,
@@ -257,7 +259,13 @@ def _without_candidates(problem: CoverProblem, which: BoolArray) -> CoverProblem
 
 
 def extended(
-    pool: Pool, more: Candidates, observed: SeenPatches, *, joins: bool = False, progress: Progress = silent
+    pool: Pool,
+    more: Candidates,
+    observed: SeenPatches,
+    engine: ScanEngine,
+    *,
+    joins: bool = False,
+    progress: Progress = silent,
 ) -> Pool:
     """Add candidates, and what they see, behind those of the pool; no requirement changes.
 
@@ -268,7 +276,7 @@ def extended(
     position_m = np.concatenate([pool.candidates.position_m, more.position_m])
     links = None
     if pool.links is not None:
-        found = _links(pool.survey, pool.demand, position_m, rows, pool.scanned, progress)
+        found = _links(pool.survey, pool.demand, engine, position_m, rows, pool.scanned, progress)
         links = found if found is None or joins else _within_parts(found, pool.links.part, pool.excluded)
     return replace(
         pool,
@@ -298,6 +306,7 @@ def narrowed(pool: Pool, rows: Int64Array) -> Pool:
 def _links(
     survey: Survey,
     demand: Demand,
+    engine: ScanEngine,
     position_m: FloatArray,
     rows: SeenPatches,
     scanned: Sequence[int],
@@ -306,24 +315,29 @@ def _links(
     requirements = demand.goals.requirements
     if not requirements.asks_links:
         return None
-    counted = rows_of_overlap(demand, rows, requirements.overlap_of)
+    counted = always = rows_of_overlap(demand, rows, requirements.overlap_of)
     surface = surface_of_patches(survey.scene, survey.patches, times_seen(counted) > 0)
+    at_m = position_m
     if requirements.doors_change:
         n = counted.n_positions
-        counted = stacked_rows(counted, with_all_doors_shut(survey, counted, position_m))
-        position_m, scanned = np.tile(position_m, (2, 1)), [*scanned, *(n + row for row in scanned)]
+        always = with_all_doors_shut(survey, counted, position_m)
+        counted = stacked_rows(counted, always)
+        at_m, scanned = np.tile(position_m, (2, 1)), [*scanned, *(n + row for row in scanned)]
     found = candidate_links(
         counted,
         survey.patches.area_m2,
         surface,
-        position_m,
+        at_m,
         limits=requirements.link_limits,
         pre_alignment=requirements.start_of(survey.scanner),
         measure=requirements.overlap_measure,
         scanned=scanned,
         progress=progress,
     )
-    return held_in_both_states(found) if requirements.doors_change else found
+    found = held_in_both_states(found) if requirements.doors_change else found
+    if found.n_parts < 2 or not requirements.joins_by_targets(survey.scene.source.doors):
+        return found
+    return with_targets(found, target_pairs(always, surface, survey, engine, position_m, found.part))
 
 
 def _excluded_later(pool: Pool, links: CandidateLinks | None, *, n: int) -> BoolArray:

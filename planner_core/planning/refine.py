@@ -79,7 +79,9 @@ def refine(
                 continue
             at_m = more.position_m
             observed = [rows_from(pool.survey, engine, at_m, pool.demand, progress=progress)]
-            wide = extended(pool, more, observed.pop(), progress=progress)  # which forgets it: links take memory
+            wide = extended(
+                pool, more, observed.pop(), engine, progress=progress
+            )  # which forgets it: links take memory
             best, interrupted = _better(wide, chosen, left, progress)
             pool, chosen = _without_unused(wide, best, n_first)
         except KeyboardInterrupt:

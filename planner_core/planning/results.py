@@ -25,7 +25,6 @@ from planner_core.coverage.plausibility import implausible
 from planner_core.coverage.why import explain
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
-    BoolArray,
     Doors,
     FloatArray,
     Link,
@@ -42,9 +41,8 @@ from planner_core.model import (
 )
 from planner_core.network.links import least_listed_overlap, overlap_links, surface_of_patches, with_scanned
 from planner_core.network.network_report import registration_report, registration_warnings
-from planner_core.network.pair_overlap import SharedSurface
 from planner_core.network.shut_doors import unknown_doors, with_doors
-from planner_core.network.targets import FARTHEST_M, target_places
+from planner_core.network.targets import joined_by_targets, with_target_places
 from planner_core.positions.reach import Reach
 from planner_core.progress import Progress, silent
 from planner_core.requirements.compliance import (
@@ -56,16 +54,11 @@ from planner_core.requirements.compliance import (
     times_met,
 )
 from planner_core.requirements.demand import Demand
-from planner_core.requirements.goals import NO_COVER
 from planner_core.requirements.observe_candidates import SeenPatches
 from planner_core.route.route import field_time, route_warnings
 from planner_core.route.unreachable import reach_warnings, unreachable_areas
 from planner_core.scene.doors import exterior_doors
 
-#: What moves between two scans, or may not be stuck on.
-NO_TARGETS = (*NO_COVER, "IfcDoor", "IfcWindow")
-#: A ray that ends this near to a place meets it.
-_SAME_PLACE_M = 0.005
 #: A byte each; nobody asks for so many stations.
 _MOST_TIMES_MET = 255
 
@@ -228,6 +221,8 @@ def _registered(
     links = with_scanned(found, scanned, requirements.link_limits)
     if requirements.asks_links:
         links = with_doors(links, survey, requirements, counted, ids, position_m)
+        if requirements.joins_by_targets(survey.scene.source.doors):
+            links = joined_by_targets(links, survey, requirements, counted, surface, ids, position_m, engine)
     registration = registration_report(
         links,
         ids,
@@ -236,39 +231,7 @@ def _registered(
         loops=requirements.network == NetworkKind.REDUNDANT,
         only_join=only_join,
     )
-    return links, _with_targets(registration, survey, stations, counted, surface, engine)
-
-
-def _with_targets(
-    registration: Registration,
-    survey: Survey,
-    stations: tuple[Station, ...],
-    counted: Visibility,
-    surface: SharedSurface,
-    engine: ScanEngine,
-) -> Registration:
-    """Add places for targets to the gaps. Doors move, and furniture is moved: no targets there."""
-    if not registration.gaps:
-        return registration
-
-    def in_plain_view(sensor_m: FloatArray, places_m: FloatArray) -> BoolArray:
-        away_m = places_m - sensor_m
-        distance_m = np.linalg.norm(away_m, axis=1)
-        hits = engine.cast_rays(np.tile(sensor_m, (len(away_m), 1)), away_m, range_max_m=2 * FARTHEST_M)
-        return np.asarray(np.abs(hits.range_m - distance_m) <= _SAME_PLACE_M)
-
-    row = {station.id: number for number, station in enumerate(stations)}
-    fixed = ~np.array([element.kind in NO_TARGETS for element in survey.scene.elements], dtype=bool)
-    holds = fixed[survey.scene.element_of_triangle][survey.patches.triangle_of_patch]
-    gaps = []
-    for gap in registration.gaps:
-        ends = [row[gap.best.a], row[gap.best.b]]
-        common = np.intersect1d(counted.row(ends[0]), counted.row(ends[1]), assume_unique=True)
-        of_both = np.zeros(counted.n_patches, dtype=bool)
-        of_both[common] = holds[common]
-        places_m = target_places(of_both, surface, np.stack([stations[end].position_m for end in ends]), in_plain_view)
-        gaps.append(replace(gap, targets_m=tuple((float(x), float(y), float(z)) for x, y, z in places_m)))
-    return replace(registration, gaps=tuple(gaps))
+    return links, with_target_places(registration, survey, counted, surface, ids, position_m, engine)
 
 
 def _registration_warnings(survey: Survey, requirements: Requirements, registration: Registration) -> tuple[str, ...]:

@@ -77,12 +77,14 @@ def fragile_links(
     """Find the links of chosen rows that do not hold wherever within `tolerance_m` the stations stand.
 
     Links to other candidates are among them that do not hold even where these stand on their marks. Scanned stations
-    stand where they were scanned. `seen_around` : of earlier rounds with this engine and tolerance.
+    stand where they were scanned. Targets hang where both stations see them as they are set up: they always hold.
+    `seen_around` : of earlier rounds with this engine and tolerance.
     """
     assert pool.links is not None
     required, links, n = pool.demand.goals.requirements, pool.links, pool.n_candidates
     rows = np.array(sorted(chosen), dtype=np.int64)
-    neighbours = [links.neighbour[links.row(row)] for row in rows.tolist()]
+    by_surface = links.overlap > 0.0
+    neighbours = [links.neighbour[links.row(row)][by_surface[links.row(row)]] for row in rows.tolist()]
     if not sum(map(len, neighbours)):
         return FragileLinks.none()
     n_around = 1 + _N_AROUND

@@ -269,6 +269,8 @@ class RequirementsFile(PartEntries):
     """Where registration starts: tracked, manual, level or none; left out: as the scanner has it."""
     doors_change: YesNo | None = None
     """Whether links have to hold with open doors shut, too."""
+    targets: YesNo | None = None
+    """Whether targets join what no common surface does; left out: with stations outdoors (`--join outside`)."""
     scope: Annotated[Scope | None, BeforeValidator(_scope), WithJsonSchema({"enum": [*map(str, Scope), None]})] = None
     """What of the building counts, and where stations stand: interior, exterior, all, or auto."""
     planned_floors: _Names | None = None

@@ -82,7 +82,7 @@ def requirements_from(
     options |= {"overlap_measure": file.overlap_measure, "overlap_of": file.overlap_of}
     options |= {"min_strength": file.link_strength, "floors": file.planned_floors}
     options |= {"min_probability": file.link_probability, "pre_alignment": file.pre_alignment}
-    options |= {"doors_change": file.doors_change}
+    options |= {"doors_change": file.doors_change, "targets": file.targets}
     parts = tuple(_parts(file, where, follow))
     requirements = _in_file(
         where,

@@ -198,7 +198,7 @@ def paper_with_search(on: Ready) -> Found:
         starts = set(map(tuple, pool.candidates.position_m.tolist()))
         new = [row for row, place in enumerate(both.position_m.tolist()) if tuple(place) not in starts]
         more = both.take(np.array(new, dtype=np.int64))
-        wide = extended(pool, more, rows_from(on.survey, on.engine, more.position_m, pool.demand))
+        wide = extended(pool, more, rows_from(on.survey, on.engine, more.position_m, pool.demand), on.engine)
         chosen = select_by_genes(whole_problem(wide), paper, on.engine).tolist()
         return wide, with_circles(on, paper, wide.candidates, chosen)
 

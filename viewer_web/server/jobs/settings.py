@@ -28,6 +28,7 @@ _STAYING = {
     "link_strength": "min_strength",
     "link_probability": "min_probability",
     "doors_change": "doors_change",
+    "targets": "targets",
     "scope": "scope",
 }
 _PARTS = frozenset({"floors", "classes", "zones"})
