@@ -142,6 +142,16 @@ def registration_warnings(
     return tuple(lines)
 
 
+def targets_warning(links: Iterable[Link]) -> Iterator[str]:
+    """A line about pairs of stations that targets alone register; none of none."""
+    pairs = [f"{link.a} to {link.b}" for link in links if link.targets_m]
+    if pairs:
+        yield (
+            f"{_listed(pairs)} {'registers' if len(pairs) == 1 else 'register'} by targets alone: hang three for each "
+            "pair, where both stations see them; places are on the floor maps and in the report"
+        )
+
+
 def groups_first(warnings: Iterable[str]) -> list[str]:
     """Warnings of a plan, those of unconnected groups first: what is scanned in these can't be put together.
 

@@ -113,6 +113,17 @@ def with_all_doors_shut(survey: Survey, visibility: Visibility, position_m: Floa
     return kept_rows(visibility, ~hidden)
 
 
+def doors_in_sight(scene: Scene, sensor_m: FloatArray, places_m: FloatArray) -> set[str]:
+    """Ids of open doors through which a sensor (3,) sees some of places (N, 3), all local."""
+    n = places_m.shape[0]
+    seen = Visibility(np.array([0, n], dtype=np.int64), np.arange(n, dtype=np.int32), n)
+    return {
+        scene.elements[door.element].source_id
+        for door in _known_doors(scene)
+        if hidden_by(door, seen, places_m, sensor_m[None]).any()
+    }
+
+
 def unknown_doors(scene: Scene) -> tuple[str, ...]:
     """A line on open doors of which it is not known where they shut; none where all are known."""
     n_unknown = len(scene.open_doors) - len(_known_doors(scene))

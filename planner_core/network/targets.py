@@ -26,7 +26,7 @@ from planner_core.model import (
 )
 from planner_core.network.links import overlap_links
 from planner_core.network.pair_overlap import SharedSurface
-from planner_core.network.shut_doors import with_all_doors_shut
+from planner_core.network.shut_doors import doors_in_sight, with_all_doors_shut
 from planner_core.requirements.goals import NO_COVER
 
 #: What moves between two scans, or may not be stuck on.
@@ -151,7 +151,10 @@ def joined_by_targets(
             places_m = target_places(common, surface, position_m[[one, other]], plain_view(engine))
             if places_m.size:
                 ends = (station_ids[one], station_ids[other])
-                made[ends] = replace(link_of[ends], targets_m=_as_places(places_m))
+                doors = {door for at in (one, other) for door in doors_in_sight(survey.scene, position_m[at], places_m)}
+                made[ends] = replace(
+                    link_of[ends], targets_m=_as_places(places_m), only_open=tuple(sorted(doors)), only_shut=()
+                )
                 _join(part, one, other)
     of_known = [made.pop((link.a, link.b), link) for link in links]
     return (*of_known, *made.values())

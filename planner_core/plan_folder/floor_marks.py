@@ -17,6 +17,7 @@ from planner_core.model import BoolArray, FloatArray, LengthUnit
 from planner_core.plan_folder.drawing.canvas import INK, Canvas
 from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings
 from planner_core.plan_folder.drawing.marks import (
+    LINKS,
     WEAK,
     DrawnZone,
     Labels,
@@ -249,12 +250,15 @@ def ends_on(plan: PlanSource, floor: FloorSection) -> list[Mark]:
 
 
 def targets_on(plan: PlanSource, floor: FloorSection) -> list[Mark]:
-    """Return places for targets between stations that do not register, with their heights above the floor."""
+    """Return places for targets between stations that do not register without, with their heights above the floor."""
     number = {station.id: station.number for station in plan.stations}
+    gaps = _gaps_to_close(plan.document["registration"])
+    of_pairs = [(link.a, link.b, link.targets_m) for link in plan.links if link.targets_m]
+    of_pairs += [(gap["best"]["a"], gap["best"]["b"], gap["targets"]) for gap in gaps]
     marks = []
-    for gap in _gaps_to_close(plan.document["registration"]):
-        ends = "/".join(str(number.get(gap["best"][end], gap["best"][end])) for end in ("a", "b"))
-        for x, y, z in gap["targets"]:
+    for a, b, places_m in of_pairs:
+        ends = f"{number.get(a, a)}/{number.get(b, b)}"
+        for x, y, z in places_m:
             if _is_on(plan, floor, z - _HAND_M):
                 height = length_words(plan.frame.unit, z - floor.elevation_m, 1)
                 marks.append(Mark(np.array([x, y]), f"target {ends}, {height} up"))
@@ -341,14 +345,12 @@ def unreachable_hatch_m(plan: PlanSource, floor: FloorSection, step_m: float) ->
     return list(spans_of_rings([corners_m], family).lines(family))
 
 
-def floor_links(
-    plan: PlanSource, floor: FloorSection
-) -> tuple[tuple[FloatArray, FloatArray, FloatArray], dict[str, tuple[int, ...]]]:
+def floor_links(plan: PlanSource, floor: FloorSection) -> tuple[tuple[FloatArray, ...], dict[str, tuple[int, ...]]]:
     """Return ends (K, 2, 2) of the links among stations of a floor, by class; and of each of its stations that links to
     stations of other floors, their numbers.
     """
     at = {station.id: station for station in plan.stations}
-    ends: tuple[list[FloatArray], ...] = ([], [], [])
+    ends: tuple[list[FloatArray], ...] = tuple([] for _ in LINKS)
     elsewhere: dict[str, list[int]] = {}
     for link in plan.links:
         kind = link_class(link, plan.limits)
@@ -361,8 +363,8 @@ def floor_links(
         elif any(here) and kind > WEAK:
             inside, outside = pair if here[0] else pair[::-1]
             elsewhere.setdefault(inside.id, []).append(outside.number)
-    weak, counting, strong = (np.array(part).reshape(-1, 2, 2) for part in ends)
-    return (weak, counting, strong), {name: tuple(sorted(numbers)) for name, numbers in elsewhere.items()}
+    by_class = tuple(np.array(part).reshape(-1, 2, 2) for part in ends)
+    return by_class, {name: tuple(sorted(numbers)) for name, numbers in elsewhere.items()}
 
 
 # -------------------------------------------------------------------------------------------------- on paper

@@ -236,8 +236,10 @@ def write_link_map(plan: Plan, floor_index: int, path: Path, *, view: ShadedView
 
 def _link_legend(plan: Plan) -> tuple[LegendLine, ...]:
     figures = {"link": link_limits_words(plan.settings.requirements.link_limits), "times": STRONG_TIMES}
-    kinds = ("weak", "counts", "strong")
-    return tuple((MARK_WORDS[kind][0].format(**figures), pen) for kind, pen in zip(kinds, LINKS, strict=True))[::-1]
+    pens = zip(("weak", "counts", "strong", "by targets"), LINKS, strict=True)
+    if not any(link.targets_m for link in plan.links):
+        pens = zip(("weak", "counts", "strong"), LINKS, strict=False)
+    return tuple((MARK_WORDS[kind][0].format(**figures), pen) for kind, pen in pens)[::-1]
 
 
 def _labels(canvas: PngCanvas, at: PlacedView) -> Labels:

@@ -301,6 +301,22 @@ def _weakest_words(plan: PlanSource, link: Mapping[str, Any], number: Mapping[st
     return f"{_pair(link, number)}: {plan.link_percent(link_of(link))} %" + (f", {motion}" if motion else "")
 
 
+def targets_table(plan: PlanSource) -> Table | None:
+    """Pairs of stations that targets register, and where these hang; None of none."""
+    number = {station.id: station.number for station in plan.stations}
+    linked = [link for link in plan.links if link.targets_m]
+    rows = tuple(
+        (
+            f"{number.get(link.a, link.a)} to {number.get(link.b, link.b)}",
+            "; ".join(_place(plan, place) for place in link.targets_m),
+        )
+        for link in linked[:_MAX_NETWORKS]
+    )
+    note = f"{len(linked) - len(rows)} more: see plan.json." if len(linked) > len(rows) else ""
+    columns = (Column("Stations, by number", 40), Column("Places for targets that both see", 140))
+    return Table("Registration by targets", columns, rows, note) if rows else None
+
+
 def gaps_table(plan: PlanSource) -> Table | None:
     """What comes nearest to joining separate networks; None where there is one network."""
     gaps = plan.document["registration"]["gaps"]

@@ -146,15 +146,18 @@ def registration_words(document: Document) -> str:
     registration, required = document["registration"], document["requirements"]
     limits = limits_of(registration)
     counted = [link for link in links_of(registration) if link.counts(limits)]
+    n_by_targets = sum(bool(link.targets_m) for link in counted)
     noun = overlap_noun(required["overlap_measure"], required["overlap_of"])
     low = ", or as set up" if any(link.as_set_up for link in counted) else ""
-    links = f"{len(counted)} {'link' if len(counted) == 1 else 'links'}"
+    n_links = len(counted) - n_by_targets
+    links = f"{n_links} {'link' if n_links == 1 else 'links'}"
     needs = link_limits_words(limits, noun, registration.get("pre_alignment", ""))
     states = ", with doors open and shut" if limits.doors_change else ""
-    words = f"{links} of {needs}{low}{states}; {_groups_words(registration)}{_joins_words(document)}"
+    by_targets = f" and {n_by_targets} by three targets each" if n_by_targets else ""
+    words = f"{links} of {needs}{low}{states}{by_targets}; {_groups_words(registration)}{_joins_words(document)}"
     needed = [link_of(each["bottleneck"]) for each in registration["networks"] if each["bottleneck"] is not None]
     weakest = weakest_link(needed, limits)
-    if weakest is None:
+    if weakest is None or weakest.targets_m:
         return words
     strength = "" if math.isnan(weakest.strength) else f", strength {weakest.strength:.3f}"
     overlap = f"{reached_percent(weakest.overlap, limits.overlap)} %"

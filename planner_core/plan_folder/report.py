@@ -28,6 +28,7 @@ from planner_core.plan_folder.plan_tables import (
     networks_table,
     requirements_table,
     stations_tables,
+    targets_table,
     unseen_tables,
 )
 from planner_core.plan_folder.plan_words import plan_figures, warnings_of
@@ -155,7 +156,7 @@ def report_page(
         *([f"coverage pictures are left out: {without_pictures}"] if without_pictures else []),
     ]
     unseen = unseen_tables(source)
-    after = (networks_table(source), gaps_table(source), *unseen)
+    after = (networks_table(source), targets_table(source), gaps_table(source), *unseen)
     before = (requirements_table(source), floors_table(source))
     parts = [
         f"<h1>Scan plan of {html_parts.words(source.title)}</h1>",

@@ -7,14 +7,16 @@ through the graph of links with all doors open. Links count as on the marks.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from planner_core.engine.open_engine import open_engine
 from planner_core.model import Candidates, Doors, FloatArray, Int64Array, Plan, Role, Scope, Survey, SurveyScope
+from planner_core.network.candidate_links import parts_of
 from planner_core.planning.first_plan import far_apart
-from planner_core.planning.pool import make_pool
+from planner_core.planning.pool import Pool, kept_links, links_among, make_pool
 from planner_core.positions.admissibility import Tripods
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions
 from planner_core.positions.free_space import free_space
@@ -72,19 +74,35 @@ def join_offer(plan: Plan, engine: str, *, progress: Progress = silent) -> str:
             f"{n_before} groups: none of {at.floor.size - given.size} places outdoors and at exterior doors joins "
             "any of them (--join outside)"
         )
-    return _line(plan, n_before=n_before, n_after=n_after, n_more=n_more)
+    n_by_targets = _n_groups_by_surface(pool, chosen) - n_after
+    return _line(plan, n_before=n_before, n_after=n_after, n_more=n_more, n_by_targets=n_by_targets)
 
 
-def _line(plan: Plan, *, n_before: int, n_after: int, n_more: int) -> str:
+def _n_groups_by_surface(pool: Pool, chosen: Sequence[int]) -> int:
+    """Groups of chosen rows without what targets join."""
+    assert pool.links is not None
+    rows = np.array(sorted(chosen), dtype=np.int64)
+    place = np.full(pool.n_candidates, -1, dtype=np.int64)
+    place[rows] = np.arange(rows.size)
+    among = links_among(pool.links, rows, place)
+    owner = np.repeat(np.arange(rows.size, dtype=np.int64), np.diff(among.starts))
+    left = kept_links(among, among.overlap > 0.0, owner, among.part)
+    return int(parts_of(left.starts, left.neighbour).max(initial=-1)) + 1
+
+
+def _line(plan: Plan, *, n_before: int, n_after: int, n_more: int, n_by_targets: int) -> str:
     whole = "one" if n_after == 1 else f"{n_after}"
+    pairs = "one pair" if n_by_targets == 1 else f"each of {n_by_targets} pairs"
+    targets = f"three targets for {pairs}" if n_by_targets else ""
     if not n_more:
-        return f"{n_before} groups: open exterior doors alone make them {whole} (--join outside)"
+        opened = f"open exterior doors and {targets}" if targets else "open exterior doors alone"
+        return f"{n_before} groups: {opened} make them {whole} (--join outside)"
     time = field_time(plan.settings.crew, n_scans=n_more, walk_m=0.0)
     what, seconds = ("to set up", time.set_up_s) if time.total_s is None else ("to set up and scan", time.total_s)
     return (
         f"{n_before} groups: {n_more} more {'station' if n_more == 1 else 'stations'} outdoors or at exterior doors, "
-        f"about {max(1, round(seconds / 60))} min {what}, with exterior doors open, "
-        f"{'make' if n_more > 1 else 'makes'} them {whole} (--join outside)"
+        f"about {max(1, round(seconds / 60))} min {what}, {f'and {targets}, ' if targets else ''}with exterior doors "
+        f"open, {'make' if n_more > 1 or targets else 'makes'} them {whole} (--join outside)"
     )
 
 

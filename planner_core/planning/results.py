@@ -40,7 +40,7 @@ from planner_core.model import (
     Visibility,
 )
 from planner_core.network.links import least_listed_overlap, overlap_links, surface_of_patches, with_scanned
-from planner_core.network.network_report import registration_report, registration_warnings
+from planner_core.network.network_report import registration_report, registration_warnings, targets_warning
 from planner_core.network.shut_doors import unknown_doors, with_doors
 from planner_core.network.targets import joined_by_targets, with_target_places
 from planner_core.positions.reach import Reach
@@ -189,6 +189,7 @@ def describe_plan(
             *warnings,
             *reach_warnings(survey, surroundings.reach, stations),
             *_registration_warnings(survey, requirements, registration),
+            *targets_warning(links),
             *route_warnings(route, ids),
         ),
     )

@@ -64,7 +64,8 @@ class FloorView:
     breaks: tuple[Mark, ...]
     targets: tuple[Mark, ...]
     unreachable: tuple[Mark, ...]
-    links: tuple[FloatArray, FloatArray, FloatArray]
+    links: tuple[FloatArray, ...]
+    """Ends by class."""
     elsewhere: dict[str, tuple[int, ...]]
     scanned: frozenset[str]
     """Ids of stations that were scanned before."""

@@ -18,6 +18,7 @@ from planner_core.plan_folder.drawing.canvas import INK, PAPER, QUIET, Box, Canv
 from planner_core.plan_folder.drawing.fonts import fitted, width_mm, wrapped
 from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings
 from planner_core.plan_folder.drawing.marks import (
+    BY_TARGETS,
     COUNTS,
     CUT,
     DISC_MM,
@@ -49,6 +50,7 @@ _LINE = Pen(0.25)
 _SCALE_WIDTH_MM = 42.0
 _MOST_TITLE_MM = 128.0
 _LEAST_TITLE_MM = 80.0
+_LINK_CLASSES = {"strong": STRONG, "counts": COUNTS, "weak": WEAK, "by targets": BY_TARGETS}
 
 
 def draw_band(
@@ -83,6 +85,8 @@ def draw_band(
 def _draw_legend(canvas: Canvas, plan: PlanSource, view: FloorView, box: Box) -> None:
     """Name every kind of mark, in columns."""
     entries = ["station", "route", "strong", "counts", "weak"]
+    if len(view.links[BY_TARGETS]):
+        entries.append("by targets")
     if view.scanned:
         entries.insert(1, "scanned")
     if view.zones:
@@ -117,8 +121,8 @@ def _draw_sample(canvas: Canvas, entry: str, box: Box) -> None:
     elif entry == "route":
         canvas.lines([line], ROUTE)
         canvas.area([arrow_head(line, 2.2)], ROUTE.colour)
-    elif entry in ("strong", "counts", "weak"):
-        canvas.lines([line], LINKS[{"strong": STRONG, "counts": COUNTS, "weak": WEAK}[entry]])
+    elif entry in _LINK_CLASSES:
+        canvas.lines([line], LINKS[_LINK_CLASSES[entry]])
     elif entry == "keep-out":
         canvas.lines([line], KEEP_OUT)
     elif entry == "missed ground":

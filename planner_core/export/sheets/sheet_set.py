@@ -29,6 +29,7 @@ from planner_core.plan_folder.plan_tables import (
     networks_table,
     requirements_table,
     stations_table,
+    targets_table,
     unseen_tables,
 )
 from planner_core.plan_folder.plan_words import WHOLE_PLAN, cut_words, planned_floors, warnings_of
@@ -102,7 +103,10 @@ def gather(plan: PlanSource, options: Options) -> Contents:
     summary = (
         _nowhere(plan, options),
         floors_table(plan, part),
-        *(_whole(table, part) for table in (requirements_table(plan), networks_table(plan), gaps_table(plan))),
+        *(
+            _whole(table, part)
+            for table in (requirements_table(plan), networks_table(plan), targets_table(plan), gaps_table(plan))
+        ),
         *unseen_tables(plan, part),
     )
     return Contents(

@@ -30,7 +30,7 @@ ROUTE_ABOVE = Pen(0.5, ROUTE.colour, (1.7, 0.8))
 """Where it climbs higher than the walls are cut: the stairs are not drawn there."""
 ROUTE_RIM = Pen(1.2, PAPER, round=True)
 LEADER = Pen(0.25)
-WEAK, COUNTS, STRONG = 0, 1, 2
+WEAK, COUNTS, STRONG, BY_TARGETS = range(4)
 STRONG_TIMES = 4.0
 """A link this many times as strong as required is drawn as strong."""
 #: Links of less than this share of the required overlap, or less probable, are not drawn: they would hide the others.
@@ -40,6 +40,7 @@ LINKS = (
     Pen(0.28, (0.42, 0.43, 0.45), (0.6, 1.1)),
     Pen(0.42, (0.76, 0.42, 0.0), (3.4, 1.3)),
     Pen(0.95, (0.0, 0.52, 0.5)),
+    Pen(0.6, (0.16, 0.33, 0.72), (3.0, 0.9, 0.6, 0.9)),
 )
 LINK_RIM_MM = 0.5
 LINK_ASIDE_MM = 0.9
@@ -82,7 +83,9 @@ def draw_route(canvas: Canvas, ways: list[FloatArray], low: list[FloatArray], hi
 
 
 def link_class(link: Link, limits: LinkLimits) -> int | None:
-    """`WEAK`, `COUNTS` or `STRONG`; None: not worth drawing. A strength that is NaN is neither weak nor strong."""
+    """Class of a link; None: not worth drawing. A strength that is NaN is neither weak nor strong."""
+    if link.targets_m:
+        return BY_TARGETS
     if link.counts(limits):
         return STRONG if link.strength >= STRONG_TIMES * limits.strength else COUNTS
     near = link.overlap >= _LEAST_SHARE * limits.overlap and not link.probability < _LEAST_PROBABILITY
@@ -224,6 +227,7 @@ MARK_WORDS = {
     "strong": ("strong link: {times:g} times the strength required", "strong link"),
     "counts": ("registration link: {link}", "registration link"),
     "weak": ("pair too weak to register", "pair too weak"),
+    "by targets": ("pair that three targets register", "three targets"),
     "keep-out": ("keep-out or access area", "keep-out"),
     "missed ground": ("floor that the plan leaves unseen", "floor left unseen"),
     "out of reach": ("floor that no position sees", "floor not visible"),

@@ -15,6 +15,7 @@ import numpy as np
 from planner_core.coverage.coverage import (
     coverage_of,
     covered_and_own_area_m2,
+    times_seen,
     unseen_elements,
 )
 from planner_core.coverage.patch_reasons import Surfaces, surfaces_of
@@ -35,9 +36,10 @@ from planner_core.model import (
     UInt8Array,
     UnseenPiece,
 )
-from planner_core.network.links import with_scanned
+from planner_core.network.links import surface_of_patches, with_scanned
 from planner_core.network.network_report import registration_report
 from planner_core.network.shut_doors import with_doors
+from planner_core.network.targets import joined_by_targets
 from planner_core.plan_folder.viewer_layers import MAX_TIMES_SEEN, NOT_ACHIEVABLE, Layer
 from planner_core.planning.live.draft import Draft, DraftStation
 from planner_core.planning.live.tally import CoverageAreas
@@ -199,6 +201,7 @@ def plan_of(
         counted = rows_of_overlap(demand, rows, requirements.overlap_of)
         at_m = np.array([each.at_m for each in stations]).reshape(-1, 3)
         links = with_doors(links, survey, requirements, counted, [each.id for each in stations], at_m)
+    links = links_by_targets(survey, settings, engine, demand, rows, stations, links)
     registration = registration_of(settings, links, stations)
     return Plan(
         survey=survey,
@@ -232,6 +235,26 @@ def plan_of(
         losses=losses_of(demand, rows),
         registration=registration,
     )
+
+
+def links_by_targets(
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    demand: Demand,
+    rows: SeenPatches,
+    stations: Sequence[DraftStation],
+    links: tuple[Link, ...],
+) -> tuple[Link, ...]:
+    """Have targets join stations that see `rows`, where the plan's own requirements allow it."""
+    requirements = settings.requirements
+    if not (requirements.asks_links and requirements.joins_by_targets(survey.scene.source.doors)):
+        return links
+    counted = rows_of_overlap(demand, rows, requirements.overlap_of)
+    surface = surface_of_patches(survey.scene, survey.patches, times_seen(counted) > 0)
+    at_m = np.array([each.at_m for each in stations]).reshape(-1, 3)
+    ids = tuple(each.id for each in stations)
+    return joined_by_targets(links, survey, requirements, counted, surface, ids, at_m, engine)
 
 
 def links_as_scanned(settings: PlanSettings, draft: Draft, links: Sequence[Link]) -> tuple[Link, ...]:

@@ -34,6 +34,7 @@ from planner_core.planning.live.figures import (
     layer_named,
     left_surfaces,
     links_as_scanned,
+    links_by_targets,
     plan_of,
     registration_of,
     times_seen_bytes,
@@ -233,6 +234,12 @@ class LivePlan:
         new_links = self._pairs.links_of(name, new, list(zip(others.ids, without.tally.looks, strict=True)))
         links = links_as_scanned(self.settings, draft, new_links)
         all_links = (*links_as_scanned(self.settings, draft, without.links), *links)
+        stations = (*others.stations, there)
+        if self.settings.requirements.joins_by_targets(self.survey.scene.source.doors):
+            rows = rows_of((*without.tally.looks, new), self._demand.n_patches, len(self._demand.goals.qualities))
+            of = (self.survey, self.settings, self._engine, self._demand)
+            all_links = links_by_targets(*of, rows, stations, all_links)
+            links = tuple(link for link in all_links if name in (link.a, link.b))
         return Preview(
             spot=spot,
             station=there,
@@ -246,7 +253,7 @@ class LivePlan:
             covered_m2=float(self._area_m2[new.met[0]].sum()),
             own_m2=change.own_m2,
             links=links,
-            registration=registration_of(self.settings, all_links, (*others.stations, there)),
+            registration=registration_of(self.settings, all_links, stations),
         )
 
     def snap(

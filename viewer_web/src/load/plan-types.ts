@@ -252,6 +252,11 @@ export interface Link {
    */
   only_shut: string[];
   /**
+   * Places for three targets that both stations see and that register them: it counts, whatever they have in common.
+   * Local frame; in documents the scene's.
+   */
+  targets: [number, number, number][];
+  /**
    * The weak motion in words by axes of the scene; empty where not computed.
    */
   weak_axis: string;
@@ -749,6 +754,7 @@ export interface PlannedRequirements {
   min_probability: number;
   pre_alignment: ('tracked' | 'manual' | 'level' | 'none') | null;
   doors_change: boolean;
+  targets: boolean | null;
   scope: 'auto' | 'interior' | 'exterior' | 'all';
   deliverable: string | null;
   parts: PartRequirement[];

@@ -21,6 +21,7 @@ export interface Counting {
 export type LinkFigures = Pick<PlanLink, 'overlap' | 'strength' | 'as_set_up'> & {
   readonly probability?: number | null;
   readonly only_open?: readonly string[];
+  readonly targets?: readonly unknown[];
 };
 
 export interface NetworkReport {
@@ -52,11 +53,11 @@ export function countingOf({ registration }: PlanJson): Counting {
 /** Figures that were not computed decide nothing. */
 export function counts(link: LinkFigures, counting: Counting): boolean {
   const { threshold, minStrength, minProbability, doorsChange = false } = counting;
-  const { overlap, strength, as_set_up, probability = null, only_open = [] } = link;
+  const { overlap, strength, as_set_up, probability = null, only_open = [], targets = [] } = link;
   const isWeak = strength !== null && strength < minStrength;
   const isRisky = probability !== null && probability < minProbability;
   const needsDoor = doorsChange && only_open.length > 0;
-  return as_set_up || (overlap >= threshold && !isWeak && !isRisky && !needsDoor);
+  return as_set_up || targets.length > 0 || (overlap >= threshold && !isWeak && !isRisky && !needsDoor);
 }
 
 /** The figure that decides whether a link counts: its probability where one is required, else its overlap. */
@@ -211,12 +212,16 @@ function gapsOf(links: readonly PlanLink[], componentOf: ReadonlyMap<string, num
 function byMargin(links: readonly PlanLink[], counting: Counting): PlanLink[] {
   const { threshold, minStrength, minProbability } = counting;
   // The least of the multiples of what is required, of the risk for a probability; what is unknown decides nothing.
-  const margin = ({ overlap, strength, probability = null }: PlanLink): number =>
-    Math.min(
-      threshold > 0 ? overlap / threshold : Number.POSITIVE_INFINITY,
-      minStrength > 0 && strength !== null ? strength / minStrength : Number.POSITIVE_INFINITY,
-      minProbability > 0 && probability !== null ? (1 - minProbability) / (1 - probability) : Number.POSITIVE_INFINITY,
-    );
+  const margin = ({ overlap, strength, probability = null, targets = [] }: PlanLink): number =>
+    targets.length > 0
+      ? Number.POSITIVE_INFINITY
+      : Math.min(
+          threshold > 0 ? overlap / threshold : Number.POSITIVE_INFINITY,
+          minStrength > 0 && strength !== null ? strength / minStrength : Number.POSITIVE_INFINITY,
+          minProbability > 0 && probability !== null
+            ? (1 - minProbability) / (1 - probability)
+            : Number.POSITIVE_INFINITY,
+        );
   return byOverlap(links).sort((x, y) => {
     const [ofX, ofY] = [margin(x), margin(y)];
     return (ofX === ofY ? 0 : ofY - ofX) || y.overlap - x.overlap || (y.strength ?? 0) - (x.strength ?? 0);

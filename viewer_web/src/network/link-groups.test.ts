@@ -1,7 +1,7 @@
 import { expect, test } from 'vitest';
 import type { PlanLink } from '../load/plan-json.ts';
 import { type Counting, networkOf } from './graph.ts';
-import { doorsWords, lackInWords, linkGroups } from './link-groups.ts';
+import { doorsWords, lackInWords, linkGroups, targetsWords } from './link-groups.ts';
 
 const COUNTING: Counting = { threshold: 0.3, minStrength: 0.01, minProbability: 0 };
 const link = (a: number, b: number, overlap: number, strength: number | null = 0.1): PlanLink => ({
@@ -14,6 +14,7 @@ const link = (a: number, b: number, overlap: number, strength: number | null = 0
   as_set_up: false,
   only_open: [],
   only_shut: [],
+  targets: [],
   probability: null,
 });
 
@@ -52,6 +53,19 @@ test('a link that does not count says what it lacks', () => {
   expect(lackInWords(LINKS[6], COUNTING)).toBe('strength below 0.01');
   expect(lackInWords(link(0, 1, 0.5, null), COUNTING)).toBeNull();
   expect(lackInWords({ ...LINKS[4], as_set_up: true }, COUNTING)).toBeNull();
+});
+
+test('two stations that see three targets register, whatever they have in common', () => {
+  const targets = [
+    [1, 2, 3],
+    [4, 5.125, 6],
+    [7, 8, 9],
+  ] as [number, number, number][];
+  const least = { ...link(0, 1, 0.01), targets };
+  expect(lackInWords(least, COUNTING)).toBeNull();
+  expect(targetsWords(least)).toBe('1 2 3; 4 5.13 6; 7 8 9');
+  expect(targetsWords(link(0, 1, 0.5))).toBeNull();
+  expect(networkOf(['S0', 'S1'], [least], COUNTING).components).toHaveLength(1);
 });
 
 test('a link names the doors that it needs, and does not count where doors change', () => {

@@ -56,6 +56,12 @@ export function lackInWords(link: PlanLink, counting: Counting): string | null {
   return t('probability below {required}', { required: askedPercent(minProbability) });
 }
 
+/** Where targets hang that register a pair, in the scene's coordinates; null: none do. */
+export function targetsWords({ targets = [] }: PlanLink): string | null {
+  if (targets.length === 0) return null;
+  return targets.map((place) => place.map((value) => plain(Number(value.toFixed(2)))).join(' ')).join('; ');
+}
+
 /** Which state of doors a pair needs to register; null: either. */
 export function doorsWords({ only_open: open = [], only_shut: shut = [] }: PlanLink): string | null {
   if (open.length > 0) return t('only with {n} open: {doors}', { n: open.length, doors: open.join(', ') });

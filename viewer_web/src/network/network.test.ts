@@ -16,6 +16,7 @@ const link = (a: number, b: number, overlap = 0.5, strength: number | null = 0.1
   as_set_up: false,
   only_open: [],
   only_shut: [],
+  targets: [],
   probability: null,
 });
 const ids = (n: number): string[] => [...Array(n).keys()].map((i) => `S${i}`);

@@ -5,7 +5,7 @@ import { areaWords, overlapDefined, probabilityPercent, reachedPercent } from '.
 import { Figure } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { countingOf, networkOf, startWords } from './graph.ts';
-import { doorsWords, lackInWords } from './link-groups.ts';
+import { doorsWords, lackInWords, targetsWords } from './link-groups.ts';
 import { strengthInWords } from './strength.ts';
 import { northHint, weakMotionOf } from './weak-motion.ts';
 import './network.css';
@@ -21,11 +21,13 @@ export function PairCard({ store }: { store: Store }) {
   const marking = store.marking.value;
   const weak = weakMotionOf(link?.weak_motion ?? null);
   const doors = link === undefined ? null : doorsWords(link);
+  const targets = link === undefined ? null : targetsWords(link);
   const north = northHint(plan.scene.georeference?.to_map ?? null);
   const verdict = (): string => {
     if (link === undefined) return t('no link');
     const lack = lackInWords(link, counting);
     if (lack !== null) return t('does not register: {lack}', { lack });
+    if (targets !== null) return t('registers by targets alone');
     return bridges.has(link) ? t('single-link connection: the network splits without it') : t('registers');
   };
   return (
@@ -61,6 +63,13 @@ export function PairCard({ store }: { store: Store }) {
           hint={t('How firmly the shared surface ties the two scans: 0 not at all, 1 like a closed box')}
         />
         {weak !== null && <Figure name={t('Weakest direction')} value={weak.long} hint={north} />}
+        {targets !== null && (
+          <Figure
+            name={t('Targets')}
+            value={targets}
+            hint={t('Where both stations see them, in the coordinates of the model')}
+          />
+        )}
         {doors !== null && (
           <Figure name={t('Doors')} value={doors} hint={t('That this takes while both stations are scanned')} />
         )}

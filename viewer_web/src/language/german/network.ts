@@ -84,6 +84,10 @@ export const NETWORK = {
   'would register with {n} shut: {doors}': 'mit {n} geschlossen registrierbar: {doors}',
   'single-link connection: the network splits without it': 'Einzelverbindung: Ohne sie zerfällt das Netz',
   registers: 'registrierbar',
+  'registers by targets alone': 'nur über Zielmarken registrierbar',
+  Targets: 'Zielmarken',
+  'Where both stations see them, in the coordinates of the model':
+    'dort, wo beide Standpunkte sie sehen, in Koordinaten des Modells',
   'weak {strength}': 'schwach {strength}',
   '{strength} strong': '{strength} stark',
   '100 %; links count from {required}': '100 %; Verknüpfungen zählen ab {required}',
