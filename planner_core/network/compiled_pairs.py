@@ -225,15 +225,15 @@ def hold_targets(
     centroid_m: FloatArray,
     part: Int32Array,
     position_m: FloatArray,
-    limits: tuple[float, float, float],
+    limits: tuple[float, float, float, float],
     found: NDArray[np.bool_],
 ) -> None:
     """Whether a row and each later one, found (N,), of another part have patches in common that hold three targets.
 
-    limits : metres that positions are apart at most, that two targets are, and that the third is off their line. Rules
-    of `planner_core.network.targets.target_places`.
+    limits : metres that positions are apart at most; that two targets are, level, and as a share of the range to their
+    middle; that the third is off their line. Rules of `planner_core.network.targets.target_places`.
     """
-    farthest, apart, off_line = limits
+    farthest = limits[0]
     common = np.empty(starts[row + 1] - starts[row], dtype=np.int32)
     found[: row + 1] = False
     for other in range(row + 1, part.size):
@@ -249,36 +249,47 @@ def hold_targets(
                 one += 1
             else:
                 two += 1
-        found[other] = n >= 3 and _hold(common[:n], centroid_m, apart, off_line)
+        found[other] = n >= 3 and _hold(common[:n], centroid_m, position_m[row], position_m[other], limits)
 
 
 @compiled
 def _square(one: FloatArray, other: FloatArray) -> float:
-    x, y, z = one[0] - other[0], one[1] - other[1], one[2] - other[2]
-    return float(x * x + y * y + z * z)
+    square = 0.0
+    for axis in range(one.size):
+        square += (one[axis] - other[axis]) ** 2
+    return square
 
 
 @compiled
 def _farthest_of(patches: Int32Array, at_m: FloatArray, from_m: FloatArray) -> int:
-    """Which of the patches is farthest from a place, the first of equals."""
+    """Which of the patches is farthest from a place, level; the first of equals."""
     best, most = 0, -1.0
     for place in range(patches.size):
-        away = _square(at_m[patches[place]], from_m)
+        away = _square(at_m[patches[place], :2], from_m[:2])
         if away > most:
             best, most = place, away
     return int(patches[best])
 
 
 @compiled
-def _hold(patches: Int32Array, at_m: FloatArray, apart: float, off_line: float) -> bool:
+def _hold(
+    patches: Int32Array,
+    at_m: FloatArray,
+    one: FloatArray,
+    other: FloatArray,
+    limits: tuple[float, float, float, float],
+) -> bool:
+    _, apart, of_range, off_line = limits
     middle = np.zeros(3)
     for place in patches:
         middle += at_m[place]
     first = at_m[_farthest_of(patches, at_m, middle / patches.size)]
     second = at_m[_farthest_of(patches, at_m, first)]
-    length2 = _square(first, second)
-    if length2 < apart * apart:
+    between = 0.5 * (first + second)
+    range2 = max(_square(one, between), _square(other, between))
+    if _square(first[:2], second[:2]) < max(apart * apart, of_range * of_range * range2):
         return False
+    length2 = _square(first, second)
     for place in patches:
         along = 0.0
         for axis in range(3):

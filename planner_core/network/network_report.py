@@ -146,9 +146,10 @@ def targets_warning(links: Iterable[Link]) -> Iterator[str]:
     """A line about pairs of stations that targets alone register; none of none."""
     pairs = [f"{link.a} to {link.b}" for link in links if link.targets_m]
     if pairs:
+        register, each = ("registers", "") if len(pairs) == 1 else ("register", " for each pair")
         yield (
-            f"{_listed(pairs)} {'registers' if len(pairs) == 1 else 'register'} by targets alone: hang three for each "
-            "pair, where both stations see them; places are on the floor maps and in the report"
+            f"{_listed(pairs)} {register} by targets alone: hang three{each} where both stations see them; places are on "
+            "the floor maps and in the report"
         )
 
 

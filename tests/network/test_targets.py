@@ -1,14 +1,34 @@
-"""Places of targets, on the walls of a room that two sensors see in part."""
+"""Places of targets, on the walls of a room that two sensors see in part; which pairs of many have such places."""
+
+import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner_core.model import Element, Visibility
 from planner_core.network.links import SharedSurface
-from planner_core.network.targets import target_places
+from planner_core.network.targets import target_pairs, target_places
 
 ROOM_M = (8.0, 6.0, 3.0)
+
+
+class InPlainView:
+    """Nothing is between anything."""
+
+    def cast_rays(self, origin_m, direction, *, range_max_m):
+        return SimpleNamespace(range_m=np.linalg.norm(direction, axis=1))
+
+
+def a_survey():
+    """Each patch a triangle of its own, of a wall."""
+    patches = SimpleNamespace(triangle_of_patch=np.arange(ALL.size), first_patch=np.arange(ALL.size + 1))
+    scene = SimpleNamespace(
+        elements=[Element("wall", "IfcWall", "1", 0)], element_of_triangle=np.zeros(ALL.size, dtype=np.int32)
+    )
+    return SimpleNamespace(scene=scene, patches=patches)
 
 
 def everything(_sensor_m, places_m):
@@ -68,6 +88,35 @@ def test_targets_hang_on_common_walls_where_both_measure_them_well_and_hold_a_sc
             cosine = abs(away_m @ ROOM.normal[patch]) / np.linalg.norm(away_m)
             assert np.degrees(np.arccos(cosine)) <= 60.0 + 1e-6
     assert off_line_m(places_m) >= 0.75 - 1e-9
+
+
+def hold_by_definition(places_m: np.ndarray, sensors_m: np.ndarray) -> bool:
+    """Two of three targets are apart by 3 m and 0.6 times the range, level; the third is 0.75 m off their line."""
+    first, second, _ = places_m
+    range_m = np.linalg.norm(sensors_m - (first + second) / 2, axis=1).max()
+    return np.hypot(*(second - first)[:2]) >= max(3.0, 0.6 * range_m) and off_line_m(places_m) >= 0.75 - 1e-9
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10_000), share=st.floats(0.0005, 0.05))
+def test_pairs_of_many_are_those_whose_common_patches_hold_three(seed, share):
+    random = np.random.default_rng(seed)
+    # Heights alike, so that the reach of a pair is that of each.
+    position_m = np.column_stack([random.uniform(0.5, 7.5, 6), random.uniform(0.5, 5.5, 6), np.full(6, 1.6)])
+    rows = [np.flatnonzero(random.random(ALL.size) < share).astype(np.int32) for _ in position_m]
+    common = np.flatnonzero(random.random(ALL.size) < share).astype(np.int32)  # else few have any in common
+    rows = [np.union1d(row, common).astype(np.int32) for row in rows]
+    starts = np.concatenate([[0], np.cumsum([row.size for row in rows])]).astype(np.int64)
+    seen, survey, engine = Visibility(starts, np.concatenate(rows), ALL.size), a_survey(), InPlainView()
+    part = np.array([0, 0, 1, 2, 2, 3], dtype=np.int32)
+    found = set(map(tuple, target_pairs(seen, ROOM, survey, engine, position_m, part).tolist()))
+    for one, other in itertools.combinations(range(6), 2):
+        both = np.zeros_like(ALL)
+        both[np.intersect1d(rows[one], rows[other])] = True
+        sensors_m = position_m[[one, other]]
+        places_m = target_places(both, ROOM, sensors_m, everything, makes_link=True)
+        assert ((one, other) in found) == (part[one] != part[other] and places_m.size > 0)
+        assert not places_m.size or hold_by_definition(places_m, sensors_m)
 
 
 def test_a_whole_room_has_targets_that_are_far_apart():

@@ -154,6 +154,9 @@ def test_targets_are_marked_on_their_floor_for_the_gaps_that_make_one_network(pl
     assert ground == [(1.0, 2.0, "target 1/3, 0.6 m up"), (2.0, 3.0, "target 2/3, 2.2 m up")]
     assert upper == [(4.0, 2.0, "target 1/3, 1.5 m up")]
     assert targets_on(source, source.floors[0]) == []
+    link = Link("S001", "S002", 0.02, 0.0, targets_m=tuple((x, 2.0, low_m + x / 5) for x in (5.0, 3.0, 4.0)))
+    linked = [mark.words for mark in targets_on(dataclasses.replace(source, links=(link,)), source.floors[0])]
+    assert linked == ["target 1/2, 1.0 m up", "target 1/2, 0.6 m up", "target 1/2, 0.8 m up"]
 
 
 def test_links_are_classed_by_what_was_asked_for(plan: Plan) -> None:
@@ -170,6 +173,7 @@ def test_links_are_classed_by_what_was_asked_for(plan: Plan) -> None:
         (Link("a", "b", asked.overlap, firm, probability=0.99), 1),
         (Link("a", "b", asked.overlap, firm, probability=0.98), 0),
         (Link("a", "b", asked.overlap, firm, probability=0.1), None),
+        (Link("a", "b", 0.01, 0.0, probability=0.1, targets_m=((0.0, 0.0, 0.0),) * 3), 3),
     ]
     assert [link_class(link, asked) for link, _ in cases] == [kind for _, kind in cases]
 
@@ -178,11 +182,11 @@ def test_links_are_drawn_between_stations_of_a_floor_and_others_are_named(plan: 
     links = (Link("S001", "S002", 0.9, 0.5), Link("S002", "S003", 0.4, 0.5))
     source = source_of(dataclasses.replace(plan, links=links))
     ends, elsewhere = floor_links(source, source.floors[0])
-    assert [len(of_class) for of_class in ends] == [0, 0, 1], "S003 is on another floor"
+    assert [len(of_class) for of_class in ends] == [0, 0, 1, 0], "S003 is on another floor"
     assert elsewhere == {"S002": (3,)}
     paper, bare = Paper(), Paper()
     draw_links(paper.canvas, [on_paper(plan)(of_class) for of_class in ends])
-    draw_links(bare.canvas, [np.zeros((0, 2, 2))] * 3)
+    draw_links(bare.canvas, [np.zeros((0, 2, 2))] * 4)
     assert paper.near(4.0, 2.1, LINKS[2].colour, within_m=0.1)
     assert not bare.near(4.0, 2.1, LINKS[2].colour, within_m=0.1)
 

@@ -72,6 +72,7 @@ REQUIREMENTS = {
     "min_strength": fraction,
     "min_probability": st.floats(0.0, 0.999),
     "doors_change": st.booleans(),
+    "targets": st.none() | st.booleans(),
     "pre_alignment": st.sampled_from([None, *PreAlignment]),
     "deliverable": st.sampled_from(["none", "survey"]),
     "scope": st.sampled_from(list(Scope)),

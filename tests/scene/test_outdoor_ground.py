@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
+import networkx as nx
 import numpy as np
 import pytest
 
@@ -127,10 +128,10 @@ def test_panels_shut_open_doors() -> None:
     np.testing.assert_allclose(ranges[1], 2.15, atol=0.01)
 
 
-def settings(**more: object) -> PlanSettings:
+def settings(*, targets: bool | None = None, **more: object) -> PlanSettings:
     return PlanSettings(
         scanner=load_scanner("rtc360"),
-        requirements=Requirements(scope=Scope.AUTO, coverage=0.9, pre_alignment=PreAlignment.TRACKED),
+        requirements=Requirements(scope=Scope.AUTO, coverage=0.9, pre_alignment=PreAlignment.TRACKED, targets=targets),
         method=Proven(work_limit=0.5, prove=False),
         **{"grid_step_m": 1.0, "max_patch_area_m2": 0.25, "refine": False, **more},
     )
@@ -200,6 +201,15 @@ def test_a_plan_in_two_groups_offers_stations_outdoors_with_their_number_and_tim
 
 
 @pytest.mark.slow
+def test_targets_are_part_of_the_offer_where_they_are_needed() -> None:
+    apart = make_plan(twin_house(state=Doors.OPEN, garden=False), settings())
+    (offer,) = [line for line in apart.warnings if "--join outside" in line]
+    assert re.search(
+        r", and three targets for (one pair|each of \d pairs), with exterior doors open, make them one", offer
+    )
+
+
+@pytest.mark.slow
 def test_as_many_stations_outdoors_as_are_offered_join() -> None:
     apart = make_plan(twin_house(state=Doors.OPEN), settings())
     locked = tuple(
@@ -211,10 +221,33 @@ def test_as_many_stations_outdoors_as_are_offered_join() -> None:
     assert len(joined.stations) <= len(apart.stations) + offered(apart)
 
 
+def test_targets_join_what_slides_along_a_plain_wall_and_both_stations_see_them() -> None:
+    joined = make_plan(twin_house(garden=False), settings())
+    assert joined.connected
+    linked = [link for link in joined.links if link.targets_m]
+    ids = [station.id for station in joined.stations]
+    by_surface = [link for link in joined.links if link.counts(joined.registration.limits) and not link.targets_m]
+    graph = nx.Graph([(link.a, link.b) for link in by_surface])
+    graph.add_nodes_from(ids)
+    assert nx.number_connected_components(graph) == len(linked) + 1 > 1  # no more targets than groups need
+    assert joined.registration.doors_needed
+    (line,) = [line for line in joined.warnings if "by targets alone" in line]
+    assert all(f"{link.a} to {link.b}" in line for link in linked)
+    engine = Open3DEngine(joined.survey.scene, joined.survey.patches)
+    at_m = dict(zip(ids, (station.position_m for station in joined.stations), strict=True))
+    for link in linked:
+        away_m = np.array(link.targets_m) - np.array([at_m[link.a], at_m[link.b]])[:, None]
+        range_m = np.linalg.norm(away_m, axis=2)
+        assert (range_m <= 20.0).all()
+        for end, to_m, far_m in zip((link.a, link.b), away_m, range_m, strict=True):
+            hits = engine.cast_rays(np.tile(at_m[end], (3, 1)), to_m, range_max_m=50.0)
+            np.testing.assert_allclose(hits.range_m, far_m, atol=0.006)
+
+
 @pytest.mark.slow
 def test_no_stations_outdoors_are_offered_that_join_nothing() -> None:
     """Along a plain wall scans slide."""
-    apart = make_plan(twin_house(state=Doors.OPEN, garden=False), settings())
+    apart = make_plan(twin_house(state=Doors.OPEN, garden=False), settings(targets=False))
     assert not apart.connected
     (line,) = [line for line in apart.warnings if "--join outside" in line]
     assert re.fullmatch(r"2 groups: none of \d+ places outdoors and at exterior doors joins any of them \(.*\)", line)
