@@ -148,8 +148,8 @@ def targets_warning(links: Iterable[Link]) -> Iterator[str]:
     if pairs:
         register, each = ("registers", "") if len(pairs) == 1 else ("register", " for each pair")
         yield (
-            f"{_listed(pairs)} {register} by targets alone: hang three{each} where both stations see them; places are on "
-            "the floor maps and in the report"
+            f"{_listed(pairs)} {register} by targets alone: hang three{each} where both stations see them; places are "
+            "on the floor maps and in the report"
         )
 
 

@@ -16,7 +16,7 @@ from planner_core.engine.open_engine import open_engine
 from planner_core.model import Candidates, Doors, FloatArray, Int64Array, Plan, Role, Scope, Survey, SurveyScope
 from planner_core.network.candidate_links import parts_of
 from planner_core.planning.first_plan import far_apart
-from planner_core.planning.pool import Pool, kept_links, links_among, make_pool
+from planner_core.planning.pool import Pool, kept_links, links_among, make_pool, with_target_links
 from planner_core.positions.admissibility import Tripods
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions
 from planner_core.positions.free_space import free_space
@@ -62,6 +62,7 @@ def join_offer(plan: Plan, engine: str, *, progress: Progress = silent) -> str:
         survey, goals_of(survey, requirements), scan_engine, at,
         given=given, kept=given[:0], linked=True, progress=of_stage,
     )  # fmt: skip
+    pool = with_target_links(pool, scan_engine)
     assert pool.network is not None and plan.registration is not None
     chosen = connect(pool.problem, pool.network, pool.given)
     for candidate in chosen[given.size :]:

@@ -41,7 +41,7 @@ from planner_core.planning.choose import choose, choose_by_paper, choose_greedil
 from planner_core.planning.first_plan import as_needed, observe_few, tell_first_plan
 from planner_core.planning.independent_check import with_independent_check
 from planner_core.planning.join_offer import join_offer
-from planner_core.planning.pool import Choice, Pool, make_pool
+from planner_core.planning.pool import Choice, Pool, make_pool, with_target_links
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.planning.set_up import SET_UP_LOSS
 from planner_core.positions.admissibility import Tripods, refusals_in_words
@@ -138,6 +138,7 @@ def plan_survey(
         _check_something_is_seen(pool)
         if isinstance(method, Proven):
             pool = with_joining_candidates(pool, places, scan_engine, progress=progress)
+            pool = with_target_links(pool, scan_engine)
     # 5. Few spots that see enough, and how few are possible.
     with clock.stage("select"):
         if isinstance(method, Proven):

@@ -56,7 +56,7 @@ class Pool:
     links : between the candidates; None where no network is required. given, kept : rows of stations that are in every
     plan, and of those of an earlier plan. loops : the network has to survive the failure of a link. excluded : (N,)
     bool, candidates that are not to be chosen, see `_dispensable_components`. scanned : rows of `given` whose scans
-    exist.
+    exist. by_targets : among the links are some that targets make.
     """
 
     survey: Survey
@@ -70,6 +70,7 @@ class Pool:
     loops: bool
     excluded: BoolArray
     scanned: tuple[int, ...] = ()
+    by_targets: bool = False
 
     @cached_property
     def problem(self) -> CoverProblem:
@@ -193,7 +194,7 @@ def make_pool(
     constraints = tuple(replace(t, part=t.part & (n_met >= t.seen_from)) for t in demand.constraints)
     links = None
     if linked:
-        links = _links(survey, demand, engine, candidates.position_m, demand.rows, scanned.tolist(), progress)
+        links = _links(survey, demand, candidates.position_m, demand.rows, scanned.tolist(), progress)
     pool = Pool(
         survey=survey,
         candidates=candidates,
@@ -276,7 +277,9 @@ def extended(
     position_m = np.concatenate([pool.candidates.position_m, more.position_m])
     links = None
     if pool.links is not None:
-        found = _links(pool.survey, pool.demand, engine, position_m, rows, pool.scanned, progress)
+        found = _links(pool.survey, pool.demand, position_m, rows, pool.scanned, progress)
+        if found is not None and pool.by_targets:
+            found = _and_targets(found, pool, engine, position_m, rows)
         links = found if found is None or joins else _within_parts(found, pool.links.part, pool.excluded)
     return replace(
         pool,
@@ -306,7 +309,6 @@ def narrowed(pool: Pool, rows: Int64Array) -> Pool:
 def _links(
     survey: Survey,
     demand: Demand,
-    engine: ScanEngine,
     position_m: FloatArray,
     rows: SeenPatches,
     scanned: Sequence[int],
@@ -315,29 +317,46 @@ def _links(
     requirements = demand.goals.requirements
     if not requirements.asks_links:
         return None
-    counted = always = rows_of_overlap(demand, rows, requirements.overlap_of)
+    counted = rows_of_overlap(demand, rows, requirements.overlap_of)
     surface = surface_of_patches(survey.scene, survey.patches, times_seen(counted) > 0)
-    at_m = position_m
     if requirements.doors_change:
         n = counted.n_positions
-        always = with_all_doors_shut(survey, counted, position_m)
-        counted = stacked_rows(counted, always)
-        at_m, scanned = np.tile(position_m, (2, 1)), [*scanned, *(n + row for row in scanned)]
+        counted = stacked_rows(counted, with_all_doors_shut(survey, counted, position_m))
+        position_m, scanned = np.tile(position_m, (2, 1)), [*scanned, *(n + row for row in scanned)]
     found = candidate_links(
         counted,
         survey.patches.area_m2,
         surface,
-        at_m,
+        position_m,
         limits=requirements.link_limits,
         pre_alignment=requirements.start_of(survey.scanner),
         measure=requirements.overlap_measure,
         scanned=scanned,
         progress=progress,
     )
-    found = held_in_both_states(found) if requirements.doors_change else found
-    if found.n_parts < 2 or not requirements.joins_by_targets(survey.scene.source.doors):
-        return found
-    return with_targets(found, target_pairs(always, surface, survey, engine, position_m, found.part))
+    return held_in_both_states(found) if requirements.doors_change else found
+
+
+def with_target_links(pool: Pool, engine: ScanEngine) -> Pool:
+    """Link by targets, where the requirements allow it, what stays apart without."""
+    links, requirements = pool.links, pool.demand.goals.requirements
+    if links is None or not requirements.joins_by_targets(pool.survey.scene.source.doors):
+        return pool
+    if np.unique(links.part[~pool.excluded]).size < 2:
+        return pool
+    links = _and_targets(links, pool, engine, pool.candidates.position_m, pool.rows)
+    return without_dispensable(replace(pool, links=links, by_targets=True))
+
+
+def _and_targets(
+    links: CandidateLinks, pool: Pool, engine: ScanEngine, position_m: FloatArray, rows: SeenPatches
+) -> CandidateLinks:
+    survey, requirements = pool.survey, pool.demand.goals.requirements
+    counted = rows_of_overlap(pool.demand, rows, requirements.overlap_of)
+    if requirements.doors_change:
+        counted = with_all_doors_shut(survey, counted, position_m)
+    surface = surface_of_patches(survey.scene, survey.patches, times_seen(counted) > 0)
+    return with_targets(links, target_pairs(counted, surface, survey, engine, position_m, links.part))
 
 
 def _excluded_later(pool: Pool, links: CandidateLinks | None, *, n: int) -> BoolArray:

@@ -128,10 +128,16 @@ def test_panels_shut_open_doors() -> None:
     np.testing.assert_allclose(ranges[1], 2.15, atol=0.01)
 
 
-def settings(*, targets: bool | None = None, **more: object) -> PlanSettings:
+def settings(*, targets: bool | None = None, min_strength: float = 0.01, **more: object) -> PlanSettings:
     return PlanSettings(
         scanner=load_scanner("rtc360"),
-        requirements=Requirements(scope=Scope.AUTO, coverage=0.9, pre_alignment=PreAlignment.TRACKED, targets=targets),
+        requirements=Requirements(
+            scope=Scope.AUTO,
+            coverage=0.9,
+            pre_alignment=PreAlignment.TRACKED,
+            targets=targets,
+            min_strength=min_strength,
+        ),
         method=Proven(work_limit=0.5, prove=False),
         **{"grid_step_m": 1.0, "max_patch_area_m2": 0.25, "refine": False, **more},
     )
@@ -222,13 +228,14 @@ def test_as_many_stations_outdoors_as_are_offered_join() -> None:
 
 
 def test_targets_join_what_slides_along_a_plain_wall_and_both_stations_see_them() -> None:
-    joined = make_plan(twin_house(garden=False), settings())
+    joined = make_plan(twin_house(garden=False), settings(min_strength=0.06))
     assert joined.connected
     linked = [link for link in joined.links if link.targets_m]
     ids = [station.id for station in joined.stations]
     by_surface = [link for link in joined.links if link.counts(joined.registration.limits) and not link.targets_m]
     graph = nx.Graph([(link.a, link.b) for link in by_surface])
     graph.add_nodes_from(ids)
+    assert not make_plan(twin_house(garden=False), settings(min_strength=0.06, targets=False)).connected
     assert nx.number_connected_components(graph) == len(linked) + 1 > 1  # no more targets than groups need
     assert joined.registration.doors_needed
     (line,) = [line for line in joined.warnings if "by targets alone" in line]
