@@ -86,11 +86,8 @@ def target_places(
     first = places_m[_farthest(np.hypot(*(places_m - places_m.mean(axis=0))[:, :2].T))]
     from_first_m = places_m - first
     second = places_m[_farthest(np.hypot(*from_first_m[:, :2].T))]
-    along_m, least_apart_m = second - first, _LEAST_APART_M
-    if makes_link:
-        range_m = np.linalg.norm(sensors_m - 0.5 * (first + second), axis=1).max()
-        least_apart_m = max(_LINK_APART_M, _LINK_APART_OF_RANGE * range_m)
-    if np.hypot(*along_m[:2]) < least_apart_m:
+    along_m, two_m = second - first, np.stack([first, second])
+    if _apart_m(two_m) < (_link_apart_m(two_m, sensors_m) if makes_link else _LEAST_APART_M):
         return np.empty((0, 3))
     off_line_m = np.linalg.norm(np.cross(from_first_m, along_m / np.linalg.norm(along_m)), axis=1)
     third = _farthest(off_line_m)
@@ -135,8 +132,8 @@ def joined_by_targets(
     position_m: FloatArray,
     engine: ScanEngine,
 ) -> tuple[Link, ...]:
-    """Have targets register pairs of stations until all are one group, or no places hold three: those that overlap most
-    first. Pairs that were too little to be listed join the links.
+    """Have targets register pairs of stations until all are one group, or no places hold three: those that targets hold
+    firmest first. Pairs that were too little to be listed join the links.
 
     seen, surface, position_m : of the stations, as links are counted on.
     """
@@ -151,25 +148,27 @@ def joined_by_targets(
         seen, survey.patches.area_m2, station_ids, surface, position_m, min_overlap=0.0,
         measure=requirements.overlap_measure, pre_alignment=requirements.start_of(survey.scanner),
     )  # fmt: skip
-    link_of = {(link.a, link.b): link for link in (*every, *links)}
+    link_of = {frozenset((link.a, link.b)): link for link in (*every, *links)}
     if requirements.doors_change:
         seen = with_all_doors_shut(survey, seen, position_m)
     hung = _hung_rows(seen, surface, survey, engine, position_m)
-    likely = _pairs(hung, surface, position_m, part).tolist()
-    likely.sort(key=lambda pair: -link_of[station_ids[pair[0]], station_ids[pair[1]]].overlap)
-    made: dict[tuple[str, str], Link] = {}
-    for one, other in likely:
+    firmest_first = []
+    for one, other in _pairs(hung, surface, position_m, part).tolist():
+        ends_m = position_m[[one, other]]
+        places_m = target_places(_common(hung, one, other), surface, ends_m, _everything, makes_link=True)
+        if places_m.size:
+            firmest_first.append((-_apart_m(places_m) / _link_apart_m(places_m, ends_m), one, other, places_m))
+    firmest_first.sort(key=lambda each: each[:3])
+    made: dict[frozenset[str], Link] = {}
+    for _, one, other, places_m in firmest_first:
         if part[one] != part[other]:
-            common = _common(hung, one, other)
-            places_m = target_places(common, surface, position_m[[one, other]], plain_view(engine), makes_link=True)
-            if places_m.size:
-                ends = (station_ids[one], station_ids[other])
-                doors = {door for at in (one, other) for door in doors_in_sight(survey.scene, position_m[at], places_m)}
-                made[ends] = replace(
-                    link_of[ends], targets_m=_as_places(places_m), only_open=tuple(sorted(doors)), only_shut=()
-                )
-                _join(part, one, other)
-    of_known = [made.pop((link.a, link.b), link) for link in links]
+            ends = frozenset((station_ids[one], station_ids[other]))
+            doors = {door for at in (one, other) for door in doors_in_sight(survey.scene, position_m[at], places_m)}
+            made[ends] = replace(
+                link_of[ends], targets_m=_as_places(places_m), only_open=tuple(sorted(doors)), only_shut=()
+            )
+            _join(part, one, other)
+    of_known = [made.pop(frozenset((link.a, link.b)), link) for link in links]
     return (*of_known, *made.values())
 
 
@@ -230,6 +229,22 @@ def _hung_rows(
         rows.append(row[in_plain_view(sensor_m, surface.centroid_m[row])] if row.size else row)
     starts = np.concatenate([[0], np.cumsum([row.size for row in rows])]).astype(np.int64)
     return Visibility(starts, np.concatenate([np.empty(0, dtype=np.int32), *rows]), seen.n_patches)
+
+
+def _everything(_sensor_m: FloatArray, places_m: FloatArray) -> BoolArray:
+    """In plain view: rows of `_hung_rows` are."""
+    return np.ones(places_m.shape[0], dtype=bool)
+
+
+def _apart_m(places_m: FloatArray) -> float:
+    """Between the first two of places, level."""
+    return float(np.hypot(*(places_m[1] - places_m[0])[:2]))
+
+
+def _link_apart_m(places_m: FloatArray, sensors_m: FloatArray) -> float:
+    """How far apart the first two of places have to be, level, for a link of sensors (2, 3)."""
+    range_m = np.linalg.norm(sensors_m - 0.5 * (places_m[0] + places_m[1]), axis=1).max()
+    return max(_LINK_APART_M, _LINK_APART_OF_RANGE * float(range_m))
 
 
 def _measured_well(away_m: FloatArray, normal: FloatArray) -> BoolArray:

@@ -3,14 +3,16 @@
 import itertools
 from types import SimpleNamespace
 
+import networkx as nx
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner_core.model import Element, Visibility
+from planner_core.model import Element, Link, Requirements, Visibility
 from planner_core.network.links import SharedSurface
-from planner_core.network.targets import target_pairs, target_places
+from planner_core.network.targets import joined_by_targets, target_pairs, target_places
+from planner_core.scanner.load_scanner import load_scanner
 
 ROOM_M = (8.0, 6.0, 3.0)
 
@@ -24,11 +26,17 @@ class InPlainView:
 
 def a_survey():
     """Each patch a triangle of its own, of a wall."""
-    patches = SimpleNamespace(triangle_of_patch=np.arange(ALL.size), first_patch=np.arange(ALL.size + 1))
-    scene = SimpleNamespace(
-        elements=[Element("wall", "IfcWall", "1", 0)], element_of_triangle=np.zeros(ALL.size, dtype=np.int32)
+    patches = SimpleNamespace(
+        triangle_of_patch=np.arange(ALL.size),
+        first_patch=np.arange(ALL.size + 1),
+        area_m2=np.full(ALL.size, 0.0625),
     )
-    return SimpleNamespace(scene=scene, patches=patches)
+    scene = SimpleNamespace(
+        elements=[Element("wall", "IfcWall", "1", 0)],
+        element_of_triangle=np.zeros(ALL.size, dtype=np.int32),
+        open_doors=(),
+    )
+    return SimpleNamespace(scene=scene, patches=patches, scanner=load_scanner("rtc360"))
 
 
 def everything(_sensor_m, places_m):
@@ -117,6 +125,26 @@ def test_pairs_of_many_are_those_whose_common_patches_hold_three(seed, share):
         places_m = target_places(both, ROOM, sensors_m, everything, makes_link=True)
         assert ((one, other) in found) == (part[one] != part[other] and places_m.size > 0)
         assert not places_m.size or hold_by_definition(places_m, sensors_m)
+
+
+def test_targets_join_all_that_is_apart_by_as_few_pairs_and_a_pair_is_listed_once():
+    """As a draft lists links: of the station that is moved first, though it is the last."""
+    position_m = np.array([[1.0, 1.0, 1.6], [7.0, 1.0, 1.6], [4.0, 5.0, 1.6], [4.0, 3.0, 1.6]])
+    ids, wall = ("S001", "S002", "S003", ""), np.flatnonzero(ROOM.centroid_m[:, 1] == ROOM_M[1]).astype(np.int32)
+    seen = Visibility(np.arange(5) * wall.size, np.tile(wall, 4), ALL.size)
+    strong, weak = Link("S001", "S002", 0.9, 0.5, probability=1.0), Link("", "S001", 0.9, 0.0, probability=0.1)
+    of = (a_survey(), Requirements(), seen, ROOM, ids, position_m, InPlainView())
+    joined = joined_by_targets((strong, weak), *of)
+    assert len({frozenset((link.a, link.b)) for link in joined}) == len(joined)
+    assert joined[0] == strong
+    by_targets = [link for link in joined if link.targets_m]
+    graph = nx.Graph([(link.a, link.b) for link in (strong, *by_targets)])
+    assert len(by_targets) == 2 and set(graph) == set(ids) and nx.is_connected(graph)
+    for link in by_targets:
+        sensors_m = position_m[[ids.index(link.a), ids.index(link.b)]]
+        assert hold_by_definition(np.array(link.targets_m), sensors_m)
+        assert link.counts(Requirements().link_limits)
+    assert joined_by_targets(joined, *of) == joined
 
 
 def test_a_whole_room_has_targets_that_are_far_apart():
