@@ -262,6 +262,10 @@ def _notes(plan: PlanSource, station: FieldStation) -> Iterator[str]:
     for join in registration.get("joins", ()):
         if station.id in join["stations"]:
             yield f"joins {join['n_groups']} groups" if join["n_groups"] > 1 else "makes the network hold as set up"
+    pairs = [(link.a, link.b) for link in plan.links if link.targets_m and station.id in (link.a, link.b)]
+    if pairs:
+        others = [str(other.number) for other in plan.stations if any({station.id, other.id} == {*pair} for pair in pairs)]
+        yield f"three targets each with {', '.join(others)}" if len(others) > 1 else f"three targets with {others[0]}"
     if any(station.id in network["articulations"] for network in registration["networks"]):
         yield "critical station"
     route = plan.document.get("route")
