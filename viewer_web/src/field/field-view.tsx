@@ -10,6 +10,7 @@ import type { Store } from '../store.ts';
 import { FloorMap } from './floor-map.tsx';
 import './field.css';
 import { nextStop, routeStops, type Stop, wayLeft, wayTo } from './route.ts';
+import { partnersOf } from './targets.ts';
 import { readTicks, tickKey, writeTicks } from './ticks.ts';
 
 interface FieldViewProps {
@@ -66,7 +67,11 @@ export function FieldView({ store, loaded }: FieldViewProps) {
       {next === null ? (
         <AllDone n={stops.length} />
       ) : (
-        <NextStop {...{ stop: next, stops, done, progress }} onTick={tick} />
+        <NextStop
+          {...{ stop: next, stops, done, progress }}
+          targetsWith={partnersOf(loaded.plan, next)}
+          onTick={tick}
+        />
       )}
       <FloorMap
         loaded={loaded}
@@ -100,10 +105,12 @@ interface NextStopProps {
   readonly stops: readonly Stop[];
   readonly done: ReadonlySet<string>;
   readonly progress: Progress;
+  /** Stations that targets register it with. */
+  readonly targetsWith: readonly string[];
   readonly onTick: (stop: Stop, isDone: boolean) => void;
 }
 
-function NextStop({ stop, stops, done, progress, onTick }: NextStopProps) {
+function NextStop({ stop, stops, done, progress, targetsWith, onTick }: NextStopProps) {
   const wayM = wayTo(stop, stops, done);
   const isDone = done.has(stop.stationId);
   return (
@@ -124,6 +131,11 @@ function NextStop({ stop, stops, done, progress, onTick }: NextStopProps) {
             unit: unitName(),
           })}
         </p>
+        {targetsWith.length > 0 && (
+          <p data-testid="field-targets">
+            {t('Three targets each with {stations}: squares on the map', { stations: targetsWith.join(', ') })}
+          </p>
+        )}
       </div>
       <button type="button" class="field-done" {...inReviewOf(progress, stop)} onClick={() => onTick(stop, !isDone)}>
         {isDone ? t('Mark as not done') : t('Done')}

@@ -9,6 +9,7 @@ import { nameOf } from '../rooms/rooms.ts';
 import type { Stop } from './route.ts';
 import { sectionLines } from './section-lines.ts';
 import { type Stack, shownOf, stacksOf } from './stacks.ts';
+import { targetsOf } from './targets.ts';
 
 /** More triangles are too many for a drawing; the map then has no ground. */
 const MOST_TRIANGLES = 40_000;
@@ -32,7 +33,8 @@ export function FloorMap({ loaded, floorId, stops, next, done, onPick }: FloorMa
   const ground = useMemo(() => groundOf(loaded.stage, floorId), [loaded, floorId]);
   const walls = useMemo(() => wallsOf(loaded.stage, floorId), [loaded, floorId]);
   const here = stops.filter((stop) => stop.floorId === floorId);
-  const box = boxOf([...ground.points, ...here.map(({ positionM }) => positionM)]);
+  const targets = targetsOf(loaded.plan, here);
+  const box = boxOf([...ground.points, ...[...here, ...targets].map(({ positionM: [x, y] }): Flat => [x, y])]);
   const dot = Math.max(box.width, box.height) / 34;
   const way = next !== null && next.floorId === floorId ? next.way : [];
   const [opened, open] = useState<Stack | null>(null);
@@ -75,6 +77,18 @@ export function FloorMap({ loaded, floorId, stops, next, done, onPick }: FloorMa
             </text>
           );
         })}
+        {targets.map(({ positionM: [x, y], stationIds }) => (
+          <rect
+            key={`${stationIds.join()} ${x} ${y}`}
+            class={next !== null && stationIds.includes(next.stationId) ? 'map-target map-target-next' : 'map-target'}
+            x={x - 0.4 * dot}
+            y={-y - 0.4 * dot}
+            width={0.8 * dot}
+            height={0.8 * dot}
+          >
+            <title>{t('Target for {pair}', { pair: stationIds.join(' – ') })}</title>
+          </rect>
+        ))}
         <polyline class="map-way" points={flat(way)} stroke-width={dot / 2.4} />
         {stacksOf(here, COVERS * dot).map((stack) => (
           <Dot

@@ -5,6 +5,7 @@ import type { PlanJson } from '../load/plan-json.ts';
 import { EMPTY_REVIEW, stationEdit as edit } from '../testing/fake-review-server.ts';
 import { smallPlan } from '../testing/small-plan.ts';
 import { nextStop, routeStops, wayLeft, wayTo } from './route.ts';
+import { partnersOf, targetsOf } from './targets.ts';
 import { readTicks, tickKey, writeTicks } from './ticks.ts';
 
 const leg = (from: string | null, to: string | null, length_m: number | null) => ({
@@ -132,4 +133,27 @@ test('ticks are kept, and belong to one plan', () => {
     kept.set(key, damaged);
     expect(readTicks(storage, key).size).toBe(0);
   }
+});
+
+test('the station that comes next names those that targets register it with, and the map where they hang', () => {
+  const plan = smallPlan();
+  const links = plan.registration.links.map((link, i) => ({
+    ...link,
+    targets:
+      i === 0
+        ? [
+            [1, 2, 1],
+            [5, 2, 1],
+            [3, 2, 2],
+          ].map(([x, y, z]) => [x, y, z] as [number, number, number])
+        : [],
+  }));
+  const targeted = { ...plan, registration: { ...plan.registration, links } };
+  const stops = stopsOf(targeted);
+  const [{ a, b }] = links;
+  const stopOf = (id: string) => stops.filter(({ stationId }) => stationId === id);
+  expect(partnersOf(targeted, stopOf(a)[0])).toEqual([b]);
+  expect(partnersOf(targeted, stopOf(b)[0])).toEqual([a]);
+  expect(targetsOf(targeted, stopOf(a)).map(({ positionM: [x] }) => x)).toEqual([1, 5, 3]);
+  expect(targetsOf(targeted, [])).toEqual([]);
 });

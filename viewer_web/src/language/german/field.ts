@@ -17,6 +17,8 @@ export const FIELD = {
   'Distance unknown': 'Entfernung unbekannt',
   Here: 'Hier',
   '{length} to go': 'noch {length}',
+  'Three targets each with {stations}: squares on the map': 'Je drei Zielmarken mit {stations}: Quadrate auf der Karte',
+  'Target for {pair}': 'Zielmarke für {pair}',
   'Next station': 'Nächster Standpunkt',
   'Sensor {height} above the ground · x, y {place} ({unit})': 'Sensor {height} über dem Boden · x, y {place} ({unit})',
   'Mark as not done': 'Als nicht erledigt markieren',
