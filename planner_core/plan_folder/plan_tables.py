@@ -264,7 +264,8 @@ def _notes(plan: PlanSource, station: FieldStation) -> Iterator[str]:
             yield f"joins {join['n_groups']} groups" if join["n_groups"] > 1 else "makes the network hold as set up"
     pairs = [(link.a, link.b) for link in plan.links if link.targets_m and station.id in (link.a, link.b)]
     if pairs:
-        others = [str(other.number) for other in plan.stations if any({station.id, other.id} == {*pair} for pair in pairs)]
+        partners = {end for pair in pairs for end in pair} - {station.id}
+        others = [str(other.number) for other in plan.stations if other.id in partners]
         yield f"three targets each with {', '.join(others)}" if len(others) > 1 else f"three targets with {others[0]}"
     if any(station.id in network["articulations"] for network in registration["networks"]):
         yield "critical station"

@@ -63,7 +63,7 @@ test('two stations that see three targets register, whatever they have in common
   ] as [number, number, number][];
   const least = { ...link(0, 1, 0.01), targets };
   expect(lackInWords(least, COUNTING)).toBeNull();
-  expect(targetsWords(least)).toBe('1 2 3; 4 5.13 6; 7 8 9');
+  expect(targetsWords(least)).toBe('(1.00, 2.00, 3.00) (4.00, 5.13, 6.00) (7.00, 8.00, 9.00)');
   expect(targetsWords(link(0, 1, 0.5))).toBeNull();
   expect(networkOf(['S0', 'S1'], [least], COUNTING).components).toHaveLength(1);
 });

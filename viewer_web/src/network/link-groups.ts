@@ -1,7 +1,7 @@
 /** The links as the list has them: what is missing, what all hangs on, what registers, and what does not. */
 import { plain, t } from '../language/language.ts';
 import type { PlanLink } from '../load/plan-json.ts';
-import { askedPercent } from '../panels/figures.ts';
+import { askedPercent, coordinatesWords } from '../panels/figures.ts';
 import { byOverlap, byStrength, type Counting, counts, type NetworkReport } from './graph.ts';
 
 export interface LinkGroup {
@@ -58,8 +58,7 @@ export function lackInWords(link: PlanLink, counting: Counting): string | null {
 
 /** Where targets hang that register a pair, in the scene's coordinates; null: none do. */
 export function targetsWords({ targets = [] }: PlanLink): string | null {
-  if (targets.length === 0) return null;
-  return targets.map((place) => place.map((value) => plain(Number(value.toFixed(2)))).join(' ')).join('; ');
+  return targets.length === 0 ? null : targets.map((place) => `(${coordinatesWords(place)})`).join(' ');
 }
 
 /** Which state of doors a pair needs to register; null: either. */

@@ -67,7 +67,10 @@ function LinkRow({ store, link, isWeakest, counting }: LinkRowProps) {
   const { pair } = store;
   const isChosen = pair.value?.includes(link.a) === true && pair.value.includes(link.b);
   const weak = weakMotionOf(link.weak_motion);
-  const words = lack ?? (weak === null ? null : t('weakest direction: {direction}', { direction: weak.short }));
+  const byTargets = link.targets.length > 0;
+  const words = byTargets
+    ? t('registers by targets alone')
+    : (lack ?? (weak === null ? null : t('weakest direction: {direction}', { direction: weak.short })));
   return (
     <li>
       <button
@@ -92,7 +95,8 @@ function LinkRow({ store, link, isWeakest, counting }: LinkRowProps) {
           {words !== null && <span class="muted link-words">{words}</span>}
         </span>
         <span class="row-area">
-          {link.strength !== null && lack === null && <b>{decimal(link.strength, 3)}</b>} {linkPercent(link, counting)}
+          {link.strength !== null && lack === null && !byTargets && <b>{decimal(link.strength, 3)}</b>}{' '}
+          {!byTargets && linkPercent(link, counting)}
         </span>
       </button>
     </li>
