@@ -62,6 +62,11 @@ def write_field_file(plan: PlanSource, path: Path, options: Options, progress: P
         "site": _site(plan),
         "clearance_m": plan.document["settings"]["clearance_m"],
         "groups": [list(network["stations"]) for network in plan.document["registration"]["networks"]],
+        "targets": [
+            {"stations": [link.a, link.b], "places": np.round(link.targets_m, _CM).tolist()}
+            for link in plan.links
+            if link.targets_m
+        ],
         "stations": _stations(plan, reviewed_stations(under, review)),
     }
     path.write_text(_page(plan.title, document), encoding="utf-8")

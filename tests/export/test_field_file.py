@@ -84,6 +84,23 @@ def test_the_page_has_the_groups_of_stations_that_register(box_folder: Path, tmp
     assert sorted(name for ids in networks for name in ids) == sorted(each["id"] for each in plan["stations"])
 
 
+def test_the_page_has_the_targets_of_pairs_that_register_by_these(box_folder: Path, tmp_path: Path) -> None:
+    file = box_folder / "plan" / "plan.json"
+    plan = json.loads(file.read_text())
+    assert written(box_folder / "plan", tmp_path / "a.html")[1]["targets"] == []
+    link = {
+        "a": "S001",
+        "b": "S002",
+        "overlap": 0.01,
+        "strength": 0.0,
+        "targets": [[1, 2, 1.234], [5, 2, 1], [3, 2, 2]],
+    }
+    plan["registration"]["links"] = [link]
+    file.write_text(json.dumps(plan))
+    [targets] = written(box_folder / "plan", tmp_path / "b.html")[1]["targets"]
+    assert targets == {"stations": ["S001", "S002"], "places": [[1, 2, 1.23], [5, 2, 1], [3, 2, 2]]}
+
+
 def test_the_page_loads_nothing_and_runs_its_own_script_alone(box_folder: Path, tmp_path: Path) -> None:
     text, document, _ = written(box_folder / "plan", tmp_path / "field.html")
     script = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)

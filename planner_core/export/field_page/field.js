@@ -122,6 +122,18 @@ function groupWords({ id }) {
   const words = others.length ? `with ${named}` : 'alone';
   return `Group ${number + 1} of ${plan.groups.length}, ${words}: does not register with the others.`;
 }
+/** Of pairs that targets register: whom a station needs them with, and where they hang. */
+const targetsOf = ({ id }) => plan.targets.filter(({ stations }) => stations.includes(id));
+function targetWords(station) {
+  return targetsOf(station).map(({ stations, places }) => {
+    const where = places.map((place) => {
+      const site = siteOf(place);
+      const [x, y, z] = site || place;
+      return `(${[x, y, z].map((value) => value.toFixed(2)).join(', ')})`;
+    });
+    return `Three targets with ${stations.find((id) => id !== station.id)}: ${where.join(' ')}`;
+  });
+}
 const awayOf = ({ id, position: [x, y] }) => {
   const to = of(id).moved_to;
   return to === null ? 0 : Math.hypot(to[0] - x, to[1] - y);
@@ -169,7 +181,8 @@ function card(station) {
       make('div', {}, make('h1', { id: 'station' }, station.id),
         make('p', {}, `${floor ? floor.name : ''}${height === null ? '' : ` · sensor ${metres(height)} high`}`),
         make('p', { class: 'quiet', id: 'place' }, placeWords(station)),
-        group === null ? null : make('p', { class: 'quiet', id: 'group' }, group))),
+        group === null ? null : make('p', { class: 'quiet', id: 'group' }, group),
+        ...targetWords(station).map((words) => make('p', { class: 'targets' }, words)))),
     make('div', { class: 'acts' }, act('done', 'Done', setState('done'), state === 'done'),
       act('moved', awayOf(station) > 0 ? 'Moved' : 'Move', () => { isPlacing = !isPlacing; placed = ''; draw(); },
         isPlacing || awayOf(station) > 0),
@@ -202,6 +215,10 @@ function map(floor, station) {
   });
   const picture = make('svg', { viewBox: box.join(' '), role: 'img', 'aria-label': `Map of ${floor.name}` },
     make('path', { class: 'wall', d: lines.join(''), 'stroke-width': size / 9 }));
+  const half = 0.4 * size;
+  const square = ([x, y]) => `M${x - half},${-y - half}h${2 * half}v${2 * half}h${-2 * half}z`;
+  const targets = targetsOf(station).flatMap(({ places }) => places.map(square));
+  if (targets.length) picture.append(make('path', { class: 'target', d: targets.join('') }));
   const away = awayOf(station) > 0 ? of(station.id).moved_to : null;
   if (away !== null) {
     const [x, y] = station.position;
