@@ -31,6 +31,8 @@ from planner_core.requirements.goals import NO_COVER
 
 #: What moves between two scans, or may not be stuck on.
 NO_TARGETS = (*NO_COVER, "IfcDoor", "IfcWindow")
+#: Smaller triangles take none: a target of 0.15 m covers as much.
+_LEAST_FACE_M2 = 0.02
 #: A ray that ends this near to a place meets it.
 _SAME_PLACE_M = 0.005
 #: A target is measured well from as far as this, at this angle to the plumb of its face (60 degrees), and hangs on
@@ -209,7 +211,8 @@ def plain_view(engine: ScanEngine) -> _InPlainView:
 def _may_hang(survey: Survey) -> BoolArray:
     """(P,) patches that targets may hang on."""
     fixed = ~np.array([element.kind in NO_TARGETS for element in survey.scene.elements], dtype=bool)
-    return np.asarray(fixed[survey.scene.element_of_triangle][survey.patches.triangle_of_patch])
+    takes_one = fixed[survey.scene.element_of_triangle] & (survey.patches.triangle_area_m2 >= _LEAST_FACE_M2)
+    return np.asarray(takes_one[survey.patches.triangle_of_patch])
 
 
 def _hung_rows(

@@ -45,7 +45,7 @@ BUILDINGS = (
     "house", "basement", "school", "corridor-comb", "stairwell", "duplex", "fzk-haus", "sample-house", "renga-house",
     "openhouse", "duplex-outside", "renga-house-outside",
 )  # fmt: skip
-#: Of a target's centre, standard deviation: makers state 2 mm at 50 m; and what a compensator leaves of tilt.
+#: Assumed standard deviations of a target's centre, and of what a compensator leaves of tilt.
 TARGET_NOISE_M, LEVEL_DEG = 0.001, 0.005
 SCANNERS = {"tracked": "rtc360", "manual": "focus-premium-70"}
 o3d = import_open3d()

@@ -30,6 +30,7 @@ def a_survey():
         triangle_of_patch=np.arange(ALL.size),
         first_patch=np.arange(ALL.size + 1),
         area_m2=np.full(ALL.size, 0.0625),
+        triangle_area_m2=np.full(ALL.size, 0.0625),
     )
     scene = SimpleNamespace(
         elements=[Element("wall", "IfcWall", "1", 0)],
