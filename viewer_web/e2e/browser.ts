@@ -9,9 +9,6 @@ import { discardReview } from './plan-files.ts';
 
 const SCREENSHOTS = fileURLToPath(new URL('../test-results/', import.meta.url));
 
-/** As on a screen where people look at the pictures. */
-const PIXEL_RATIO = process.env.TLSPLAN_E2E_PICTURES ? 1 : 0.5;
-
 export type PagePoint = [x: number, y: number];
 
 export interface Look {
@@ -95,7 +92,7 @@ export class ViewerPage {
   static async create(
     browser: Browser,
     address: string,
-    { width = 1000, height = 680, pixelRatio = PIXEL_RATIO, ...look }: Look = {},
+    { width = 1000, height = 680, pixelRatio = 1, ...look }: Look = {},
   ) {
     const page = await browser.newPage({ viewport: { width, height }, reducedMotion: 'reduce', ...look });
     page.setDefaultTimeout(PATIENCE_MS);

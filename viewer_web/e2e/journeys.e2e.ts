@@ -26,7 +26,7 @@ const [first, second] = stations;
 const onFloor = stations.filter(({ position: [, , z] }) => z < ground.elevation_m + 1.5);
 const RUN_MS = 540_000;
 
-const openPage = viewerPages({ width: 960, height: 600, pixelRatio: 0.25 });
+const openPage = viewerPages({ width: 960, height: 600, pixelRatio: process.env.TLSPLAN_E2E_PICTURES ? 1 : 0.25 });
 
 const isPurple = ([r, g, b]: Rgb): boolean => b > g + 40 && r > g + 25;
 const isVivid = (rgb: Rgb): boolean => Math.max(...rgb) - Math.min(...rgb) > 70;

@@ -8,7 +8,7 @@ import { PlanFiles } from './plan-files.ts';
 const address = inject('address');
 const { floors: floorsLowestFirst, stationsOf } = new PlanFiles(inject('planFolder'));
 
-const openPage = viewerPages({ pixelRatio: 1 });
+const openPage = viewerPages();
 let viewer: ViewerPage;
 beforeEach(async () => {
   viewer = await openPage();
