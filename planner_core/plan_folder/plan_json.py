@@ -268,7 +268,7 @@ def _registration(plan: Plan) -> dict[str, Any]:
         "pre_alignment": str(plan.settings.pre_alignment),
         "doors_change": required.doors_change,
         "connected": plan.connected,
-        "links": [to_document(_link_in_scene(link, plan.survey.scene)) for link in plan.links],
+        "links": [to_document(link_in_scene(link, plan.survey.scene)) for link in plan.links],
     }
     if found is None:
         return links
@@ -288,10 +288,11 @@ def _in_scene(gap: NetworkGap, scene: Scene) -> NetworkGap:
 
 def _network_in_scene(network: RegistrationNetwork, scene: Scene) -> RegistrationNetwork:
     weakest = network.bottleneck
-    return replace(network, bottleneck=None if weakest is None else _link_in_scene(weakest, scene))
+    return replace(network, bottleneck=None if weakest is None else link_in_scene(weakest, scene))
 
 
-def _link_in_scene(link: Link, scene: Scene) -> Link:
+def link_in_scene(link: Link, scene: Scene) -> Link:
+    """Return a link with its targets where they are in the scene."""
     return replace(link, targets_m=_places_in_scene(link.targets_m, scene))
 
 

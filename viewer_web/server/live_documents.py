@@ -11,7 +11,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 from planner_core.model import FloatArray, Link, Scene, UnseenPiece
-from planner_core.plan_folder.plan_json import plan_document
+from planner_core.plan_folder.plan_json import link_in_scene, plan_document
 from planner_core.plan_folder.plan_model.given import ResultSection
 from planner_core.plan_folder.plan_model.results import (
     CoverageFigures,
@@ -207,7 +207,7 @@ def preview_head(live: LivePlan, preview: Preview, *, sequence: int, revision: i
             for goal, covered in zip(goals, preview.goals, strict=True)
         ],
         station=StationAreas(covered_area_m2=round(preview.covered_m2, 6), own_area_m2=round(preview.own_m2, 6)),
-        links=list(preview.links),
+        links=[link_in_scene(link, live.survey.scene) for link in preview.links],
         n_stations=len(preview.draft.stations),
         registration=Joined(connected=registration.connected, n_networks=len(registration.networks)),
     )

@@ -14,7 +14,7 @@ export function targetsOf({ registration }: PlanJson, stops: readonly Stop[]): T
   const ids = new Set(stops.map(({ stationId }) => stationId));
   return registration.links
     .filter(({ a, b }) => ids.has(a) || ids.has(b))
-    .flatMap(({ a, b, targets }) => targets.map((positionM) => ({ positionM, stationIds: [a, b] as const })));
+    .flatMap(({ a, b, targets = [] }) => targets.map((positionM) => ({ positionM, stationIds: [a, b] as const })));
 }
 
 /** The other stations of a station's pairs. */

@@ -6,7 +6,7 @@ import type { PlanLink } from '../load/plan-json.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { type Counting, linkPercent, type NetworkReport } from './graph.ts';
-import { type LinkGroup, lackInWords, linkGroups } from './link-groups.ts';
+import { type LinkGroup, lackInWords, linkGroups, targetsWords } from './link-groups.ts';
 import { strengthColor } from './strength.ts';
 import { northHint, weakMotionOf } from './weak-motion.ts';
 import './network.css';
@@ -67,7 +67,7 @@ function LinkRow({ store, link, isWeakest, counting }: LinkRowProps) {
   const { pair } = store;
   const isChosen = pair.value?.includes(link.a) === true && pair.value.includes(link.b);
   const weak = weakMotionOf(link.weak_motion);
-  const byTargets = link.targets.length > 0;
+  const byTargets = targetsWords(link) !== null;
   const words = byTargets
     ? t('registers by targets alone')
     : (lack ?? (weak === null ? null : t('weakest direction: {direction}', { direction: weak.short })));
