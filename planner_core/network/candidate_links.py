@@ -73,6 +73,11 @@ class CandidateLinks:
         return int(self.neighbour.size // 2)
 
     @property
+    def by_surface(self) -> BoolArray:
+        """(L,) links that surface makes, not targets."""
+        return np.asarray(self.overlap > 0.0)
+
+    @property
     def n_parts(self) -> int:
         """Number of parts that no link joins."""
         return int(self.part.max(initial=-1)) + 1

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner_core.coverage.coverage import take_rows
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
     BoolArray,
@@ -146,14 +147,8 @@ def joined_by_targets(
             _join(part, place[link.a], place[link.b])
     if np.unique(part).size < 2:
         return tuple(links)
-    every = overlap_links(
-        seen, survey.patches.area_m2, station_ids, surface, position_m, min_overlap=0.0,
-        measure=requirements.overlap_measure, pre_alignment=requirements.start_of(survey.scanner),
-    )  # fmt: skip
-    link_of = {frozenset((link.a, link.b)): link for link in (*every, *links)}
-    if requirements.doors_change:
-        seen = with_all_doors_shut(survey, seen, position_m)
-    hung = _hung_rows(seen, surface, survey, engine, position_m)
+    always = with_all_doors_shut(survey, seen, position_m) if requirements.doors_change else seen
+    hung = _hung_rows(always, surface, survey, engine, position_m)
     firmest_first = []
     for one, other in _pairs(hung, surface, position_m, part).tolist():
         ends_m = position_m[[one, other]]
@@ -161,11 +156,18 @@ def joined_by_targets(
         if places_m.size:
             firmest_first.append((-_apart_m(places_m) / _link_apart_m(places_m, ends_m), one, other, places_m))
     firmest_first.sort(key=lambda each: each[:3])
+    link_of = {frozenset((link.a, link.b)): link for link in links}
     made: dict[frozenset[str], Link] = {}
     for _, one, other, places_m in firmest_first:
         if part[one] != part[other]:
-            ends = frozenset((station_ids[one], station_ids[other]))
-            doors = {door for at in (one, other) for door in doors_in_sight(survey.scene, position_m[at], places_m)}
+            ids, rows = (station_ids[one], station_ids[other]), [one, other]
+            ends = frozenset(ids)
+            if ends not in link_of:
+                (link_of[ends],) = overlap_links(
+                    take_rows(seen, rows), survey.patches.area_m2, ids, surface, position_m[rows], min_overlap=0.0,
+                    measure=requirements.overlap_measure, pre_alignment=requirements.start_of(survey.scanner),
+                )  # fmt: skip
+            doors = {door for at in rows for door in doors_in_sight(survey.scene, position_m[at], places_m)}
             made[ends] = replace(
                 link_of[ends], targets_m=_as_places(places_m), only_open=tuple(sorted(doors)), only_shut=()
             )

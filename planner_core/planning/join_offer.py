@@ -87,7 +87,7 @@ def _n_groups_by_surface(pool: Pool, chosen: Sequence[int]) -> int:
     place[rows] = np.arange(rows.size)
     among = links_among(pool.links, rows, place)
     owner = np.repeat(np.arange(rows.size, dtype=np.int64), np.diff(among.starts))
-    left = kept_links(among, among.overlap > 0.0, owner, among.part)
+    left = kept_links(among, among.by_surface, owner, among.part)
     return int(parts_of(left.starts, left.neighbour).max(initial=-1)) + 1
 
 

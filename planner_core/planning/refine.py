@@ -79,9 +79,8 @@ def refine(
                 continue
             at_m = more.position_m
             observed = [rows_from(pool.survey, engine, at_m, pool.demand, progress=progress)]
-            wide = extended(
-                pool, more, observed.pop(), engine, progress=progress
-            )  # which forgets it: links take memory
+            # Which forgets what was observed: links take memory.
+            wide = extended(pool, more, observed.pop(), engine, progress=progress)
             best, interrupted = _better(wide, chosen, left, progress)
             pool, chosen = _without_unused(wide, best, n_first)
         except KeyboardInterrupt:

@@ -83,8 +83,7 @@ def fragile_links(
     assert pool.links is not None
     required, links, n = pool.demand.goals.requirements, pool.links, pool.n_candidates
     rows = np.array(sorted(chosen), dtype=np.int64)
-    by_surface = links.overlap > 0.0
-    neighbours = [links.neighbour[links.row(row)][by_surface[links.row(row)]] for row in rows.tolist()]
+    neighbours = [links.neighbour[links.row(row)][links.by_surface[links.row(row)]] for row in rows.tolist()]
     if not sum(map(len, neighbours)):
         return FragileLinks.none()
     n_around = 1 + _N_AROUND

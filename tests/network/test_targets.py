@@ -148,6 +148,15 @@ def test_targets_join_all_that_is_apart_by_as_few_pairs_and_a_pair_is_listed_onc
     assert joined_by_targets(joined, *of) == joined
 
 
+def test_no_target_hangs_on_a_face_that_is_smaller_than_it():
+    position_m = np.array([[1.0, 1.0, 1.6], [7.0, 5.0, 1.6]])
+    seen = Visibility(np.array([0, 1, 2]) * ALL.size, np.tile(np.arange(ALL.size, dtype=np.int32), 2), ALL.size)
+    survey, part = a_survey(), np.arange(2, dtype=np.int32)
+    assert target_pairs(seen, ROOM, survey, InPlainView(), position_m, part).tolist() == [[0, 1]]
+    survey.patches.triangle_area_m2 = np.full(ALL.size, 0.01)
+    assert target_pairs(seen, ROOM, survey, InPlainView(), position_m, part).size == 0
+
+
 def test_a_whole_room_has_targets_that_are_far_apart():
     places_m = target_places(ALL, ROOM, SENSORS_M, everything)
     assert off_line_m(places_m) > 3.0

@@ -238,6 +238,8 @@ def test_targets_join_what_slides_along_a_plain_wall_and_both_stations_see_them(
     assert not make_plan(twin_house(garden=False), settings(min_strength=0.06, targets=False)).connected
     assert nx.number_connected_components(graph) == len(linked) + 1 > 1  # no more targets than groups need
     assert joined.registration.doors_needed
+    held = " ".join(line for line in joined.warnings if "falls apart" in line)
+    assert not any(f"{link.a} to {link.b}" in held for link in linked), "targets hold as stations are set up"
     (line,) = [line for line in joined.warnings if "by targets alone" in line]
     assert all(f"{link.a} to {link.b}" in line for link in linked)
     engine = Open3DEngine(joined.survey.scene, joined.survey.patches)

@@ -80,6 +80,19 @@ def test_parts_of_patches_count_as_in_the_plan(planned: Planned, tmp_path: Path)
     assert live.figures(live.draft).plan.coverage.covered_area_m2 == pytest.approx(plan.coverage.covered_area_m2)
 
 
+def test_targets_join_stations_of_a_draft_and_of_a_preview_as_of_the_plan(planned: Planned) -> None:
+    required = replace(SETTINGS["house"].requirements, min_strength=0.5, targets=True)
+    settings = replace(SETTINGS["house"], refine=False, set_up_tolerance_m=0.0, requirements=required)
+    folder, plan = planned("two-rooms", settings)
+    assert plan.connected and any(link.targets_m for link in plan.links)
+    live = open_live(folder, scene=folder.parent / "two-rooms.ifc", with_ground=False)
+    assert_figures_are_of(live, live.document)
+    last = live.draft.stations[-1]
+    preview = live.preview(live.draft, last.id, last.floor, last.position_m, last.instrument_height_m or 1.7)
+    assert preview.registration.connected
+    assert any(link.targets_m for link in preview.links)
+
+
 @pytest.mark.parametrize("name", all_slow_but(["house"], ["house", "far_plan", "asking_house"]))
 def test_figures_of_the_unchanged_plan_are_those_of_plan_json(name: str, request: pytest.FixtureRequest) -> None:
     live: LivePlan = request.getfixturevalue(name)
