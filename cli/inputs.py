@@ -381,17 +381,12 @@ def open_survey(
 
     listed_in : where the user finds the faces that loading dropped. needed_later : see `_importing`.
     """
-    from planner_core.coverage.survey import make_survey
-    from planner_core.engine.open_engine import open_engine
-    from planner_core.progress import ProgressEvent
+    from planner_core.planning import open_survey
 
     loaded = load(scenes, reading, progress=_importing(reporter.show, needed_later))
     of_scene = (*repairs(loaded.report, listed_in=listed_in), *loaded.report.warnings)
     reporter.warn(of_scene)
-    survey = make_survey(loaded, problem, progress=reporter.show)
+    survey, scan_engine = open_survey.open_survey(loaded, problem, engine=engine, device=device, progress=reporter.show)
     reporter.warn(survey.warnings)
-    reporter.show(ProgressEvent("engine", 0, 1))
-    scan_engine = open_engine(survey.scene, survey.patches, engine=engine, device=device)
-    reporter.show(ProgressEvent("engine", 1, 1, f"{scan_engine.name}: {scan_engine.device}"))
     reporter.warn(scan_engine.warnings)
     return survey, scan_engine, (*of_scene, *survey.warnings, *scan_engine.warnings)

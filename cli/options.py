@@ -149,7 +149,8 @@ glass_option = click.option(
 doors_option = click.option(
     "--doors", type=RenamedChoice(["open", "closed", "all"], {"shut": "closed"}), default="open", show_default=True,
     help="State of doors during scanning, for files that mark doors (IFC). open: interior doors open, exterior doors "
-    "closed; closed: all closed; all: all open. Leaves of open doors are left out, frames stay.",
+    "closed, but for those with planned ground on both sides, as to a loggia; closed: all closed; all: all open. "
+    "Leaves of open doors are left out, frames stay.",
 )  # fmt: skip
 door_open_option = click.option(
     "--door-open", "doors_open", multiple=True, metavar="GLOBALID",

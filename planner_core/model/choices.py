@@ -106,7 +106,8 @@ class Glass(StrEnum):
 class Doors(StrEnum):
     """Which doors are open, their leaves left out: none, those indoors, or all, see `planner_core.scene.doors`.
 
-    With `OUTSIDE` all are, and stations may stand outdoors, too, see `planner_core.scene.outdoor_ground`.
+    `OPEN` opens exterior doors, too, where both sides are planned, see `planner_core.planning.open_survey`. With
+    `OUTSIDE` all are, and stations may stand outdoors, too, see `planner_core.scene.outdoor_ground`.
     """
 
     SHUT = "shut"

@@ -10,13 +10,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner_core.coverage.survey import make_survey
-from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import StationListError
 from planner_core.model import Plan, PlanSettings, PriorStation, Role, Route, Scene, Station, Survey, Visibility
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.independent_check import with_independent_check
+from planner_core.planning.open_survey import open_survey
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.positions.admissibility import Tripods
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions, place_prior
@@ -57,8 +56,7 @@ def evaluate_stations(
     RequirementError, DeviceError, SceneError
         As for `planner_core.planning.plan.make_plan`.
     """
-    survey = make_survey(scene, settings, progress=progress)
-    scan_engine = open_engine(survey.scene, survey.patches, engine=engine, device=device)
+    survey, scan_engine = open_survey(scene, settings, engine=engine, device=device, progress=progress)
     plan = evaluate_survey(survey, settings, stations, scan_engine, progress=progress)
     return with_independent_check(plan, scan_engine, n_points=verify_points, progress=progress)
 

@@ -14,7 +14,6 @@ import numpy as np
 
 from planner_core.coverage.percent import probability_percent, reached_percent
 from planner_core.coverage.survey import make_survey
-from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import (
@@ -41,6 +40,7 @@ from planner_core.planning.choose import choose, choose_by_paper, choose_greedil
 from planner_core.planning.first_plan import as_needed, observe_few, tell_first_plan
 from planner_core.planning.independent_check import with_independent_check
 from planner_core.planning.join_offer import join_offer
+from planner_core.planning.open_survey import open_survey
 from planner_core.planning.pool import Choice, Pool, make_pool, with_target_links
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.planning.set_up import SET_UP_LOSS
@@ -85,9 +85,8 @@ def make_plan(
         See `open_engine`.
     """
     # 1. What there is: floors, patches, the beams of one scan.
-    survey = make_survey(scene, settings, progress=progress)
     # 2. Something to scan with.
-    scan_engine = open_engine(survey.scene, survey.patches, engine=engine, device=device)
+    survey, scan_engine = open_survey(scene, settings, engine=engine, device=device, progress=progress)
     plan = plan_survey(survey, settings, scan_engine, progress=progress)
     return with_independent_check(plan, scan_engine, n_points=verify_points, progress=progress)
 

@@ -23,6 +23,7 @@ from planner_core.model import (
     FloatArray,
     Int32Array,
     Int64Array,
+    PlacedDoor,
     Requirements,
     Scope,
     Survey,
@@ -32,6 +33,7 @@ from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.reach import MIN_REGION_M2, reachability
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.goals import wanted_of
+from planner_core.scene.doors import exterior_doors, fronts_m
 from planner_core.scene.outdoor_ground import OUTDOORS_M, with_exterior_doors_shut
 from planner_core.scene.patches import make_patches, patch_triangles
 
@@ -56,6 +58,8 @@ _SURFACE_OUTDOORS = 0.2
 _OFF_M = 0.02
 #: Ground with walls to all sides within this, and no roof, has lost its roof.
 _WALLS_M, _N_LEVEL, _WALLED_SHARE = 12.0, 24, 0.85
+#: Before a door, places are searched for within this, and within this of the height of its foot.
+_FRONT_M, _SILL_M = 2.0, 0.6
 #: Less ground than this indoors, or walled without a roof, decides nothing.
 _LEAST_M2 = 4.0
 #: The strip along an open side that counts as outdoors is no wider. A doorway without a door shows less of a porch than
@@ -136,8 +140,8 @@ def _found(
     """Find the scope, and lines for the user, see `with_scope`. wanted : (P,) bool, more than obstacles."""
     joins_outside = survey.scene.source.doors == Doors.OUTSIDE
     progress(ProgressEvent("scope", 0, 2, "indoors and outdoors"))
-    if joins_outside:  # which opens the doors of rooms that are indoors all the same
-        shut = with_exterior_doors_shut(survey.scene)
+    shut = with_exterior_doors_shut(survey.scene)
+    if shut is not survey.scene:  # rooms behind open doors are indoors all the same
         engine = Open3DEngine(shut, make_patches(shut, max_area_m2=survey.patches.max_area_m2))
     places = find_places(survey, engine, free_space(survey) if space is None else space)
     lost = _not_a_building(survey, places)
@@ -239,6 +243,41 @@ def _open_sides(survey: Survey, engine: ScanEngine, places: Places) -> tuple[str
                 "out of scope; to plan it up to the slab's edge, use --scope all"
             )
     return tuple(lines)
+
+
+# ----------------------------------------------------------------------------------------------- doors
+def exterior_doors_between_places(survey: Survey, engine: ScanEngine) -> tuple[PlacedDoor, ...]:
+    """Exterior doors that are shut, though both sides are surveyed as the inside: to loggias and deep porches.
+
+    survey : with its scope. On each side, a place in plain view of the door's front is indoors.
+    """
+    scope = survey.scope
+    is_open = {door.element for door in survey.scene.open_doors}
+    if scope is None or scope.kind != Scope.INTERIOR:
+        return ()
+    shut = [door for door in exterior_doors(survey.scene) if door.element not in is_open]
+    return tuple(
+        door
+        for door in shut
+        if all(
+            _leads_indoors(scope, engine, at_m, across)
+            for at_m, across in zip(fronts_m(door), (-door.across, door.across), strict=True)
+        )
+    )
+
+
+def _leads_indoors(scope: SurveyScope, engine: ScanEngine, at_m: FloatArray, across: FloatArray) -> bool:
+    """Whether a place near a point (3,) at a door's foot, in its view and not on the door's other side, is indoors."""
+    away_m = scope.ground_m - at_m
+    near = np.flatnonzero(
+        scope.indoors
+        & (np.hypot(away_m[:, 0], away_m[:, 1]) <= _FRONT_M)
+        & (np.abs(away_m[:, 2]) <= _SILL_M)
+        & (away_m[:, :2] @ across > -_PLACE_M)
+    )
+    eye_m, to_m = _eyes_over(np.tile(at_m, (near.size, 1))), _eyes_over(scope.ground_m[near])
+    hits = engine.cast_rays(eye_m, to_m - eye_m, range_max_m=np.inf)
+    return bool((~(hits.range_m < np.linalg.norm(to_m - eye_m, axis=1))).any())
 
 
 # ---------------------------------------------------------------------------------------------- places

@@ -150,6 +150,12 @@ def placed_doors(scene: Scene) -> list[PlacedDoor]:
     return [found[element] for element in sorted(found)]
 
 
+def fronts_m(door: PlacedDoor) -> FloatArray:
+    """(2, 3) where somebody stands before a door, at the height of its foot: against its `across`, and along it."""
+    front_m: FloatArray = _beside_m(door)[:, -1] - np.array([0.0, 0.0, _KNEE_M])
+    return front_m
+
+
 def _beside_m(door: PlacedDoor) -> FloatArray:
     """(2, B, 3) places to both sides of a door."""
     middle_m = np.array([*door.box_m[:, :2].mean(axis=0), door.box_m[0, 2] + _KNEE_M])

@@ -88,8 +88,12 @@ def with_outdoor_ground(scene: Scene, floors: tuple[Floor, ...]) -> tuple[tuple[
 
 
 def with_exterior_doors_shut(scene: Scene) -> Scene:
-    """Shut each exterior door by a panel, behind the scene's triangles: what is indoors stays so when doors open."""
-    doors = exterior_doors(scene)
+    """Shut each open exterior door by a panel, behind the scene's triangles: what is indoors stays so when doors open.
+
+    The same scene where none is open.
+    """
+    is_open = {door.element for door in scene.open_doors}
+    doors = [door for door in exterior_doors(scene) if door.element in is_open] if is_open else []
     if not doors:
         return scene
     element = np.repeat(np.array([door.element for door in doors], dtype=np.int32), 2)

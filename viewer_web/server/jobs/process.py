@@ -17,14 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.coverage.survey import make_survey
-from planner_core.engine.open_engine import open_engine
 from planner_core.errors import PlanFolderError, PlannerError
 from planner_core.model import FloatArray, Plan
 from planner_core.operating_system import lower_priority
 from planner_core.plan_folder.drawn_files import DrawnFiles, write_raised
 from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.planning.independent_check import with_independent_check
+from planner_core.planning.open_survey import open_survey
 from planner_core.planning.plan import plan_survey
 from planner_core.progress import BestSoFar, ProgressEvent
 from planner_core.scene.load import load_scene
@@ -179,8 +178,7 @@ def plan_run(folder: Path, scene: Sequence[Path], telling: Telling, interrupts: 
     settings = run_settings(basis, telling.run.request, begun_m=read_begun(folder))
     loaded = load_scene(scene, options=run_load_options(basis, telling.run.request), progress=telling.show)
     telling.offset_m = loaded.offset_m
-    survey = make_survey(loaded, settings, progress=telling.show)
-    engine = open_engine(survey.scene, survey.patches)
+    survey, engine = open_survey(loaded, settings, progress=telling.show)
     plan = plan_survey(survey, settings, engine, progress=telling.show)
     interrupts.spare()
     plan = with_independent_check(plan, engine, progress=telling.show)
