@@ -27,6 +27,8 @@ DOOR_KIND = "IfcDoor"
 _MIDDLE = np.array([[0.3, 0.1], [0.7, 0.8]])
 #: A frame reaches this near to the box's side; leaves are set into it by more.
 _AT_SIDE_M = 0.015
+#: What is the same door in another file lies within it by this.
+_AGAIN_M = 0.06
 #: A single jamb or post reaches over this share of the height.
 _TALL_SHARE = 0.8
 #: Rooms beside a door are searched for this far from its middle, behind walls of any thickness, and this high above
@@ -71,11 +73,8 @@ def without_door_leaves(
     # A leaf may be modelled ajar: where a door's frame is left, that is where it shuts.
     left = with_triangles(scene, ~leaf)
     framed = {door.element: door for door in placed_doors(left) if door.height_m >= _LEAST_FRAME_M}
-    return replace(
-        left,
-        report=replace(scene.report, n_doors_open=len(elements)),
-        open_doors=tuple(framed.get(door.element, door) for door in placed_doors(scene) if door.element in elements),
-    )
+    is_open = tuple(framed.get(door.element, door) for door in placed_doors(scene) if door.element in elements)
+    return replace(left, report=replace(scene.report, n_doors_open=len(is_open)), open_doors=is_open)
 
 
 def door_leaves(
@@ -88,13 +87,51 @@ def door_leaves(
     leaf = np.zeros(scene.n_triangles, dtype=bool)
     owner = scene.element_of_triangle[of_door]
     stay_shut = _shut_doors(scene, doors, owner)
+    opened_doors = []
     for door in np.unique(owner).tolist():
         mine = of_door[owner == door]
         name = scene.elements[door].source_id
         if name in shut or (name not in opened and door in stay_shut):
             continue
         leaf[mine] = _is_leaf(scene.vertices_m, scene.triangles[mine])
-    return leaf
+        opened_doors.append(mine)
+    return leaf | _held_again(scene, is_door, opened_doors)
+
+
+def _held_again(scene: Scene, is_door: BoolArray, doors: list[Int64Array]) -> BoolArray:
+    """(T,) bool: elements that are no door, but lie within one of doors, each its triangles (K,), and in its middle.
+
+    Beside an architect's file with doors, a fabricator's has their leaves as plates, and boards that close them.
+    """
+    again = np.zeros(scene.n_triangles, dtype=bool)
+    if not doors:
+        return again
+    low_m, high_m = np.full((is_door.size, 3), np.inf), np.full((is_door.size, 3), -np.inf)
+    for some in chunks(scene.n_triangles):
+        corners_m, owner = scene.vertices_m[scene.triangles[some]], scene.element_of_triangle[some]
+        np.minimum.at(low_m, owner, corners_m.min(axis=1))
+        np.maximum.at(high_m, owner, corners_m.max(axis=1))
+    for triangles in doors:
+        of_door_m = scene.vertices_m[scene.triangles[triangles]]
+        least_m, most_m = of_door_m.min(axis=(0, 1)) - _AGAIN_M, of_door_m.max(axis=(0, 1)) + _AGAIN_M
+        angle = _angle(of_door_m)
+        low, high = _extent(of_door_m, angle)
+        middle = low[:2] + _MIDDLE * (high - low)[:2]
+        within = ((low_m >= least_m) & (high_m <= most_m) & (low_m <= high_m)).all(axis=1)
+        for element in np.flatnonzero(within & ~is_door).tolist():
+            mine = np.flatnonzero(scene.element_of_triangle == element)
+            corners_m = scene.vertices_m[scene.triangles[mine]]
+            its_low, its_high = _extent(corners_m, angle)
+            in_way = (its_low[:2] < middle[1]).all() and (its_high[:2] > middle[0]).all()
+            again[mine] = in_way and (its_low >= low - _AGAIN_M).all() and (its_high <= high + _AGAIN_M).all()
+    return again
+
+
+def _extent(corners_m: FloatArray, angle: float) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest (3,) of corners (K, 3, 3) along a door's width, its height, and across it."""
+    plane, across = _in_plane(corners_m, angle), corners_m[..., :2] @ np.array([np.cos(angle), np.sin(angle)])
+    at = np.concatenate([plane, across[..., None]], axis=-1).reshape(-1, 3)
+    return at.min(axis=0), at.max(axis=0)
 
 
 def _check_are_doors(scene: Scene, names: tuple[str, ...]) -> None:
@@ -275,7 +312,7 @@ def _leaf_of(scene: Scene, triangles: Int64Array, ground_m: float) -> Leaf | Non
 def _is_leaf(vertices_m: FloatArray, triangles: Int32Array) -> BoolArray:
     """(K,) bool: which of one door's triangles (K, 3) are of its leaves."""
     corners_m = vertices_m[triangles]
-    plane = _in_plane(corners_m)
+    plane = _in_plane(corners_m, _angle(corners_m))
     low, high = plane.min(axis=(0, 1)), plane.max(axis=(0, 1))
     middle = low + _MIDDLE * (high - low)
     part, n_parts = _parts(triangles)
@@ -290,9 +327,8 @@ def _is_leaf(vertices_m: FloatArray, triangles: Int32Array) -> BoolArray:
     return np.asarray(~frame[part])
 
 
-def _in_plane(corners_m: FloatArray) -> FloatArray:
-    """(K, 3, 2) corners along the door's width and height."""
-    angle = _angle(corners_m)
+def _in_plane(corners_m: FloatArray, angle: float) -> FloatArray:
+    """(K, 3, 2) corners along a door's width and height; `angle` is its direction across."""
     along = np.array([-np.sin(angle), np.cos(angle)])
     return np.stack([corners_m[..., :2] @ along, corners_m[..., 2]], axis=-1)
 

@@ -93,6 +93,23 @@ def test_a_door_of_a_leaf_alone_goes_and_its_element_keeps_its_number() -> None:
     assert [element.kind for element in opened.elements] == ["IfcDoor", "IfcWall"]
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_leaves_and_boards_that_another_file_holds_go_with_their_door(angle: float) -> None:
+    frame, leaf = corners_of(jambs(1.0, 2.1, 0.05)), corners_of([((-0.45, -0.02, 0.0), (0.45, 0.02, 2.05))])
+    parts = [
+        ("IfcDoor", np.concatenate([frame, leaf])),
+        ("IfcPlate", corners_of([((-0.46, -0.07, 0.01), (0.46, -0.02, 2.06))])),
+        ("IfcBeam", corners_of([((-0.5, -0.06, 0.0), (-0.45, 0.06, 2.1))])),
+        ("IfcMember", corners_of([((-0.45, -0.03, 0.0), (0.45, -0.02, 1.0))])),  # a board: half the door
+        ("IfcPlate", corners_of([((-0.45, -0.02, 0.0), (0.45, 0.4, 2.05))])),  # far thicker than the door
+        ("IfcWall", corners_of(WALL)),
+    ]
+    for doors, gone in ((Doors.OPEN, {1, 3}), (Doors.SHUT, set())):
+        opened = without_door_leaves(scene_of(parts, angle), doors)
+        assert set(range(len(parts))) - set(opened.element_of_triangle.tolist()) == gone
+        assert opened.report.n_doors_open == (doors == Doors.OPEN)
+
+
 def test_only_doors_are_opened_and_a_scene_of_leaves_alone_is_left() -> None:
     leaf = corners_of([((-0.45, -0.02, 0.0), (0.45, 0.02, 2.0))])
     named = scene_of([("Mesh", leaf), ("IfcWindow", leaf + np.array([0.0, 1.0, 0.0])), ("IfcWall", corners_of(WALL))])
