@@ -102,7 +102,7 @@ def registered(plan: Plan, engine: ScanEngine, start: str, random: np.random.Gen
     """Links that register, all links, and how far off each station comes to lie, mm, to its network's first."""
     limits = plan.settings.requirements.link_limits
     at_m = set_up_m(plan, random)
-    clouds = [prepare(scan(engine, plan.survey.scene, each_m, random), random) for each_m in at_m]
+    clouds = [prepare(scan(engine, plan.survey.scene, each_m, random), random, for_all=False) for each_m in at_m]
     place = {station.id: number for number, station in enumerate(plan.stations)}
     edges, n_good = [], 0
     for link in plan.links:

@@ -46,8 +46,11 @@ class Prepared:
     coarse: FloatArray
 
 
-def prepare(cloud: Cloud, random: np.random.Generator) -> Prepared:
-    """Thin a cloud, and find its normals, turned to the scanner."""
+def prepare(cloud: Cloud, random: np.random.Generator, *, for_all: bool = True) -> Prepared:
+    """Thin a cloud, and find its normals, turned to the scanner.
+
+    for_all : for each method; else for `point_to_plane` alone, in a third of the memory.
+    """
     whole = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(cloud.points_m))
     levels, gicp = [], []
     for voxel_m, most in zip(VOXELS_M, _MOST_POINTS, strict=True):
@@ -57,8 +60,11 @@ def prepare(cloud: Cloud, random: np.random.Generator) -> Prepared:
         n = len(points.points)
         few = points.select_by_index(random.choice(n, min(n, most), replace=False))
         levels.append((points, cKDTree(np.asarray(points.points)), few))
-        gicp.append(small_gicp.preprocess_points(np.asarray(points.points), voxel_m / 100, 20, 1))
+        if for_all:
+            gicp.append(small_gicp.preprocess_points(np.asarray(points.points), voxel_m / 100, 20, 1))
     coarse = np.asarray(whole.voxel_down_sample(GLOBAL_VOXEL_M / 2).points)
+    if not for_all:
+        cloud = Cloud(cloud.points_m[:0], cloud.pose)
     return Prepared(cloud, tuple(levels), tuple(gicp), coarse)
 
 
