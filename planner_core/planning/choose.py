@@ -172,6 +172,7 @@ def _select(
     *,
     given: tuple[int, ...] | None = None,
     start: tuple[int, ...] | None = None,
+    enough: int = 0,
 ) -> ProvenSelection:
     found = select_by_size(
         pool.problem,
@@ -179,6 +180,7 @@ def _select(
         network=pool.network,
         given=pool.given if given is None else given,
         start=start,
+        enough=enough,
         # With other given stations, the bound is one of plans that have these.
         progress=pool.placing(progress, bounds=given is None),
     )
@@ -282,7 +284,8 @@ def _as_set_up(
             break
         most = budget.whole.work_limit
         work = replace(budget.left, work_limit=min(most, max(_ROUND_WORK, _ROUND_SHARE * most)), prove=False)
-        selected = _select(found.pool, work, progress)
+        # With more links, fewer were not found in more work.
+        selected = _select(found.pool, work, progress, enough=len(choice.chosen))
         if selected.why_stopped == INTERRUPTED:
             break
         chosen = polish(found.pool.problem, selected.chosen, network=found.pool.network, given=found.pool.given)

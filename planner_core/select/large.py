@@ -158,10 +158,16 @@ def select_large(
     return result
 
 
-def select_by_size(problem: CoverProblem, settings: Proven = _DEFAULTS, **how: Any) -> ProvenSelection:
-    """`select` for problems that it is made for, `select_large` for others; see there for `how`."""
-    search = select_large if is_large(problem) else select
-    return search(problem, settings, **how)
+def select_by_size(
+    problem: CoverProblem, settings: Proven = _DEFAULTS, *, enough: int = 0, **how: Any
+) -> ProvenSelection:
+    """`select` for problems that it is made for, `select_large` for others; see there for `how`.
+
+    enough : for `select` alone; as few stations may be in fewer parts of the network, which the other looks for.
+    """
+    return (
+        select_large(problem, settings, **how) if is_large(problem) else select(problem, settings, enough=enough, **how)
+    )
 
 
 def is_large(problem: CoverProblem) -> bool:

@@ -37,7 +37,7 @@ from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
 from planner_core.select.quick_bound import counting_bound
 from planner_core.select.reductions import Reduced, reduce_problem
-from planner_core.select.search import INTERRUPTED, PROVEN, WORK_DONE, Search
+from planner_core.select.search import ENOUGH, INTERRUPTED, PROVEN, WORK_DONE, Search
 
 if TYPE_CHECKING:
     from planner_core.select.annealing import Annealer
@@ -85,7 +85,8 @@ class ProvenSelection:
     """chosen : candidates, forced ones first. lower_bound : no set that meets the targets has fewer. Of `select_large`
     with a network: none that is in no more of its parts, since fewest parts come first there.
 
-    why_stopped : `proven`, `work limit`, `time limit`, `interrupted` or `rounding of areas`, see `ROUNDING`. n_greedy :
+    why_stopped : `proven`, `work limit`, `time limit`, `interrupted`, `as few as wanted` or `rounding of areas`, see
+    `ROUNDING`. n_greedy :
     stations that greedy selection takes, with those that connect them where a network is required. curve : stations and
     bound after how much work; stations rise only for fewer parts, the bound never falls.
     """
@@ -115,6 +116,7 @@ def select(
     network: Network | None = None,
     given: Sequence[int] = (),
     start: Sequence[int] | None = None,
+    enough: int = 0,
     progress: Progress = silent,
 ) -> ProvenSelection:
     """Find few candidates that meet every target, and a lower bound on how few could.
@@ -129,6 +131,8 @@ def select(
         Another set that meets the targets, such as one of a genetic search. The result is no larger than it (where it
         holds all of `given` and is connected), nor than that of greedy selection (where none are given, and no
         network required).
+    enough
+        A set of so many, or of fewer, ends the search: somebody knows that fewer are hardly to be found.
     progress
         A KeyboardInterrupt that it raises ends the search, not the call, once there is a set.
 
@@ -148,7 +152,8 @@ def select(
             f"network: got one of {network.n_candidates} candidates, expected the problem's {problem.n_candidates}"
         )
     reduced = reduce_problem(problem, given=given, rows_only=network is not None)
-    search = _ProvenSearch(reduced, settings, network=network, progress=progress)
+    enough -= len(reduced.forced)
+    search = _ProvenSearch(reduced, settings, network=network, enough=enough, progress=progress)
     search.begin(_known(problem, reduced, start))
     search.run_until_interrupted()
     try:
@@ -226,10 +231,11 @@ class _ProvenSearch(Search):
         settings: Proven,
         *,
         network: Network | None,
+        enough: int,
         progress: Progress,
     ) -> None:
         super().__init__(reduced.problem, settings, network=network, given=reduced.pinned, progress=progress)
-        self._reduced = reduced
+        self._reduced, self._enough = reduced, enough
         self._annealing: Annealer | None = None
         self._round, self._n_steps = 0, _FIRST_STEPS_A_CANDIDATE * self._problem.n_candidates
         self._sets: Int32Array = np.zeros((0, 0), dtype=np.int32)
@@ -354,6 +360,12 @@ class _ProvenSearch(Search):
         )
 
     # ------------------------------------------------------------------------------------------- limits
+    def _go_on(self) -> bool:
+        if len(self._best) <= self._enough and not self._is_proven:
+            self.limits.why_stopped = ENOUGH
+            return False
+        return super()._go_on()
+
     def _total_work(self) -> float:
         proofs = (proof.work for proof in (self._tree, self._blocks) if proof is not None)
         return self._work + sum(proofs)

@@ -25,6 +25,8 @@ PROVEN = "proven"
 WORK_DONE = "work limit"
 TIME_OVER = "time limit"
 INTERRUPTED = "interrupted"
+#: There are as few stations as the caller wants, see `planner_core.select.proven.select`.
+ENOUGH = "as few as wanted"
 
 
 class Limits:

@@ -158,6 +158,16 @@ def test_work_limit_ends_the_search_with_a_valid_set_and_bound():
     assert not result.proven and 0 < result.gap < 1
 
 
+def test_as_few_stations_as_are_enough_end_the_search():
+    problem = thicket()
+    settings = replace(QUICK, prove=False)
+    whole = select(problem, settings)
+    ended = select(problem, settings, enough=len(whole.chosen))
+    assert (ended.chosen, ended.why_stopped, ended.proven) == (whole.chosen, "as few as wanted", False)
+    assert ended.work < 0.8 * whole.work
+    assert select(problem, settings, enough=len(whole.chosen) - 1).why_stopped == whole.why_stopped
+
+
 def test_turns_end_where_they_have_long_found_nothing(monkeypatch):
     monkeypatch.setattr(proven, "_PATIENCE", 0.02)
     monkeypatch.setattr(proven, "_PATIENCE_SHARE", 0.0)
