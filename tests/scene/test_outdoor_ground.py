@@ -227,6 +227,7 @@ def test_as_many_stations_outdoors_as_are_offered_join() -> None:
     assert len(joined.stations) <= len(apart.stations) + offered(apart)
 
 
+@pytest.mark.slow
 def test_targets_join_what_slides_along_a_plain_wall_and_both_stations_see_them() -> None:
     joined = make_plan(twin_house(garden=False), settings(min_strength=0.06))
     assert joined.connected
