@@ -23,7 +23,7 @@ from planner_core.errors import escaped
 from planner_core.export.bcf_topics import LEAST_AREA_M2, Topic, Topics, UnseenPlace
 from planner_core.export.bcf_views import FIELD_OF_VIEW_DEG, Views
 from planner_core.export.options import Options
-from planner_core.export.sheets.building import read_building
+from planner_core.export.sheets.building import building_of
 from planner_core.model import FloatArray
 from planner_core.plan_folder.pictures import Eye
 from planner_core.plan_folder.plan_source import PlanSource
@@ -53,7 +53,7 @@ def write_bcf(plan: PlanSource, path: Path, options: Options, progress: Progress
     """
     store = ReviewStore(plan.folder)
     planned, review = store.plan(), store.current()
-    building = read_building(plan.folder)
+    building = building_of(plan)
     found = Topics(plan, None if isinstance(building, str) else building, options)
     views = Views(None if isinstance(building, str) else building)
     unseen = found.unseen_places()

@@ -31,7 +31,7 @@ from planner_core.export.floor_outlines import solid_rings
 from planner_core.export.options import Options
 from planner_core.export.polylines import covered_polygons
 from planner_core.export.section import floor_outline, floor_section, lines_below
-from planner_core.export.sheets.building import Building, read_building
+from planner_core.export.sheets.building import Building, building_of
 from planner_core.export.sheets.paper import check_sheet
 from planner_core.export.sheets.unseen import unseen_surface
 from planner_core.model import FloatArray
@@ -111,7 +111,7 @@ def write_dxf(plan: PlanSource, path: Path, options: Options, progress: Progress
     drawing = _Drawing(plan, new_document(plan.frame.unit))
     drawing.add_layers(floors)
     _define_block(drawing)
-    building = read_building(plan.folder)
+    building = building_of(plan)
     remarks = [building] if isinstance(building, str) else []
     for number, floor in enumerate(floors):
         progress(ProgressEvent("dxf", number, len(floors), floor.name))

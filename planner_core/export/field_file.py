@@ -20,7 +20,7 @@ import numpy as np
 
 from planner_core.export.options import Options
 from planner_core.export.section import floor_section
-from planner_core.export.sheets.building import read_building
+from planner_core.export.sheets.building import building_of
 from planner_core.model import FloatArray, Floor
 from planner_core.model.review import ReviewedStation
 from planner_core.plan_folder.plan_source import PlanSource, station_numbers
@@ -105,7 +105,7 @@ def _stations(plan: PlanSource, reviewed: tuple[ReviewedStation, ...]) -> list[d
 
 def _walls(plan: PlanSource) -> tuple[list[list[list[float]]], tuple[str, ...]]:
     """What stands on each floor, as polylines [x, y, x, y, ...]; and a remark where the building is not known."""
-    building = read_building(plan.folder)
+    building = building_of(plan)
     if isinstance(building, str):
         return [[] for _ in plan.floors], (f"the maps have no walls: {building.partition(':')[0]}",)
     offset_m = building.scene.offset_m

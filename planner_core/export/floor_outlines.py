@@ -14,7 +14,7 @@ import numpy as np
 
 from planner_core.export.polylines import doubled_area_m2
 from planner_core.export.section import SectionLine, floor_outline
-from planner_core.export.sheets.building import Building, read_building
+from planner_core.export.sheets.building import Building, building_of
 from planner_core.model import FloatArray, Floor, Scene
 from planner_core.plan_folder.plan_model.results import FloorSection
 from planner_core.plan_folder.plan_source import PlanSource
@@ -51,7 +51,7 @@ def outlines_of(plan: PlanSource, floors: Sequence[FloorSection]) -> tuple[dict[
     ExportError
         The stage of the plan folder can't be read.
     """
-    building = read_building(plan.folder)
+    building = building_of(plan)
     if isinstance(building, str):
         remark = f"floors are the rectangles around their ground: {building.partition(':')[0]}"
         return {floor.id: _rectangle(floor) for floor in floors}, (remark,)

@@ -146,7 +146,7 @@ def reviewed_source(plan: PlanSource, stations: Sequence[ReviewedStation], edite
     links = tuple(link for link in plan.links if not {link.a, link.b} & set(edited))
     # Its legs lead to stations that stand elsewhere now.
     document = {**plan.document, "route": None}
-    return replace(plan, document=document, stations=placed, links=links, _made={})
+    return replace(plan, document=document, stations=placed, links=links)
 
 
 def _placed(
@@ -180,7 +180,7 @@ def _with_areas(plan: PlanSource, planned: PlanUnderReview, review: Review) -> P
     if not (review.forbidden or any(zone.kind == "keep_out" for zone in review.zones.values())):
         return plan
     site = site_with_areas(settings_of(plan.document).site, review, planned)
-    return replace(plan, document={**plan.document, "site": to_document(site)}, _made={})
+    return replace(plan, document={**plan.document, "site": to_document(site)})
 
 
 def _require_scene(plan: PlanSource, names: Sequence[str]) -> None:

@@ -204,7 +204,7 @@ def _write(chosen: Format, plan: PlanSource, path: Path, options: Options, progr
 
 def in_metres(plan: PlanSource) -> PlanSource:
     """Return the plan with site coordinates that are written in metres."""
-    return replace(plan, frame=plan.frame.in_metres())
+    return plan.once("in metres", lambda: replace(plan, frame=plan.frame.in_metres()))
 
 
 def _written(plan: PlanSource, target: Path, remarks: Sequence[str]) -> Written:

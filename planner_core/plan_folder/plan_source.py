@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -24,6 +24,8 @@ from planner_core.plan_folder.plan_model.document import PlanDocument
 from planner_core.plan_folder.plan_model.results import FloorSection, StationSection
 from planner_core.plan_folder.plan_settings import ScenePaths, find_scene, load_options_of, settings_of
 from planner_core.progress import Progress, silent
+
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +97,7 @@ class PlanSource:
     rooms: tuple[RoomName, ...] = ()
     planned: PlanSource | None = None
     """What this is a reviewed state of: formats that hold the review themselves are written from it."""
-    _made: dict[str, Any] = field(default_factory=dict, repr=False)
+    _made: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
 
     def stations_of(self, floor_id: str) -> tuple[FieldStation, ...]:
         """Stations of one floor, in visiting order."""
@@ -164,21 +166,25 @@ class PlanSource:
         SceneError
             It can't be read.
         """
-        if "scene" not in self._made:
-            from planner_core.scene.load import load_scene
+        from planner_core.scene.load import load_scene
 
-            paths = self.scene_paths()
-            self._made["scene"] = load_scene(paths, options=load_options_of(self.document), progress=progress)
-        return self._made["scene"]  # type: ignore[no-any-return]
+        options = load_options_of(self.document)
+        return self.once("scene", lambda: load_scene(self.scene_paths(), options=options, progress=progress))
+
+    def once(self, what: Hashable, make: Callable[[], Made]) -> Made:
+        """Return what `make` returned when first asked for `what`: several formats need the same of a plan."""
+        if what not in self._made:
+            self._made[what] = make()
+        return self._made[what]  # type: ignore[no-any-return]
 
     def survey(self, *, progress: Progress = silent) -> Survey:
         """Make floors, patches and beams of the scene as they were planned with; once. Raises as `scene`."""
-        if "survey" not in self._made:
-            from planner_core.coverage.survey import make_survey
+        from planner_core.coverage.survey import make_survey
 
-            scene = self.scene(progress=progress)
-            self._made["survey"] = make_survey(scene, settings_of(self.document), progress=progress)
-        return self._made["survey"]  # type: ignore[no-any-return]
+        def made() -> Survey:
+            return make_survey(self.scene(progress=progress), settings_of(self.document), progress=progress)
+
+        return self.once("survey", made)
 
 
 def open_plan(folder: Path, *, scene: ScenePaths = None, frame: FrameRequest | None = None) -> PlanSource:

@@ -206,7 +206,7 @@ def held(monkeypatch):
     ("why", "what"),
     [
         ("time limit", "sets"),
-        ("interrupted", "proofs"),
+        pytest.param("interrupted", "proofs", marks=pytest.mark.slow),
         pytest.param("time limit", "proofs", marks=pytest.mark.slow),
         pytest.param("interrupted", "sets", marks=pytest.mark.slow),
     ],

@@ -74,6 +74,11 @@ class Building:
         return Floor(floor.id, floor.name, elevation_m, area_m2, ground, bounds_m, "surface")
 
 
+def building_of(plan: PlanSource) -> Building | str:
+    """Read the building of a plan, once for all formats. Raises as `read_building`."""
+    return plan.once("building", lambda: read_building(plan.folder))
+
+
 def read_building(folder: Path) -> Building | str:
     """Read the building of a plan folder, or say in one line why it can't be drawn.
 

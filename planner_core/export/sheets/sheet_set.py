@@ -9,7 +9,7 @@ from pathlib import Path
 
 from planner_core.export.chosen import chosen_floors, chosen_stations
 from planner_core.export.options import Options
-from planner_core.export.sheets.building import Building, read_building
+from planner_core.export.sheets.building import Building, building_of
 from planner_core.export.sheets.charts import Histogram, draw_histogram, histograms_of
 from planner_core.export.sheets.cover import MAX_WARNINGS, draw_cover, draw_frame, text_room
 from planner_core.export.sheets.floor_page import Neighbour, draw_floor, is_empty
@@ -74,7 +74,7 @@ class Contents:
 
 
 def gather(plan: PlanSource, options: Options) -> Contents:
-    """Read and work out all that sheets show.
+    """Read and work out all that sheets show, once for a plan and its options.
 
     Raises
     ------
@@ -85,9 +85,13 @@ def gather(plan: PlanSource, options: Options) -> Contents:
     MissingPackageError
         reportlab or matplotlib is missing.
     """
+    return plan.once(("sheets", options), lambda: _gathered(plan, options))
+
+
+def _gathered(plan: PlanSource, options: Options) -> Contents:
     check_sheet(options.paper, options.cut_m)
     wanted = [floor for floor in chosen_floors(plan, options) if _worth_a_sheet(plan, floor, options)]
-    building = read_building(plan.folder)
+    building = building_of(plan)
     remarks = [building] if isinstance(building, str) else []
     there = None if isinstance(building, str) else building
     floors = []
