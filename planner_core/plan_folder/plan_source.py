@@ -172,7 +172,7 @@ class PlanSource:
         return self.once("scene", lambda: load_scene(self.scene_paths(), options=options, progress=progress))
 
     def once(self, what: Hashable, make: Callable[[], Made]) -> Made:
-        """Return what `make` returned when first asked for `what`: several formats need the same of a plan."""
+        """Return what `make` returns, called the first time alone: several formats need the same `what` of a plan."""
         if what not in self._made:
             self._made[what] = make()
         return self._made[what]  # type: ignore[no-any-return]
