@@ -23,7 +23,6 @@ from planner_core.model import (
     FloatArray,
     Int32Array,
     Int64Array,
-    PlacedDoor,
     Requirements,
     Scope,
     Survey,
@@ -33,7 +32,6 @@ from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.reach import MIN_REGION_M2, reachability
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.goals import wanted_of
-from planner_core.scene.doors import exterior_doors, fronts_m
 from planner_core.scene.outdoor_ground import OUTDOORS_M, with_exterior_doors_shut
 from planner_core.scene.patches import make_patches, patch_triangles
 
@@ -58,8 +56,6 @@ _SURFACE_OUTDOORS = 0.2
 _OFF_M = 0.02
 #: Ground with walls to all sides within this, and no roof, has lost its roof.
 _WALLS_M, _N_LEVEL, _WALLED_SHARE = 12.0, 24, 0.85
-#: Before a door, places are searched for within this, and within this of the height of its foot.
-_FRONT_M, _SILL_M = 2.0, 0.6
 #: Less ground than this indoors, or walled without a roof, decides nothing.
 _LEAST_M2 = 4.0
 #: The strip along an open side that counts as outdoors is no wider. A doorway without a door shows less of a porch than
@@ -220,7 +216,7 @@ def _open_sides(survey: Survey, engine: ScanEngine, places: Places) -> tuple[str
 
     That is the strip along the edge of a slab without facade. A porch is behind a wall or a shut door.
     """
-    eye_m, indoors = _eyes_over(places.ground_m), places.indoors
+    eye_m, indoors = eyes_over(places.ground_m), places.indoors
     row = np.flatnonzero(~indoors & ~places.walled)
     if not row.size or not indoors.any():
         return ()
@@ -245,41 +241,6 @@ def _open_sides(survey: Survey, engine: ScanEngine, places: Places) -> tuple[str
     return tuple(lines)
 
 
-# ----------------------------------------------------------------------------------------------- doors
-def exterior_doors_between_places(survey: Survey, engine: ScanEngine) -> tuple[PlacedDoor, ...]:
-    """Exterior doors that are shut, though both sides are surveyed as the inside: to loggias and deep porches.
-
-    survey : with its scope. On each side, a place in plain view of the door's front is indoors.
-    """
-    scope = survey.scope
-    is_open = {door.element for door in survey.scene.open_doors}
-    if scope is None or scope.kind != Scope.INTERIOR:
-        return ()
-    shut = [door for door in exterior_doors(survey.scene) if door.element not in is_open]
-    return tuple(
-        door
-        for door in shut
-        if all(
-            _leads_indoors(scope, engine, at_m, across)
-            for at_m, across in zip(fronts_m(door), (-door.across, door.across), strict=True)
-        )
-    )
-
-
-def _leads_indoors(scope: SurveyScope, engine: ScanEngine, at_m: FloatArray, across: FloatArray) -> bool:
-    """Whether a place near a point (3,) at a door's foot, in its view and not on the door's other side, is indoors."""
-    away_m = scope.ground_m - at_m
-    near = np.flatnonzero(
-        scope.indoors
-        & (np.hypot(away_m[:, 0], away_m[:, 1]) <= _FRONT_M)
-        & (np.abs(away_m[:, 2]) <= _SILL_M)
-        & (away_m[:, :2] @ across > -_PLACE_M)
-    )
-    eye_m, to_m = _eyes_over(np.tile(at_m, (near.size, 1))), _eyes_over(scope.ground_m[near])
-    hits = engine.cast_rays(eye_m, to_m - eye_m, range_max_m=np.inf)
-    return bool((~(hits.range_m < np.linalg.norm(to_m - eye_m, axis=1))).any())
-
-
 # ---------------------------------------------------------------------------------------------- places
 def find_places(survey: Survey, engine: ScanEngine, space: FreeSpace) -> Places:
     """Tell indoors from outdoors wherever a person can stand, unreachable rooms among it."""
@@ -294,14 +255,15 @@ def find_places(survey: Survey, engine: ScanEngine, space: FreeSpace) -> Places:
     _, first, count = np.unique(square[order], axis=0, return_index=True, return_counts=True)
     chosen = node[order[first]]
     ground_m = space.position_m(chosen)
-    eye_m = _eyes_over(ground_m)
+    eye_m = eyes_over(ground_m)
     indoors = open_around(engine, eye_m) < _INDOORS
     walled = np.zeros(indoors.size, dtype=np.bool_)
     walled[~indoors] = _walled(engine, eye_m[~indoors])
     return Places(ground_m, (count * space.cell_m2).astype(np.float64), space.floor[chosen], indoors, walled)
 
 
-def _eyes_over(ground_m: FloatArray) -> FloatArray:
+def eyes_over(ground_m: FloatArray) -> FloatArray:
+    """(K, 3) eyes of a surveyor over ground (K, 3)."""
     eye_m: FloatArray = ground_m + np.array([0.0, 0.0, _EYE_M])
     return eye_m
 
@@ -376,7 +338,7 @@ def patches_by_side(
     A sheet with a room on one side and the garden on the other is both.
     """
     surfaces = _surfaces(survey, patch)
-    seen = _seen_from_rooms(engine, surfaces, _eyes_over(places.ground_m[places.indoors]))
+    seen = _seen_from_rooms(engine, surfaces, eyes_over(places.ground_m[places.indoors]))
     inner, outer = (np.zeros(survey.patches.n_patches, dtype=np.bool_) for _ in range(2))
     for side, seen_here in zip((1.0, -1.0), seen, strict=True):
         rows = np.arange(seen_here.size) if outside else np.flatnonzero(seen_here)

@@ -6,6 +6,7 @@ import json
 import math
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 
 from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import CoordinatesError, ExportError, PlanFolderError
+from planner_core.export.sheets.building import building_of
 from planner_core.plan_folder.plan_source import open_plan
 from planner_core.progress import ProgressEvent
 
@@ -266,6 +268,9 @@ def test_the_scene_is_loaded_once_and_as_it_was_planned_on(box_folder: Path) -> 
     assert plan.scene() is scene
     assert plan.survey() is plan.survey()
     assert plan.survey().patches.n_patches == plan.document["settings"]["n_patches"]
+    assert building_of(plan) is building_of(plan)
+    other = replace(plan, title="other")
+    assert building_of(other) is not building_of(plan), "a changed plan takes nothing along"
 
 
 @pytest.mark.slow
