@@ -83,7 +83,8 @@ def fragile_links(
     assert pool.links is not None
     required, links, n = pool.demand.goals.requirements, pool.links, pool.n_candidates
     rows = np.array(sorted(chosen), dtype=np.int64)
-    neighbours = [links.neighbour[links.row(row)][links.by_surface[links.row(row)]] for row in rows.tolist()]
+    by_surface = links.by_surface
+    neighbours = [links.neighbour[links.row(row)][by_surface[links.row(row)]] for row in rows.tolist()]
     if not sum(map(len, neighbours)):
         return FragileLinks.none()
     n_around = 1 + _N_AROUND
