@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from datetime import date
 from typing import Annotated, Any
 
-from pydantic import Field, WithJsonSchema, with_config
+from pydantic import ConfigDict, Field, WithJsonSchema, with_config
 
 from planner_core.documents import YesNo
 from planner_core.errors import ReviewError
@@ -258,6 +258,7 @@ class LastChange:
     at: Annotated[str, Field(description="UTC.", examples=["2026-11-21T16:45:00Z"])]
 
 
+@with_config(ConfigDict(defer_build=True))  # servers describe it in each of their routes
 @dataclass(frozen=True)
 class Review:
     """Everything that reviewers changed, by id."""

@@ -8,7 +8,7 @@ from typing import Any
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse, Response
-from pydantic import BaseModel
+from pydantic import BaseModel, ConfigDict
 from starlette.exceptions import HTTPException as StarletteHTTPException
 
 from planner_core.errors import PlanFolderError, PlannerError, RequirementError, ReviewError
@@ -18,7 +18,13 @@ PREFIX = "/api"
 LEAST_PACKED_BYTES = 1024
 
 
-class Refusal(BaseModel):
+class Answer(BaseModel):
+    """What a route answers. Its schema is made where somebody asks for it: no route checks its answers."""
+
+    model_config = ConfigDict(defer_build=True)
+
+
+class Refusal(Answer):
     """Why something was not done, in words for people."""
 
     message: str

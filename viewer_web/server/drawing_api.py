@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 
 from planner_core.drawings.drawn_building import MOST_STOREYS, DrawnBuilding, floor_plan_of
 from planner_core.plan_folder.drawn_files import DrawnFiles, read_drawn_file, read_lines, save_correction
-from viewer_web.server.answers import PREFIX, UNCHANGED, json_answer, refusals, refuse
+from viewer_web.server.answers import PREFIX, UNCHANGED, Answer, json_answer, refusals, refuse
 from viewer_web.server.files import send_file
 from viewer_web.server.roles import is_commenter
 from viewer_web.server.session import Session
@@ -17,7 +17,7 @@ _BINARY: dict[str, Any] = {"schema": {"type": "string", "format": "binary"}}
 _READ_ONLY = "this plan is shown read-only; start `tlsplan view` without --read-only to correct its drawing"
 
 
-class DrawnRoom(BaseModel):
+class DrawnRoom(Answer):
     """A room, as walls and openings enclose it."""
 
     name: str
@@ -25,7 +25,7 @@ class DrawnRoom(BaseModel):
     outline: Annotated[list[tuple[float, float]], Field(description="Corners x, y, plan coordinates, metres.")]
 
 
-class DrawingDocument(BaseModel):
+class DrawingDocument(Answer):
     """The drawing of the plan."""
 
     drawing: Annotated[DrawnBuilding | None, Field(description="Null: the plan was made from a model.")]
@@ -35,7 +35,7 @@ class DrawingDocument(BaseModel):
     has_plan: Annotated[bool, Field(description="Whether there is a plan of it already.")]
 
 
-class DrawnLinesDocument(BaseModel):
+class DrawnLinesDocument(Answer):
     """All that is drawn of a storey."""
 
     lines: Annotated[

@@ -13,7 +13,7 @@ from pydantic import BaseModel, Field
 from starlette.background import BackgroundTask
 
 from planner_core.errors import PlannerError
-from viewer_web.server.answers import PREFIX, UNCHANGED, json_answer, refusals, refuse
+from viewer_web.server.answers import PREFIX, UNCHANGED, Answer, json_answer, refusals, refuse
 from viewer_web.server.exports import ExportBusyError, Exports, ExportUnknownError
 
 #: In this header of a file, remarks on it: percent-encoded UTF-8, a line each.
@@ -22,7 +22,7 @@ _BINARY: dict[str, Any] = {"schema": {"type": "string", "format": "binary"}}
 _LOOK_S = 0.5
 
 
-class OfferedExport(BaseModel):
+class OfferedExport(Answer):
     """A format that the plan can be had in."""
 
     name: Annotated[str, Field(description="As `tlsplan export --format` takes it.")]
@@ -31,7 +31,7 @@ class OfferedExport(BaseModel):
     obstacle: Annotated[str | None, Field(description="Why it can't be made now; null: nothing is known of.")]
 
 
-class ExportList(BaseModel):
+class ExportList(Answer):
     """What can be had of the plan, stations as reviewed."""
 
     exports: list[OfferedExport]

@@ -31,6 +31,7 @@ from planner_core.planning.live.live_plan import CloudWindow, DraftFigures, Live
 from planner_core.planning.live.preview import Preview
 from planner_core.planning.live.tripod_positions import GroundMap
 from planner_core.scanner.template import azimuth_step_rad, first_azimuths_rad
+from viewer_web.server.answers import Answer
 
 _Metres = Annotated[float, Field(ge=-1e7, le=1e7, allow_inf_nan=False)]
 
@@ -55,7 +56,7 @@ class PreviewQuestion(BaseModel):
     )
 
 
-class RequirementFigure(BaseModel):
+class RequirementFigure(Answer):
     """How far a requirement is met."""
 
     name: str
@@ -64,21 +65,21 @@ class RequirementFigure(BaseModel):
     met: bool
 
 
-class StationAreas(BaseModel):
+class StationAreas(Answer):
     """What a station covers, and what it alone covers."""
 
     covered_area_m2: float
     own_area_m2: float
 
 
-class Joined(BaseModel):
+class Joined(Answer):
     """How all stations are connected."""
 
     connected: bool
     n_networks: int
 
 
-class PreviewHead(BaseModel):
+class PreviewHead(Answer):
     """The head of a preview. Three arrays follow, an entry a patch that differs from the draft: uint32 patches, rising;
     uint16 values of the layer; uint8 times seen, 255 where no candidate can.
     """
@@ -99,7 +100,7 @@ class PreviewHead(BaseModel):
     registration: Joined
 
 
-class GroundHead(BaseModel):
+class GroundHead(Answer):
     """The head of a map of the ground. width x height uint8 follow, row by row from the lowest y: 0 nothing to walk on,
     1 walkable, but no tripod can stand, 2 one can, 3 kept free by the review.
     """
@@ -111,7 +112,7 @@ class GroundHead(BaseModel):
     height: int
 
 
-class CloudHead(BaseModel):
+class CloudHead(Answer):
     """The head of a part of a cloud. rows x columns uint16 ranges follow, then uint8 intensities.
 
     They are those of viewer/clouds once these are unpacked, the angles those of the stage's stations: see
@@ -142,7 +143,7 @@ def cloud_head(window: CloudWindow) -> CloudHead:
     )
 
 
-class FiguresOfDraft(BaseModel):
+class FiguresOfDraft(Answer):
     """Figures of the draft at a revision of the review; `stations`, `requirements`, `registration` as in plan.json."""
 
     revision: int
@@ -156,7 +157,7 @@ class FiguresOfDraft(BaseModel):
     unseen: list[LeftSurfaceSection] = Field(description="Largest first.")
 
 
-class RouteOfDraft(BaseModel):
+class RouteOfDraft(Answer):
     """The route through the draft's stations, `route` and `field_time` as in plan.json."""
 
     revision: int

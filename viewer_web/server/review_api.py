@@ -14,7 +14,7 @@ from planner_core.model.site import NO_OTHER_KEYS
 from planner_core.review.changes import Change
 from planner_core.review.commit import MOST_CHANGES, Conflict, EditConflict
 from planner_core.review.photos import photo_file
-from viewer_web.server.answers import PREFIX, UNCHANGED, json_answer, refusals, refuse
+from viewer_web.server.answers import PREFIX, UNCHANGED, Answer, json_answer, refusals, refuse
 from viewer_web.server.connections import client_of, note_stream
 from viewer_web.server.events import EventHub, Stream
 from viewer_web.server.files import send_file
@@ -27,7 +27,7 @@ _JPEG: dict[str, Any] = {"image/jpeg": {"schema": {"type": "string", "format": "
 _READ_ONLY = "this plan is shown read-only; start `tlsplan view` without --read-only to change it"
 
 
-class LiveDocument(BaseModel):
+class LiveDocument(Answer):
     """How far the live side is: it answers what moved stations are worth, once the scene is loaded."""
 
     state: Literal["starting", "ready", "failed", "off"]
@@ -36,7 +36,7 @@ class LiveDocument(BaseModel):
     message: Annotated[str | None, Field(description="Why it failed or is off, and what helps.")]
 
 
-class SessionDocument(BaseModel):
+class SessionDocument(Answer):
     """What a page needs to know first."""
 
     schema_: Annotated[Literal["tlsplan/api/1"], Field(alias="schema")]
@@ -74,7 +74,7 @@ class Changes(BaseModel):
     ] = None
 
 
-class CommittedDocument(BaseModel):
+class CommittedDocument(Answer):
     """What was kept. undo : changes that take it back, in the order to send them."""
 
     revision: Whole
@@ -82,7 +82,7 @@ class CommittedDocument(BaseModel):
     review: Review
 
 
-class ConflictDocument(BaseModel):
+class ConflictDocument(Answer):
     """Nothing was changed, because someone else changed it first; `review` is as it stands."""
 
     message: str
@@ -90,7 +90,7 @@ class ConflictDocument(BaseModel):
     review: Review
 
 
-class PhotoDocument(BaseModel):
+class PhotoDocument(Answer):
     """A photo that was kept."""
 
     sha256: Annotated[str, Field(description="What a comment names it by.")]
