@@ -175,6 +175,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--random-order", metavar="SEED", help="random order of groups and of the tests in each")
 
 
+def pytest_make_parametrize_id(val: object) -> str | None:
+    """Name cases by the beginning of long texts: names go to workers and reports, and a file may be a megabyte."""
+    return repr(val[:40])[:60] if isinstance(val, str | bytes) and len(val) > 100 else None
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_collection(session: pytest.Session) -> Iterator[None]:
     """In a new checkout one worker compiles all modules, which takes as long as all else here, and the others wait."""

@@ -75,6 +75,7 @@ def test_unchanged_list_has_the_figures_of_the_plan_itself(live: LivePlan, sourc
     assert found.met
 
 
+@pytest.mark.slow
 def test_list_from_the_field_pack_has_the_figures_of_the_plan_itself(
     live: LivePlan, source: PlanSource, tmp_path: Path
 ) -> None:

@@ -96,6 +96,7 @@ def test_a_job_of_links_travels_without_what_was_worked_out_from_it(look: Look) 
     assert pickle.loads(before).answer((0, 12)) == answer
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_workers", [2, *(pytest.param(n, marks=pytest.mark.campaign) for n in (1, 4))])
 def test_scans_by_workers_are_the_files_of_one_process(look: Look, tmp_path: Path, n_workers: int) -> None:
     with cluster_of(n_workers) as (cluster, told):

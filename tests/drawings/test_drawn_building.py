@@ -44,6 +44,7 @@ def box_wall(id_: str, *bounds: float) -> DrawnWall:
     return DrawnWall(id_, tuple(shapely.box(*bounds).exterior.coords[:-1]))
 
 
+@pytest.mark.slow
 def test_walls_run_through_under_doors_and_windows(drawn):
     (storey,) = drawn.storeys
     assert len(storey.walls) == 5  # three sides of four are interrupted, and the wall between the rooms is

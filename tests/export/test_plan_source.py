@@ -259,6 +259,7 @@ def test_a_plan_of_an_earlier_version_is_in_scene_coordinates(box_folder: Path) 
     assert open_plan(box_folder / "plan").frame.is_scene
 
 
+@pytest.mark.slow
 def test_the_scene_is_loaded_once_and_as_it_was_planned_on(box_folder: Path) -> None:
     plan = open_plan(box_folder / "plan")
     assert plan.has_scene()

@@ -187,6 +187,7 @@ def test_on_the_plane_of_a_floor_without_slab_tripods_stand(engine) -> None:
     assert found[:-1].mean() > 0.98 and not found[-1]
 
 
+@pytest.mark.slow
 @BOTH_ENGINES
 def test_what_passes_ours_passes_the_papers(engine) -> None:
     """In the furnished house, whose furniture is flush with nothing."""

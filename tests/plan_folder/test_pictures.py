@@ -112,6 +112,7 @@ def test_picture_shows_walls_cut_dark_and_ground_in_the_colour_of_its_patch(
     np.testing.assert_allclose(colour_at(ground_floor, (-0.55, -0.55, 1.5)), [1, 1, 1], atol=step)
 
 
+@pytest.mark.slow
 def test_lines_are_shown_but_where_a_wall_hides_them(plan: Plan, ground_floor: pictures.Seen) -> None:
     for ends_m in pictures.strong_links(plan, list(plan.stations)):  # over the cut walls and through the doorway
         np.testing.assert_allclose(ground_floor.shown(ends_m), [ends_m])

@@ -43,6 +43,7 @@ def test_plan_json_matches_its_schema_key_by_key(plan: Plan, validator: jsonsche
     assert [error.message for error in validator.iter_errors(json.loads(plan_text(plan)))] == []
 
 
+@pytest.mark.slow
 def test_plan_json_of_a_plan_without_stations_matches_its_schema(
     plan: Plan, validator: jsonschema.Draft202012Validator
 ) -> None:

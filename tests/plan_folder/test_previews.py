@@ -13,6 +13,7 @@ from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import make_template, preview_template
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["hdl-64e", "pandar64", "blk360-g2:dense-plus", "rtc360:high", "vz-400i", "p50", "x7"])
 def test_previews_of_a_station_stay_below_a_megabyte_and_a_half(
     plan: Plan, engine: ScanEngine, tmp_path: Path, name: str

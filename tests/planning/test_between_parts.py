@@ -52,6 +52,7 @@ def n_parts(pool: Pool) -> int:
     return np.unique(pool.links.part[~pool.excluded]).size
 
 
+@pytest.mark.slow
 def test_places_in_a_doorway_without_candidates_join_two_rooms(
     two_rooms: tuple[Pool, AllowedPositions, ScanEngine],
 ) -> None:

@@ -60,6 +60,7 @@ def settings(scope: Scope = Scope.AUTO) -> PlanSettings:
 FRONT, LOGGIA = (f"id-{len(SLABS) + len(WALLS) + number}" for number in (1, 0))
 
 
+@pytest.mark.slow
 def test_the_door_to_a_loggia_is_open_and_the_front_door_is_not() -> None:
     survey, engine = open_survey(house(), settings())
     assert [survey.scene.elements[door.element].source_id for door in survey.scene.open_doors] == [LOGGIA]

@@ -54,6 +54,7 @@ def test_achievable_layer_counts_the_candidates_that_meet_each_quality(
     assert 0 < plan.achievable.mean() < 1
 
 
+@pytest.mark.slow
 def test_reason_layer_adds_up_to_the_areas_of_the_plan(plan: Plan, files: dict[str, bytes]) -> None:
     assert plan.why is not None
     reason = np.frombuffer(files["viewer/reason.u8"], dtype=np.uint8)

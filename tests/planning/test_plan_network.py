@@ -50,6 +50,7 @@ def candidate_graph(plan: Plan) -> tuple["nx.Graph[int]", Pool]:
     return whole, pool
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scene", ["corridor-comb", *(pytest.param(name, marks=pytest.mark.slow) for name in ("l-room", "two-rooms"))]
 )

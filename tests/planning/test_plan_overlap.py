@@ -103,6 +103,7 @@ def test_candidates_and_stations_are_linked_by_what_is_asked(
     assert not any(overlap < 0.29 and pair in linked for pair, overlap in expected.items())
 
 
+@pytest.mark.slow
 def test_what_is_asked_decides_the_links(pools: dict[tuple[str, str], Pool]) -> None:
     n_links = {way: pool.links.n_links for way, pool in pools.items() if pool.links is not None}
     for of in ("all-seen", "seen-as-required"):

@@ -82,6 +82,7 @@ def test_parts_with_figures_of_their_own_are_met_as_scans_recount_them(
         assert shares[result.name] >= result.required - 0.003
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("asked", "seen_from"),
     [

@@ -86,6 +86,7 @@ def test_plan_json_lists_files_and_finds_them_again(split: Split, tmp_path: Path
     assert source.scene().n_triangles == split.plan.survey.scene.n_triangles
 
 
+@pytest.mark.slow
 def test_scene_files_are_told_one_by_one(split: Split, tmp_path: Path) -> None:
     folder, files = moved(split, tmp_path)
     aside = files[1].rename(tmp_path / "elsewhere.ifc")

@@ -85,6 +85,7 @@ def test_a_robot_too_wide_for_the_doors_stays_in_the_corridor(free: PlanSettings
     assert robot.unreachable
 
 
+@pytest.mark.slow
 def test_no_station_stands_in_a_keep_out_or_at_a_forbidden_place(free: PlanSettings, planned: Planned) -> None:
     before = planned("l-room", replace(free, refine=True))
     worst = before.stations[0].position_m
@@ -99,6 +100,7 @@ def test_no_station_stands_in_a_keep_out_or_at_a_forbidden_place(free: PlanSetti
     assert all(result.met for result in plan.requirements)
 
 
+@pytest.mark.slow
 def test_scanned_stations_count_and_are_not_visited_and_locked_ones_are(free: PlanSettings, planned: Planned) -> None:
     timed = replace(free, seconds_per_scan=60.0, set_up_s=0.0)
     before = planned("corridor-comb", timed)

@@ -142,6 +142,7 @@ def test_a_link_is_as_good_as_its_worst_pair_of_places(pooled: Pooled) -> None:
     assert min(n_checked) > 0
 
 
+@pytest.mark.slow
 def test_stations_that_are_scanned_stay_where_they_are(pooled: Pooled) -> None:
     pool, engine, _ = pooled
     chosen = tuple(range(0, pool.n_candidates, 7))
@@ -214,6 +215,7 @@ def groups_as_set_up(pooled: Pooled, plan: Plan, *, n: int) -> list[int]:
     return numbers
 
 
+@pytest.mark.slow
 def test_a_plan_that_holds_on_its_marks_alone_is_chosen_anew_until_it_holds_beside_them(
     pooled: Pooled, small: PlanSettings, monkeypatch: pytest.MonkeyPatch
 ) -> None:

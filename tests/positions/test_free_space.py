@@ -420,6 +420,7 @@ def test_the_largest_cells_keep_stairs(monkeypatch: pytest.MonkeyPatch) -> None:
     assert joined(space, (0.6, 1.0, 0.0), (0.6, 1.0, 2.8), (0.6, 1.0, 5.6))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius_m", [0.15, 0.25, 0.45])
 @pytest.mark.parametrize("most", [7e3, 1e5, 1e7])
 def test_cells_grow_with_what_is_covered_by_whole_fractions_of_the_radius(

@@ -106,6 +106,7 @@ def test_an_evaluation_says_what_can_not_be_had_as_a_plan_does(
     assert not any("no valid tripod position" in line or "instrument height" in line for line in plan.warnings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("building", "name"),
     [

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from oracles import enough_of, observations_from
+from slow_cases import all_slow_but
 from stages import demand_of, observed_from, rows_from
 
 import scenes_synthetic
@@ -112,7 +113,7 @@ def test_what_was_looked_at_before_counts_with_the_rest(rooms: tuple[Survey, Sca
     assert (some.countable_share != whole.countable_share).any()
 
 
-@pytest.mark.parametrize("patch_m2", [0.16, 0.04, 0.01])
+@pytest.mark.parametrize("patch_m2", all_slow_but([0.04], [0.16, 0.04, 0.01]))
 def test_a_closed_room_has_the_area_of_its_drawing(patch_m2: float) -> None:
     """`box`: 6 x 4 x 2.7 m clear, in slabs and walls that reach 0.2 m further: whole patches have more."""
     settings = replace(SETTINGS, max_patch_area_m2=patch_m2)

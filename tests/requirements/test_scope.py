@@ -287,6 +287,7 @@ PARAPETS = (
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sides", "least_m2", "most_m2"),
     [

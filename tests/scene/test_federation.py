@@ -109,6 +109,7 @@ def test_trades_together_are_the_whole_house(together, whole):
     assert {e.name: scene.storeys[e.storey].name for e in scene.elements} == storey_of
 
 
+@pytest.mark.slow
 def test_elements_know_their_files(together, trades):
     scene = together
     assert [source.path for source in scene.sources] == trades

@@ -146,6 +146,7 @@ def flat(*parts, doorway=True, slabs=((0, 0, 5.1, 6),), storeys=(("Level 1", 0.0
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scene",
     [

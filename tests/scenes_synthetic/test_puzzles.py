@@ -255,6 +255,7 @@ def test_scan_sees_the_areas_that_the_plan_says(name: str, engine_name: str) -> 
             )
 
 
+@pytest.mark.slow
 @pytest.mark.opencl
 @pytest.mark.parametrize("name", [pytest.param("l-by-range", marks=pytest.mark.slow), "comb-gallery"])
 def test_beams_measure_the_areas_that_the_plan_says(name: str) -> None:

@@ -123,6 +123,7 @@ def test_where_all_workers_are_of_another_version_it_is_refused_in_a_line(
     assert rows(out)["a"]["state"] == "not planned yet"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "where",
     [
@@ -179,6 +180,7 @@ def test_a_full_disk_of_a_worker_is_told_and_nothing_is_lost(
     assert not (out / "jobs" / ".fetched").exists()
 
 
+@pytest.mark.slow
 def test_a_full_disk_here_ends_the_batch_and_it_goes_on_later(
     tlsplan: Batch, fit: Path, tmp_path: Path, two_workers: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -65,6 +65,7 @@ def test_a_drawing_says_that_it_is_in_survey_feet_and_where_on_earth(drawing: ez
     assert "EPSG,2263" in geodata.coordinate_system_definition
 
 
+@pytest.mark.slow
 def test_stations_are_drawn_where_they_are_in_feet(
     drawing: ezdxf.document.Drawing, house_in_new_york: PlanSource
 ) -> None:

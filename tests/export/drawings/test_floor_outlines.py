@@ -55,6 +55,7 @@ def test_floors_are_the_ground_with_its_openings(house: PlanSource, ground: list
     assert floors[1].area == pytest.approx(80.0 - 1.0 * 3.12)
 
 
+@pytest.mark.slow
 def test_outer_rings_run_counter_clockwise_and_openings_clockwise(house: PlanSource, tmp_path: Path) -> None:
     path = tmp_path / "out.geojson"
     write_geojson(house, path, Options(geojson_crs="local"), silent)

@@ -210,6 +210,7 @@ def test_keep_outs_are_told_and_kept_to(house_plan: PlanSource, mission: Mission
     assert not any(area.intersects(line) for line in lines)
 
 
+@pytest.mark.slow
 def test_a_far_scene_is_told_near_its_map_and_led_back(far_plan: PlanSource, mission: Mission) -> None:
     folder, _ = mission(far_plan)
     document = document_of(folder)

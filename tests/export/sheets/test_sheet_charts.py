@@ -77,6 +77,7 @@ def test_limits_of_the_plan_are_marked_in_shown_units(site_plan: PlanSource) -> 
     assert made["Point spacing"].within == pytest.approx(area[shown <= 500.0 + 1e-6].sum() / area.sum())
 
 
+@pytest.mark.slow
 def test_building_is_read_as_it_was_planned(site_plan: PlanSource, sheet_folder: Path) -> None:
     building = read_building(sheet_folder)
     assert isinstance(building, Building)

@@ -26,6 +26,7 @@ def test_cover_tells_the_scale_of_the_grid(sheet_folder: Path, pdf_of: Callable[
     assert "grid scale factor 0.999600" in words
 
 
+@pytest.mark.slow
 def test_sheets_are_numbered_through_name_the_crs_and_stand_on_the_cover(site_sheets: Any) -> None:
     for place, words in enumerate(site_sheets.texts, start=1):
         assert f"{place} / {site_sheets.n_pages}" in words

@@ -43,6 +43,7 @@ def test_lengths_and_areas_by_hand() -> None:
     assert (cut_words(FOOT, 1.2192), cut_words(METRE, 1.2)) == ("4' 0\"", "1.2 m")
 
 
+@pytest.mark.slow
 def test_the_scale_bar_is_as_long_in_feet_as_it_says(plan_in_feet: PlanSource, pdf_of: Sheets) -> None:
     sheets = pdf_of(plan_in_feet)
     drawings = [page for page in range(len(sheets.texts)) if "true to scale" in sheets.texts[page]]

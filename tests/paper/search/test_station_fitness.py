@@ -135,6 +135,7 @@ def test_no_method_makes_f2_worse_and_all_end_at_candidates(rooms, method, fixed
         np.testing.assert_allclose(found.position_m[:, 2], starts[:, 2], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_same_search_gives_the_same_bytes_and_the_engine_hardly_matters(rooms) -> None:
     starts = rooms.candidates()[::40]
     options = SearchSettings(max_iterations=5)

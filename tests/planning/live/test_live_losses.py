@@ -149,6 +149,7 @@ def lost_of(content: bytes, n_goals: int) -> list[Any]:
     return np.split(numbers[n_goals:], ends[:-1] - n_goals)
 
 
+@pytest.mark.slow
 def test_files_of_a_plan_and_of_its_draft_hold_the_lost_patches(asking_folder: Path, asking_house: LivePlan) -> None:
     plan = asking_house.figures(asking_house.draft).plan
     for station, losses in zip(plan.stations, plan.losses, strict=True):

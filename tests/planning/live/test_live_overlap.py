@@ -68,6 +68,7 @@ def test_links_of_a_draft_are_those_of_a_plan_bit_by_bit_and_of_sets(live: LiveP
             assert told[live.draft.ids[i], live.draft.ids[j]] == pytest.approx(share, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_station_dragged_back_to_its_place_has_the_same_links(live: LivePlan) -> None:
     station = live.draft.stations[0]
     links = live.preview(live.draft, station.id, station.floor, station.position_m, 1.5).links
