@@ -38,6 +38,7 @@ from planner_core.model import (
     Survey,
     UInt8Array,
     VisibilityMode,
+    area_normals,
 )
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scanner.range_noise import range_noise_m
@@ -248,7 +249,7 @@ class GroundSides:
         floors = () if survey.as_in_paper else survey.floors
         ground = np.unique(np.concatenate([np.zeros(0, np.int32), *(floor.ground_triangles for floor in floors)]))
         corners_m = scene.vertices_m[scene.triangles[ground]]
-        upward = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+        upward = area_normals(corners_m)
         # Windings are not trusted: up is up.
         upward *= np.where(upward[:, 2:] < 0.0, -1.0, 1.0)
         self._upward, self._level_m3 = upward, np.einsum("ti,ti->t", upward, corners_m[:, 0])

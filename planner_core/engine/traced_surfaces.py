@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.model import BoolArray, Float32Array, FloatArray, Int32Array, Optics, Patches, Scene
+from planner_core.model import BoolArray, Float32Array, FloatArray, Int32Array, Optics, Patches, Scene, area_normals
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def round_surfaces(scene: Scene) -> RoundedSurfaces:
     """Round the scene's triangles to float32. Triangles that share a vertex still share it bit by bit."""
     corners = scene.vertices_m.astype(np.float32)[scene.triangles]
     wide: FloatArray = corners.astype(np.float64)
-    cross = np.cross(wide[:, 1] - wide[:, 0], wide[:, 2] - wide[:, 0])
+    cross = area_normals(wide)
     length = np.sqrt((cross * cross).sum(axis=1))
     normal = np.divide(cross, length[:, None], out=np.zeros_like(cross), where=length[:, None] > 0)
     return RoundedSurfaces(corners_m=np.ascontiguousarray(corners), normal=normal.astype(np.float32))

@@ -17,7 +17,7 @@ import numpy as np
 from planner_core.engine.open_engine import open_engine
 from planner_core.errors import MissingPackageError
 from planner_core.export.sheets.building import Building
-from planner_core.model import BoolArray, FloatArray, Int32Array, UInt8Array
+from planner_core.model import BoolArray, FloatArray, Int32Array, UInt8Array, area_normals
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.pictures import Eye
 from planner_core.scene.patches import patch_of_points
@@ -79,7 +79,7 @@ class Views:
             self._element = building.element_numbers[building.scene.element_of_triangle]
             self._unseen = building.achievable & building.required & (building.times_seen == 0)
             corners_m = building.scene.vertices_m[building.scene.triangles]
-            normals = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+            normals = area_normals(corners_m)
             self._normals: FloatArray = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
 
     def first_seen(self, places: Sequence[ViewTarget]) -> ViewTarget:

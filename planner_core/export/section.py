@@ -28,7 +28,7 @@ from planner_core.export.polylines import (
     nodes,
     split_at,
 )
-from planner_core.model import BoolArray, Element, FloatArray, Floor, Int64Array, Optics, Scene
+from planner_core.model import BoolArray, Element, FloatArray, Floor, Int64Array, Optics, Scene, area_normals
 from planner_core.plan_folder.section_view import BELOW_GROUND_M, CUT_HEIGHT_M, plane_crossings
 from planner_core.scene.floors import ground_levels
 
@@ -217,7 +217,7 @@ def _level_faces(scene: Scene, floor: Floor, ground_m: float, cut_m: float) -> t
     inside[floor.ground_triangles] = False
     triangle = np.flatnonzero(inside)
     corners_m = scene.vertices_m[scene.triangles[triangle]]
-    normal = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+    normal = area_normals(corners_m)
     level = np.abs(normal[:, 2]) > np.cos(_MOST_SLOPE_RAD) * np.linalg.norm(normal, axis=1)
     return corners_m[level], triangle[level]
 

@@ -35,6 +35,7 @@ from planner_core.model import (
     Scene,
     Visibility,
     WeakMotion,
+    area_normals,
 )
 from planner_core.model.registration import SET_UP_SHARE
 from planner_core.network.pair_overlap import (
@@ -164,7 +165,7 @@ def surface_of_patches(scene: Scene, patches: Patches, seen: BoolArray) -> Share
     normal = np.zeros((seen.size, 3))
     at = used[triangle_of_patch]
     centroid_m[at] = corners.mean(axis=1)
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    cross = area_normals(corners)
     length = np.sqrt((cross * cross).sum(axis=1, keepdims=True))
     normal[at] = np.divide(cross, length, out=np.zeros_like(cross), where=length > 0)
     return SharedSurface(centroid_m=centroid_m, normal=normal)

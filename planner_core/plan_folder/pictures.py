@@ -20,7 +20,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.model import BoolArray, Float32Array, FloatArray, Floor, Plan, Station, Survey, UInt8Array
+from planner_core.model import (
+    BoolArray,
+    Float32Array,
+    FloatArray,
+    Floor,
+    Plan,
+    Station,
+    Survey,
+    UInt8Array,
+    area_normals,
+)
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.canvas import PAPER, Box, Canvas, Colour, Pen
 from planner_core.plan_folder.drawing.marks import Labels, draw_stations
@@ -333,7 +343,7 @@ def coloured_patches(plan: Plan, floor: Floor, used: BoolArray) -> Any:
 
 def _shade(corners_m: FloatArray) -> FloatArray:
     """(N,) brightness of triangles (N, 3, 3) by their direction: level ones keep their colour, walls get darker."""
-    normal = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+    normal = area_normals(corners_m)
     length = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
     squared = (normal / length[:, None]) ** 2
     shade: FloatArray = squared @ np.array([0.78, 0.89, 1.0])

@@ -31,6 +31,7 @@ from planner_core.model import (
     Scene,
     Survey,
     UInt8Array,
+    area_normals,
 )
 from planner_core.scene.columns import sample_columns
 from planner_core.scene.floors import ground_span_m
@@ -223,7 +224,7 @@ def _facing(survey: Survey, camera: Camera, triangle: Int32Array) -> Float32Arra
     scene = survey.scene
     used = np.flatnonzero(marked(triangle[triangle >= 0], scene.n_triangles))
     corners = scene.vertices_m[scene.triangles[used]]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = area_normals(corners)
     length = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
     cosine = np.full(scene.n_triangles + 1, np.nan, dtype=np.float32)  # the last stands for no triangle, -1
     cosine[used] = np.abs(normal @ camera.forward) / length

@@ -39,6 +39,7 @@ from planner_core.model import (
     RayHits,
     Scope,
     Survey,
+    area_normals,
 )
 from planner_core.positions.ground_surface import GroundSurface, grid_on_ground
 from planner_core.positions.local_site import PERSON
@@ -211,7 +212,7 @@ class Tripods:
     def walked_tops(self) -> _Tops:
         """Triangles that are no steeper than what people walk up."""
         corners_m = self._corners_m()
-        cross = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+        cross = area_normals(corners_m)
         length = np.sqrt((cross * cross).sum(axis=1))
         return _Tops.of(corners_m, (length > 0) & (np.abs(cross[:, 2]) >= np.cos(PERSON.max_slope_rad) * length))
 

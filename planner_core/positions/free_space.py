@@ -24,7 +24,7 @@ import numpy as np
 from planner_core.compiled import compiled
 from planner_core.errors import RequirementError
 from planner_core.kept import hash_of_survey, kept
-from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Int64Array, Survey
+from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Int64Array, Survey, area_normals
 from planner_core.positions.local_site import PERSON, Carrier, WalkingZone, blocked_by_zones, needed_height_m
 from planner_core.positions.solids import Grid, Solids, find_solids
 from planner_core.progress import Progress, ProgressEvent, silent
@@ -365,7 +365,7 @@ def _obstacles(survey: Survey, carrier: Carrier) -> tuple[FloatArray, BoolArray,
         is_door = np.array([element.kind == "IfcDoor" for element in scene.elements], dtype=bool)
         stays = ~is_door[scene.element_of_triangle] | (ground_floor >= 0)
         corners_m, ground_floor = corners_m[stays], ground_floor[stays]
-    cross = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+    cross = area_normals(corners_m)
     length = np.sqrt((cross * cross).sum(axis=1))
     level = (length > 0) & (np.abs(cross[:, 2]) >= np.cos(carrier.max_slope_rad) * length - 1e-12)
     return corners_m, level, ground_floor.astype(np.int32)

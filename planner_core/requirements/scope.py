@@ -27,6 +27,7 @@ from planner_core.model import (
     Scope,
     Survey,
     SurveyScope,
+    area_normals,
 )
 from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.reach import MIN_REGION_M2, reachability
@@ -353,7 +354,7 @@ def patches_by_side(
 def _surfaces(survey: Survey, patch: Int64Array) -> Surfaces:
     """Patches (K,); rooms of the source play no part."""
     corners_m = patch_triangles(survey.scene, survey.patches)[patch]
-    normal = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+    normal = area_normals(corners_m)
     length = np.sqrt((normal * normal).sum(axis=1))
     normal = np.where(length[:, None] > 0, normal / np.maximum(length, 1e-300)[:, None], [0.0, 0.0, 1.0])
     triangle = survey.patches.triangle_of_patch[patch].astype(np.int64)

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.errors import SceneError
-from planner_core.model import BoolArray, Doors, FloatArray, Int32Array, Int64Array, PlacedDoor, Scene
+from planner_core.model import BoolArray, Doors, FloatArray, Int32Array, Int64Array, PlacedDoor, Scene, area_normals
 from planner_core.scene.array_rows import chunks
 from planner_core.scene.element_patterns import with_triangles
 from planner_core.scene.rooms import room_of_points
@@ -335,7 +335,7 @@ def _in_plane(corners_m: FloatArray, angle: float) -> FloatArray:
 
 def _angle(corners_m: FloatArray) -> float:
     """Direction across a door, from x to y: its plane is that of most of its upright area."""
-    normal = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+    normal = area_normals(corners_m)
     # Normals of both signs count alike: angles are doubled before they are averaged.
     area_m2 = np.hypot(normal[:, 0], normal[:, 1])
     doubled = 2.0 * np.arctan2(normal[:, 1], normal[:, 0])

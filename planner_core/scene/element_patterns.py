@@ -14,7 +14,7 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from planner_core.errors import SceneError
-from planner_core.model import BoolArray, Element, Scene
+from planner_core.model import BoolArray, Element, Scene, area_normals
 
 #: Before a pattern that is of names alone.
 _NAME = "name="
@@ -33,7 +33,7 @@ def without_elements(scene: Scene, patterns: tuple[str, ...]) -> Scene:
     gone = np.zeros(scene.n_triangles, dtype=np.bool_)
     areas_m2 = []
     corners_m = scene.vertices_m[scene.triangles]
-    cross = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+    cross = area_normals(corners_m)
     area_m2 = 0.5 * np.sqrt((cross * cross).sum(axis=1))
     for pattern in patterns:
         meant = elements_named(scene.elements, pattern)

@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from planner_core.errors import SceneError
-from planner_core.model import BoolArray, FloatArray, Scene
+from planner_core.model import BoolArray, FloatArray, Scene, area_normals
 from planner_core.scene.array_rows import chunks
 
 LONGEST_M, SHORTEST_M = 1000.0, 0.5
@@ -100,7 +100,7 @@ def face_weights(corners_m: FloatArray) -> FloatArray:
     Faces longer than `STRAY_DISTANCE_M` have a corner astray and count nothing, unless most faces are so long (which
     is a wrong unit).
     """
-    cross = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+    cross = area_normals(corners_m)
     weight: FloatArray = np.minimum(0.5 * np.sqrt((cross * cross).sum(axis=1)), _LARGEST_WEIGHT_M2)
     too_long = np.ptp(corners_m, axis=1).max(axis=1) > STRAY_DISTANCE_M
     if too_long.mean() < 0.5:

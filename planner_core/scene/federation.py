@@ -30,6 +30,7 @@ from planner_core.model import (
     Scene,
     Storey,
     UInt8Array,
+    area_normals,
 )
 from planner_core.scene.build import far_origin, scene_from_arrays
 from planner_core.scene.extent import LONGEST_M, check_extent, extent_m
@@ -144,7 +145,7 @@ def _shapes(file: PlacedScene) -> FloatArray:
     low, high = np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
     np.minimum.at(low, owner, corners_m.min(axis=1))
     np.maximum.at(high, owner, corners_m.max(axis=1))
-    cross = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+    cross = area_normals(corners_m)
     area_m2 = 0.5 * np.sqrt((cross * cross).sum(axis=1))
     whole_m2 = np.bincount(owner, weights=area_m2, minlength=n)
     middle_m = corners_m.mean(axis=1)

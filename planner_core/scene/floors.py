@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Scene
+from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Scene, area_normals
 from planner_core.scene.array_rows import chunks
 from planner_core.scene.extent import check_extent
 from planner_core.scene.floors_by_storey import WALL_KINDS, grounds_of_storeys
@@ -179,7 +179,7 @@ def levels_of(scene: Scene, floor: Floor) -> list[tuple[float, FloatArray]]:
     if not len(corners):
         return [(floor.elevation_m, corners)]
     low, high = corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
-    area_m2 = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    area_m2 = 0.5 * np.linalg.norm(area_normals(corners), axis=1)
     order = np.argsort(low, kind="stable")
     reached = np.maximum.accumulate(high[order])
     begins = np.concatenate([[True], low[order][1:] > reached[:-1] + _LEVELS_APART_M])

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene, area_normals
 from planner_core.scene.array_rows import chunks
 from planner_core.scene.columns import Columns, sample_scene
 from planner_core.scene.extent import fence_m, is_outside, named_few
@@ -63,7 +63,7 @@ class LevelSurvey:
         """(T,) Far outside the bulk: no floor is searched for there."""
         for some in chunks(n_triangles):
             corners_m = self.corners_of(some)
-            cross = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+            cross = area_normals(corners_m)
             length = np.sqrt((cross * cross).sum(axis=1))
             self.area_m2[some] = 0.5 * length
             self.level[some] = np.abs(cross[:, 2]) >= np.cos(MAX_SLOPE_RAD) * length

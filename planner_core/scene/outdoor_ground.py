@@ -12,7 +12,7 @@ import numpy as np
 from scipy import ndimage
 
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, FloatArray, Floor, PlacedDoor, Scene
+from planner_core.model import BoolArray, FloatArray, Floor, PlacedDoor, Scene, area_normals
 from planner_core.scene.between_walls import closed_walls, cut_cells
 from planner_core.scene.columns import sample_scene
 from planner_core.scene.doors import exterior_doors
@@ -147,6 +147,6 @@ def _house(
 def _is_level(scene: Scene) -> BoolArray:
     """(T,) bool: triangles that people walk on."""
     corners_m = scene.vertices_m[scene.triangles]
-    cross = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+    cross = area_normals(corners_m)
     found: BoolArray = np.abs(cross[:, 2]) >= np.cos(MAX_SLOPE_RAD) * np.linalg.norm(cross, axis=1)
     return found

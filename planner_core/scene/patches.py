@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from planner_core.errors import RequirementError
-from planner_core.model import Float32Array, FloatArray, Int32Array, Patches, Scene
+from planner_core.model import Float32Array, FloatArray, Int32Array, Patches, Scene, area_normals
 from planner_core.scene.array_rows import chunks
 
 #: Patch numbers are int32 everywhere (kernels, files).
@@ -68,7 +68,7 @@ def triangle_areas(scene: Scene) -> FloatArray:
     area_m2 = np.empty(scene.n_triangles)
     for some in chunks(scene.n_triangles):
         corners = scene.vertices_m[scene.triangles[some]]
-        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        cross = area_normals(corners)
         area_m2[some] = 0.5 * np.sqrt((cross * cross).sum(axis=1))
     return area_m2
 

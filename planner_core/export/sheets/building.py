@@ -31,6 +31,7 @@ from planner_core.model import (
     Scene,
     SceneSource,
     UInt8Array,
+    area_normals,
 )
 from planner_core.model.unseen import OUT_OF_SCOPE
 from planner_core.plan_folder.plan_model.results import FloorSection
@@ -254,7 +255,7 @@ def _joined(path: Path, meshes: list[_Mesh], offset_m: FloatArray) -> tuple[Scen
 
 def _patches(scene: Scene, depth: UInt8Array) -> Patches:
     corners = scene.vertices_m[scene.triangles]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    cross = area_normals(corners)
     area_m2: FloatArray = 0.5 * np.linalg.norm(cross, axis=1)
     first = np.zeros(depth.size + 1, dtype=np.int32)
     first[1:] = np.cumsum(np.exp2(depth.astype(np.float64)).astype(np.int64))

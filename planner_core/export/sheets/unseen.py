@@ -11,7 +11,7 @@ import numpy as np
 
 from planner_core.export.section import kind_of
 from planner_core.export.sheets.building import Building
-from planner_core.model import BoolArray, FloatArray, Int64Array
+from planner_core.model import BoolArray, FloatArray, Int64Array, area_normals
 from planner_core.scene.inside import crossings
 from planner_core.scene.patches import patch_triangles
 
@@ -66,7 +66,7 @@ def unseen_surface(building: Building, floor: int, *, height_m: FloatArray, wind
     """
     low_m, high_m = height_m.tolist()
     corners_m, patch, ground, of_wall = _patches_near(building, low_m - _BELOW_M, high_m, window_m, floor)
-    normal = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+    normal = area_normals(corners_m)
     twice_m2 = np.linalg.norm(normal, axis=1)
     middle_m = corners_m.mean(axis=1)
     seen, achievable, required = (of[patch] for of in (building.times_seen > 0, building.achievable, building.required))
