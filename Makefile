@@ -27,7 +27,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-firefox system-kernel-check lint typecheck \
-  imports pytest pytest-slow pytest-campaign web web-check web-main e2e e2e-firefox e2e-scenes bench bench-roofline bench-patch-mode bench-genetic bench-selection bench-selection-large \
+  imports pytest pytest-slow pytest-campaign web web-check web-main e2e e2e-firefox e2e-scenes bench bench-roofline bench-patch-mode bench-genetic bench-selection bench-row-weighting bench-selection-large \
   bench-drivers bench-planning bench-channels bench-registration bench-registration-plans bench-drawings bench-stages bench-crew bench-truth bench-live bench-clouds bench-cluster bench-area bench-scale bench-paper-scale bench-gpu bench-gpu-pack reproduce plan-scenes \
   campaigns golden test-repeatedly mutants soak soak-server fuzz faults kernel-check wheel test-wheel docs api-types lock test-bare clean
 
@@ -197,6 +197,10 @@ bench-crew: $(DEV) ## how long somebody waits for a plan of duplex, first, again
 bench-truth: $(DEV) ## plans' figures beside those of random points; writes docs/benchmarks
 	$(BIN)/python -m tests.benchmarks.bench_truth --write docs/benchmarks/truth.md
 	PYTHONPATH=. $(BIN)/python tests/benchmarks/bench_counting.py --write docs/benchmarks/truth.md
+
+bench-row-weighting: $(DEV) ## annealing against row weighting and OR-Tools; writes docs/method
+	$(PIP) install --quiet --no-deps --require-hashes -r requirements/tlsplib.lock
+	$(BIN)/python tests/benchmarks/bench_row_weighting.py --write docs/method/selection.md
 
 bench-selection: $(DEV) ## proven selection against greedy and genetic selection; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_selection.py --write docs/benchmarks/selection.md
