@@ -330,7 +330,7 @@ def _purpose(row: dict[str, Any]) -> str:
     adds = [f"{each['area_m2']:.1f} m2 on floor {each['floor']}" for each in row["adds"] if each["area_m2"] >= 0.05]
     parts = [part[0] if len(part) == 1 else f"{part[0]} and {len(part) - 1} more" for part in row["joins"]]
     gains = [f"adds {', '.join(adds)} to the scans"] if adds else []
-    gains += [f"connects {' with '.join(parts)}"] if parts else []
+    gains += [f"connects {parts[0]} with {' and with '.join(parts[1:])}"] if parts else []
     return "; ".join(gains) or "adds no area to the scans, and connects no groups"
 
 
