@@ -30,6 +30,8 @@ from planner_core.model import (
     Survey,
     UInt8Array,
     UnreachableArea,
+    dots,
+    lengths,
 )
 from planner_core.model.unseen import (
     COVERED,
@@ -378,7 +380,7 @@ def _plain_view(
     """(M,) bool: the line from `at_m` to each sample ends on its own triangle, or on another in its place."""
     to = samples.centroid_m[sample] - at_m
     to[(to == 0).all(axis=1)] = (0.0, 0.0, 1e-6)  # a viewpoint on the surface itself is blocked all round
-    range_m = np.sqrt((to * to).sum(axis=1))
+    range_m = lengths(to)
     hit_m, triangle = _first_surfaces(survey, engine, at_m, to / range_m[:, None])
     there = np.abs(hit_m - range_m) <= _ON_SURFACE_M + _ON_SURFACE_SHARE * range_m
     own = triangle == samples.triangle[sample]
@@ -390,7 +392,7 @@ def _failures(
 ) -> tuple[BoolArray, FloatArray]:
     """(M, 5) bool: limits, as `_LIMITS`, that lines of sight fail; and their ranges (M,)."""
     to_m = samples.centroid_m - at_m
-    range_m = np.sqrt((to_m * to_m).sum(axis=1))
+    range_m = lengths(to_m)
     cosine = np.clip(np.abs((to_m * samples.normal).sum(axis=1)) / range_m, 0.0, 1.0)
     look = _SightLines(to_m, range_m, cosine)
     incidence = np.arccos(cosine)
@@ -436,5 +438,5 @@ def _spacing_m(view: View, normal: FloatArray, look: _SightLines) -> FloatArray:
     sideways[level == 0] = (0.0, 1.0, 0.0)
     upwards = np.cross(along, sideways)
     with np.errstate(divide="ignore", invalid="ignore"):
-        columns, rows = (np.hypot(1.0, (normal * t).sum(axis=1) / look.cosine) for t in (sideways, upwards))
+        columns, rows = (np.hypot(1.0, dots(normal, t) / look.cosine) for t in (sideways, upwards))
     return np.asarray(look.range_m * np.fmax(view.azimuth_step_rad * level * columns, view.elevation_step_rad * rows))

@@ -26,7 +26,17 @@ from planner_core.engine.patch_samples import (
 )
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.kept import hash_of, hash_of_scene, kept
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Survey, UInt8Array, Visibility
+from planner_core.model import (
+    BoolArray,
+    FloatArray,
+    Int32Array,
+    Int64Array,
+    Survey,
+    UInt8Array,
+    Visibility,
+    dots,
+    lengths,
+)
 
 #: `Patches.countable_share` of a patch that counts whole.
 WHOLE = 255
@@ -169,9 +179,9 @@ def _are_free(
     """(R,) bool: whether nothing lies before points, by the margins of `docs/method/patch-mode.md`."""
     if from_m.shape[0] == 0:
         return np.empty(0, dtype=np.bool_)
-    range_m = np.sqrt((away_m * away_m).sum(axis=1))
+    range_m = lengths(away_m)
     hits = engine.cast_rays(from_m, away_m, range_max_m=float(range_m.max()), through_glass=True)
-    off_plane_m = np.maximum(np.abs((away_m * normal).sum(axis=1)), 1e-12)
+    off_plane_m = np.maximum(np.abs(dots(away_m, normal)), 1e-12)
     slack = np.minimum(SLACK + rounding_m / off_plane_m, SLACK_MOST)
     free: BoolArray = ~(hits.range_m.astype(np.float64) < range_m * (1.0 - slack))  # a miss is NaN, and free
     return free

@@ -20,7 +20,7 @@ import shapely
 
 from planner_core.drawings.arcs import SwingArc
 from planner_core.drawings.walls import GRID_M, THICKEST_M, THINNEST_M, edges_of, polygons_of
-from planner_core.model import FloatArray
+from planner_core.model import FloatArray, dots
 
 
 class OpeningKind(StrEnum):
@@ -176,7 +176,7 @@ def _caps(walls: Any, thickest_m: float) -> FloatArray:
             last, step, following = corners - before, after - corners, np.roll(corners, -2, axis=0) - after
             length = np.hypot(step[:, 0], step[:, 1])
             turns = [
-                np.degrees(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)))
+                np.degrees(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], dots(a, b)))
                 for a, b in ((last, step), (step, following))
             ]
             is_cap = (length >= THINNEST_M) & (length <= thickest_m) & (turns[0] > 45.0) & (turns[1] > 45.0)

@@ -44,6 +44,7 @@ from planner_core.model import (
     UInt8Array,
     Visibility,
     VisibilityMode,
+    dots,
 )
 from planner_core.progress import Progress, ProgressEvent, silent
 
@@ -249,9 +250,9 @@ class PatchMode:
         at = corners[:, 0] - seen_from_m
         for k in (0, 1):
             at += weights[:, k, None] * (corners[:, k + 1] - corners[:, 0])
-        range_m = np.sqrt(_dot(at, at))
+        range_m = np.sqrt(dots(at, at))
         along = at / range_m[:, None]
-        cosine = np.abs(_dot(along, normal))
+        cosine = np.abs(dots(along, normal))
         return (
             range_m.astype(np.float32),
             np.minimum(cosine, 1.0).astype(np.float32),
@@ -281,15 +282,10 @@ def spacing_at(
     steps = (view.azimuth_step_rad * level, np.full_like(level, view.elevation_step_rad))
     with np.errstate(divide="ignore", invalid="ignore"):
         spacing = [
-            range_m * step * np.hypot(1.0, _dot(normal, t) / cosine)
+            range_m * step * np.hypot(1.0, dots(normal, t) / cosine)
             for step, t in zip(steps, (azimuthal, upright), strict=True)
         ]
     return np.stack(spacing, axis=1).astype(np.float32).reshape(-1, 2)
-
-
-def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    """(M,) products of vectors (M, 3): a sum over an axis of three takes several times as long."""
-    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2]
 
 
 class _DevicePatchEngine:

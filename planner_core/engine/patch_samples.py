@@ -31,6 +31,9 @@ from planner_core.model import (
     Patches,
     Scene,
     UInt8Array,
+    bounds_of,
+    dots,
+    lengths,
 )
 from planner_core.scanner.template import azimuth_step_rad, is_full_turn
 from planner_core.scene.patches import patch_triangles, squared_edges
@@ -157,7 +160,7 @@ def expected_returns(view: View, corners_m: FloatArray, normal: FloatArray, area
     centre = corners_m.mean(axis=1)
     across2 = (centre[:, :2] ** 2).sum(axis=1)
     range2 = across2 + centre[:, 2] ** 2
-    facing = np.abs((centre * normal).sum(axis=1)) * area_m2
+    facing = np.abs(dots(centre, normal)) * area_m2
     x, y, z = (centre[:, k, None] for k in range(3))
     level = x * corners_m[..., 0] + y * corners_m[..., 1]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -269,7 +272,7 @@ def places_of(scene: Scene, patches: Patches, patch: Int32Array) -> PatchPlaces:
     e, f = v[:, 1] - v[:, 0], v[:, 2] - v[:, 0]
     at = v[:, :1] + weights[..., :1] * e[:, None] + weights[..., 1:] * f[:, None]
     cross = np.cross(e, f)
-    length = np.sqrt((cross * cross).sum(axis=1))
+    length = lengths(cross)
     normal = np.divide(cross, length[:, None], out=np.zeros_like(cross), where=length[:, None] > 0)
     return PatchPlaces(at, normal, 0.5 * length / np.exp2(patches.depth[triangle].astype(np.float64)))
 
@@ -334,7 +337,7 @@ def make_groups(scene: Scene, patches: Patches, order: Int32Array, *, only: Bool
     coarse_depth = np.maximum(patches.depth.astype(np.int32) - GROUP_BITS, 0).astype(np.uint8)
     rounded = replace(scene, vertices_m=scene.vertices_m.astype(np.float32).astype(np.float64))
     parts = patch_triangles(rounded, replace(patches, depth=coarse_depth)).astype(np.float32)
-    box = np.concatenate([parts.min(axis=1), parts.max(axis=1)], axis=1)
+    box = np.concatenate(bounds_of(parts), axis=1)
     first_part = np.concatenate([[0], np.cumsum(np.int64(1) << coarse_depth.astype(np.int64))])
     large = patches.depth[order] >= GROUP_BITS
     small_first = np.concatenate([order[~large], order[large]])

@@ -10,7 +10,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.model import BoolArray, Float32Array, FloatArray, Int32Array, Optics, Patches, Scene, area_normals
+from planner_core.model import (
+    BoolArray,
+    Float32Array,
+    FloatArray,
+    Int32Array,
+    Optics,
+    Patches,
+    Scene,
+    area_normals,
+    lengths,
+)
 
 
 @dataclass(frozen=True)
@@ -86,6 +96,6 @@ def round_surfaces(scene: Scene) -> RoundedSurfaces:
     corners = scene.vertices_m.astype(np.float32)[scene.triangles]
     wide: FloatArray = corners.astype(np.float64)
     cross = area_normals(wide)
-    length = np.sqrt((cross * cross).sum(axis=1))
+    length = lengths(cross)
     normal = np.divide(cross, length[:, None], out=np.zeros_like(cross), where=length[:, None] > 0)
     return RoundedSurfaces(corners_m=np.ascontiguousarray(corners), normal=normal.astype(np.float32))

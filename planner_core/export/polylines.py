@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.model import FloatArray, Int64Array
+from planner_core.model import FloatArray, Int64Array, dots
 
 SAME_POINT_M = 1e-4
 """Ends nearer than this are one point: 0.1 mm, the last digit of coordinates that we hand over."""
@@ -75,7 +75,7 @@ def split_at(edges: Int64Array, cuts: Int64Array, places_m: FloatArray) -> tuple
     node = cuts[np.concatenate([np.array(found, dtype=np.int64) for found in near])]
     along = (b_m - a_m)[edge] / (2 * half_m[edge, None])
     offset_m = places_m[node] - a_m[edge]
-    at_m = (offset_m * along).sum(axis=1)
+    at_m = dots(offset_m, along)
     on = (node != edges[edge, 0]) & (node != edges[edge, 1])
     on &= (np.abs(cross(along, offset_m)) <= SAME_POINT_M) & (at_m > 0) & (at_m < 2 * half_m[edge])
     # Stops of every edge from its beginning to its end; two that follow each other make a piece.

@@ -28,7 +28,7 @@ from planner_core.export.polylines import (
     nodes,
     split_at,
 )
-from planner_core.model import BoolArray, Element, FloatArray, Floor, Int64Array, Optics, Scene, area_normals
+from planner_core.model import BoolArray, Element, FloatArray, Floor, Int64Array, Optics, Scene, area_normals, bounds_of
 from planner_core.plan_folder.section_view import BELOW_GROUND_M, CUT_HEIGHT_M, plane_crossings
 from planner_core.scene.floors import ground_levels
 
@@ -208,11 +208,12 @@ def _level_faces(scene: Scene, floor: Floor, ground_m: float, cut_m: float) -> t
     a box has the border of its top.
     """
     z_m = scene.vertices_m[:, 2][scene.triangles]
-    below_cut = z_m.max(axis=1) <= ground_m + cut_m
-    inside = below_cut & (z_m.min(axis=1) >= ground_m) & (z_m.mean(axis=1) > ground_m + _LEAST_RISE_M)
+    lowest_m, highest_m = bounds_of(z_m)
+    below_cut = highest_m <= ground_m + cut_m
+    inside = below_cut & (lowest_m >= ground_m) & (z_m.mean(axis=1) > ground_m + _LEAST_RISE_M)
     # Through the hole in the slab one sees the flight that leads down; the slab hides all else.
     stairs = np.array([kind_of(element) == "stair" for element in scene.elements], dtype=np.bool_)
-    leads_down = stairs[scene.element_of_triangle] & (z_m.min(axis=1) >= ground_m - BELOW_GROUND_M)
+    leads_down = stairs[scene.element_of_triangle] & (lowest_m >= ground_m - BELOW_GROUND_M)
     inside |= below_cut & leads_down
     inside[floor.ground_triangles] = False
     triangle = np.flatnonzero(inside)

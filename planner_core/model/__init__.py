@@ -18,6 +18,9 @@ from planner_core.model.arrays import (
     Int64Array,
     UInt8Array,
     area_normals,
+    bounds_of,
+    dots,
+    lengths,
 )
 from planner_core.model.choices import (
     Doors,
@@ -199,4 +202,7 @@ __all__ = [
     "Why",
     "Zone",
     "area_normals",
+    "bounds_of",
+    "dots",
+    "lengths",
 ]

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, OverlapMeasure, Visibility
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, OverlapMeasure, Visibility, dots
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -332,7 +332,7 @@ def patch_sums(area_m2: FloatArray, centroid_m: FloatArray, normal: FloatArray) 
     for column, (one, other, (i, j)) in enumerate(factors):
         np.multiply(one[:, i], other[:, j], out=sums[:, column])
     sums[:, 20:23] = centroid_m
-    sums[:, 23] = (centroid_m * centroid_m).sum(axis=1)
+    sums[:, 23] = dots(centroid_m, centroid_m)
     sums *= area_m2[:, None]
     return sums
 

@@ -24,7 +24,7 @@ from enum import Enum
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.model import FloatArray, Int32Array, Patches, Scene
+from planner_core.model import FloatArray, Int32Array, Patches, Scene, dots
 from planner_core.scene.patches import patch_triangles
 
 #: Points a square metre that a reference is made of: one every 2 cm each way. A patch of the default 0.04 m^2 gets 100,
@@ -81,8 +81,8 @@ def spread_table(n_most: int) -> FloatArray:
 def reference_distances_m2(corners_m: FloatArray, factors: FloatArray) -> FloatArray:
     """(N,) reference distances of triangles (N, 3, 3), metres, with their rows (N, 3) of `spread_table`."""
     e, f = corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0]
-    products = np.stack([(e * e).sum(axis=1), (e * f).sum(axis=1), (f * f).sum(axis=1)], axis=1)
-    distances: FloatArray = (products * factors).sum(axis=1)
+    products = np.stack([dots(e, e), dots(e, f), dots(f, f)], axis=1)
+    distances: FloatArray = dots(products, factors)
     return distances
 
 

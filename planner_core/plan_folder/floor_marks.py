@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, LengthUnit
+from planner_core.model import BoolArray, FloatArray, LengthUnit, bounds_of
 from planner_core.plan_folder.drawing.canvas import INK, Canvas
 from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings
 from planner_core.plan_folder.drawing.marks import (
@@ -190,7 +190,8 @@ def _is_over(corners_m: FloatArray, places_m: FloatArray) -> BoolArray:
     if not len(places_m):
         return over
     low_m, high_m = places_m.min(axis=0), places_m.max(axis=0)
-    near = (corners_m.max(axis=1) >= low_m) & (corners_m.min(axis=1) <= high_m)
+    lowest_m, highest_m = bounds_of(corners_m)
+    near = (highest_m >= low_m) & (lowest_m <= high_m)
     for corner_m in corners_m[near.all(axis=1)]:
         side = np.stack([_side(corner_m[i], corner_m[(i + 1) % 3], places_m) for i in range(3)])
         over |= (side >= 0).all(axis=0) | (side <= 0).all(axis=0)

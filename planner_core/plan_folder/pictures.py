@@ -30,6 +30,7 @@ from planner_core.model import (
     Survey,
     UInt8Array,
     area_normals,
+    bounds_of,
 )
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.canvas import PAPER, Box, Canvas, Colour, Pen
@@ -320,8 +321,8 @@ def _building(plan: Plan, floor: Floor, box: FloatArray) -> Iterator[Drawn]:
 
 def triangles_in(survey: Survey, box: FloatArray) -> BoolArray:
     """(T,) bool: triangles whose bounds meet the box (2, 3)."""
-    corners = survey.scene.vertices_m[survey.scene.triangles]
-    meets: BoolArray = ((corners.min(axis=1) < box[1]) & (corners.max(axis=1) > box[0])).all(axis=1)
+    low_m, high_m = bounds_of(survey.scene.vertices_m[survey.scene.triangles])
+    meets: BoolArray = ((low_m < box[1]) & (high_m > box[0])).all(axis=1)
     return meets
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, Candidates, Int64Array, Proven, Role, Survey
+from planner_core.model import BoolArray, Candidates, Int64Array, Proven, Role, Survey, dots
 from planner_core.model.stored_rows import VISIBILITY_VARIABLE, visibility_budget
 from planner_core.planning.pool import Pool, make_pool
 from planner_core.positions.allowed_positions import AllowedPositions
@@ -200,7 +200,7 @@ def far_apart(candidates: Candidates, apart_m: float, *, most: int) -> Int64Arra
     while True:
         cube = np.floor(from_m / apart_m)
         away_m = from_m - apart_m * (cube + 0.5)
-        order = np.lexsort(((away_m * away_m).sum(axis=1), *cube.T, candidates.floor))
+        order = np.lexsort((dots(away_m, away_m), *cube.T, candidates.floor))
         of_cube = np.column_stack([candidates.floor, cube])[order]
         first = np.ones(order.size, dtype=np.bool_)
         first[1:] = (of_cube[1:] != of_cube[:-1]).any(axis=1)

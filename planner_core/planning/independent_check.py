@@ -38,6 +38,8 @@ from planner_core.model import (
     PointLimits,
     Requirements,
     Survey,
+    dots,
+    lengths,
 )
 from planner_core.positions.admissibility import Tripods
 from planner_core.positions.allowed_positions import find_positions
@@ -195,7 +197,7 @@ def _points(survey: Survey, goals: Goals, n_points: int, rng: np.random.Generato
     u, v = np.where(u + v > 1.0, 1.0 - u, u), np.where(u + v > 1.0, 1.0 - v, v)
     edges = corners_m[:, 1:] - corners_m[:, :1]
     normal = np.cross(edges[:, 0], edges[:, 1])
-    length = np.sqrt((normal * normal).sum(axis=1))
+    length = lengths(normal)
     return _Points(
         at_m=corners_m[:, 0] + u[:, None] * edges[:, 0] + v[:, None] * edges[:, 1],
         normal=normal / np.maximum(length, 1e-300)[:, None],
@@ -280,7 +282,7 @@ class _PointVisibility:
             some, away_m = some[inside], away_m[inside]
             dense = self._has_beams(position_m, some)
             some, away_m = some[dense], away_m[dense]
-            range_m = np.sqrt((away_m * away_m).sum(axis=1))
+            range_m = lengths(away_m)
             before = 1.0 - np.minimum(_BEFORE_M / range_m + _BEFORE_SHARE, 1.0)
             hidden = self.engine.are_hidden(position_m, away_m * before[:, None])
             found.append(some[~hidden])
@@ -299,7 +301,7 @@ class _PointVisibility:
     def _spacing_m(self, rows: Int64Array, away_m: FloatArray, range_m: FloatArray) -> Float32Array:
         """(K,) wider spacing of neighbouring points about points of rows (K,)."""
         along, normal = away_m / range_m[:, None], self._points.normal[rows]
-        cosine = np.abs((along * normal).sum(axis=1))
+        cosine = np.abs(dots(along, normal))
         spacing_m: Float32Array = spacing_at(self._view, along, normal, range_m, cosine).max(axis=1, initial=0.0)
         return spacing_m
 
@@ -307,7 +309,7 @@ class _PointVisibility:
         """(K,) bool: whether figures at points of rows (K,) meet the limits."""
         limits: PointLimits = self._requirements.limits
         away_m = self._points.at_m[rows] - position_m
-        range_m = np.maximum(np.sqrt((away_m * away_m).sum(axis=1)), 1e-9)
+        range_m = np.maximum(lengths(away_m), 1e-9)
         cosine = np.abs((away_m * self._points.normal[rows]).sum(axis=1)) / range_m
         observed = Observations(
             starts=np.array([0, rows.size]),

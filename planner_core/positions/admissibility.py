@@ -40,6 +40,8 @@ from planner_core.model import (
     Scope,
     Survey,
     area_normals,
+    bounds_of,
+    lengths,
 )
 from planner_core.positions.ground_surface import GroundSurface, grid_on_ground
 from planner_core.positions.local_site import PERSON
@@ -149,10 +151,9 @@ class _Tops:
     def of(cls, corners_m: FloatArray, which: BoolArray) -> _Tops:
         """Take those `which`, (N,) bool, of triangles (N, 3, 3)."""
         number = np.flatnonzero(which)
-        high_m = corners_m[number].max(axis=1)
+        low_m, high_m = bounds_of(corners_m[number])
         order = np.argsort(high_m[:, 2], kind="stable")
-        number = number[order]
-        return cls(number.astype(np.int32), corners_m[number].min(axis=1), high_m[order])
+        return cls(number[order].astype(np.int32), low_m[order], high_m[order])
 
     def around(self, place_m: FloatArray, rise_m: float) -> Int32Array:
         """Triangles at a place (3,) on the ground whose tops are `rise_m` higher or lower at most."""
@@ -213,7 +214,7 @@ class Tripods:
         """Triangles that are no steeper than what people walk up."""
         corners_m = self._corners_m()
         cross = area_normals(corners_m)
-        length = np.sqrt((cross * cross).sum(axis=1))
+        length = lengths(cross)
         return _Tops.of(corners_m, (length > 0) & (np.abs(cross[:, 2]) >= np.cos(PERSON.max_slope_rad) * length))
 
     def _corners_m(self) -> FloatArray:

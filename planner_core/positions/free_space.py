@@ -24,7 +24,7 @@ import numpy as np
 from planner_core.compiled import compiled
 from planner_core.errors import RequirementError
 from planner_core.kept import hash_of_survey, kept
-from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Int64Array, Survey, area_normals
+from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Int64Array, Survey, area_normals, lengths
 from planner_core.positions.local_site import PERSON, Carrier, WalkingZone, blocked_by_zones, needed_height_m
 from planner_core.positions.solids import Grid, Solids, find_solids
 from planner_core.progress import Progress, ProgressEvent, silent
@@ -366,7 +366,7 @@ def _obstacles(survey: Survey, carrier: Carrier) -> tuple[FloatArray, BoolArray,
         stays = ~is_door[scene.element_of_triangle] | (ground_floor >= 0)
         corners_m, ground_floor = corners_m[stays], ground_floor[stays]
     cross = area_normals(corners_m)
-    length = np.sqrt((cross * cross).sum(axis=1))
+    length = lengths(cross)
     level = (length > 0) & (np.abs(cross[:, 2]) >= np.cos(carrier.max_slope_rad) * length - 1e-12)
     return corners_m, level, ground_floor.astype(np.int32)
 

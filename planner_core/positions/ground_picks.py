@@ -17,7 +17,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, FloatArray, Floor, GroundPick, Int32Array, Int64Array, Scene
+from planner_core.model import (
+    BoolArray,
+    FloatArray,
+    Floor,
+    GroundPick,
+    Int32Array,
+    Int64Array,
+    Scene,
+    bounds_of,
+    dots,
+    lengths,
+)
 from planner_core.positions.local_site import floor_named
 from planner_core.scene.array_rows import first_of_equal_rows
 from planner_core.scene.floors import FloorReport, floor_of_triangles
@@ -163,7 +174,7 @@ class _Mesh:
         self._triangles = scene.triangles
         self._corners_m = scene.vertices_m[scene.triangles]
         cross = np.cross(self._corners_m[:, 1] - self._corners_m[:, 0], self._corners_m[:, 2] - self._corners_m[:, 0])
-        length = np.sqrt((cross * cross).sum(axis=1))
+        length = lengths(cross)
         self.area_m2: FloatArray = 0.5 * length
         self._normal = cross / np.where(length > 0, length, 1.0)[:, None]
         self._level: BoolArray = np.abs(self._normal[:, 2]) >= np.cos(MAX_SLOPE_RAD)
@@ -209,7 +220,7 @@ class _Mesh:
         )
 
     def _triangle_at(self, point_m: FloatArray, what: str) -> int:
-        low, high = self._corners_m.min(axis=1), self._corners_m.max(axis=1)
+        low, high = bounds_of(self._corners_m)
         near = np.flatnonzero(
             ((low <= point_m + REACH_M) & (high >= point_m - REACH_M)).all(axis=1) & (self.area_m2 > 0)
         )
@@ -274,9 +285,9 @@ def _distance_m(corners_m: FloatArray, normal: FloatArray, point_m: FloatArray) 
     inside = np.ones(off.size, dtype=np.bool_)
     for k in range(3):
         start, edge = at[:, k], at[:, (k + 1) % 3] - at[:, k]
-        length2 = (edge * edge).sum(axis=1)
-        along = np.clip(-(start * edge).sum(axis=1) / np.where(length2 > 0, length2, 1.0), 0.0, 1.0)
+        length2 = dots(edge, edge)
+        along = np.clip(-dots(start, edge) / np.where(length2 > 0, length2, 1.0), 0.0, 1.0)
         nearest = start + along[:, None] * edge
-        away = np.minimum(away, np.sqrt((nearest * nearest).sum(axis=1)))
+        away = np.minimum(away, lengths(nearest))
         inside &= (np.cross(edge, -start) * normal).sum(axis=1) >= 0
     return np.where(inside, np.abs(off), away)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, FloatArray, Floor, Int64Array, Survey
+from planner_core.model import BoolArray, FloatArray, Floor, Int64Array, Survey, bounds_of
 from planner_core.scene.columns import sample_columns
 
 #: Cells a side at most; bounds memory where few triangles are much larger than the others.
@@ -71,7 +71,7 @@ class GroundSurface:
 
     def _index(self, plan_m: FloatArray) -> None:
         """List the triangles of plan (K, 3, 2) by cell, as compressed sparse rows."""
-        low, high = plan_m.min(axis=1), plan_m.max(axis=1)
+        low, high = bounds_of(plan_m)
         extent = high.max(axis=0) - low.min(axis=0)
         # About a triangle's size; and a margin, so that the rim lies inside a cell.
         self._cell_m = np.maximum((high - low).mean(axis=0), extent / (_MAX_CELLS - 2)) + 1e-6

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, Candidates, FloatArray, Int32Array, Int64Array, Scene, Survey
+from planner_core.model import BoolArray, Candidates, FloatArray, Int32Array, Int64Array, Scene, Survey, bounds_of
 from planner_core.positions.free_space import FreeSpace, components, spread
 from planner_core.scene.array_rows import chunks
 from planner_core.scene.columns import sample_columns
@@ -246,13 +246,13 @@ def triangles_over(scene: Scene, plan_m: FloatArray) -> list[Int32Array]:
     by_x = np.argsort(plan_m[:, 0], kind="stable")
     found: list[tuple[Int64Array, Int64Array]] = []
     for some in chunks(scene.n_triangles):
-        x, y = (scene.vertices_m[:, axis][scene.triangles[some]] for axis in (0, 1))
-        first = np.searchsorted(plan_m[by_x, 0], x.min(axis=1), side="left")
-        count = np.searchsorted(plan_m[by_x, 0], x.max(axis=1), side="right") - first
+        low_m, high_m = bounds_of(scene.vertices_m[:, :2][scene.triangles[some]])
+        first = np.searchsorted(plan_m[by_x, 0], low_m[:, 0], side="left")
+        count = np.searchsorted(plan_m[by_x, 0], high_m[:, 0], side="right") - first
         triangle = np.repeat(np.arange(count.size), count)
         place = by_x[np.arange(triangle.size) + np.repeat(first - np.cumsum(count) + count, count)]
         at = plan_m[place, 1]
-        holds = (y.min(axis=1)[triangle] <= at) & (y.max(axis=1)[triangle] >= at)
+        holds = (low_m[triangle, 1] <= at) & (high_m[triangle, 1] >= at)
         found.append((place[holds], some.start + triangle[holds]))
     place, triangle = (np.concatenate(column) for column in zip(*found, strict=True))
     order = np.lexsort((triangle, place))

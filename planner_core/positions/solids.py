@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.compiled import compiled
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, bounds_of
 
 #: Surfaces this near below a solid's top share in being its top: coverings on their slab, treads beside their riser.
 _SAME_TOP_M = 0.1
@@ -154,8 +154,9 @@ def _boxes(corners_m: FloatArray, grid: Grid) -> tuple[Int64Array, Int64Array]:
     """First and last cell, each (K, 2), of the triangles' bounds inside the grid."""
     plan = (corners_m[:, :, :2] - grid.low_m) / grid.cell_m
     last_cell = np.array([grid.nx, grid.ny]) - 1
-    first = np.clip(np.floor(plan.min(axis=1, initial=np.inf) - _SLACK), 0, None)
-    last = np.minimum(np.floor(plan.max(axis=1, initial=-np.inf) + _SLACK), last_cell)
+    low, high = bounds_of(plan)
+    first = np.clip(np.floor(low - _SLACK), 0, None)
+    last = np.minimum(np.floor(high + _SLACK), last_cell)
     return np.minimum(first, last_cell + 1).astype(np.int64), np.maximum(last, -1).astype(np.int64)
 
 

@@ -28,6 +28,8 @@ from planner_core.model import (
     Survey,
     SurveyScope,
     area_normals,
+    dots,
+    lengths,
 )
 from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.reach import MIN_REGION_M2, reachability
@@ -355,7 +357,7 @@ def _surfaces(survey: Survey, patch: Int64Array) -> Surfaces:
     """Patches (K,); rooms of the source play no part."""
     corners_m = patch_triangles(survey.scene, survey.patches)[patch]
     normal = area_normals(corners_m)
-    length = np.sqrt((normal * normal).sum(axis=1))
+    length = lengths(normal)
     normal = np.where(length[:, None] > 0, normal / np.maximum(length, 1e-300)[:, None], [0.0, 0.0, 1.0])
     triangle = survey.patches.triangle_of_patch[patch].astype(np.int64)
     return Surfaces(
@@ -456,8 +458,8 @@ def _in_view(
 ) -> Int64Array:
     """Those of patches (M,) of whose point, in `at_m` (P, 3), an eye (M, 3) has plain view on a side; glass hides."""
     away_m = eye_m - at_m[row]
-    distance_m = np.sqrt((away_m * away_m).sum(axis=1))
-    front = side * (away_m * normals[row]).sum(axis=1) > _GRAZING * distance_m
+    distance_m = lengths(away_m)
+    front = side * dots(away_m, normals[row]) > _GRAZING * distance_m
     row, away_m, distance_m = row[front], away_m[front], distance_m[front]
     begin_m = at_m[row] + side * _OFF_SURFACE_M * normals[row]
     hits = engine.cast_rays(begin_m, away_m, range_max_m=np.inf)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from planner_core.model import BoolArray, FloatArray
+from planner_core.model import BoolArray, FloatArray, lengths
 from planner_core.scene.level_surfaces import LevelSurvey
 
 #: Cells around the grid of plumb lines, so that what ends with the scene has an outline and walls.
@@ -25,7 +25,7 @@ GAP_M = 1.2
 def cut_cells(segments_m: FloatArray, low_m: FloatArray, step_m: float, shape: tuple[int, int]) -> BoolArray:
     """(ny, nx) bool, `shape`: cells that segments (M, 2, 2) in plan run through, where they are on the grid."""
     along = segments_m[:, 1] - segments_m[:, 0]
-    n_points = np.ceil(2.0 * np.sqrt((along * along).sum(axis=1)) / step_m).astype(np.int64) + 1
+    n_points = np.ceil(2.0 * lengths(along) / step_m).astype(np.int64) + 1
     row = np.repeat(np.arange(n_points.size), n_points)
     within = np.arange(row.size) - np.repeat(np.cumsum(n_points) - n_points, n_points)
     at_m = segments_m[row, 0] + along[row] * (within / np.maximum(n_points[row] - 1, 1))[:, None]

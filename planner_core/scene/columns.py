@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene, bounds_of
 from planner_core.scene.array_rows import chunks
 
 #: Grid points treated in one go; bounds memory to some hundred megabytes.
@@ -133,9 +133,10 @@ def _index_boxes(
 ) -> tuple[Int64Array, Int64Array]:
     """First line and number of lines, each (K, 2), inside the triangles' bounds."""
     plan = (corners_m[:, :, :2] - low_m) / step_m
+    low, high = bounds_of(plan)
     slack = 1e-6
-    first = np.clip(np.ceil(plan.min(axis=1, initial=np.inf) - slack), 0, None)
-    last = np.minimum(np.floor(plan.max(axis=1, initial=-np.inf) + slack), np.array(shape) - 1)
+    first = np.clip(np.ceil(low - slack), 0, None)
+    last = np.minimum(np.floor(high + slack), np.array(shape) - 1)
     count = np.maximum(last - first + 1, 0)
     return first.astype(np.int64), count.astype(np.int64)
 

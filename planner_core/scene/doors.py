@@ -16,7 +16,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.errors import SceneError
-from planner_core.model import BoolArray, Doors, FloatArray, Int32Array, Int64Array, PlacedDoor, Scene, area_normals
+from planner_core.model import (
+    BoolArray,
+    Doors,
+    FloatArray,
+    Int32Array,
+    Int64Array,
+    PlacedDoor,
+    Scene,
+    area_normals,
+    bounds_of,
+)
 from planner_core.scene.array_rows import chunks
 from planner_core.scene.element_patterns import with_triangles
 from planner_core.scene.rooms import room_of_points
@@ -109,8 +119,9 @@ def _held_again(scene: Scene, is_door: BoolArray, doors: list[Int64Array]) -> Bo
     low_m, high_m = np.full((is_door.size, 3), np.inf), np.full((is_door.size, 3), -np.inf)
     for some in chunks(scene.n_triangles):
         corners_m, owner = scene.vertices_m[scene.triangles[some]], scene.element_of_triangle[some]
-        np.minimum.at(low_m, owner, corners_m.min(axis=1))
-        np.maximum.at(high_m, owner, corners_m.max(axis=1))
+        lowest_m, highest_m = bounds_of(corners_m)
+        np.minimum.at(low_m, owner, lowest_m)
+        np.maximum.at(high_m, owner, highest_m)
     for triangles in doors:
         of_door_m = scene.vertices_m[scene.triangles[triangles]]
         least_m, most_m = of_door_m.min(axis=(0, 1)) - _AGAIN_M, of_door_m.max(axis=(0, 1)) + _AGAIN_M
@@ -275,10 +286,9 @@ def leaves_around(scene: Scene, *, low_m: FloatArray, high_m: FloatArray, ground
     For meshes, whose doors have no class: bodies by themselves, so none that shares its edges with the wall.
     """
     corners_m = scene.vertices_m[scene.triangles]
-    within = (corners_m[:, :, :2] >= low_m).all(axis=(1, 2)) & (corners_m[:, :, :2] <= high_m).all(axis=(1, 2))
-    within &= (corners_m[:, :, 2].max(axis=1) > ground_m) & (
-        corners_m[:, :, 2].min(axis=1) < ground_m + _LEAF_HIGH_M[1]
-    )
+    lowest_m, highest_m = bounds_of(corners_m)
+    within = ((lowest_m[:, :2] >= low_m) & (highest_m[:, :2] <= high_m)).all(axis=1)
+    within &= (highest_m[:, 2] > ground_m) & (lowest_m[:, 2] < ground_m + _LEAF_HIGH_M[1])
     number = np.flatnonzero(within)
     if not number.size:
         return []
@@ -319,8 +329,9 @@ def _is_leaf(vertices_m: FloatArray, triangles: Int32Array) -> BoolArray:
     fills = np.zeros(n_parts, dtype=bool)
     fills[part[_overlaps(plane, middle)]] = True
     part_low, part_high = np.full((n_parts, 2), np.inf), np.full((n_parts, 2), -np.inf)
-    np.minimum.at(part_low, part, plane.min(axis=1))
-    np.maximum.at(part_high, part, plane.max(axis=1))
+    lowest, highest = bounds_of(plane)
+    np.minimum.at(part_low, part, lowest)
+    np.maximum.at(part_high, part, highest)
     at_left, at_right = part_low[:, 0] <= low[0] + _AT_SIDE_M, part_high[:, 0] >= high[0] - _AT_SIDE_M
     tall = part_high[:, 1] - part_low[:, 1] >= _TALL_SHARE * (high[1] - low[1])
     frame = ~fills & ((at_left & at_right) | ((at_left | at_right) & tall))
@@ -363,7 +374,8 @@ def _parts(triangles: Int32Array) -> tuple[Int64Array, int]:
 
 def _overlaps(plane: FloatArray, box: FloatArray) -> BoolArray:
     """(K,) bool: triangles (K, 3, 2) that reach into an upright box (2, 2), by separating lines."""
-    apart = ((plane.max(axis=1) <= box[0]) | (plane.min(axis=1) >= box[1])).any(axis=1)
+    lowest, highest = bounds_of(plane)
+    apart = ((highest <= box[0]) | (lowest >= box[1])).any(axis=1)
     corners = np.array([[box[i, 0], box[j, 1]] for i in (0, 1) for j in (0, 1)])
     for k in range(3):
         a, b, c = plane[:, k], plane[:, (k + 1) % 3], plane[:, (k + 2) % 3]

@@ -14,7 +14,7 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from planner_core.errors import SceneError
-from planner_core.model import BoolArray, Element, Scene, area_normals
+from planner_core.model import BoolArray, Element, Scene, area_normals, lengths
 
 #: Before a pattern that is of names alone.
 _NAME = "name="
@@ -34,7 +34,7 @@ def without_elements(scene: Scene, patterns: tuple[str, ...]) -> Scene:
     areas_m2 = []
     corners_m = scene.vertices_m[scene.triangles]
     cross = area_normals(corners_m)
-    area_m2 = 0.5 * np.sqrt((cross * cross).sum(axis=1))
+    area_m2 = 0.5 * lengths(cross)
     for pattern in patterns:
         meant = elements_named(scene.elements, pattern)
         if not meant.any():

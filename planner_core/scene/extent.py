@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from planner_core.errors import SceneError
-from planner_core.model import BoolArray, FloatArray, Scene, area_normals
+from planner_core.model import BoolArray, FloatArray, Scene, area_normals, bounds_of, lengths
 from planner_core.scene.array_rows import chunks
 
 LONGEST_M, SHORTEST_M = 1000.0, 0.5
@@ -101,8 +101,9 @@ def face_weights(corners_m: FloatArray) -> FloatArray:
     is a wrong unit).
     """
     cross = area_normals(corners_m)
-    weight: FloatArray = np.minimum(0.5 * np.sqrt((cross * cross).sum(axis=1)), _LARGEST_WEIGHT_M2)
-    too_long = np.ptp(corners_m, axis=1).max(axis=1) > STRAY_DISTANCE_M
+    weight: FloatArray = np.minimum(0.5 * lengths(cross), _LARGEST_WEIGHT_M2)
+    low_m, high_m = bounds_of(corners_m)
+    too_long = (high_m - low_m).max(axis=1) > STRAY_DISTANCE_M
     if too_long.mean() < 0.5:
         weight = np.where(too_long, 0.0, weight)
     return weight if weight.any() else np.ones(weight.size)
@@ -149,7 +150,8 @@ def fence_m(corners_m: FloatArray) -> FloatArray:
 
 def is_outside(corners_m: FloatArray, fence: FloatArray) -> BoolArray:
     """(T,) bool: no part of the triangle's box (T, 3, 3) is inside the fence (2, 3)."""
-    outside: BoolArray = ((corners_m.max(axis=1) < fence[0]) | (corners_m.min(axis=1) > fence[1])).any(axis=1)
+    low_m, high_m = bounds_of(corners_m)
+    outside: BoolArray = ((high_m < fence[0]) | (low_m > fence[1])).any(axis=1)
     return outside
 
 

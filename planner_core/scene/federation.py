@@ -31,6 +31,8 @@ from planner_core.model import (
     Storey,
     UInt8Array,
     area_normals,
+    bounds_of,
+    lengths,
 )
 from planner_core.scene.build import far_origin, scene_from_arrays
 from planner_core.scene.extent import LONGEST_M, check_extent, extent_m
@@ -143,10 +145,11 @@ def _shapes(file: PlacedScene) -> FloatArray:
     owner, n = scene.element_of_triangle, len(scene.elements)
     corners_m = file.vertices_m[scene.triangles]
     low, high = np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
-    np.minimum.at(low, owner, corners_m.min(axis=1))
-    np.maximum.at(high, owner, corners_m.max(axis=1))
+    lowest_m, highest_m = bounds_of(corners_m)
+    np.minimum.at(low, owner, lowest_m)
+    np.maximum.at(high, owner, highest_m)
     cross = area_normals(corners_m)
-    area_m2 = 0.5 * np.sqrt((cross * cross).sum(axis=1))
+    area_m2 = 0.5 * lengths(cross)
     whole_m2 = np.bincount(owner, weights=area_m2, minlength=n)
     middle_m = corners_m.mean(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Scene, area_normals
+from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Scene, area_normals, bounds_of
 from planner_core.scene.array_rows import chunks
 from planner_core.scene.extent import check_extent
 from planner_core.scene.floors_by_storey import WALL_KINDS, grounds_of_storeys
@@ -178,7 +178,7 @@ def levels_of(scene: Scene, floor: Floor) -> list[tuple[float, FloatArray]]:
     corners = scene.vertices_m[scene.triangles[floor.ground_triangles]]
     if not len(corners):
         return [(floor.elevation_m, corners)]
-    low, high = corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
+    low, high = bounds_of(corners[:, :, 2])
     area_m2 = 0.5 * np.linalg.norm(area_normals(corners), axis=1)
     order = np.argsort(low, kind="stable")
     reached = np.maximum.accumulate(high[order])
@@ -202,16 +202,16 @@ def ground_span_m(scene: Scene, floor: Floor) -> tuple[float, float]:
 def _bands(height_m: float, corners_m: FloatArray) -> list[tuple[float, FloatArray]]:
     """A level of triangles (K, 3, 3) as it is, or, where it slopes, cut into bands of about `_BAND_M` each."""
     area_m2 = _plan_area_m2(corners_m)
-    z_m = corners_m[:, :, 2]
-    off = np.abs(z_m - height_m).max(axis=1, initial=0.0) > _BAND_M
+    lowest_m, highest_m = bounds_of(corners_m[:, :, 2])
+    off = np.maximum(height_m - lowest_m, highest_m - height_m) > _BAND_M
     if area_m2[off].sum() <= _LEAST_LEVEL * area_m2.sum():
         return [(height_m, corners_m)]
-    low_m, high_m = float(z_m.min()), float(z_m.max())
+    low_m, high_m = float(lowest_m.min()), float(highest_m.max())
     limits_m = np.linspace(low_m, high_m, min(_MAX_BANDS, int(np.ceil((high_m - low_m) / _BAND_M))) + 1)
     bands = []
     for bottom_m, top_m in zip(limits_m[:-1].tolist(), limits_m[1:].tolist(), strict=True):
         last = top_m == limits_m[-1]
-        near = (z_m.max(axis=1) >= bottom_m) & ((z_m.min(axis=1) < top_m) | last)
+        near = (highest_m >= bottom_m) & ((lowest_m < top_m) | last)
         part = _between(corners_m[near], bottom_m, top_m)
         if len(part):
             bands.append((0.5 * (bottom_m + top_m), part))

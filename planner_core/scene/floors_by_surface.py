@@ -20,7 +20,7 @@ from scipy import ndimage
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from planner_core.model import BoolArray, FloatArray, Int64Array
+from planner_core.model import BoolArray, FloatArray, Int64Array, bounds_of
 from planner_core.scene.array_rows import chunks
 from planner_core.scene.between_walls import MARGIN, between_walls, cut_around_lines, lines_of
 from planner_core.scene.columns import SAME_SURFACE_M, Columns
@@ -294,8 +294,9 @@ def _foot_of_walls_m(survey: LevelSurvey) -> float | None:
     steep = np.flatnonzero(~survey.level & ~survey.stray).astype(np.int32)
     for some in chunks(steep.size):
         corners_m = survey.corners_of(steep[some])
-        low_m, high_m = corners_m[:, :, 2].min(axis=1), corners_m[:, :, 2].max(axis=1)
-        length_m = np.linalg.norm(np.ptp(corners_m[:, :, :2], axis=1), axis=1)
+        lowest_m, highest_m = bounds_of(corners_m)
+        low_m, high_m = lowest_m[:, 2], highest_m[:, 2]
+        length_m = np.linalg.norm((highest_m - lowest_m)[:, :2], axis=1)
         tall = high_m - low_m >= WALL_CUT_M
         found.append(low_m[tall])
         weight.append(length_m[tall])

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from planner_core import child_process
 from planner_core.errors import SceneError, reason_of
-from planner_core.model import FloatArray, Int64Array, UInt8Array
+from planner_core.model import FloatArray, Int64Array, UInt8Array, lengths
 from planner_core.scene.ifc_materials import IfcOptics
 from planner_core.scene.raw import placed, turned_over
 
@@ -157,7 +157,7 @@ def _outside_out(vertices: FloatArray, triangles: Int64Array, items: NDArray[np.
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     normal = np.cross(b - a, c - a)
     item = np.unique(items, return_inverse=True)[1]
-    area = np.bincount(item, weights=np.sqrt((normal * normal).sum(axis=1)))
+    area = np.bincount(item, weights=lengths(normal))
     left_over = np.stack([np.bincount(item, weights=normal[:, axis]) for axis in range(3)], axis=1)
     is_closed = np.abs(left_over).max(axis=1) <= _CLOSED_SHARE * area
     is_inside_out = is_closed & (np.bincount(item, weights=(np.cross(a, b) * c).sum(axis=1)) < 0)

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Floor, Int64Array, Scene
+from planner_core.model import BoolArray, FloatArray, Floor, Int64Array, Scene, bounds_of
 
 ROOM_WIDTH_M = 0.8
 """The narrowest rooms, a WC and a passage, have this width; walls of two sheets without top and bottom have less."""
@@ -156,7 +156,7 @@ def _columns(points_m: FloatArray, corners_m: FloatArray) -> Iterator[tuple[Int6
     """Points of a square column, and the triangles that its plumb lines may meet."""
     if not points_m.shape[0] or not corners_m.shape[0]:
         return
-    low, high = corners_m[:, :, :2].min(axis=1), corners_m[:, :, :2].max(axis=1)
+    low, high = bounds_of(corners_m[:, :, :2])
     start = points_m[:, :2].min(axis=0)
     side_m = max(_COLUMN_M, float(np.ptp(points_m[:, :2], axis=0).max()) / _MAX_COLUMNS)
     cell = np.floor((points_m[:, :2] - start) / side_m).astype(np.int64)

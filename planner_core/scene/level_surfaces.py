@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene, area_normals
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene, area_normals, bounds_of, lengths
 from planner_core.scene.array_rows import chunks
 from planner_core.scene.columns import Columns, sample_scene
 from planner_core.scene.extent import fence_m, is_outside, named_few
@@ -64,7 +64,7 @@ class LevelSurvey:
         for some in chunks(n_triangles):
             corners_m = self.corners_of(some)
             cross = area_normals(corners_m)
-            length = np.sqrt((cross * cross).sum(axis=1))
+            length = lengths(cross)
             self.area_m2[some] = 0.5 * length
             self.level[some] = np.abs(cross[:, 2]) >= np.cos(MAX_SLOPE_RAD) * length
             self.stray[some] = is_outside(corners_m, fence)
@@ -79,8 +79,9 @@ class LevelSurvey:
         for some in chunks(self.scene.n_triangles):
             z_m = self.scene.vertices_m[:, 2][self.scene.triangles[some]]
             element = self.scene.element_of_triangle[some]
-            np.minimum.at(low, element, z_m.min(axis=1))
-            np.maximum.at(high, element, z_m.max(axis=1))
+            lowest_m, highest_m = bounds_of(z_m)
+            np.minimum.at(low, element, lowest_m)
+            np.maximum.at(high, element, highest_m)
         return np.stack([low, high])
 
     @property
@@ -141,7 +142,8 @@ def _plumb_lines(scene: Scene, ids: Int32Array, fence: FloatArray) -> tuple[Colu
     bounds, of_all = (np.array([[np.inf] * 2, [-np.inf] * 2]) for _ in range(2))
     for some in chunks(ids.size):
         corners_m = scene.vertices_m[scene.triangles[ids[some]]]
-        within = ((corners_m >= fence[0]) & (corners_m <= fence[1])).all(axis=(1, 2))  # none reaches far out
+        lowest_m, highest_m = bounds_of(corners_m)
+        within = ((lowest_m >= fence[0]) & (highest_m <= fence[1])).all(axis=1)  # none reaches far out
         _widen(bounds, corners_m[within][:, :, :2].reshape(-1, 2))
         _widen(of_all, corners_m[:, :, :2].reshape(-1, 2))
     plan = bounds if np.isfinite(bounds).all() else of_all
@@ -166,8 +168,8 @@ def cut_of_scene(
     z, ids = scene.vertices_m[:, 2], np.flatnonzero(triangles).astype(np.int32)
     cut = [np.empty(0, dtype=np.int32)]
     for some in chunks(ids.size):
-        height_m = z[scene.triangles[ids[some]]] - z_m
-        cut.append(ids[some][(height_m.min(axis=1) < 0) & (height_m.max(axis=1) >= 0)])
+        lowest_m, highest_m = bounds_of(z[scene.triangles[ids[some]]] - z_m)
+        cut.append(ids[some][(lowest_m < 0) & (highest_m >= 0)])
     return cut_length(scene.vertices_m[scene.triangles[np.concatenate(cut)]], z_m, bounds_m)
 
 
@@ -177,7 +179,8 @@ def cut_length(corners_m: FloatArray, z_m: float, bounds_m: FloatArray | None = 
     bounds_m : only segments whose middle lies inside, with half a metre of margin.
     """
     height = corners_m[:, :, 2] - z_m
-    crossing = (height.min(axis=1, initial=np.inf) < 0) & (height.max(axis=1, initial=-np.inf) >= 0)
+    lowest, highest = bounds_of(height)
+    crossing = (lowest < 0) & (highest >= 0)
     corners, height = corners_m[crossing], height[crossing]
     # Turn each triangle so that its first corner is alone on its side of the plane; edges 0-1 and 0-2 are cut.
     below = height < 0

@@ -18,7 +18,7 @@ import numpy as np
 
 from planner_core.documents import Number, YesNo, document
 from planner_core.errors import SceneError, SceneNotFoundError, grouped
-from planner_core.model import Doors, Georeference, Glass, LoadReport, Optics, Scene, SceneSource, UpAxis
+from planner_core.model import Doors, Georeference, Glass, LoadReport, Optics, Scene, SceneSource, UpAxis, lengths
 from planner_core.model.choices import one_of
 from planner_core.model.values import DoorsWord, GlassWord, UpAxisWord
 from planner_core.progress import Progress, ProgressEvent, silent
@@ -362,7 +362,7 @@ def _with_glass(scene: Scene, glass: Glass) -> Scene:
         return scene
     a, b, c = (scene.vertices_m[scene.triangles[:, k]] for k in range(3))
     cross = np.cross(b - a, c - a)
-    area_m2 = 0.5 * np.sqrt((cross * cross).sum(axis=1))
+    area_m2 = 0.5 * lengths(cross)
     report = replace(
         scene.report,
         glass_area_m2=float(area_m2[optics_before == Optics.PASSES].sum()),

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from planner_core.errors import RequirementError
-from planner_core.model import Float32Array, FloatArray, Int32Array, Patches, Scene, area_normals
+from planner_core.model import Float32Array, FloatArray, Int32Array, Patches, Scene, area_normals, dots, lengths
 from planner_core.scene.array_rows import chunks
 
 #: Patch numbers are int32 everywhere (kernels, files).
@@ -69,7 +69,7 @@ def triangle_areas(scene: Scene) -> FloatArray:
     for some in chunks(scene.n_triangles):
         corners = scene.vertices_m[scene.triangles[some]]
         cross = area_normals(corners)
-        area_m2[some] = 0.5 * np.sqrt((cross * cross).sum(axis=1))
+        area_m2[some] = 0.5 * lengths(cross)
     return area_m2
 
 
@@ -167,7 +167,7 @@ def barycentric_slopes(corners_m: FloatArray) -> tuple[FloatArray, FloatArray]:
     edge1, edge2 = corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0]
     normal = np.cross(edge1, edge2)
     with np.errstate(divide="ignore", invalid="ignore"):
-        scale = (1.0 / (normal * normal).sum(axis=1))[:, None]
+        scale = (1.0 / dots(normal, normal))[:, None]
         return np.cross(edge2, normal) * scale, np.cross(normal, edge1) * scale
 
 

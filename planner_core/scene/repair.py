@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from planner_core.errors import SceneError, grouped
-from planner_core.model import BoolArray, Element, FloatArray, Int32Array, Int64Array
+from planner_core.model import BoolArray, Element, FloatArray, Int32Array, Int64Array, dots, lengths
 from planner_core.model.values import MAX_COORDINATE_M
 from planner_core.scene.array_rows import first_of_equal_rows, first_of_equal_triples
 from planner_core.scene.extent import STRAY_DISTANCE_M, face_weights, is_astray, named_few
@@ -170,9 +170,9 @@ def box_of(vertices_m: FloatArray, triangles: Int64Array) -> tuple[FloatArray, F
 def face_height_m(corners_m: FloatArray) -> FloatArray:
     """(N,) float64: height of each triangle (N, 3, 3) above its longest edge; 0 for a point."""
     ab, bc, ca = (corners_m[:, (i + 1) % 3] - corners_m[:, i] for i in range(3))
-    longest = np.sqrt(np.maximum.reduce([(e * e).sum(axis=1) for e in (ab, bc, ca)]))
+    longest = np.sqrt(np.maximum.reduce([dots(e, e) for e in (ab, bc, ca)]))
     normal = np.cross(ab, -ca)
-    twice_area = np.sqrt((normal * normal).sum(axis=1))
+    twice_area = lengths(normal)
     height: FloatArray = np.divide(twice_area, longest, out=np.zeros_like(longest), where=longest > 0)
     return height
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int64Array, Scene
+from planner_core.model import BoolArray, FloatArray, Int64Array, Scene, lengths
 from planner_core.scene.array_rows import chunks
 from planner_core.scene.columns import Columns, sample_scene
 from planner_core.scene.level_surfaces import MAX_SLOPE_RAD, MIN_CLEAR_M
@@ -91,7 +91,7 @@ class UpAxes:
         for some in chunks(scene.n_triangles):
             a, b, c = (scene.vertices_m[scene.triangles[some, i]] for i in range(3))
             cross = np.cross(b - a, c - a)
-            length = np.sqrt((cross * cross).sum(axis=1))
+            length = lengths(cross)
             self.faces_axis[some] = np.abs(cross) >= np.cos(MAX_SLOPE_RAD) * length[:, None]
         self.lines = [self._lines_along(scene, axis) for axis in range(3)]
 

@@ -7,10 +7,10 @@ the processor time that annealing took for its work. The table goes between the 
 
 Gao, Weise, Li 2015, "An efficient local search heuristic with row weighting for the unicost set covering problem",
 European Journal of Operational Research 246: once a set covers all, one goes. Then one goes, the least missed by
-weight, and one comes that covers a random row left open, the most wanted by weight; rows left open gain weight. One that has
-just come does not go, and one that went does not come before a neighbour has changed; of equals the one that has waited
-longest. Ours, not theirs: where only an area is required, a set that covers so much is whole, and rows weigh and gain
-their area.
+weight, and one comes that covers a random row left open, the most wanted by weight; rows left open gain weight. One
+that has just come does not go, and one that went does not come before a neighbour has changed; of equals the one that
+has waited longest. Ours, not theirs: where only an area is required, a set that covers so much is whole, and rows weigh
+and gain their area.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from planner_core.export.sheets.floor_view import FloorView
 from planner_core.export.sheets.page_frame import draw_band
 from planner_core.export.sheets.paper import Tile
 from planner_core.export.sheets.site_grid import draw_grid
-from planner_core.model import FloatArray, LengthUnit
+from planner_core.model import FloatArray, LengthUnit, bounds_of
 from planner_core.plan_folder.drawing.canvas import PAPER, Box, Canvas, Pen
 from planner_core.plan_folder.drawing.fonts import width_mm
 from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings, spans_of_triangles, without
@@ -131,7 +131,8 @@ def _draw_building(canvas: Canvas, view: FloorView, tile: Tile) -> None:
 def _near(triangles: FloatArray, tile: Tile) -> FloatArray:
     """Return those of the triangles (N, 3, 2) that may be on a sheet."""
     low_m, high_m = tile.window_m
-    near = ((triangles.max(axis=1) >= low_m) & (triangles.min(axis=1) <= high_m)).all(axis=1)
+    lowest_m, highest_m = bounds_of(triangles)
+    near = ((highest_m >= low_m) & (lowest_m <= high_m)).all(axis=1)
     return np.asarray(triangles[near])
 
 

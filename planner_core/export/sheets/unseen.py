@@ -11,7 +11,7 @@ import numpy as np
 
 from planner_core.export.section import kind_of
 from planner_core.export.sheets.building import Building
-from planner_core.model import BoolArray, FloatArray, Int64Array, area_normals
+from planner_core.model import BoolArray, FloatArray, Int64Array, area_normals, bounds_of, dots
 from planner_core.scene.inside import crossings
 from planner_core.scene.patches import patch_triangles
 
@@ -90,7 +90,7 @@ def _patches_near(
     """Patches of triangles near a floor: corners (N, 3, 3), numbers, whether they are its ground, and of no thing."""
     scene, patches = building.scene, building.patches
     corners_m = scene.vertices_m[scene.triangles]
-    lowest_m, highest_m = corners_m.min(axis=1), corners_m.max(axis=1)
+    lowest_m, highest_m = bounds_of(corners_m)
     near = (highest_m[:, 2] >= low_m) & (lowest_m[:, 2] <= high_m)
     near &= ((highest_m[:, :2] >= window_m[0]) & (lowest_m[:, :2] <= window_m[1])).all(axis=1)
     ground = building.ground_of_triangle == floor
@@ -118,8 +118,8 @@ def _strips(middle_m: FloatArray, normal: FloatArray, area_m2: FloatArray, misse
     angle = np.mod(np.arctan2(normal[:, 1], normal[:, 0]), np.pi)
     direction = np.mod(np.rint(angle * _DIRECTIONS / np.pi), _DIRECTIONS).astype(np.int64)
     along, across = _axes(direction)
-    plane = np.rint((middle_m * across).sum(axis=1) / _PLANE_M).astype(np.int64)
-    cell = np.floor((middle_m * along).sum(axis=1) / _STRIP_M).astype(np.int64)
+    plane = np.rint(dots(middle_m, across) / _PLANE_M).astype(np.int64)
+    cell = np.floor(dots(middle_m, along) / _STRIP_M).astype(np.int64)
     keys, strip = np.unique(np.stack([direction, plane, cell], axis=1), axis=0, return_inverse=True)
     n = len(keys)
     all_m2 = np.bincount(strip.ravel(), weights=area_m2, minlength=n)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import FloatArray, Int64Array
+from planner_core.model import FloatArray, Int64Array, bounds_of
 
 #: Gaps narrower than this are rounding: a hundredth of a millimetre.
 _GAP_M = 1e-5
@@ -56,7 +56,7 @@ class Spans:
 def spans_of_triangles(triangles: FloatArray, family: Family) -> Spans:
     """Spans of the union of triangles (N, 3, 2)."""
     u, v = triangles @ family.along, triangles @ family.across / family.step_m
-    which, line = _lines_met(v.min(axis=1, initial=np.inf), v.max(axis=1, initial=-np.inf))
+    which, line = _lines_met(*bounds_of(v))
     low, high = np.full(line.size, np.inf), np.full(line.size, -np.inf)
     for edge in range(3):
         ends = [edge, (edge + 1) % 3]
@@ -77,7 +77,7 @@ def spans_of_rings(solids: Sequence[Sequence[FloatArray]], family: Family) -> Sp
     )
     ends = np.concatenate(sides)
     u, v = ends @ family.along, ends @ family.across / family.step_m
-    which, line = _lines_met(v.min(axis=1), v.max(axis=1))
+    which, line = _lines_met(*bounds_of(v))
     # Half-open: a line through a corner meets one of its two sides.
     meets = (v[which, 0] > line) != (v[which, 1] > line)
     which, line = which[meets], line[meets]
@@ -116,7 +116,8 @@ def _crossing(u: FloatArray, v: FloatArray, line: Int64Array) -> tuple[np.ndarra
     """Whether sides with ends u, v (N, 2) meet lines v = line (N,), and where."""
     at = line.astype(np.float64)
     rise = v[:, 1] - v[:, 0]
-    meets = (v.min(axis=1) <= at) & (at <= v.max(axis=1)) & (rise != 0)
+    low, high = bounds_of(v)
+    meets = (low <= at) & (at <= high) & (rise != 0)
     share = np.divide(at - v[:, 0], rise, out=np.zeros_like(at), where=meets)
     return meets, u[:, 0] + share * (u[:, 1] - u[:, 0])
 
