@@ -38,8 +38,8 @@ from planner_core.model import (
     Survey,
     UInt8Array,
     VisibilityMode,
-    area_normals,
 )
+from planner_core.model.arrays import area_normals
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scanner.range_noise import range_noise_m
 

@@ -30,9 +30,8 @@ from planner_core.model import (
     Survey,
     UInt8Array,
     UnreachableArea,
-    dots,
-    lengths,
 )
+from planner_core.model.arrays import dots, lengths
 from planner_core.model.unseen import (
     COVERED,
     IN_SOLIDS,

@@ -26,17 +26,8 @@ from planner_core.engine.patch_samples import (
 )
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.kept import hash_of, hash_of_scene, kept
-from planner_core.model import (
-    BoolArray,
-    FloatArray,
-    Int32Array,
-    Int64Array,
-    Survey,
-    UInt8Array,
-    Visibility,
-    dots,
-    lengths,
-)
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Survey, UInt8Array, Visibility
+from planner_core.model.arrays import dots, lengths
 
 #: `Patches.countable_share` of a patch that counts whole.
 WHOLE = 255

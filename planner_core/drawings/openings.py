@@ -20,7 +20,8 @@ import shapely
 
 from planner_core.drawings.arcs import SwingArc
 from planner_core.drawings.walls import GRID_M, THICKEST_M, THINNEST_M, edges_of, polygons_of
-from planner_core.model import FloatArray, dots
+from planner_core.model import FloatArray
+from planner_core.model.arrays import dots
 
 
 class OpeningKind(StrEnum):

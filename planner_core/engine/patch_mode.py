@@ -44,8 +44,8 @@ from planner_core.model import (
     UInt8Array,
     Visibility,
     VisibilityMode,
-    dots,
 )
+from planner_core.model.arrays import dots
 from planner_core.progress import Progress, ProgressEvent, silent
 
 if TYPE_CHECKING:

@@ -31,10 +31,8 @@ from planner_core.model import (
     Patches,
     Scene,
     UInt8Array,
-    bounds_of,
-    dots,
-    lengths,
 )
+from planner_core.model.arrays import bounds_of, dots, lengths
 from planner_core.scanner.template import azimuth_step_rad, is_full_turn
 from planner_core.scene.patches import patch_triangles, squared_edges
 

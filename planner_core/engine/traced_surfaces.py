@@ -10,17 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.model import (
-    BoolArray,
-    Float32Array,
-    FloatArray,
-    Int32Array,
-    Optics,
-    Patches,
-    Scene,
-    area_normals,
-    lengths,
-)
+from planner_core.model import BoolArray, Float32Array, FloatArray, Int32Array, Optics, Patches, Scene
+from planner_core.model.arrays import area_normals, lengths
 
 
 @dataclass(frozen=True)

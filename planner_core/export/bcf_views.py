@@ -17,7 +17,8 @@ import numpy as np
 from planner_core.engine.open_engine import open_engine
 from planner_core.errors import MissingPackageError
 from planner_core.export.sheets.building import Building
-from planner_core.model import BoolArray, FloatArray, Int32Array, UInt8Array, area_normals
+from planner_core.model import BoolArray, FloatArray, Int32Array, UInt8Array
+from planner_core.model.arrays import area_normals
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.pictures import Eye
 from planner_core.scene.patches import patch_of_points

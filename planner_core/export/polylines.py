@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.model import FloatArray, Int64Array, dots
+from planner_core.model import FloatArray, Int64Array
+from planner_core.model.arrays import dots
 
 SAME_POINT_M = 1e-4
 """Ends nearer than this are one point: 0.1 mm, the last digit of coordinates that we hand over."""

@@ -28,7 +28,8 @@ from planner_core.export.polylines import (
     nodes,
     split_at,
 )
-from planner_core.model import BoolArray, Element, FloatArray, Floor, Int64Array, Optics, Scene, area_normals, bounds_of
+from planner_core.model import BoolArray, Element, FloatArray, Floor, Int64Array, Optics, Scene
+from planner_core.model.arrays import area_normals, bounds_of
 from planner_core.plan_folder.section_view import BELOW_GROUND_M, CUT_HEIGHT_M, plane_crossings
 from planner_core.scene.floors import ground_levels
 

@@ -10,18 +10,7 @@ Conventions: arrays are C-contiguous and not written to after construction. A mi
 Angles are radians; azimuth runs counter-clockwise from +x seen from above, elevation up from the horizontal.
 """
 
-from planner_core.model.arrays import (
-    BoolArray,
-    Float32Array,
-    FloatArray,
-    Int32Array,
-    Int64Array,
-    UInt8Array,
-    area_normals,
-    bounds_of,
-    dots,
-    lengths,
-)
+from planner_core.model.arrays import BoolArray, Float32Array, FloatArray, Int32Array, Int64Array, UInt8Array
 from planner_core.model.choices import (
     Doors,
     Glass,
@@ -201,8 +190,4 @@ __all__ = [
     "WeakMotion",
     "Why",
     "Zone",
-    "area_normals",
-    "bounds_of",
-    "dots",
-    "lengths",
 ]

@@ -35,8 +35,8 @@ from planner_core.model import (
     Scene,
     Visibility,
     WeakMotion,
-    area_normals,
 )
+from planner_core.model.arrays import area_normals
 from planner_core.model.registration import SET_UP_SHARE
 from planner_core.network.pair_overlap import (
     HeldPairs,

@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, OverlapMeasure, Visibility, dots
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, OverlapMeasure, Visibility
+from planner_core.model.arrays import dots
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

@@ -24,7 +24,8 @@ from enum import Enum
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.model import FloatArray, Int32Array, Patches, Scene, dots
+from planner_core.model import FloatArray, Int32Array, Patches, Scene
+from planner_core.model.arrays import dots
 from planner_core.scene.patches import patch_triangles
 
 #: Points a square metre that a reference is made of: one every 2 cm each way. A patch of the default 0.04 m^2 gets 100,

@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, LengthUnit, bounds_of
+from planner_core.model import BoolArray, FloatArray, LengthUnit
+from planner_core.model.arrays import bounds_of
 from planner_core.plan_folder.drawing.canvas import INK, Canvas
 from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings
 from planner_core.plan_folder.drawing.marks import (

@@ -20,18 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.model import (
-    BoolArray,
-    Float32Array,
-    FloatArray,
-    Floor,
-    Plan,
-    Station,
-    Survey,
-    UInt8Array,
-    area_normals,
-    bounds_of,
-)
+from planner_core.model import BoolArray, Float32Array, FloatArray, Floor, Plan, Station, Survey, UInt8Array
+from planner_core.model.arrays import area_normals, bounds_of
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.canvas import PAPER, Box, Canvas, Colour, Pen
 from planner_core.plan_folder.drawing.marks import Labels, draw_stations

@@ -31,8 +31,8 @@ from planner_core.model import (
     Scene,
     Survey,
     UInt8Array,
-    area_normals,
 )
+from planner_core.model.arrays import area_normals
 from planner_core.scene.columns import sample_columns
 from planner_core.scene.floors import ground_span_m
 from planner_core.scene.inside import ROOM_WIDTH_M, encloses_room

@@ -13,7 +13,8 @@ import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, Candidates, Int64Array, Proven, Role, Survey, dots
+from planner_core.model import BoolArray, Candidates, Int64Array, Proven, Role, Survey
+from planner_core.model.arrays import dots
 from planner_core.model.stored_rows import VISIBILITY_VARIABLE, visibility_budget
 from planner_core.planning.pool import Pool, make_pool
 from planner_core.positions.allowed_positions import AllowedPositions

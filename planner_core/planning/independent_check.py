@@ -38,9 +38,8 @@ from planner_core.model import (
     PointLimits,
     Requirements,
     Survey,
-    dots,
-    lengths,
 )
+from planner_core.model.arrays import dots, lengths
 from planner_core.positions.admissibility import Tripods
 from planner_core.positions.allowed_positions import find_positions
 from planner_core.positions.local_site import local_site

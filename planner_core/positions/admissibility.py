@@ -39,10 +39,8 @@ from planner_core.model import (
     RayHits,
     Scope,
     Survey,
-    area_normals,
-    bounds_of,
-    lengths,
 )
+from planner_core.model.arrays import area_normals, bounds_of, lengths
 from planner_core.positions.ground_surface import GroundSurface, grid_on_ground
 from planner_core.positions.local_site import PERSON
 from planner_core.progress import Progress, ProgressEvent, silent

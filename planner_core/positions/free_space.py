@@ -24,7 +24,8 @@ import numpy as np
 from planner_core.compiled import compiled
 from planner_core.errors import RequirementError
 from planner_core.kept import hash_of_survey, kept
-from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Int64Array, Survey, area_normals, lengths
+from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Int64Array, Survey
+from planner_core.model.arrays import area_normals, lengths
 from planner_core.positions.local_site import PERSON, Carrier, WalkingZone, blocked_by_zones, needed_height_m
 from planner_core.positions.solids import Grid, Solids, find_solids
 from planner_core.progress import Progress, ProgressEvent, silent

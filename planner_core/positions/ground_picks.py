@@ -17,18 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.model import (
-    BoolArray,
-    FloatArray,
-    Floor,
-    GroundPick,
-    Int32Array,
-    Int64Array,
-    Scene,
-    bounds_of,
-    dots,
-    lengths,
-)
+from planner_core.model import BoolArray, FloatArray, Floor, GroundPick, Int32Array, Int64Array, Scene
+from planner_core.model.arrays import bounds_of, dots, lengths
 from planner_core.positions.local_site import floor_named
 from planner_core.scene.array_rows import first_of_equal_rows
 from planner_core.scene.floors import FloorReport, floor_of_triangles

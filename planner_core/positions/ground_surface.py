@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, FloatArray, Floor, Int64Array, Survey, bounds_of
+from planner_core.model import BoolArray, FloatArray, Floor, Int64Array, Survey
+from planner_core.model.arrays import bounds_of
 from planner_core.scene.columns import sample_columns
 
 #: Cells a side at most; bounds memory where few triangles are much larger than the others.

@@ -13,7 +13,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, Candidates, FloatArray, Int32Array, Int64Array, Scene, Survey, bounds_of
+from planner_core.model import BoolArray, Candidates, FloatArray, Int32Array, Int64Array, Scene, Survey
+from planner_core.model.arrays import bounds_of
 from planner_core.positions.free_space import FreeSpace, components, spread
 from planner_core.scene.array_rows import chunks
 from planner_core.scene.columns import sample_columns

@@ -19,7 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.compiled import compiled
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, bounds_of
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
+from planner_core.model.arrays import bounds_of
 
 #: Surfaces this near below a solid's top share in being its top: coverings on their slab, treads beside their riser.
 _SAME_TOP_M = 0.1

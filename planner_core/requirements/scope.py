@@ -27,10 +27,8 @@ from planner_core.model import (
     Scope,
     Survey,
     SurveyScope,
-    area_normals,
-    dots,
-    lengths,
 )
+from planner_core.model.arrays import area_normals, dots, lengths
 from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.reach import MIN_REGION_M2, reachability
 from planner_core.progress import Progress, ProgressEvent, silent

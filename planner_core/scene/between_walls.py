@@ -13,7 +13,8 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from planner_core.model import BoolArray, FloatArray, lengths
+from planner_core.model import BoolArray, FloatArray
+from planner_core.model.arrays import lengths
 from planner_core.scene.level_surfaces import LevelSurvey
 
 #: Cells around the grid of plumb lines, so that what ends with the scene has an outline and walls.

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene, bounds_of
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
+from planner_core.model.arrays import bounds_of
 from planner_core.scene.array_rows import chunks
 
 #: Grid points treated in one go; bounds memory to some hundred megabytes.

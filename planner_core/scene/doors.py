@@ -16,17 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.errors import SceneError
-from planner_core.model import (
-    BoolArray,
-    Doors,
-    FloatArray,
-    Int32Array,
-    Int64Array,
-    PlacedDoor,
-    Scene,
-    area_normals,
-    bounds_of,
-)
+from planner_core.model import BoolArray, Doors, FloatArray, Int32Array, Int64Array, PlacedDoor, Scene
+from planner_core.model.arrays import area_normals, bounds_of
 from planner_core.scene.array_rows import chunks
 from planner_core.scene.element_patterns import with_triangles
 from planner_core.scene.rooms import room_of_points

@@ -14,7 +14,8 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from planner_core.errors import SceneError
-from planner_core.model import BoolArray, Element, Scene, area_normals, lengths
+from planner_core.model import BoolArray, Element, Scene
+from planner_core.model.arrays import area_normals, lengths
 
 #: Before a pattern that is of names alone.
 _NAME = "name="

@@ -15,7 +15,8 @@ import math
 import numpy as np
 
 from planner_core.errors import SceneError
-from planner_core.model import BoolArray, FloatArray, Scene, area_normals, bounds_of, lengths
+from planner_core.model import BoolArray, FloatArray, Scene
+from planner_core.model.arrays import area_normals, bounds_of, lengths
 from planner_core.scene.array_rows import chunks
 
 LONGEST_M, SHORTEST_M = 1000.0, 0.5

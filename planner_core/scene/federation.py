@@ -30,10 +30,8 @@ from planner_core.model import (
     Scene,
     Storey,
     UInt8Array,
-    area_normals,
-    bounds_of,
-    lengths,
 )
+from planner_core.model.arrays import area_normals, bounds_of, lengths
 from planner_core.scene.build import far_origin, scene_from_arrays
 from planner_core.scene.extent import LONGEST_M, check_extent, extent_m
 from planner_core.scene.file_frames import PlacedScene, placed_files, placement_doubts

@@ -18,7 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Scene, area_normals, bounds_of
+from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Scene
+from planner_core.model.arrays import area_normals, bounds_of
 from planner_core.scene.array_rows import chunks
 from planner_core.scene.extent import check_extent
 from planner_core.scene.floors_by_storey import WALL_KINDS, grounds_of_storeys

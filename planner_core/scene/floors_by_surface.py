@@ -20,7 +20,8 @@ from scipy import ndimage
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from planner_core.model import BoolArray, FloatArray, Int64Array, bounds_of
+from planner_core.model import BoolArray, FloatArray, Int64Array
+from planner_core.model.arrays import bounds_of
 from planner_core.scene.array_rows import chunks
 from planner_core.scene.between_walls import MARGIN, between_walls, cut_around_lines, lines_of
 from planner_core.scene.columns import SAME_SURFACE_M, Columns

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from planner_core import child_process
 from planner_core.errors import SceneError, reason_of
-from planner_core.model import FloatArray, Int64Array, UInt8Array, lengths
+from planner_core.model import FloatArray, Int64Array, UInt8Array
+from planner_core.model.arrays import lengths
 from planner_core.scene.ifc_materials import IfcOptics
 from planner_core.scene.raw import placed, turned_over
 

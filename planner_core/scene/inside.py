@@ -20,7 +20,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Floor, Int64Array, Scene, bounds_of
+from planner_core.model import BoolArray, FloatArray, Floor, Int64Array, Scene
+from planner_core.model.arrays import bounds_of
 
 ROOM_WIDTH_M = 0.8
 """The narrowest rooms, a WC and a passage, have this width; walls of two sheets without top and bottom have less."""

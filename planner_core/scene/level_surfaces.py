@@ -11,7 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene, area_normals, bounds_of, lengths
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
+from planner_core.model.arrays import area_normals, bounds_of, lengths
 from planner_core.scene.array_rows import chunks
 from planner_core.scene.columns import Columns, sample_scene
 from planner_core.scene.extent import fence_m, is_outside, named_few

@@ -18,7 +18,8 @@ import numpy as np
 
 from planner_core.documents import Number, YesNo, document
 from planner_core.errors import SceneError, SceneNotFoundError, grouped
-from planner_core.model import Doors, Georeference, Glass, LoadReport, Optics, Scene, SceneSource, UpAxis, lengths
+from planner_core.model import Doors, Georeference, Glass, LoadReport, Optics, Scene, SceneSource, UpAxis
+from planner_core.model.arrays import lengths
 from planner_core.model.choices import one_of
 from planner_core.model.values import DoorsWord, GlassWord, UpAxisWord
 from planner_core.progress import Progress, ProgressEvent, silent

@@ -12,7 +12,8 @@ import numpy as np
 from scipy import ndimage
 
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, FloatArray, Floor, PlacedDoor, Scene, area_normals
+from planner_core.model import BoolArray, FloatArray, Floor, PlacedDoor, Scene
+from planner_core.model.arrays import area_normals
 from planner_core.scene.between_walls import closed_walls, cut_cells
 from planner_core.scene.columns import sample_scene
 from planner_core.scene.doors import exterior_doors

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from planner_core.errors import RequirementError
-from planner_core.model import Float32Array, FloatArray, Int32Array, Patches, Scene, area_normals, dots, lengths
+from planner_core.model import Float32Array, FloatArray, Int32Array, Patches, Scene
+from planner_core.model.arrays import area_normals, dots, lengths
 from planner_core.scene.array_rows import chunks
 
 #: Patch numbers are int32 everywhere (kernels, files).

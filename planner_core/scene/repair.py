@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from planner_core.errors import SceneError, grouped
-from planner_core.model import BoolArray, Element, FloatArray, Int32Array, Int64Array, dots, lengths
+from planner_core.model import BoolArray, Element, FloatArray, Int32Array, Int64Array
+from planner_core.model.arrays import dots, lengths
 from planner_core.model.values import MAX_COORDINATE_M
 from planner_core.scene.array_rows import first_of_equal_rows, first_of_equal_triples
 from planner_core.scene.extent import STRAY_DISTANCE_M, face_weights, is_astray, named_few

@@ -17,7 +17,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int64Array, Scene, lengths
+from planner_core.model import BoolArray, FloatArray, Int64Array, Scene
+from planner_core.model.arrays import lengths
 from planner_core.scene.array_rows import chunks
 from planner_core.scene.columns import Columns, sample_scene
 from planner_core.scene.level_surfaces import MAX_SLOPE_RAD, MIN_CLEAR_M

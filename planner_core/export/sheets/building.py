@@ -31,8 +31,8 @@ from planner_core.model import (
     Scene,
     SceneSource,
     UInt8Array,
-    area_normals,
 )
+from planner_core.model.arrays import area_normals
 from planner_core.model.unseen import OUT_OF_SCOPE
 from planner_core.plan_folder.plan_model.results import FloorSection
 from planner_core.plan_folder.plan_source import PlanSource

@@ -12,7 +12,8 @@ from planner_core.export.sheets.floor_view import FloorView
 from planner_core.export.sheets.page_frame import draw_band
 from planner_core.export.sheets.paper import Tile
 from planner_core.export.sheets.site_grid import draw_grid
-from planner_core.model import FloatArray, LengthUnit, bounds_of
+from planner_core.model import FloatArray, LengthUnit
+from planner_core.model.arrays import bounds_of
 from planner_core.plan_folder.drawing.canvas import PAPER, Box, Canvas, Pen
 from planner_core.plan_folder.drawing.fonts import width_mm
 from planner_core.plan_folder.drawing.hatching import Family, spans_of_rings, spans_of_triangles, without

@@ -11,7 +11,8 @@ import numpy as np
 
 from planner_core.export.section import kind_of
 from planner_core.export.sheets.building import Building
-from planner_core.model import BoolArray, FloatArray, Int64Array, area_normals, bounds_of, dots
+from planner_core.model import BoolArray, FloatArray, Int64Array
+from planner_core.model.arrays import area_normals, bounds_of, dots
 from planner_core.scene.inside import crossings
 from planner_core.scene.patches import patch_triangles
 

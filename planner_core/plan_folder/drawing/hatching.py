@@ -15,7 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import FloatArray, Int64Array, bounds_of
+from planner_core.model import FloatArray, Int64Array
+from planner_core.model.arrays import bounds_of
 
 #: Gaps narrower than this are rounding: a hundredth of a millimetre.
 _GAP_M = 1e-5
