@@ -27,7 +27,7 @@ from planner_core.plan_folder.sdf_authoring import (
     set_stage_metadata,
 )
 from planner_core.plan_folder.usd_names import prim_names_of_ids
-from planner_core.plan_folder.usd_stations import FARTHEST_M, author_camera, author_tripod
+from planner_core.plan_folder.usd_stations import FARTHEST_M, author_camera, author_tripod, level_direction
 from planner_core.progress import Progress, ProgressEvent
 
 
@@ -86,9 +86,5 @@ def _author_station(
 
 def _ahead(stations: tuple[FieldStation, ...], number: int) -> FloatArray:
     """(3,) level direction, unit length, to the next station of the walk; from the last one back; +y where alone."""
-    other = number + 1 if number + 1 < len(stations) else number - 1
-    if other < 0:
-        return np.array([0.0, 1.0, 0.0])
-    towards = (stations[other].position_m - stations[number].position_m) * np.array([1.0, 1.0, 0.0])
-    length_m = float(np.linalg.norm(towards))
-    return np.asarray(towards / length_m) if length_m > 1e-6 else np.array([0.0, 1.0, 0.0])
+    other = number + 1 if number + 1 < len(stations) else max(number - 1, 0)
+    return level_direction(stations[number].position_m, stations[other].position_m)

@@ -5,6 +5,8 @@ Local frame, metres. Links and routes are for USD viewers only: the browser take
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from planner_core.model import FloatArray, Plan, Station
@@ -115,11 +117,15 @@ def _ahead(plan: Plan, station: Station) -> FloatArray:
     """(3,) level direction, unit length, to the next station of the walk; from the last one back; +y where alone."""
     others = sorted((each for each in plan.stations if each.order != station.order), key=lambda each: each.order)
     following = [each for each in others if each.order > station.order]
-    if not others:
-        return np.array([0.0, 1.0, 0.0])
-    towards_m = ((following[0] if following else others[-1]).position_m - station.position_m) * (1.0, 1.0, 0.0)
-    length_m = float(np.linalg.norm(towards_m))
-    return np.asarray(towards_m / length_m) if length_m > 1e-6 else np.array([0.0, 1.0, 0.0])
+    other = following[0] if following else others[-1] if others else station
+    return level_direction(station.position_m, other.position_m)
+
+
+def level_direction(from_m: FloatArray, to_m: FloatArray) -> FloatArray:
+    """(3,) level direction, unit length; +y between places on one plumb line."""
+    x_m, y_m = (to_m - from_m)[:2].tolist()
+    length_m = math.hypot(x_m, y_m)  # the same on every processor, which linear algebra is not
+    return np.array([x_m / length_m, y_m / length_m, 0.0]) if length_m > 1e-6 else np.array([0.0, 1.0, 0.0])
 
 
 def _author_links(layer: Layer, plan: Plan) -> None:
@@ -137,8 +143,8 @@ def _author_links(layer: Layer, plan: Plan) -> None:
         put(prim, "tlsplan:stationA", TYPES.String, link.a)
         put(prim, "tlsplan:stationB", TYPES.String, link.b)
         put(prim, "tlsplan:overlap", TYPES.Double, link.overlap)
-        if np.isfinite(link.strength):
-            put(prim, "tlsplan:strength", TYPES.Double, link.strength)
+        if np.isfinite(link.strength):  # of linear algebra, too: what is rounded away differs by processor
+            put(prim, "tlsplan:strength", TYPES.Double, round(link.strength, 6))
         if np.isfinite(link.probability):
             put(prim, "tlsplan:probability", TYPES.Double, round(link.probability, 6))
 

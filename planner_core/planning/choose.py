@@ -3,7 +3,7 @@
 Input a `Pool` and settings, output a `Choice`. CONTROL FLOW, `choose`:
 
     paper     genetic selection, then overlap repair                                       planner_core.paper.pipeline
-    greedy    lazy greedy selection and a Lagrangian bound                                 select.greedy, select.bound
+    greedy    lazy greedy selection, and a bound by prices                           select.greedy, select.quick_bound
     proven    fewest: selection with proof, then places off the grid                       select.proven, refine
               time: the same, then a shorter walk                                          route.least_time
               coverage: most of it with so many stations                                   select.most_coverage
@@ -45,6 +45,7 @@ from planner_core.select.most_coverage import most_coverage
 from planner_core.select.polish import polish
 from planner_core.select.proven import INTERRUPTED, PROVEN, ProvenSelection
 from planner_core.select.quick_bound import lower_bound
+from planner_core.select.search import WORK_DONE
 
 #: `Choice.why_stopped` of a plan that takes more stations than it had to, for the sake of an earlier one.
 KEPT = "earlier stations kept"
@@ -155,10 +156,14 @@ def _settle(progress: Progress, stage: str, why_stopped: str) -> None:
 def _fewest(pool: Pool, budget: _Budget, progress: Progress, *, begun: tuple[int, ...]) -> Choice:
     meets = len(begun) > len(pool.given) and bool((pool.problem.covered(list(begun)) >= pool.problem.required).all())
     found = _select(pool, budget.left, progress, start=begun if meets else None)
+    fewest = found.lower_bound
+    if not budget.whole.prove and found.why_stopped == WORK_DONE:
+        n_stations = len(found.chosen)
+        fewest = max(fewest, lower_bound(pool.problem, n_stations=n_stations, given=pool.given, progress=progress))
     return Choice(
         pool,
         found.chosen,
-        found.lower_bound,
+        fewest,
         found.why_stopped,
         n_greedy=found.n_greedy,
         n_bounded=pool.n_free,

@@ -7,7 +7,8 @@ for problems small enough to prove. CONTROL FLOW, `select_large`:
 2. parts of the set, taken out and recreated                                                     ruin_recreate.py
 3. prices: the bound, what each candidate adds to it, nearly a solution of the relaxation        large_bound.py
 4. greedy selection again, begun with the candidates of which that solution takes the most
-5. as 2, until the work is done; without a network, or for several looks or loops, 6 and 7 instead of 2 and 5
+5. one station less, annealed from the best set on, and as 2, in turn, until the work is done    annealing.py
+   without a network, or for several looks or loops, 6 and 7 instead of 2 and 5
 6. the core: candidates that the solution takes part of or that cost little, and the best set
 7. sets of fewer stations of the core, annealed; what they miss in the end is filled up greedily    annealing.py
 
@@ -37,7 +38,7 @@ from planner_core.select.network import Network, network_within
 from planner_core.select.problem import CoverProblem
 from planner_core.select.proven import Point, ProvenSelection, select
 from planner_core.select.relaxation import BOUND_UNIT
-from planner_core.select.search import Search, check_input
+from planner_core.select.search import Search, check_input, without_one
 
 if TYPE_CHECKING:
     from planner_core.select.annealing import Annealer
@@ -56,6 +57,9 @@ _BOUND_SHARE = 0.3
 _FIRST_LOCAL_SHARE = 0.15
 #: Work of growing again between two looks.
 _LOCAL_TURN = 0.2
+#: Steps of the first annealing that goes on from a grown set, a candidate: sets that growing does not leave are often
+#: left by few.
+_SHORT_STEPS_A_CANDIDATE = 1
 #: Steps of the first annealing, a candidate of the core; the next one after a failure gets twice as many.
 _FIRST_STEPS_A_CANDIDATE = 50
 _MOST_STEPS = 2**28
@@ -235,7 +239,7 @@ class _LargeSearch(Search):
             likely = np.argsort(-prices.share, kind="stable")[: int((prices.share > share).sum())]
             self._offer(self._completed(self._problem, [*self._given, *likely.tolist()]))
         if grows:
-            self._search_locally(float("inf"))
+            self._search_in_turn()
         elif self._go_on():
             self._anneal(prices)
 
@@ -301,6 +305,39 @@ class _LargeSearch(Search):
             self._progress(ProgressEvent("select", int(1000 * self._work), 0, note, best=best))
 
     # ------------------------------------------------------------------------------------------- annealing
+    def _search_in_turn(self) -> None:
+        """Grow parts anew while that finds something, else one station less by annealing, each for as much work."""
+        annealer: Annealer | None = None
+        n_steps, round_, annealed, grown = _SHORT_STEPS_A_CANDIDATE * self._problem.n_candidates, 0, 0.0, 0.0
+        grows = True
+        while self._go_on():
+            before, stations = self._work, len(self._best)
+            if grows or grown < annealed or stations - 1 <= len(self._given):
+                self._search_locally(max(annealed - grown, _LOCAL_TURN))
+                grown += self._work - before
+                grows = len(self._best) < stations
+            else:
+                annealer = annealer or self._annealer(self._problem, self._network)
+                round_ += 1
+                if not self._one_less(annealer, round_=round_, n_steps=n_steps):
+                    n_steps = min(2 * n_steps, _MOST_STEPS)
+                annealed += self._work - before
+
+    def _one_less(self, annealer: Annealer, *, round_: int, n_steps: int) -> bool:
+        """Look once for a set of one station less; say whether there is one."""
+        sets = without_one(self._best, len(self._given), n_sets=self._settings.n_walks, first=round_)
+        step_work = self._work_of_a_step(self._problem, self._network, len(self._best))
+        for done, missing in self._anneal_in_turns(annealer, sets, round_=round_, n_steps=n_steps, step_work=step_work):
+            note = f"{len(self._best)} stations, trying one less; at least {self._bound}"
+            best = BestSoFar(len(self._best), self._bound, tuple(self._best))
+            self._progress(ProgressEvent("select", done, n_steps, note, best=best))
+            met = np.flatnonzero(missing == 0)
+            if met.size:
+                return self._offer(self._fit(sets[met[0]].tolist()))
+            if not self._go_on():
+                break
+        return False
+
     def _anneal(self, prices: LagrangeBound) -> None:
         """Sets of fewer stations of the core, one size after the other, until a limit is reached."""
         core, annealer = self._core_of(prices)

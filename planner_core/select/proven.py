@@ -37,7 +37,7 @@ from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
 from planner_core.select.quick_bound import counting_bound
 from planner_core.select.reductions import Reduced, reduce_problem
-from planner_core.select.search import ENOUGH, INTERRUPTED, PROVEN, WORK_DONE, Search
+from planner_core.select.search import ENOUGH, INTERRUPTED, PROVEN, WORK_DONE, Search, without_one
 
 if TYPE_CHECKING:
     from planner_core.select.annealing import Annealer
@@ -402,7 +402,7 @@ class _ProvenSearch(Search):
         if self._annealing is None:
             self._annealing = self._annealer(self._problem, self._network)
         if self._sets.shape != (self._settings.n_walks, len(self._best) - 1):
-            self._sets = self._without_one()
+            self._sets = without_one(self._best, len(self._given), n_sets=self._settings.n_walks)
         self._round += 1
         step_work = self._work_of_a_step(self._problem, self._network, len(self._best))
         for done, missing in self._anneal_in_turns(
@@ -423,12 +423,3 @@ class _ProvenSearch(Search):
     def _can_anneal(self) -> bool:
         """No set without candidates is annealed, nor one of pinned candidates alone."""
         return len(self._best) - 1 > len(self._given)
-
-    def _without_one(self) -> Int32Array:
-        """(W, k - 1), pinned ones first: the best set without one station, another one for each set if it can be."""
-        n_pinned, loose = len(self._given), len(self._best) - len(self._given)
-        sets = [
-            [c for place, c in enumerate(self._best) if place != n_pinned + number % loose]
-            for number in range(self._settings.n_walks)
-        ]
-        return np.array(sets, dtype=np.int32)

@@ -10,6 +10,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from planner_core.errors import RequirementError
 from planner_core.model import Int32Array, Int64Array, Proven
 from planner_core.progress import Progress
@@ -130,6 +132,12 @@ class Search(ABC):
         rows = problem.row.size / problem.n_candidates
         links = 0 if network is None else n_stations * (1 + n_stations // 32)
         return self._settings.n_walks * (TRIES + 2) * (rows + 50 + links)
+
+
+def without_one(chosen: Sequence[int], n_given: int, *, n_sets: int, first: int = 0) -> Int32Array:
+    """(n_sets, k - 1), the given first: a set of k without one station, another one for each set if it can be."""
+    out = [n_given + (first + number) % (len(chosen) - n_given) for number in range(n_sets)]
+    return np.array([[c for place, c in enumerate(chosen) if place != gone] for gone in out], dtype=np.int32)
 
 
 def check_input(

@@ -6,10 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tlsplan import drawings
 from tlsplan.drawings import OPTION_OF, with_drawings_lifted
 from tlsplan.options import DrawingSettings, FileOptions
 from tlsplan.progress import ProgressReporter
 
+from planner_core.errors import RequirementError
 from planner_core.plan_folder.drawn_files import write_drawn
 from planner_core.scene.load import load_scene
 from tests.drawings.drawn_buildings import draw_two_rooms, room_document
@@ -29,6 +31,13 @@ def test_drawing_is_planned_from_an_ifc_file_beside_the_plan(tlsplan, tmp_path: 
     assert document["scene"]["file"] == "out.ifc"
     where = np.array([station["position"] for station in document["stations"]])
     assert ((where > [0.2, 0.2, 1.0]) & (where < [6.3, 4.2, 2.0])).all()
+
+
+def test_common_points_are_two_numbers_or_none() -> None:
+    assert [drawings._point(text) for text in ("120,-34.5", "")] == [(120.0, -34.5), None]
+    for wrong in ("120", "120,34,5", "a,b"):
+        with pytest.raises(RequirementError, match=r"--align: got .* expected X,Y"):
+            drawings._point(wrong)
 
 
 def test_corrections_are_raised_as_they_are_and_never_lost(tlsplan, tmp_path: Path) -> None:

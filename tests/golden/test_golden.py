@@ -162,3 +162,16 @@ def test_written_files_keep_their_bytes(
         for plan in Path().rglob("plan.json"):
             forget_machine(plan)
     check(case, contents(tmp_path))
+
+
+@CAMPAIGN
+@pytest.mark.opencl
+@pytest.mark.parametrize("processor", ["Prescott", "Haswell"])
+def test_linear_algebra_of_another_processor_keeps_the_bytes(processor: str) -> None:
+    """OpenBLAS adds in another order on each; what is written must not hang on the last digits."""
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", __file__, "-k", "written_files"]
+    environment = {name: value for name, value in os.environ.items() if name != "ACCEPT"}
+    done = subprocess.run(
+        command, env=environment | {"OPENBLAS_CORETYPE": processor}, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout

@@ -356,11 +356,13 @@ def test_links_of_stations_whose_joined_names_are_equal_stay_apart(plan: Plan) -
         dataclasses.replace(plan.stations[0], id=name, position_m=np.array([float(n), 1.0, 1.5]))
         for n, name in enumerate(ids)
     )
-    links = (Link("A", "B_C", 0.5, 0.1), Link("A_B", "C", 0.25, 0.1))
+    links = (Link("A", "B_C", 0.5, 0.12345678901234567), Link("A_B", "C", 0.25, 0.1 + 1e-12))
     layer = new_layer()
     author_stations(layer, dataclasses.replace(plan, stations=stations, links=links), flat=False)
     prims = list(layer.GetPrimAtPath("/Plan/Links").nameChildren)
     assert [prim.attributes["tlsplan:overlap"].default for prim in prims] == [0.5, 0.25]
+    # To what every processor computes alike.
+    assert [prim.attributes["tlsplan:strength"].default for prim in prims] == [0.123457, 0.1]
     assert [prim.attributes["points"].default[0][0] for prim in prims] == [0.0, 1.0]
 
 

@@ -93,6 +93,19 @@ def test_set_with_a_network_hangs_together_by_networkx(loops):
         assert found.lower_bound <= len(found.chosen) <= found.n_greedy
 
 
+def test_annealing_saves_stations_where_growing_finds_nothing(monkeypatch):
+    def grows_in_vain(search, work):
+        search._work += min(work, 0.01)
+
+    monkeypatch.setattr(large._LargeSearch, "_search_locally", grows_in_vain)
+    problem = random_problem(5, n=60, r=400, density=0.1)
+    network, graph = ring_network(60, loops=False)
+    found = select_large(problem, Proven(work_limit=0.2, n_walks=2), network=network, given=[7])
+    assert nx.is_connected(graph.subgraph(found.chosen))
+    assert found.chosen[0] == 7
+    assert len(found.chosen) < found.curve[0].stations == found.n_greedy
+
+
 @pytest.mark.slow
 def test_core_keeps_who_matters_with_rows_targets_and_links_as_they_are():
     problem = random_problem(2, n=80, r=600, density=0.06)

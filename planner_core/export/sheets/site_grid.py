@@ -74,8 +74,9 @@ def draw_grid(
             _CROSS,
         )
     ends = [end for line in (*easting, *northing) for end in _ends(line, box)]
-    # Names of lines that run upright to a side first: where there is no room for all, they say most.
-    ends.sort(key=lambda end: -abs(float(end.inward[1 if end.is_level else 0])))
+    # Names of lines that run upright to a side first: where there is no room for all, they say most. Those of one slope
+    # keep their order, whatever a processor makes of the last digits.
+    ends.sort(key=lambda end: -round(abs(float(end.inward[1 if end.is_level else 0])), 6))
     canvas.lines([np.stack([end.at, end.at + _TICK_MM * end.inward]) for end in ends], _TICK)
     ticks = [_tick_box(end) for end in ends]
     names: list[Box] = []

@@ -250,6 +250,7 @@ def test_unseen_ground_is_hatched_where_nothing_seen_lies_over_it(drawing, house
     area = shapely.MultiPolygon()
     for path in hatch.paths:
         area = area.symmetric_difference(shapely.Polygon([vertex[:2] for vertex in path.vertices]).buffer(0))
+    assert all(path.is_closed for path in hatch.paths)
     assert expected.area > 1.0
     assert area.symmetric_difference(expected).area < 1e-2
     strips = drawing.modelspace().query('LWPOLYLINE[layer=="F0-UNSEEN"]')

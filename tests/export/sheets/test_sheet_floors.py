@@ -7,12 +7,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from html import unescape
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from planner_core.errors import PlanFolderError
+from planner_core.export.sheets import floor_view
 from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.floor_view import view_floor
 from planner_core.model import FOOT
@@ -20,6 +22,13 @@ from planner_core.plan_folder.drawing.marks import rise_words
 from planner_core.plan_folder.floor_marks import zones_on
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.scene.patches import patch_triangles
+
+
+@pytest.mark.parametrize(("floor", "height_m"), [(0, 3.1), (1, 2.4), (2, 4.0), (3, 4.0)])
+def test_surface_belongs_to_a_floor_up_to_the_next_one_or_four_metres(floor: int, height_m: float) -> None:
+    floors = [SimpleNamespace(elevation_m=z) for z in (10.0, 13.1, 15.5, 19.6)]
+    plan: Any = SimpleNamespace(floors=floors)
+    assert floor_view._storey_m(plan, plan.floors[floor]) == pytest.approx(height_m)
 
 
 def test_walls_are_dark_where_they_stand_and_rooms_are_not(site_sheets: Any, site_plan: PlanSource) -> None:
