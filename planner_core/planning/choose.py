@@ -156,15 +156,15 @@ def _settle(progress: Progress, stage: str, why_stopped: str) -> None:
 def _fewest(pool: Pool, budget: _Budget, progress: Progress, *, begun: tuple[int, ...]) -> Choice:
     meets = len(begun) > len(pool.given) and bool((pool.problem.covered(list(begun)) >= pool.problem.required).all())
     found = _select(pool, budget.left, progress, start=begun if meets else None)
-    fewest = found.lower_bound
-    if not budget.whole.prove and found.why_stopped == WORK_DONE:
-        n_stations = len(found.chosen)
+    fewest, why_stopped, n_stations = found.lower_bound, found.why_stopped, len(found.chosen)
+    if not budget.whole.prove and why_stopped == WORK_DONE:
         fewest = max(fewest, lower_bound(pool.problem, n_stations=n_stations, given=pool.given, progress=progress))
+        why_stopped = PROVEN if fewest >= n_stations else WORK_DONE
     return Choice(
         pool,
         found.chosen,
         fewest,
-        found.why_stopped,
+        why_stopped,
         n_greedy=found.n_greedy,
         n_bounded=pool.n_free,
     )
