@@ -28,7 +28,7 @@ from planner_core.planning.pool import Choice, FragileLinks, Pool
 from planner_core.planning.refine import WORK_SHARE, refine
 from planner_core.planning.set_up import (
     SET_UP_LOSS,
-    SeenAround,
+    SeenAsSetUp,
     coverage_as_set_up,
     decisive,
     fragile_links,
@@ -253,16 +253,13 @@ def _refined(
 class _SetUp:
     """A choice as its stations are set up. pool : without links that do not hold. fragile : those of its network.
 
-    falls_apart : more groups than on the marks. covered : (K,) see `coverage_as_set_up`. lacks : what coverage lacks of
-    what is required, but for `SET_UP_LOSS`, a sum of fractions.
+    falls_apart : more groups than on the marks.
     """
 
     pool: Pool
     chosen: tuple[int, ...]
     fragile: FragileLinks | None
     falls_apart: bool
-    covered: FloatArray
-    lacks: float
 
 
 def _as_set_up(
@@ -282,8 +279,18 @@ def _as_set_up(
     """
     if not tolerance_m or not choice.chosen:
         return choice
-    seen_around, why_stopped = SeenAround(), choice.why_stopped
-    first = found = _set_up(choice.pool, choice.chosen, engine, tolerance_m, seen_around, progress)
+    seen, why_stopped = SeenAsSetUp(tolerance_m), choice.why_stopped
+
+    def set_up(pool: Pool, chosen: tuple[int, ...]) -> _SetUp:
+        return _set_up(pool, chosen, engine, tolerance_m, seen, progress)
+
+    def covered(found: _SetUp) -> tuple[FloatArray, float]:
+        """See `coverage_as_set_up`; and what that lacks of what is required but `SET_UP_LOSS`, a sum of fractions."""
+        covered = coverage_as_set_up(found.pool, found.chosen, engine, tolerance_m, seen=seen, progress=progress)
+        required = np.array([constraint.fraction for constraint in found.pool.demand.constraints])
+        return covered, float(np.maximum(0.0, required - SET_UP_LOSS - covered).sum())
+
+    first = found = set_up(choice.pool, choice.chosen)
     for _ in range(1, _ROUNDS):
         if not found.falls_apart or budget is None or not _goes_on(choice, budget):
             break
@@ -294,14 +301,17 @@ def _as_set_up(
         if selected.why_stopped == INTERRUPTED:
             break
         chosen = polish(found.pool.problem, selected.chosen, network=found.pool.network, given=found.pool.given)
-        found = _set_up(found.pool, chosen, engine, tolerance_m, seen_around, progress)
+        found = set_up(found.pool, chosen)
     if found.falls_apart:
         found = replace(first, pool=choice.pool)
-    elif found.lacks and budget is not None and _goes_on(choice, budget):
+    covers, lacks = covered(found)
+    if lacks and not found.falls_apart and budget is not None and _goes_on(choice, budget):
         chosen = polish(found.pool.problem, found.chosen, network=found.pool.network, given=found.pool.given)
         if set(chosen) != set(found.chosen):
-            fuller = _set_up(found.pool, chosen, engine, tolerance_m, seen_around, progress)
-            found = fuller if not fuller.falls_apart and fuller.lacks < found.lacks else found
+            fuller = set_up(found.pool, chosen)
+            of_fuller = covered(fuller)
+            if not fuller.falls_apart and of_fuller[1] < lacks:
+                found, covers = fuller, of_fuller[0]
     if why_stopped == PROVEN and len(found.chosen) > max(len(choice.chosen), choice.lower_bound):
         why_stopped = HELD
     return replace(
@@ -310,7 +320,7 @@ def _as_set_up(
         chosen=found.chosen,
         why_stopped=why_stopped,
         fragile=found.fragile,
-        covered_as_set_up=found.covered,
+        covered_as_set_up=covers,
     )
 
 
@@ -319,20 +329,17 @@ def _set_up(
     chosen: tuple[int, ...],
     engine: ScanEngine,
     tolerance_m: float,
-    seen_around: SeenAround,
+    seen: SeenAsSetUp,
     progress: Progress,
 ) -> _SetUp:
-    """Scan chosen stations where they may stand, and find what of network and coverage does not hold."""
-    covered = coverage_as_set_up(pool, chosen, engine, tolerance_m, seen_around=seen_around, progress=progress)
-    required = np.array([constraint.fraction for constraint in pool.demand.constraints])
-    lacks = float(np.maximum(0.0, required - SET_UP_LOSS - covered).sum())
+    """Scan chosen stations where they may stand, and find what of the network does not hold."""
     if pool.links is None or len(chosen) < 2:
-        return _SetUp(pool, chosen, None, False, covered, lacks)
-    fragile = fragile_links(pool, chosen, engine, tolerance_m, seen_around=seen_around, progress=progress)
+        return _SetUp(pool, chosen, None, False)
+    fragile = fragile_links(pool, chosen, engine, tolerance_m, seen=seen, progress=progress)
     holding = without_fragile(pool, fragile)
     assert holding.network is not None
     falls_apart = bool(holding.network.n_violations(chosen))
-    return _SetUp(holding, chosen, decisive(pool, chosen, fragile), falls_apart, covered, lacks)
+    return _SetUp(holding, chosen, decisive(pool, chosen, fragile), falls_apart)
 
 
 def _stations_that_hold(choice: Choice) -> tuple[bool, int]:

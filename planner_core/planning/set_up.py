@@ -5,7 +5,8 @@ stand anywhere within the set-up tolerance, pools without such links, and how mu
 
 Each station is scanned at eight places around its mark as well, at the tolerance in plan, half of it higher and lower
 by turns. Of links the worst of all pairs of places of two stations counts: they are set up independently. Coverage is
-one of all stations together, which never stand at their worst places all at once: it is that of set-ups by chance.
+one of all stations together, which never stand at their worst places all at once: it is that of set-ups by chance, for
+which each is scanned at eight places nearer to its mark, too.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from planner_core.coverage.coverage import stacked_rows, times_seen
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Visibility
 from planner_core.network.candidate_links import CandidateLinks, parts_of
-from planner_core.network.links import probabilities, surface_of_patches
+from planner_core.network.links import least_listed_overlap, probabilities, surface_of_patches
 from planner_core.network.pair_overlap import PairOverlaps, PairSums
 from planner_core.network.shut_doors import with_all_doors_shut
 from planner_core.planning.pool import FragileLinks, Pool, kept_links, links_among
@@ -28,30 +29,32 @@ from planner_core.requirements.demand import rows_from
 from planner_core.requirements.observe_candidates import SeenPatches, stacked
 from planner_core.select.problem import TICKS_PER_M2
 
-#: Places around a mark.
-_N_AROUND = 8
+#: Places around a mark, and nearer to it.
+_N_AROUND = _N_NEARER = 8
 #: Share of coverage that setting up beside the marks may cost: a plan that holds as set up lacks no more of what is
 #: required.
 SET_UP_LOSS = 0.005
-#: Set-ups that coverage is computed of, how many of them may cover less than the figure, and where chance begins.
-_N_SET_UPS, _N_WORSE, _SEED = 400, 4, 20261129
+#: Set-ups that coverage is computed of, how many of them may cover less than the figure, half of one in a hundred as
+#: places are a sample, too, and where chance begins.
+_N_SET_UPS, _N_WORSE, _SEED = 400, 2, 20261129
+#: One in so many of their stations stands at a place around its mark, for the outermost quarter of the disc.
+_ONE_AROUND = 4
 
 
 @dataclass
 class SeenAround:
     """What is seen from places around marks, kept for all rounds of a choice: most stations stay in the next round."""
 
+    shift_m: FloatArray
+    """(n, 3) places, from a mark."""
     _rows: Int64Array = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     _seen: SeenPatches | None = None
 
-    def of(
-        self, pool: Pool, rows: Int64Array, engine: ScanEngine, tolerance_m: float, *, progress: Progress = silent
-    ) -> SeenPatches:
+    def of(self, pool: Pool, rows: Int64Array, engine: ScanEngine, *, progress: Progress = silent) -> SeenPatches:
         """What each place around the marks of rows of the pool sees, mark by mark."""
-        shift_m = _around_m(tolerance_m)
         new = np.setdiff1d(rows, self._rows)
         if self._seen is None or new.size:
-            at_m = (pool.candidates.position_m[new][:, None] + shift_m).reshape(-1, 3)
+            at_m = (pool.candidates.position_m[new][:, None] + self.shift_m).reshape(-1, 3)
 
             def set_up(event: ProgressEvent) -> None:
                 progress(replace(event, stage="set up"))
@@ -61,8 +64,15 @@ class SeenAround:
             self._rows = np.concatenate([self._rows, new])
         order = np.argsort(self._rows)
         at = order[np.searchsorted(self._rows, rows, sorter=order)]
-        n = shift_m.shape[0]
+        n = self.shift_m.shape[0]
         return self._seen.take((n * at[:, None] + np.arange(n)).ravel())
+
+
+class SeenAsSetUp:
+    """What is seen from where stations may stand within a tolerance. around, nearer : see `_around_m`, `_nearer_m`."""
+
+    def __init__(self, tolerance_m: float) -> None:
+        self.around, self.nearer = SeenAround(_around_m(tolerance_m)), SeenAround(_nearer_m(tolerance_m))
 
 
 def fragile_links(
@@ -71,14 +81,14 @@ def fragile_links(
     engine: ScanEngine,
     tolerance_m: float,
     *,
-    seen_around: SeenAround | None = None,
+    seen: SeenAsSetUp | None = None,
     progress: Progress = silent,
 ) -> FragileLinks:
     """Find the links of chosen rows that do not hold wherever within `tolerance_m` the stations stand.
 
     Links to other candidates are among them that do not hold even where these stand on their marks. Scanned stations
     stand where they were scanned. Targets hang where both stations see them as they are set up: they always hold.
-    `seen_around` : of earlier rounds with this engine and tolerance.
+    `seen` : of earlier rounds with this engine and tolerance.
     """
     assert pool.links is not None
     required, links, n = pool.demand.goals.requirements, pool.links, pool.n_candidates
@@ -88,7 +98,7 @@ def fragile_links(
     if not sum(map(len, neighbours)):
         return FragileLinks.none()
     n_around = 1 + _N_AROUND
-    around_marks = (seen_around or SeenAround()).of(pool, rows, engine, tolerance_m, progress=progress)
+    around_marks = (seen or SeenAsSetUp(tolerance_m)).around.of(pool, rows, engine, progress=progress)
     around = rows_of_overlap(pool.demand, around_marks, required.overlap_of)
     near = np.setdiff1d(np.concatenate(neighbours), rows)
     of_near = rows_of_overlap(pool.demand, pool.rows.take(near), required.overlap_of)
@@ -116,7 +126,8 @@ def fragile_links(
     )
     overlap, strength, probability = _least_of_links(pool, places, key, n_places)
     limits = required.link_limits.as_set_up()
-    falls = (overlap < limits.overlap) | (strength < limits.strength) | (probability < limits.probability)
+    least_overlap = max(limits.overlap, least_listed_overlap(required.overlap))
+    falls = (overlap < least_overlap) | (strength < limits.strength) | (probability < limits.probability)
     first, second = np.divmod(key, n)
     return FragileLinks(first.astype(np.int32), second.astype(np.int32), overlap, strength, probability).take(falls)
 
@@ -175,42 +186,49 @@ def coverage_as_set_up(
     engine: ScanEngine,
     tolerance_m: float,
     *,
-    seen_around: SeenAround | None = None,
+    seen: SeenAsSetUp | None = None,
     progress: Progress = silent,
 ) -> FloatArray:
     """(K,) fraction of the achievable area of each constraint of the pool that 99 of 100 set-ups cover at least.
 
-    In a set-up each station stands on its mark or, as often, at one of the places around it, by chance and by itself:
-    so stations are as far from their marks, root mean square, as where they stand anywhere within the tolerance.
-    Scanned stations stand where they were scanned.
+    In a set-up each station stands, by chance and by itself, at one of the places in the disc of the tolerance, as
+    often around its mark as the outermost quarter of the disc is large. Scanned stations stand where they were scanned.
     """
     rows = np.array(sorted(chosen), dtype=np.int64)
-    met = (seen_around or SeenAround()).of(pool, rows, engine, tolerance_m, progress=progress).met
-    n_around, is_scanned = 1 + _N_AROUND, np.isin(rows, pool.scanned)
-    draw = np.random.default_rng(_SEED)
-    place = draw.integers(2, size=(_N_SET_UPS, rows.size)) * draw.integers(1, n_around, size=(_N_SET_UPS, rows.size))
+    seen = seen or SeenAsSetUp(tolerance_m)
+    around, nearer = (each.of(pool, rows, engine, progress=progress).met for each in (seen.around, seen.nearer))
+    is_scanned = np.isin(rows, pool.scanned)
+    n_around = 1 + _N_AROUND
+    # Of each station what its mark, the places around it and those nearer to it see.
+    from_places = [
+        [around.row(n_around * station + at) for at in range(n_around)]
+        + [nearer.row(_N_NEARER * station + at) for at in range(_N_NEARER)]
+        for station in range(rows.size)
+    ]
+    draw, shape = np.random.default_rng(_SEED), (_N_SET_UPS, rows.size)
+    is_around = draw.integers(_ONE_AROUND, size=shape) == 0
+    place = np.where(is_around, draw.integers(1, n_around, size=shape), n_around + draw.integers(_N_NEARER, size=shape))
     place[:, is_scanned] = 0
     part = np.stack([constraint.part for constraint in pool.constraints])
     enough = np.array([constraint.seen_from for constraint in pool.constraints])[:, None]
     # Most patches are seen from all places of enough stations: no set-up loses these.
-    n_sure = np.zeros(met.n_patches, dtype=np.int64)
-    for station, scanned in enumerate(is_scanned.tolist()):
-        from_places = [met.row(n_around * station + at) for at in range(1 if scanned else n_around)]
-        n_sure += np.bincount(np.concatenate(from_places), minlength=met.n_patches) == len(from_places)
+    n_sure = np.zeros(around.n_patches, dtype=np.int64)
+    for places, scanned in zip(from_places, is_scanned.tolist(), strict=True):
+        stands = places[:1] if scanned else places[1:]
+        n_sure += np.bincount(np.concatenate(stands), minlength=around.n_patches) == len(stands)
     ticks = np.rint(pool.demand.area_m2 * TICKS_PER_M2).astype(np.int64)
     whole = (part * ticks).sum(axis=1)
     sure = (part & (n_sure >= enough)) @ ticks
     unsure = np.flatnonzero((part & (n_sure < enough)).any(axis=0))
-    number = np.full(met.n_patches, -1, dtype=np.int64)
+    number = np.full(around.n_patches, -1, dtype=np.int64)
     number[unsure] = np.arange(unsure.size)
-    seen = [number[met.row(row)] for row in range(met.n_positions)]
-    seen = [each[each >= 0] for each in seen]
+    numbers = [[number[each][number[each] >= 0] for each in places] for places in from_places]
     counted, still = part[:, unsure] & (n_sure[unsure] < enough), ticks[unsure]
     covered = np.empty((_N_SET_UPS, enough.size), dtype=np.int64)
     for set_up, at in enumerate(place.tolist()):
         n_seen = np.zeros(unsure.size, dtype=np.int64)
         for station, where in enumerate(at):
-            n_seen[seen[n_around * station + where]] += 1
+            n_seen[numbers[station][where]] += 1
         covered[set_up] = sure + (counted & (n_seen >= enough)) @ still
     low = np.sort(covered, axis=0)[_N_WORSE]
     return np.where(whole > 0, low / np.maximum(whole, 1), 1.0)
@@ -239,6 +257,17 @@ def _around_m(tolerance_m: float) -> FloatArray:
     rise = 0.5 * np.where(np.arange(_N_AROUND) % 2, 1.0, -1.0)
     around = np.column_stack([np.cos(angle), np.sin(angle), rise])
     return tolerance_m * np.concatenate([np.zeros((1, 3)), around])
+
+
+def _nearer_m(tolerance_m: float) -> FloatArray:
+    """(8, 3) from a mark: places that stand for equal parts of the disc but its outermost quarter, and of the heights.
+
+    Each is turned by the golden angle from the one before it (Vogel's spiral).
+    """
+    part = (np.arange(_N_NEARER) + 0.5) / _N_NEARER
+    radius, angle = np.sqrt((1.0 - 1.0 / _ONE_AROUND) * part), np.pi * (3.0 - np.sqrt(5.0)) * np.arange(_N_NEARER)
+    rise = part[3 * np.arange(_N_NEARER) % _N_NEARER] - 0.5
+    return tolerance_m * np.column_stack([radius * np.cos(angle), radius * np.sin(angle), rise])
 
 
 def decisive(pool: Pool, chosen: tuple[int, ...], fragile: FragileLinks) -> FragileLinks:

@@ -17,7 +17,7 @@ from planner_core.engine.open_engine import open_engine
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import FloatArray, Plan, PlanSettings, Proven, Requirements, Scope
 from planner_core.network.compiled_pairs import BLOCK, NEAR_M
-from planner_core.network.links import probabilities, surface_of_patches
+from planner_core.network.links import MIN_LISTED_OVERLAP, probabilities, surface_of_patches
 from planner_core.network.pair_overlap import HeldPairs
 from planner_core.plan_folder.stations_csv import read_station_list
 from planner_core.planning import choose
@@ -142,6 +142,16 @@ def test_a_link_is_as_good_as_its_worst_pair_of_places(pooled: Pooled) -> None:
     assert min(n_checked) > 0
 
 
+def test_a_link_falls_where_it_would_not_be_listed(pooled: Pooled) -> None:
+    pool, engine, _ = pooled
+    goals = pool.demand.goals
+    nothing = replace(goals.requirements, overlap=0.0, min_probability=0.0, min_strength=0.0)
+    pool = replace(pool, demand=replace(pool.demand, goals=replace(goals, requirements=nothing)))
+    chosen = tuple(range(0, pool.n_candidates, 6))
+    assert fragile_links(pool, chosen, engine, TOLERANCE_M).overlap.max(initial=0.0) < MIN_LISTED_OVERLAP
+    assert (fragile_links(pool, chosen, engine, 6.0 * TOLERANCE_M).overlap > 0.0).any()
+
+
 @pytest.mark.slow
 def test_stations_that_are_scanned_stay_where_they_are(pooled: Pooled) -> None:
     pool, engine, _ = pooled
@@ -184,13 +194,17 @@ def covered(pool: Pool, seen: np.ndarray) -> float:
 
 def test_a_station_by_itself_covers_what_its_worst_place_does(pooled: Pooled) -> None:
     pool, engine, _ = pooled
+    part = np.arange(0.5, 8.0) / 8.0
+    turn, far = np.arange(8) * np.pi * (3.0 - np.sqrt(5.0)), np.sqrt(0.75 * part)
+    rise = part[[0, 3, 6, 1, 4, 7, 2, 5]] - 0.5
+    nearer_m = TOLERANCE_M * np.column_stack([far * np.cos(turn), far * np.sin(turn), rise])
     for row in range(0, pool.n_candidates, 10):
-        of_places = [
-            covered(pool, seen[None]) for seen in seen_from(pooled, np.array(around(pool.candidates.position_m[row])))
-        ]
+        mark_m = pool.candidates.position_m[row]
+        at_m = np.concatenate([around(mark_m), mark_m + nearer_m])
+        on_mark, *of_places = [covered(pool, seen[None]) for seen in seen_from(pooled, at_m)]
         assert coverage_as_set_up(pool, (row,), engine, TOLERANCE_M)[-1] == pytest.approx(min(of_places), abs=1e-9)
         scanned = replace(pool, scanned=(row,))
-        assert coverage_as_set_up(scanned, (row,), engine, TOLERANCE_M)[-1] == pytest.approx(of_places[0], abs=1e-9)
+        assert coverage_as_set_up(scanned, (row,), engine, TOLERANCE_M)[-1] == pytest.approx(on_mark, abs=1e-9)
 
 
 def set_ups_m(plan: Plan, *, n: int) -> Iterator[FloatArray]:
@@ -225,7 +239,7 @@ def test_a_plan_that_holds_on_its_marks_alone_is_chosen_anew_until_it_holds_besi
         found = fragile_links(pool, chosen, *rest, **more)
         decide.append(decisive(pool, chosen, found).first.size)
         if len(decide) == 2:  # what is seen around stations that stay is kept from the first round
-            anew = fragile_links(pool, chosen, *rest, **(more | {"seen_around": None}))
+            anew = fragile_links(pool, chosen, *rest, **(more | {"seen": None}))
             assert found.first.size > 0
             for name in vars(found):
                 np.testing.assert_array_equal(getattr(found, name), getattr(anew, name))
