@@ -422,7 +422,7 @@ method_option = click.option(
 )  # fmt: skip
 effort_option = click.option(
     "--effort", type=click.Choice(["quick", "normal", "proof"]), default="normal", show_default=True,
-    help="How long method proven goes on. quick: a first plan, with a weak bound and no search off the grid; normal: "
+    help="How long method proven goes on. quick: a first plan and a quick bound, without search off the grid; normal: "
     "minutes; proof: twenty times that, for the tightest bound. Ctrl-C ends it with the best plan so far.",
 )  # fmt: skip
 time_limit_option = click.option(
