@@ -286,9 +286,9 @@ def _as_set_up(
 
     def covered(found: _SetUp) -> tuple[FloatArray, float]:
         """See `coverage_as_set_up`; and what that lacks of what is required but `SET_UP_LOSS`, a sum of fractions."""
-        covered = coverage_as_set_up(found.pool, found.chosen, engine, tolerance_m, seen=seen, progress=progress)
+        share = coverage_as_set_up(found.pool, found.chosen, engine, tolerance_m, seen=seen, progress=progress)
         required = np.array([constraint.fraction for constraint in found.pool.demand.constraints])
-        return covered, float(np.maximum(0.0, required - SET_UP_LOSS - covered).sum())
+        return share, float(np.maximum(0.0, required - SET_UP_LOSS - share).sum())
 
     first = found = set_up(choice.pool, choice.chosen)
     for _ in range(1, _ROUNDS):

@@ -86,8 +86,9 @@ def fragile_links(
 ) -> FragileLinks:
     """Find the links of chosen rows that do not hold wherever within `tolerance_m` the stations stand.
 
-    Links to other candidates are among them that do not hold even where these stand on their marks. Scanned stations
-    stand where they were scanned. Targets hang where both stations see them as they are set up: they always hold.
+    A link that would not be listed does not hold either. Links to other candidates are among them that do not hold even
+    where these stand on their marks. Scanned stations stand where they were scanned. Targets hang where both stations
+    see them as they are set up: they always hold.
     `seen` : of earlier rounds with this engine and tolerance.
     """
     assert pool.links is not None
