@@ -309,8 +309,7 @@ def _as_set_up(
         chosen = polish(found.pool.problem, found.chosen, network=found.pool.network, given=found.pool.given)
         if set(chosen) != set(found.chosen):
             fuller = set_up(found.pool, chosen)
-            of_fuller = covered(fuller)
-            if not fuller.falls_apart and of_fuller[1] < lacks:
+            if not fuller.falls_apart and (of_fuller := covered(fuller))[1] < lacks:
                 found, covers = fuller, of_fuller[0]
     if why_stopped == PROVEN and len(found.chosen) > max(len(choice.chosen), choice.lower_bound):
         why_stopped = HELD
